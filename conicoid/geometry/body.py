@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
+from .._util.arrays import VectorLike
 from .._util.text import unknown_attribute
 from .._util.validation import describe_kind, format_value, real_array
 from .._util.value_objects import restore_state
@@ -125,11 +126,11 @@ class Body:
 
     __array_ufunc__ = None  # so that `array == body` calls `Body.__eq__`
 
-    def translate(self, offset: Any) -> Body:
+    def translate(self, offset: VectorLike) -> Body:
         """Return the body with its shape moved by `offset`, three numbers."""
         return dataclasses.replace(self, shape=self.shape.translate(offset))
 
-    def rotate(self, axis: Any, degrees: float, *, about: Any = None) -> Body:
+    def rotate(self, axis: str | VectorLike, degrees: float, *, about: VectorLike | None = None) -> Body:
         """Return the body turned by `degrees` about an `axis` through the origin or the point `about`.
 
         Parameters
@@ -139,7 +140,7 @@ class Body:
         """
         return dataclasses.replace(self, shape=self.shape.rotate(axis, degrees, about=about))
 
-    def scale(self, factors: Any, *, about: Any = None) -> Body:
+    def scale(self, factors: float | VectorLike, *, about: VectorLike | None = None) -> Body:
         """Return the body scaled by `factors` about the origin or the point `about`, as `Shape.scale` does."""
         return dataclasses.replace(self, shape=self.shape.scale(factors, about=about))
 

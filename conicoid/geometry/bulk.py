@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, NoReturn
+from typing import Any, ClassVar, NoReturn, Self
 
 import numpy as np
 
@@ -53,6 +53,7 @@ class Bulk(Shape, abstract=True):
         for name, values in given.items():
             column = _broadcast(values, count, len(self.columns[name]))
             _check_numbers(owner, name, column)
+            # Prepared tables are kept with the shape, so its numbers must not change
             column.flags.writeable = False
             object.__setattr__(self, name, column)
         self.check_rows()
@@ -77,6 +78,7 @@ class Bulk(Shape, abstract=True):
         return self.motion == other.motion and all(same)
 
     def __hash__(self) -> int:
+        # Some bytes of one field are enough for a hash
         first = getattr(self, next(reversed(self.columns)))
         return hash((type(self), len(self), self.motion, first.tobytes()[:64]))
 
@@ -118,7 +120,7 @@ class Bulk(Shape, abstract=True):
         return np.concatenate([self._flat(name) for name in self.columns], axis=1)
 
     @classmethod
-    def of_table(cls, table: FloatArray) -> Any:
+    def of_table(cls, table: FloatArray) -> Self:
         """Return the bodies of a `table`."""
         fields: dict[str, Any] = {}
         at = 0
@@ -145,12 +147,14 @@ class Bulk(Shape, abstract=True):
         known: dict[int, FloatArray] = {}
         result = np.empty(6)
         for side, which in enumerate(last):
+            # A flat grid has a whole layer at one end, too many bodies to build one by one
             if len(which) > _MAX_LAST:
                 result[side] = ends[:, side].max() + size
                 continue
             for index in which.tolist():
                 if index not in known:
                     low, high = self.single(index).bounds_under(outer)
+                    # 0.0 - x, not -x, which makes -0.0 of 0.0
                     known[index] = np.concatenate([0.0 - low, high])
             result[side] = max(known[index][side] for index in which.tolist())
         return 0.0 - result[:3], result[3:] + 0.0

@@ -6,7 +6,7 @@ Solids: cylinders, capsules, cones, ellipsoids and boxes. Sheets: discs and tria
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -17,6 +17,9 @@ from .primitives import Box, Cone, Cylinder, Sphere
 from .quadrics import Ellipsoid
 from .shape import Sheet, Solid, Union
 from .sheets import CLEAR_AREA, Disc, Triangle
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
 
 _START, _END = ("start x", "start y", "start z"), ("end x", "end y", "end z")
 
@@ -211,7 +214,7 @@ class Triangles(Bulk, Sheet):
     leaves: ClassVar = (("a", "b", "c"),)
 
     @classmethod
-    def of_mesh(cls, vertices: Any, faces: Any) -> Triangles:
+    def of_mesh(cls, vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Triangles:
         """Return the triangles of a mesh.
 
         Parameters

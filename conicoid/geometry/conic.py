@@ -46,6 +46,7 @@ def check_radius(owner: str, field: str, value: Any) -> float:
 
 def conic_reaches(radius: float, conic: float, semi: float) -> bool:
     """Return True if the part through the vertex reaches the distance `semi` from the axis: (1 + k) r² <= R²."""
+    # Without a root, so that a hemisphere of exactly this diameter is accepted
     return not is_finite(radius) or (1 + ex.rational(conic)) * ex.rational(semi) ** 2 <= ex.rational(radius) ** 2
 
 
@@ -86,6 +87,7 @@ class ConicWall:
         """Return z - vertex at a distance from the axis, at most `semi`."""
         if self.is_plane:
             return ex.ZERO
+        # This form of the root has no difference of large numbers, also for nearly flat surfaces
         square, radius = ex.rational(distance) ** 2, ex.rational(self.radius)
         under = ex.exact(1 - (1 + ex.rational(self.conic)) * square / radius**2)
         return ex.exact(square) / (ex.exact(radius) * (ex.ONE + ex.sqrt(under)))
@@ -124,6 +126,7 @@ class ConicWall:
     def bowl(self) -> Cell:
         """Return the hollow side of the conic: the part of the quadric's inside that the vertex belongs to."""
         faces = [Face(self.surface, self.number, self.uv)]
+        # A hyperboloid has a second bowl, beyond the plane through its centre
         if self.conic < -1:
             sense = -1 if self.radius > 0 else 1
             faces.append(Face(axial_plane(sense, self.center), self.hidden))
@@ -142,6 +145,7 @@ class ConicWall:
         if self.is_plane:
             sense = -1 if above else 1
             return [Cell((Face(axial_plane(sense, self.vertex), self.number, self.uv),))], []
+        # A positive radius curves towards larger z: above its vertex lies the hollow side
         hollow = (self.radius > 0) == above
         far = -1 if self.radius > 0 else 1  # the sense of a plane whose far side is in the hollow
         if hollow:
@@ -176,6 +180,7 @@ class ConicWall:
             return best
         sense = 1 if self.radius > 0 else -1
         size, steep = Fraction(abs(self.radius)), 1 + Fraction(self.conic)
+        # Upwards, whichever way the conic opens
         low, high = (sense * self.sag(distance) for distance in (hole, self.semi))
         top = round_up(high) if steep <= 0 else min(round_up(high), round_up(ex.exact(size / steep)))
         x, y, z = direction

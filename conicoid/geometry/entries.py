@@ -19,7 +19,7 @@ from .instances import InstanceList
 from .shape import Boolean, Shape, Solid
 from .tracks import BodyTrack
 
-_SUGGESTED = 1000
+_MOST_SUGGESTIONS = 1000
 """For suggestions, the names of so many bodies of a large scene are compared."""
 
 
@@ -38,6 +38,7 @@ class Entries(tuple[Body, ...]):
         return bodies_table(self)
 
     def __getitem__(self, index: Any) -> Any:
+        # Loops use plain integers, so these must be quick
         if isinstance(index, slice) or (type(index) is int and index >= 0):
             return super().__getitem__(index)
         if isinstance(index, np.ndarray) and index.ndim:
@@ -46,6 +47,7 @@ class Entries(tuple[Body, ...]):
         if isinstance(index, str):
             raise TypeError(f"Scene: bodies[...] takes an integer, got {format_value(index)}; scene[name] has names")
         number = as_index(index)
+        # Without bulk entries before it, the number of a body is the index of its entry
         if number is None or (number >= 0 and not any(isinstance(body.shape, Bulk) for body in self[:number])):
             return super().__getitem__(index)
         if number < 0:
@@ -115,6 +117,7 @@ def as_bodies(items: Any, owner: str = "Scene") -> Bodies:
             f"{owner}: items must be a list of shapes and Bodies, or one of them, got {describe_kind(items)}{hint}"
         )
     bodies = Entries(_as_body(i, item, owner) for i, item in enumerate(items))
+    # Many bodies that are one shape moved are kept as one shape and its places
     return collect_instances(bodies) or bodies
 
 
@@ -126,6 +129,7 @@ def refuse_same_names(bodies: Sequence[Body]) -> None:
             name, first, second = repeated
             raise ValueError(f"Scene: bodies[{first}] and bodies[{second}] are both named {format_value(name)}")
         return
+    # A set is quick; only a repeated name needs its places
     listed_names = [body.name for body in bodies if body.name is not None]
     if len(set(listed_names)) == len(listed_names):
         return
@@ -204,7 +208,7 @@ def find_entry(bodies: Sequence[Body], name: str) -> int:
         number = bodies.number(name)
         if number is not None:
             return number
-        bodies = bodies[:_SUGGESTED]
+        bodies = bodies[:_MOST_SUGGESTIONS]
     for entry, body in enumerate(bodies):
         if body.name == name:
             return entry
@@ -215,6 +219,7 @@ def find_entry(bodies: Sequence[Body], name: str) -> int:
 def as_index(number: Any) -> int | None:
     """Return a Python or NumPy integer as an int; None for anything else."""
     try:
+        # True is an integer in Python, and never meant as a number of a body
         return None if isinstance(number, bool) else operator.index(number)
     except TypeError:
         return None

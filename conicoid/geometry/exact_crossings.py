@@ -194,8 +194,8 @@ def decide_crossing(form: IntegerForm, line: IntegerLine, starts: bool) -> Cross
     if not roots:
         return CrossingVerdict(False, sign(q.a) or sign(q.c))
     if len(roots) == 1:
-        here = ZERO if starts else roots[0]
-        return CrossingVerdict(True, 0, here, math.inf) if q.b < 0 else CrossingVerdict(True, 0, -math.inf, here)
+        t = ZERO if starts else roots[0]
+        return CrossingVerdict(True, 0, t, math.inf) if q.b < 0 else CrossingVerdict(True, 0, -math.inf, t)
     low, high = roots
     if starts:
         # One root is 0, and the sum low + high = -2 b / a has the sign of the other
@@ -208,8 +208,8 @@ def decide_crossing(form: IntegerForm, line: IntegerLine, starts: bool) -> Cross
 def _decide_plane(rate: int, height: int, starts: bool, roots: Sequence[Root]) -> CrossingVerdict:
     if rate == 0:
         return CrossingVerdict(False, 0 if starts else height)
-    here = ZERO if starts else roots[0]
-    return CrossingVerdict(True, rate, here, here)
+    t = ZERO if starts else roots[0]
+    return CrossingVerdict(True, rate, t, t)
 
 
 def exact_ranks(places: Sequence[RayPlace]) -> list[float]:

@@ -75,6 +75,7 @@ class Lens(PrimitiveSolid):
         return tree_between_walls(self.front, self.back, 0.0)
 
     def support(self, direction: Vector) -> float:
+        # A front of positive radius bulges towards -z, out of the lens; so does a back of negative radius, towards +z
         front = self.front.support(direction, hollow=self.front_radius > 0)
         return max(front, self.back.support(direction, hollow=self.back_radius < 0))
 
@@ -123,6 +124,7 @@ class Mirror(PrimitiveSolid):
 
     def tree(self) -> Tree:
         walls = (self.front, self.back)
+        # A negative thickness puts the plane below the mirror
         low, high = walls if self.thickness > 0 else walls[::-1]
         return tree_between_walls(low, high, self.hole / 2)
 
@@ -137,6 +139,7 @@ def tree_between_walls(low: ConicWall, high: ConicWall, hole: float) -> Tree:
     lows, low_planes = low.sides(above=True, reach=_highest(high))
     highs, high_planes = high.sides(above=False, reach=_lowest(low))
     bottom, top = ex.rounded(low.rim), ex.rounded(high.rim)
+    # A biconvex lens may end in a sharp edge of no height
     heights = cylindrical_uv(bottom, top) if bottom < top else cylindrical_uv(0.0, 1.0)
     edge = Cell(
         (Face(round_tube(low.edge), 2, heights), *sorted((*low_planes, *high_planes), key=lambda face: face.number))
@@ -170,6 +173,7 @@ def _check_side(lens: Any, side: str) -> None:
         if width > lens.diameter:
             raise ValueError(f"Lens: {aperture} must not be over diameter = {lens.diameter:g}, got {width:g}")
     bent = getattr(lens, radius), getattr(lens, conic)
+    # A smaller aperture leaves a flat ring, which is how a strongly bent lens gets a wide edge
     less = "" if given is not None else f" ({aperture} may be less)"
     check_reach("Lens", field, *bent, width, f"{radius} and {conic} give{less}")
 
@@ -190,6 +194,7 @@ def _check_substrate(mirror: Mirror) -> None:
     """Raise ValueError if the conic reaches the back, or if there is no substrate."""
     rim = mirror.front.rim
     left = ex.exact(mirror.thickness) - rim if mirror.thickness > 0 else rim - ex.exact(mirror.thickness)
+    # Zero is allowed at the rim alone, where the substrate ends in an edge
     if mirror.thickness == 0 or left < 0:
         place = "beyond the rim, which radius_of_curvature, conic_constant and diameter put at"
         raise ValueError(
@@ -209,6 +214,7 @@ def _stations(a: ConicWall, b: ConicWall) -> list[float]:
     sign agree at R₁² - (1 + k₁) r² = R₂² - (1 + k₂) r².
     """
     distances = [0.0, a.semi, b.semi, a.edge]
+    # Two conics of equal constants have equal slopes on the axis only, or everywhere
     if not (a.is_plane or b.is_plane) and a.conic != b.conic:
         square = (Fraction(a.radius) ** 2 - Fraction(b.radius) ** 2) / (Fraction(a.conic) - Fraction(b.conic))
         if 0 < square < Fraction(min(a.semi, b.semi)) ** 2:
@@ -273,6 +279,7 @@ class LensGroup:
             if not all(isinstance(name, str) and name for name in names):
                 raise TypeError(f"LensGroup: names must be non-empty texts, got {format_value(self.names)}")
             object.__setattr__(self, "names", names)
+        # Built once here, so that a wrong element is refused when the group is made
         _ = self.bodies
 
     def __len__(self) -> int:
@@ -296,6 +303,8 @@ class LensGroup:
                 lens = Lens(front, back, self.thicknesses[i], self.diameter, first, second)
             except ValueError as error:
                 raise ValueError(f"LensGroup: radii, thicknesses, diameter and conics: element {i}: {error}") from None
+            # One exact step after the other: walls of neighbours get the same place, however many elements stand before
+            # them
             for thickness in self.thicknesses[:i]:
                 lens = lens.translate((0.0, 0.0, thickness))
             bodies.append(Body(lens, self.materials[i], None if self.names is None else self.names[i]))

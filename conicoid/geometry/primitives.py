@@ -45,6 +45,7 @@ class Sphere(PrimitiveSolid):
 
     def tree(self) -> Cell:
         r = self.radius
+        # Squared exactly: two balls of one radius and place are one surface, however they were made
         surface = QuadricSurface(squares=(1.0, 1.0, 1.0), constant=_square_exact(r))
         return Cell((Face(surface, 0, cylindrical_uv(-r, r)),))
 
@@ -140,6 +141,7 @@ class HalfSpace(PrimitiveSolid):
 
     def support(self, direction: Vector) -> float:
         multiple = along_normal(self.normal, direction)
+        # Bounded along its outward normal alone
         return math.inf if multiple is None or multiple < 0 else float(multiple * self.offset)
 
     def bounds_under(self, outer: Motion) -> BoxEnds:
@@ -260,8 +262,10 @@ def check_angles(shape: Any, owner: str) -> None:
     if reference is not None:
         reference = check_vector(owner, "reference", reference)
         axis, towards = axis_vector(shape.start, shape.end), axis_vector(shape.start, reference)
+        # Exactly: a reference that is only nearly on the axis still has a direction
         if not any(ex.cross(axis, towards)):
             raise ValueError(f"{owner}: reference must lie off the axis, got {reference}")
+    # Where angle 0 points would otherwise depend on the axis, and jump when that turns
     elif last - first < 360:
         two = first != 0 and last == 360 and hasattr(shape, "radius")
         hint = "; of two radii it is a Cone(start, end, start_radius, end_radius)" if two else ""
@@ -291,6 +295,7 @@ def wedge_walls(start_angle: float, end_angle: float, radius: float, length: flo
     if turn >= 360:
         return ()
     walls = []
+    # Sine and cosine in 3000 bits: walls of neighbouring wedges at one angle are one plane
     for number_, angle, sense in ((3, start_angle, 1), (4, end_angle, -1)):
         s, c = ex.sin_cos_degrees(angle)
         uv = cartesian_uv((radius * ex.rounded(c), radius * ex.rounded(s), 0), (0, 0, length))
@@ -301,6 +306,7 @@ def wedge_walls(start_angle: float, end_angle: float, radius: float, length: flo
 
 def cut_wedge(faces: tuple[Face, ...], walls: tuple[Face, ...], turn: float, *more: Tree) -> Tree:
     """Return the tree of a cell within the wedge of `walls` and within the trees `more`."""
+    # Up to half a turn the walls are planes of one cell, which is quicker to trace than a union
     parts = (Cell(faces + walls), *more) if turn <= 180 or not walls else (Cell(faces), union_of_walls(walls), *more)
     return parts[0] if len(parts) == 1 else All(parts)
 
@@ -315,6 +321,7 @@ def arc_support(radius: float, start_angle: float, end_angle: float, direction: 
     x, y, _ = direction
     if end_angle - start_angle == 360:
         return radius * hypot(x, y)
+    # Either the arc has the point that is farthest along the direction, or one of its ends is farthest
     (s, c), (t, d) = sin_cos_degrees(start_angle), sin_cos_degrees(end_angle)
     after_start, before_end = c * y >= s * x, t * x >= d * y
     if (after_start and before_end) if end_angle - start_angle <= 180 else (after_start or before_end):
@@ -384,6 +391,7 @@ class Cone(PrimitiveSolid):
             for radius in (self.start_radius, self.end_radius)
         )
         if self.end_angle - self.start_angle < 360:
+            # A wedge reaches to the axis
             start, end = portable_max(0.0, start), portable_max(0.0, end)
         return portable_max(start, sum_up((direction[2] * self.length, end)))
 

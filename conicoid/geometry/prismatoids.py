@@ -72,10 +72,12 @@ class Prismatoid(PrimitiveSolid, abstract=True):
         corners = self._corners()
         faces = []
         for number, side in enumerate(sides):
+            # A side of fixed direction whose distance is linear in z is a plane, tilted by this
             slope = (side.high - side.low) / (high - low)
             surface = PlaneSurface((side.a, side.b, -slope), side.low - slope * low, corners[0])
             faces.append(Face(surface, number, side.uv))
         for k, (end, z, sense) in enumerate(zip(ends, (low, high), (-1.0, 1.0), strict=True)):
+            # A tip or an edge has no plane of its own
             if end.is_face:
                 faces.append(Face(PlaneSurface((0.0, 0.0, sense), sense * z, (0.0, 0.0, z)), len(sides) + k, end.uv))
         return Cell(tuple(faces))
@@ -157,6 +159,7 @@ class RegularSides(Prismatoid, abstract=True):
         given = ex.exact(radius)
         if to == self.radius_to:
             return given
+        # The number that was given is kept exact, and the other one is rounded from it
         return given * c if to == "sides" else given / c
 
     def flanks(self) -> list[PrismatoidSide]:
@@ -395,6 +398,7 @@ class Parallelepiped(PrimitiveSolid):
     def __post_init__(self) -> None:
         for name in ("corner", "a", "b", "c"):
             object.__setattr__(self, name, check_vector("Parallelepiped", name, getattr(self, name)))
+        # In fractions, as any share of the volume would refuse thin plates
         if not _dot_product(_cross_product(*self._edges[:2]), self._edges[2]):
             raise ValueError("Parallelepiped: a, b and c must not lie in one plane")
 

@@ -76,10 +76,12 @@ class EllipticSolid(PrimitiveSolid, abstract=True):
         _, g1, g2 = (Fraction(g) for g in self.profile)
         summit = -g1 / (2 * g2) if g2 else Fraction(0)
         places = [Fraction(z) for z in (low, high) if math.isfinite(z)]
+        # Between two ends without a section, an ellipsoid may still reach into the range
         if g2 < 0 and low < summit < high:
             places.append(summit)
         if any(self._g(z) > 0 for z in places):
             return True
+        # Towards infinity the term of the highest power decides
         endless = [sense for z, sense in ((low, -1), (high, 1)) if math.isinf(z)]
         return any(g2 > 0 or (g2 == 0 and sense * g1 > 0) for sense in endless)
 
@@ -98,6 +100,7 @@ class EllipticSolid(PrimitiveSolid, abstract=True):
     def tree(self) -> Cell:
         sx, sy = self.squares
         g0, g1, g2 = self.profile
+        # Linear terms of a surface are halves: it is squares·x² + 2 linear·x <= constant
         side = QuadricSurface((sx, sy, -g2), (0.0, 0.0, -g1 / 2), g0)
         low, high = self.heights
         return Cell((Face(side, 0, cylindrical_uv(low, high) if low < high else PLAIN_UV), *self.caps))
@@ -107,6 +110,7 @@ class EllipticSolid(PrimitiveSolid, abstract=True):
         """The planes of the range, without planes that the surface does not reach."""
         caps = []
         for number, z, sense in ((1, self.z_range[0], -1.0), (2, self.z_range[1], 1.0)) if self.z_range else ():
+            # A plane beyond the end of an ellipsoid would be a face that no ray meets
             if is_finite(z) and not self._beyond(z, sense):
                 plane = PlaneSurface((0.0, 0.0, sense), sense * z, (0.0, 0.0, z))
                 caps.append(Face(plane, number, self._cap_uv(z)))
@@ -157,6 +161,7 @@ class Ellipsoid(EllipticSolid):
 
     def __post_init__(self) -> None:
         radii = check_vector("Ellipsoid", "radii", self.radii)
+        # The quick test first: scenes have millions of ellipsoids
         for i, r in enumerate(radii):
             if not r > 0:
                 check_positive("Ellipsoid", f"radii[{i}]", r)
@@ -177,7 +182,12 @@ class Ellipsoid(EllipticSolid):
 
     @classmethod
     def from_coefficients(
-        cls, A: float, E: float, H: float, center: Any = (0.0, 0.0, 0.0), z_range: Any = None
+        cls,
+        A: float,
+        E: float,
+        H: float,
+        center: VectorLike = (0.0, 0.0, 0.0),
+        z_range: tuple[float, float] | None = None,
     ) -> Ellipsoid:
         """Return A x² + E y² + H z² <= 1 about `center`, cut by `z_range`.
 
@@ -204,6 +214,7 @@ class Ellipsoid(EllipticSolid):
         """(sx, sy, sz, k) of sx x² + sy y² + sz z² <= k, exact. A ball has sx = sy = sz = 1."""
         if self.coefficients is not None:
             return (*self.coefficients, 1.0)
+        # By the largest square, so that equal radii give the coefficients of a ball, all exactly 1
         largest = ex.rational(functools.reduce(portable_max, self.radii)) ** 2
         sx, sy, sz = (largest / ex.rational(r) ** 2 for r in self.radii)
         return sx, sy, sz, largest
@@ -230,6 +241,7 @@ class Ellipsoid(EllipticSolid):
 
     def support(self, direction: Vector) -> float:
         a, b, c = self.radii
+        # The root of a sum of squares is the support of a whole ellipsoid; a cut one needs its caps
         if not self.caps:
             return hypot(a * direction[0], b * direction[1], c * direction[2])
         _, _, sz, k = self.equation
@@ -452,6 +464,7 @@ class BoxedQuadric(PrimitiveSolid, abstract=True):
             return
         if not isinstance(box, Box):
             raise ValueError(f"{owner}: within must be a Box or None, got {type(box).__name__}")
+        # The support of an empty part is that of no point
         if _BoxCut(self.surface, box).support(np.array([0.0, 0.0, 1.0])) == -math.inf:
             raise ValueError(
                 f"{owner}: within must hold a part of the solid, which has nothing in it, got {format_value(box)}"
@@ -485,6 +498,7 @@ class BoxedQuadric(PrimitiveSolid, abstract=True):
     def support(self, direction: Vector) -> float:
         if self.within is None:
             return self.unbounded_support(direction)
+        # Both are upper bounds, and the tighter one depends on the direction
         return min(_BoxCut(self.surface, self.within).support(np.array(direction)), self.unbounded_support(direction))
 
 
@@ -493,6 +507,7 @@ class _BoxCut:
 
     def __init__(self, surface: QuadricSurface, box: Box) -> None:
         squares, linear = (np.array([float(v) for v in row]) for row in (surface.squares, surface.linear))
+        # The box may be turned: in its own coordinates it is the unit cube, and the quadric becomes general
         matrix, ends = box.under(IDENTITY_MOTION).matrix, np.array((box.low, box.high))
         self.linear_part, self.shift, self.ends = matrix[:3, :3], matrix[:3, 3], ends
         self.corner: FloatArray = matmul_rows(ends[0], self.linear_part.T) + self.shift
@@ -526,6 +541,7 @@ class _BoxCut:
         for t in itertools.chain(self._on_edges(), self._in_faces(slope)):
             if all(-_BOUNDARY <= x <= 1 + _BOUNDARY for x in t):
                 best = max(best, sum_up([*(direction * self.corner).tolist(), *(slope * t).tolist()]))
+        # Rounding must not take the part beyond the whole box
         return min(best, whole)
 
     def _f(self, t: FloatArray) -> float:

@@ -81,6 +81,7 @@ class Revolution(PrimitiveSolid):
         for k, (r, _) in enumerate(profile):
             if r < 0:
                 raise ValueError(f"Revolution: profile[{k}] must have r >= 0, got ({r:g}, {profile[k][1]:g})")
+        # A profile that touches itself would have walls inside the solid
         check_simple("Revolution", "profile", profile)
         object.__setattr__(self, "profile", profile)
         first, last = check_angle_range("Revolution", self.start_angle, self.end_angle)
@@ -90,6 +91,7 @@ class Revolution(PrimitiveSolid):
     def tree(self) -> Tree:
         corners, ends = _corners_and_ends(self.profile)
         rising = _rising_edges(ends)
+        # Level edges bound no ring from the side; they number its ends
         level = [(*sorted((a[0], b[0])), a[1], k) for k, (a, b) in enumerate(ends) if _equal(a[1], b[1])]
         walls = {edge.number: _edge_face(edge) for edge in rising if edge.low[0] > 0 or edge.high[0] > 0}
         parts = [_ring_tree(ring, walls, level, len(corners) + 2) for ring in split_rings(rising)]
@@ -112,6 +114,7 @@ class Revolution(PrimitiveSolid):
     def support(self, direction: Vector) -> float:
         across = arc_support(1.0, self.start_angle, self.end_angle, direction)
         if self.end_angle - self.start_angle < 360:
+            # Above its rounding, since the bounds must hold all of a wedge
             across += 2.0**-51 * abs(across)
         best = -float("inf")
         for r, z in self.profile:
@@ -165,9 +168,11 @@ def split_rings(edges: Sequence[_ProfileEdge]) -> list[_ProfileRing]:
         middle = (low + high) / 2
         across = sorted((e for e in edges if e.low[1] <= low and high <= e.high[1]), key=lambda e: e.radius(middle))
         current = {}
+        # Between the heights of two corners edges do not cross, so they enter and leave the polygon in turn
         for inner, outer in zip(across[::2], across[1::2], strict=True):
             before = open_.get((inner.number, outer.number))
             current[inner.number, outer.number] = _ProfileRing(inner, outer, before.low if before else low, high)
+        # Fewer rings are fewer cells to trace: a corner of one wall must not cut all the others
         rings += [ring for key, ring in open_.items() if key not in current]
         open_ = current
     return [*rings, *open_.values()]
@@ -199,6 +204,7 @@ def _ring_tree(ring: _ProfileRing, walls: dict[int, Face], level: Sequence[Any],
         uv = cartesian_uv((radius, 0, 0), (0, radius, 0))
         ends.append(Face(PlaneSurface((0.0, 0.0, sense), sense * z, (0.0, 0.0, z)), number, uv))
     outside = walls[ring.outer.number]
+    # The cell lists its faces by their numbers
     ends.sort(key=lambda face: face.number)
     body = Cell((outside, *ends))
     if ring.inner is None or ring.inner.number not in walls:

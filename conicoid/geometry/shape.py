@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, NoReturn, Self, overlo
 
 import numpy as np
 
-from .._util.arrays import BoxEnds, Vector, ignore_fp_errors
+from .._util.arrays import BoxEnds, Vector, VectorLike, ignore_fp_errors
 from .._util.text import unknown_attribute
 from .._util.validation import describe_kind, format_value
 from .._util.value_objects import pickle_state, restore_state
@@ -139,11 +139,11 @@ class Shape(ABC):
         vars(shape).update(pickle_state(self), motion=motion)
         return shape
 
-    def translate(self, offset: Any) -> Self:
+    def translate(self, offset: VectorLike) -> Self:
         """Return the shape moved by `offset`, three numbers."""
         return self._moved(self.motion.translate(offset))
 
-    def rotate(self, axis: Any, degrees: float, *, about: Any = None) -> Self:
+    def rotate(self, axis: str | VectorLike, degrees: float, *, about: VectorLike | None = None) -> Self:
         """Return the shape turned about an axis through the world's origin, or through the point `about`.
 
         Parameters
@@ -157,7 +157,7 @@ class Shape(ABC):
         """
         return self._moved(moved_about("rotate", self.motion, about, lambda motion: motion.rotate(axis, degrees)))
 
-    def scale(self, factors: Any, *, about: Any = None) -> Self:
+    def scale(self, factors: float | VectorLike, *, about: VectorLike | None = None) -> Self:
         """Return the shape scaled about the world's origin, or about the point `about`.
 
         Parameters

@@ -64,6 +64,7 @@ class Plane(PrimitiveSheet):
         return SurfaceSheet(surface.moved(motion), one_sided=self.one_sided, uv=uv)
 
     def support(self, direction: Vector) -> float:
+        # Bounded only across itself
         multiple = along_normal(self.normal, direction)
         return math.inf if multiple is None else float(multiple * self.offset)
 
@@ -94,6 +95,7 @@ class Disc(PrimitiveSheet):
         return Motion((AxisFrame(self.center, self.normal),))
 
     def sheet(self, motion: Motion) -> SurfaceSheet:
+        # A ball cuts the same circle from the plane as a cylinder, and bounds the disc on all sides
         ball = QuadricSurface((1.0, 1.0, 1.0), constant=ex.rational(self.radius) ** 2)
         uv = cartesian_uv((self.radius, 0.0, 0.0), (0.0, self.radius, 0.0))
         return SurfaceSheet(
@@ -133,6 +135,7 @@ class Polygon(PrimitiveSheet):
     def _uv(self) -> UV:
         points = [ex.exact_row(point) for point in self.vertices]
         edges = (_minus(point, points[0]) for point in points[1:])
+        # The first corners may coincide
         edge = next(e for e in edges if any(e))
         across = ex.cross(ex.unit(newell_sum(points)), edge)
         return cartesian_uv(_floats(edge), _floats(across), self.vertices[0])
@@ -143,6 +146,7 @@ class Polygon(PrimitiveSheet):
 
 def newell_sum(points: Sequence[ex.Row]) -> ex.Row:
     """Return twice the area vector of a closed loop, the sum of p_i × p_(i+1) (Newell), exact."""
+    # From one corner, so that loops far from the origin have short numbers
     spokes = [_minus(point, points[0]) for point in points]
     terms = [ex.cross(a, b) for a, b in itertools.pairwise(spokes[1:])]
     x, y, z = (ex.cancelling_sum([term[i] for term in terms]) for i in range(3))
@@ -173,6 +177,7 @@ def polygon_sheet(vertices: Sequence[Vector], motion: Motion, uv: UV) -> Polygon
     rows, shift = motion.affine
     points = [_transform_points(rows, shift, ex.exact_row(vertex)) for vertex in vertices]
     normal, middle = newell_sum(points), _middle(points)
+    # A mirror turns the sense of the loop round, and with it the vector that Newell's sum gives
     if ex.determinant(rows) < 0:
         normal = (-normal[0], -normal[1], -normal[2])
     # A triangle has the offset of any corner. Other loops have n·middle, divided last: so the offset is exact if its
@@ -224,6 +229,7 @@ class Triangle(PrimitiveSheet):
     def __post_init__(self) -> None:
         for name in ("a", "b", "c"):
             object.__setattr__(self, name, check_vector("Triangle", name, getattr(self, name)))
+        # Meshes have millions of triangles, so floats decide nearly all of them
         if not self._is_clear() and not any(ex.cross(*self._edges())):
             raise ValueError(f"Triangle: a, b, c must not lie on a line, got {self.a}, {self.b}, {self.c}")
 
@@ -298,6 +304,7 @@ class CylinderPatch(PrimitiveSheet):
         walls = wedge_walls(self.start_angle, self.end_angle, self.radius, self.length)
         between, wedge = (tuple(_transform_face(face, motion) for face in faces) for faces in (ends, walls))
         clip: Tree = Cell(between + wedge)
+        # More than half a turn is not convex: it is on the inner side of at least one wall
         if self.end_angle - self.start_angle > 180 and wedge:
             clip = All((Cell(between), union_of_walls(wedge)))
         return SurfaceSheet(side.surface.moved(motion), clip, uv=transform_uv(side.uv, motion))
@@ -337,6 +344,7 @@ class Wall(PrimitiveSheet):
             raise ValueError(
                 f"Wall: face must be one of {type(self.solid).__name__}'s, {numbers}, got {format_value(self.face)}"
             )
+        # Several cells may share a face; on two surfaces it would have no one equation
         (first, *_), *others = self._cuts()
         if not all(_is_same(first.surface, other.surface) for other, *_ in others):
             raise ValueError(f"Wall: face {self.face} of {type(self.solid).__name__} is on more than one surface")
@@ -355,6 +363,7 @@ class Wall(PrimitiveSheet):
         first, counts, _ = cuts[0]
         held = [All(rest) for _, _, rest in cuts]
         clip = _transform_tree(held[0] if len(held) == 1 else Any_(tuple(held)), motion)
+        # The outside of a hole is the inside of the solid
         side = first.inside if counts else -first.inside
         none = isinstance(clip, All) and not clip.parts
         return SurfaceSheet(
@@ -393,23 +402,24 @@ def _is_same(a: Surface, b: Surface) -> bool:
 
 
 def _find_bounding(
-    tree: Tree, face: int, counts: bool, held: tuple[Tree, ...]
+    tree: Tree, face: int, counts: bool, enclosing: tuple[Tree, ...]
 ) -> list[tuple[Face, bool, tuple[Tree, ...]]]:
     """Return (face, True if its cell counts as inside, trees that hold there) for each place where it bounds the tree.
 
     There the other faces of its cell hold, all other parts of every `All` above it, and no other part of any `Any_`.
-    `held` are the trees that hold so far.
+    `enclosing` are the trees that hold so far.
     """
     if isinstance(tree, Not):
-        return _find_bounding(tree.part, face, not counts, held)
+        return _find_bounding(tree.part, face, not counts, enclosing)
     if isinstance(tree, Cell):
         mine = [one for one in tree.faces if one.number == face]
-        return [(one, counts, (*held, _other_faces(tree, one))) for one in mine]
+        return [(one, counts, (*enclosing, _other_faces(tree, one))) for one in mine]
     found = []
     for part in tree.parts:
         others = [other for other in tree.parts if other is not part]
+        # A wall of one part of a union bounds it only where no other part is
         decided: list[Tree] = [other if isinstance(tree, All) else _negate(other) for other in others]
-        found += _find_bounding(part, face, counts, (*held, *decided))
+        found += _find_bounding(part, face, counts, (*enclosing, *decided))
     return found
 
 
@@ -471,6 +481,7 @@ def check_simple(owner: str, field: str, outline: Sequence[tuple[float, float]])
     ends = np.array(outline), np.roll(np.array(outline), -1, axis=0)
     lows, highs = np.minimum(*ends), np.maximum(*ends)
     for k in range(count):
+        # Boxes first: fractions for all pairs of 20,000 edges would take very long
         near = (lows[k + 1 :] <= highs[k]).all(axis=1) & (highs[k + 1 :] >= lows[k]).all(axis=1)
         for other in (np.flatnonzero(near) + k + 1).tolist():
             if _edges_cross(edges[k], edges[other], (other - k) % count == 1 or (k - other) % count == 1):

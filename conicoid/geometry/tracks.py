@@ -44,8 +44,8 @@ def _times(owner: str, value: Any) -> tuple[float, ...]:
 def _keys(owner: str, field: str, value: Any, count: int, size: int) -> Any:
     """Return one key for each time, checked: numbers, or vectors of `size`."""
     if not isinstance(value, list | tuple | np.ndarray) or len(value) != count:
-        got = f"{len(value)}" if isinstance(value, list | tuple | np.ndarray) else describe_kind(value)
-        raise ValueError(f"{owner}: {field} must be a list of {count}, one for each of times, got {got}")
+        found = f"{len(value)}" if isinstance(value, list | tuple | np.ndarray) else describe_kind(value)
+        raise ValueError(f"{owner}: {field} must be a list of {count}, one for each of times, got {found}")
     if size == 1:
         return tuple(check_number(owner, f"{field}[{i}]", item) for i, item in enumerate(value))
     return tuple(check_numbers(owner, f"{field}[{i}]", item, size) for i, item in enumerate(value))
@@ -55,6 +55,7 @@ def _key_share(times: tuple[float, ...], time: float, ease: Ease) -> tuple[int, 
     """Return (index of the key before `time`, share of the way to the next key)."""
     if time <= times[0] or len(times) == 1:
         return 0, 0.0
+    # The last key itself, so that the end of a film is the key to the bit
     if time >= times[-1]:
         return len(times) - 2, 1.0
     k = max(i for i in range(len(times) - 1) if times[i] <= time)
@@ -64,6 +65,7 @@ def _key_share(times: tuple[float, ...], time: float, ease: Ease) -> tuple[int, 
 
 def _interpolate_keys(keys: Any, k: int, s: float) -> Any:
     """Return the number or vector between two keys. At a key it is that key to the bit."""
+    # a + 1 (b - a) would be rounded
     if s == 0.0 or s == 1.0:
         return keys[k + (s == 1.0)]
     a, b = keys[k], keys[k + 1]
@@ -127,6 +129,7 @@ class BodyTrack:
         k, s = _key_share(self.times, time, self.ease)
         angle = 0.0 if self.degrees is None else _interpolate_keys(self.degrees, k, s)
         offset = (0.0, 0.0, 0.0) if self.translate is None else _interpolate_keys(self.translate, k, s)
+        # A scene at rest keeps its shapes, and with them its prepared tables
         if angle:
             shape = shape.rotate(self.axis, angle, about=self.about)
         return shape.translate(offset) if any(offset) else shape

@@ -103,6 +103,7 @@ class Rotate(_Step):
         return self._rows(), ZERO_SHIFT
 
     def inverse(self) -> Affine:
+        # The inverse of a rotation, without a division
         return ex.transpose(self._rows()), ZERO_SHIFT
 
     def similarity(self) -> ex.BigFloat | None:
@@ -167,6 +168,7 @@ class Transform(_Step):
         """Return sqrt(q) if the Gram matrix is q times the identity. It is |det| / q, so it is rational."""
         rows, _ = self.affine()
         square = ex.dot(rows[0], rows[0])
+        # Rows across each other and of one length: only such a map keeps balls round
         if any(ex.dot(rows[i], rows[j]) for i, j in ((0, 1), (0, 2), (1, 2))):
             return None
         return ex.sqrt(square) if square == ex.dot(rows[1], rows[1]) == ex.dot(rows[2], rows[2]) else None
@@ -328,11 +330,13 @@ class Motion:
         return self.then(Motion((step,)))
 
     def scale(self, factors: Any) -> Motion:
+        # One number scales all axes alike
         if isinstance(factors, (int, float, np.number)):
             factors = (factors, factors, factors)
         if isinstance(factors, str):
             raise ValueError(f"scale: factors must be one number or 3 numbers, got {format_value(factors)}")
         x, y, z = check_vector("scale", "factors", factors)
+        # A flattened body has no inside
         if x == 0 or y == 0 or z == 0:
             raise ValueError(f"scale: factors must not be zero, got {(x, y, z)}")
         return self.then(Motion((Scale((x, y, z)),)))
@@ -342,6 +346,7 @@ class Motion:
         if rows[3] != (0, 0, 0, 1):
             raise ValueError(f"transform: matrix must be affine, its last row (0, 0, 0, 1), got {rows[3]}")
         step = Transform(rows)
+        # Floats show for nearly all matrices that the determinant is not zero
         if math.isinf(step.reach().back) and not ex.determinant(step.affine()[0]):
             raise ValueError("transform: matrix must be invertible, its determinant is 0")
         return self.then(Motion((step,)))
@@ -428,6 +433,7 @@ class Motion:
         if stretch <= SAFE_REACH and back <= SAFE_REACH and shift <= SAFE_REACH:
             return
         try:
+            # The shift of the inverse may be large where the scene is far away, which does no harm
             inverse = self.inverse_matrix[:3, :3]
         except ZeroDivisionError:
             raise ValueError(f"{owner}: motion must be invertible, its determinant vanishes in 3000 bits") from None

@@ -96,6 +96,7 @@ class NpySource:
     def __init__(self, path: Path, names: Collection[str], columns: Sequence[str]) -> None:
         self._path = path
         with open_regular(path) as file, self._errors():
+            # The size of the file must agree before a number is read, as a head may announce more than the disk holds
             header = read_npy_header(file)
             if header.kind is not None:
                 header.check_size(os.fstat(file.fileno()).st_size)
@@ -364,6 +365,7 @@ def write_arrays(path: str | os.PathLike[str], arrays: Arrays) -> None:
             return
         with zipfile.ZipFile(partial, "w", zipfile.ZIP_STORED, allowZip64=True) as archive:
             for name, array in arrays.items():
+                # The size is not known when a member begins, and 4 GiB are soon reached
                 with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
                     _write_npy(member, array)
 
@@ -402,6 +404,7 @@ def new_zarr_group(path: str | os.PathLike[str]) -> Iterator[Any]:
         raise FileExistsError(17, "already exists", str(folder))
     if not folder.parent.is_dir():
         raise FileNotFoundError(2, "no such folder", str(folder.parent))
+    # Beside the final place, since a rename across file systems would be a copy
     partial = folder.with_name(f".{folder.stem[:40]}-{secrets.token_hex(4)}.zarr")
     try:
         yield zarr.open_group(str(partial), mode="w")

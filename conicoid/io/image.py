@@ -68,7 +68,7 @@ class Image:
 
     @ignore_fp_errors
     def __init__(
-        self, array: Any, *, colormap: str | None = None, vmin: float | None = None, vmax: float | None = None
+        self, array: npt.ArrayLike, *, colormap: str | None = None, vmin: float | None = None, vmax: float | None = None
     ) -> None:
         if is_masked(array):
             raise ValueError("Image: array must hold real numbers without masked entries")

@@ -243,9 +243,11 @@ def downsample(pixels: FloatArray, columns: int, rows: int) -> FloatArray:
     The sides keep their ratio, and images are never enlarged.
     """
     height, width = pixels.shape[:2]
+    # A small picture stays small: blocks of one pixel would be larger than the eye expects
     share = min(1.0, columns / width, rows / height)
     high, wide = max(1, int(height * share)), max(1, int(width * share))
     y, x = (np.arange(n) * size // n for n, size in ((high, height), (wide, width)))
+    # Light adds up, codes of sRGB do not
     total = np.add.reduceat(np.add.reduceat(np.asarray(pixels, float), y, axis=0), x, axis=1)
     sizes = np.diff(np.append(y, height))[:, None] * np.diff(np.append(x, width))
     return np.asarray(total / sizes[..., None])
@@ -285,6 +287,7 @@ def terminal_preview() -> Callable[[Any], None]:
     def preview(image: Any) -> None:
         if not console.is_terminal:
             return
+        # Two lines are left for the cursor and for what the program prints next
         drawn = render_half_blocks(image._display_light, console.width, max(1, console.height - 2))
         if above[0]:
             console.control(Control((ControlType.CURSOR_UP, above[0])))
@@ -353,6 +356,7 @@ def _write_gif(path: Path, frames: Sequence[Path], seconds: float, progress: Mov
     """Write a GIF with one palette for all frames, so that parts that stand still do not flicker."""
     from PIL import Image
 
+    # Of frames all through the film, as colours at its end may be new
     some = [_open_frame(frames[i]) for i in range(0, len(frames), -(-len(frames) // _SAMPLED))]
     strip = Image.new("RGB", (some[0].width, sum(frame.height for frame in some)))
     for k, frame in enumerate(some):
@@ -377,6 +381,7 @@ def _write_mp4(path: Path, frames: Sequence[Path], seconds: float, progress: Mov
     with av.open(str(path), "w", options={"movflags": "faststart"}) as movie:
         stream = movie.add_stream("libx264", rate=rate, options={"crf": "17", "preset": "slow"})
         stream.width, stream.height = _open_frame(frames[0]).size
+        # The one layout of pixels that all players decode
         stream.pix_fmt, context = "yuv420p", stream.codec_context
         context.colorspace = context.color_primaries = context.color_trc = context.color_range = _BT709
         for picture in _report_frames(frames, progress):

@@ -49,10 +49,10 @@ Arrays = dict[str, Any]
 
 
 def read_arrays(
-    path: str | os.PathLike[str], wanted: Collection[str], needed: Collection[str], what: str,
+    path: str | os.PathLike[str], names: Collection[str], needed: Collection[str], what: str,
     flags: Collection[str] = (),
 ) -> Arrays:  # fmt: skip
-    """Read the `wanted` arrays of a .npz file; those in `needed` must exist, those in `flags` may be booleans.
+    """Read the `names` arrays of a .npz file; those in `needed` must exist, those in `flags` may be booleans.
 
     `what` is the method that writes such files. Raise ValueError if the file lacks an array or holds others.
     """
@@ -63,11 +63,11 @@ def read_arrays(
             there = [printable(name) for name in archive.members]
             lacks = f"it lacks {', '.join(missing[:5])} and holds {format_list(there, 5)}"
             raise ValueError(f"is not a file of {what}: {lacks}{_guess_reader(archive.members, what)}")
-        others = [printable(name) for name in archive.members if name not in wanted]
+        others = [printable(name) for name in archive.members if name not in names]
         if others:
             extra = f"it also holds {format_list(others, 5)}{_guess_reader(archive.members, what)}"
             raise ValueError(f"is not a file of {what}: {extra}")
-        return dict(archive.arrays(wanted, flags))
+        return dict(archive.arrays(names, flags))
 
 
 _MARKER_FIELDS = {"crossings": ("offsets", "point"), "spans": ("offsets", "ends"), "hits": ("t", "local_point")}

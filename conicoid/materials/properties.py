@@ -13,7 +13,7 @@ from .._util.validation import describe_kind, format_value, real_array
 
 _DIMENSIONS = 2
 _LARGEST_INTEGER = 10**18  # scene files read shorter numbers as integers
-_SHOWN = 8
+_MOST_LETTERS = 8
 _EXPECTED = "a number, a text, true or false, an array of numbers or texts, or a mapping from names to numbers or texts"
 
 
@@ -91,7 +91,7 @@ class Properties(Mapping[str, Any]):
         return self._hash
 
     def __repr__(self) -> str:
-        return "{" + ", ".join(f"{name!r}: {_text(value, _SHOWN)}" for name, value in self._values.items()) + "}"
+        return "{" + ", ".join(f"{name!r}: {_text(value, _MOST_LETTERS)}" for name, value in self._values.items()) + "}"
 
     @property
     def exact_text(self) -> str:

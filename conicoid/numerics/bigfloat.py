@@ -26,7 +26,7 @@ BITS = 3000
 """Bits of irrational numbers."""
 _LONGEST = 16384
 """Exact numbers of more bits are cut as well."""
-_SHORT, _KNOWN = 512, 1024  # `settled`: bits of a short number, and bits that must be known of the interval
+_SHORT, _INTERVAL_BITS = 512, 1024  # `settled`: bits of a short number, and bits that must be known of the interval
 _RADIUS = 32
 """Bits of an error."""
 
@@ -290,7 +290,7 @@ def settled(value: BigFloat) -> BigFloat:
         return ZERO
     length = size.bit_length()
     # Fewer known bits could agree with a short number by chance
-    if length - value.off.bit_length() < _KNOWN:
+    if length - value.off.bit_length() < _INTERVAL_BITS:
         return value
     more = length - _SHORT
     # The nearest number of `_SHORT` bits: half a unit is added before the cut

@@ -332,7 +332,7 @@ class TracedBig(_TracedComparison, BigFloat, Symbol):  # type: ignore[misc]
         return self
 
     def settled(self) -> TracedBig:
-        """Settle the value of the recording. The tape itself computes the number within its bounds."""
+        """Return the number with its value settled; the tape stays as it is, since it computes with bounds."""
         self.value = bigfloat.settled(self.value)
         return self
 

@@ -234,13 +234,13 @@ def _render_shutter(
         if checkpoint is not None:
             checkpoint.read(sums)
         # Samples of a moment follow those of the moment before it.
-        begun = 0
+        first_tile = 0
         for moment, part in stills(scene, job, fixed, sums):
-            moment_progress = progress and _of_moment(progress, begun, part.samples, job.samples)
+            moment_progress = progress and _of_moment(progress, first_tile, part.samples, job.samples)
             _render_on_workers(
                 moment, part, executor, (shared_scene(moment), SharedObject(part)), moment_progress, sums, checkpoint
             )
-            begun = part.samples
+            first_tile = part.samples
         return FilmResult(mean_pixels(sums), sums)
     finally:
         if checkpoint is not None:
@@ -311,9 +311,9 @@ def tiles_of(sums: Any, begin: int, end: int) -> Any:
 def _gaps(sums: Any, total: int, job: RenderJob) -> list[tuple[int, int]]:
     """Return ranges of tiles with pixels that still need samples."""
     row, column = np.nonzero(job.sample_mask(sums, job.samples, SQUARE))
-    done = np.ones(total + 1, np.bool_)
-    done[tiles_of_squares(row, column, job.width)] = False
-    steps = np.diff(np.concatenate([[True], done]).astype(np.int8))
+    present = np.ones(total + 1, np.bool_)
+    present[tiles_of_squares(row, column, job.width)] = False
+    steps = np.diff(np.concatenate([[True], present]).astype(np.int8))
     begins, ends = np.flatnonzero(steps < 0).tolist(), np.flatnonzero(steps > 0).tolist()
     return list(zip(begins, ends, strict=True))
 

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -14,6 +14,11 @@ from .._util.arrays import FloatArray, ignore_fp_errors
 from .rays import lines_of
 from .result import extension
 from .weights import weights_of
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from .weights import LineValues
 
 
 @dataclass(frozen=True)
@@ -50,7 +55,7 @@ class SpanTangents:
     _spans: Any = field(repr=False)  # `Spans`, which imports this module for its annotations
     _stretch: FloatArray = field(repr=False)  # (rays,) relative change of the length of the direction
 
-    def lengths(self, by: Any = "body") -> FloatArray:
+    def lengths(self, by: Literal["body", "material"] = "body") -> FloatArray:
         """Return the change of `spans.lengths(by)`: (..., bodies), or (..., materials) for `by` "material"."""
         spans = self._spans
         places, count = spans._places(by)
@@ -59,7 +64,7 @@ class SpanTangents:
         found: FloatArray = np.bincount(ray * count + places, change, rays * count).astype(np.float64)
         return found.reshape((*spans.shape, count))
 
-    def line_integral(self, values: Any, otherwise: Any = None) -> Any:
+    def line_integral(self, values: LineValues, otherwise: npt.ArrayLike | None = None) -> Any:
         """Return the change of `spans.line_integral(values, otherwise)` at constant values: (...) or (..., energies).
 
         The integral is linear in the values, so its derivative by a value is a length.
@@ -116,7 +121,12 @@ class HitDerivatives:
 
     @ignore_fp_errors
     def jvp(
-        self, parameters: Any = None, d_parameters: Any = None, *, d_origins: Any = None, d_directions: Any = None
+        self,
+        parameters: Any = None,
+        d_parameters: npt.ArrayLike | None = None,
+        *,
+        d_origins: npt.ArrayLike | None = None,
+        d_directions: npt.ArrayLike | None = None,
     ) -> Tangents:
         """Return the change of t, point, normal and uv for a change of the rays and of shape parameters (forward mode).
 
@@ -143,7 +153,13 @@ class HitDerivatives:
 
     @ignore_fp_errors
     def vjp(
-        self, parameters: Any = None, *, t: Any = None, point: Any = None, normal: Any = None, uv: Any = None
+        self,
+        parameters: Any = None,
+        *,
+        t: npt.ArrayLike | None = None,
+        point: npt.ArrayLike | None = None,
+        normal: npt.ArrayLike | None = None,
+        uv: npt.ArrayLike | None = None,
     ) -> Cotangents:
         """Return the gradient of Σ cotangent · field by the rays and by shape parameters (reverse mode).
 
@@ -187,7 +203,12 @@ class SpanDerivatives:
 
     @ignore_fp_errors
     def jvp(
-        self, parameters: Any = None, d_parameters: Any = None, *, d_origins: Any = None, d_directions: Any = None
+        self,
+        parameters: Any = None,
+        d_parameters: npt.ArrayLike | None = None,
+        *,
+        d_origins: npt.ArrayLike | None = None,
+        d_directions: npt.ArrayLike | None = None,
     ) -> SpanTangents:
         """Return the change of the ends of spans for a change of the rays and of shape parameters (forward mode).
 
@@ -215,8 +236,9 @@ class SpanDerivatives:
 
     @ignore_fp_errors
     def vjp(
-        self, parameters: Any = None, *, t_enter: Any = None, t_exit: Any = None, line_integral: Any = None,
-        values: Any = None, otherwise: Any = None,
+        self, parameters: Any = None, *, t_enter: npt.ArrayLike | None = None, t_exit: npt.ArrayLike | None = None,
+        line_integral: npt.ArrayLike | None = None, values: LineValues | None = None,
+        otherwise: npt.ArrayLike | None = None,
     ) -> Cotangents:  # fmt: skip
         """Return the gradient of Σ cotangent · field by the rays and by shape parameters (reverse mode).
 

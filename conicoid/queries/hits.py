@@ -269,7 +269,7 @@ class Hits(QueryResult, HitDerivatives):
         return self._shaped(uv, 2)
 
     @ignore_fp_errors
-    def spawn(self, directions: Any) -> Rays:
+    def spawn(self, directions: npt.ArrayLike) -> Rays:
         """Return rays that start exactly on the hits. They skip the crossing at their origin, without an offset.
 
         Parameters

@@ -102,7 +102,7 @@ BEFORE_FIRST = np.full(1, -1, np.int32)
 """The number before all bodies, so that `first_after` returns the first body."""
 
 
-def points_of(owner: str, points: Any) -> tuple[FloatArray, tuple[int, ...]]:
+def points_of(owner: str, points: npt.ArrayLike) -> tuple[FloatArray, tuple[int, ...]]:
     """Return points as kernels take them, (n, 3), and their leading shape. Raise ValueError for invalid points."""
     array = points_array(owner, "points", points)
     flat = np.ascontiguousarray(array.reshape(-1, 3))
@@ -114,7 +114,7 @@ def points_of(owner: str, points: Any) -> tuple[FloatArray, tuple[int, ...]]:
     return flat, array.shape[:-1]
 
 
-def body_at(scene: PreparedScene, points: Any, owner: str = "body_at", device: str | None = None) -> Any:
+def body_at(scene: PreparedScene, points: npt.ArrayLike, owner: str = "body_at", device: str | None = None) -> Any:
     """Return the lowest-numbered body that contains each point, -1 for none; int32 of the points' shape."""
     flat, shape = points_of(owner, points)
     gpu = device_of(owner, device, len(flat) == 1)
@@ -123,7 +123,7 @@ def body_at(scene: PreparedScene, points: Any, owner: str = "body_at", device: s
     return first_after(scene, flat, BEFORE_FIRST, width_of(shape), gpu).reshape(shape)[()]
 
 
-def contains(scene: PreparedScene, points: Any, device: str | None = None) -> Any:
+def contains(scene: PreparedScene, points: npt.ArrayLike, device: str | None = None) -> Any:
     """Return whether any solid contains each point; bool of the points' shape."""
     bodies = body_at(scene, points, "contains", device)
     if np.size(bodies) == 1 and scene.lacks_single_calls("contains"):
@@ -180,7 +180,9 @@ def first_after(scene: PreparedScene, points: FloatArray, after: Any, width: int
     return bodies
 
 
-def bodies_at(scene: PreparedScene, points: Any, query: Callable[[FloatArray, Any], Any] | None = None) -> BodiesAt:
+def bodies_at(
+    scene: PreparedScene, points: npt.ArrayLike, query: Callable[[FloatArray, Any], Any] | None = None
+) -> BodiesAt:
     """Return all bodies that contain each point.
 
     query: a function (points, after) with the result of `first_after`, as on workers. Each round finds the next body of
@@ -431,7 +433,7 @@ def _concatenate_distances(parts: Any) -> Distances:
 _BOUND_CHUNK, _EXACT_CHUNK = 64, 256  # packets, points
 
 
-def reach_of(max_distance: Any, shape: tuple[int, ...]) -> FloatArray:
+def reach_of(max_distance: npt.ArrayLike, shape: tuple[int, ...]) -> FloatArray:
     """Return `max_distance` for each point, flat. Raise ValueError if it is not positive or does not broadcast."""
     expected = f"a positive number or broadcast to {shape}"
     array = real_array("distance", "max_distance", max_distance, expected)
@@ -447,8 +449,8 @@ def reach_of(max_distance: Any, shape: tuple[int, ...]) -> FloatArray:
 
 def distance(
     scene: PreparedScene,
-    points: Any,
-    max_distance: Any = math.inf,
+    points: npt.ArrayLike,
+    max_distance: npt.ArrayLike = math.inf,
     exact: bool = False,
     progress: Progress | None = None,
 ) -> Distances:

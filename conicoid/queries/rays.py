@@ -112,7 +112,7 @@ class Rays(ArrayRecord):
     _home: bytes | None  # `PreparedScene.key` of the scene of these surfaces
 
     @ignore_fp_errors
-    def __init__(self, origins: Any, directions: Any) -> None:
+    def __init__(self, origins: npt.ArrayLike, directions: npt.ArrayLike) -> None:
         o, d = points_array("Rays", "origins", origins, True), points_array("Rays", "directions", directions, True)
         try:
             shape = np.broadcast_shapes(o.shape, d.shape)

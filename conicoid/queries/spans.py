@@ -63,7 +63,7 @@ from .result import (
     format_field,
     format_rows,
 )
-from .weights import BODY, DistinctMaterials, Weights, check_by, weights_of
+from .weights import BODY, DistinctMaterials, LineValues, Weights, check_by, weights_of
 
 if TYPE_CHECKING:
     from ..prepare.prepared_scene import PreparedScene
@@ -412,7 +412,11 @@ class Spans(QueryResult, RayLists, SpanDerivatives):
 
     @ignore_fp_errors
     def line_integral(
-        self, values: Any, otherwise: Any = None, *, overlaps: Literal["both", "error"] | None = None
+        self,
+        values: LineValues,
+        otherwise: npt.ArrayLike | None = None,
+        *,
+        overlaps: Literal["both", "error"] | None = None,
     ) -> Any:
         """Return the sum over spans of value × length. A value of 0 contributes 0 even on an infinite span.
 

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
 from .._util.arrays import FloatArray
 from .._util.text import closest_name, describe_names
 from .._util.validation import format_value, real_array
 from ..materials.properties import Properties
+
+LineValues: TypeAlias = "npt.ArrayLike | Mapping[str, npt.ArrayLike] | str"
+"""Values of line integrals: an array by body, a mapping from names of materials, or the name of a property."""
 
 BODY, MATERIAL = "body", "material"
 BY_BODY = "names are those of materials, and values by body are an array in the order of their numbers"

@@ -36,6 +36,8 @@ from ..numerics.portable_math import sin_cos_degrees, tan_degrees
 from .camera_kinds import EQUIDISTANT, EQUIRECTANGULAR, EQUISOLID, FISHEYE, LINEAR, STEREOGRAPHIC, THIN_LENS, check_size
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
+
     from ..queries.rays import LazyRays, Rays
 
 
@@ -99,7 +101,7 @@ class AnyCamera:
 
         return CameraRays(self, width, height)
 
-    def project(self, points: Any, width: int, height: int) -> FloatArray:
+    def project(self, points: npt.ArrayLike, width: int, height: int) -> FloatArray:
         """Return the places of points on a picture, whether or not other bodies hide them.
 
         Parameters
@@ -120,6 +122,7 @@ class AnyCamera:
     def _film(self, points: FloatArray, width: int, height: int) -> FloatArray:
         """Return the film coordinates u and v of points, (..., 2); NaN for points that have none."""
         lens = self.lens
+        # The inverse of the linear map: o₁ or d₁ is zero, so their sum is the vector across
         from_camera = points - lens[0]
         across, depth = lens[1:3] + lens[4:6], dot_rows(from_camera, lens[3])
         film = matmul_rows(from_camera, across.T) / dot_rows(across, across)
@@ -192,10 +195,12 @@ class Camera(AnyCamera):
             return LINEAR, (0.0, 0.0, 0.0, 0.0)
         focus = self.focus_distance
         if focus is None:
+            # Sharp at what the camera looks at, unless the scene says otherwise
             focus = float(row_lengths(np.subtract(self.look_at, self.position)))
         return THIN_LENS, (self.aperture / 2, focus, float(self.blades), 0.0)
 
     def _film(self, points: FloatArray, width: int, height: int) -> FloatArray:
+        # A pinhole divides by the depth; parallel rays do not
         depth = dot_rows(points - self.lens[0], self.lens[3])
         return super()._film(points, width, height) / np.where(depth > 0, depth, np.nan)[..., None]
 
@@ -248,12 +253,13 @@ def as_camera(owner: str, camera: Any) -> AnyCamera | None:
 def camera_basis(position: Vector, look_at: Vector, up: Vector) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the unit vectors (right, up, forward) of a view."""
     forward = _unit(np.subtract(look_at, position))
+    # `_check_camera` has replaced an `up` along the view, so this is not zero
     right = _unit(np.cross(forward, _unit(np.array(up))))
     return right, np.cross(right, forward), forward
 
 
 @ignore_fp_errors
-def project_points(camera: AnyCamera, points: Any, width: int, height: int) -> FloatArray:
+def project_points(camera: AnyCamera, points: npt.ArrayLike, width: int, height: int) -> FloatArray:
     """Return the pixel coordinates of points: the film coordinates of the rays through them, inverted."""
     from ..queries.rays import points_array
 

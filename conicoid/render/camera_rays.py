@@ -168,7 +168,7 @@ def panoramic_ray(
     view: CameraView, x: float, y: float, width: int, height: int
 ) -> tuple[float, float, float, float, float, float, bool]:
     """Return a ray, and whether the camera sees there, of an `EquirectangularCamera` or a `FisheyeCamera`."""
-    lens, seen = view.lens, True
+    lens, is_inside = view.lens, True
     if view.kind == EQUIRECTANGULAR:
         c, s = cos_sin_turns(x / width - 0.5)
         along, up = cos_sin_turns(0.25 - 0.5 * (y / height))
@@ -176,7 +176,7 @@ def panoramic_ray(
     else:
         u, v = (2.0 * x - width) / height, (height - 2.0 * y) / height
         far = math.sqrt(u * u + v * v)
-        seen = far <= 1.0
+        is_inside = far <= 1.0
         if view.numbers[0] == EQUIDISTANT:
             f, s = cos_sin_turns(far * view.numbers[1])
         elif view.numbers[0] == EQUISOLID:
@@ -192,7 +192,7 @@ def panoramic_ray(
         f * lens[3, 1] + r * lens[4, 1] + up * lens[5, 1],
         f * lens[3, 2] + r * lens[4, 2] + up * lens[5, 2],
     )
-    return lens[0, 0], lens[0, 1], lens[0, 2], dx, dy, dz, seen
+    return lens[0, 0], lens[0, 1], lens[0, 2], dx, dy, dz, is_inside
 
 
 @helper

@@ -315,7 +315,7 @@ class _NewTiles:
 
 
 def _as_part(progress: Progress | None, samples: int, of: int) -> Progress | None:
-    """Progress of a picture of `samples` samples as of one of more."""
+    """Return a callback for a part of `samples` samples of a picture, which reports it as a share of `of` samples."""
     if progress is None:
         return None
     return lambda done, count: progress(done, count // samples * of)

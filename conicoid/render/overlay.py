@@ -105,7 +105,7 @@ def round_down_125(length: float) -> float:
 
 # What a camera sees of points in the world.
 
-_ALMOST = 1 - 1e-6  # of the way to a point: what it lies on does not hide it
+_NEARLY_WHOLE = 1 - 1e-6  # of the way to a point: what it lies on does not hide it
 
 
 def find_hidden(scene: SceneLike, camera: AnyCamera, points: Any) -> Any:
@@ -116,7 +116,7 @@ def find_hidden(scene: SceneLike, camera: AnyCamera, points: Any) -> Any:
     is_around = not isinstance(camera, Camera | OrthographicCamera)
     front = (points != lens[0]).any(axis=-1) if is_around else depths > 0
     ways = depths[front, None] * lens[3] if isinstance(camera, OrthographicCamera) else points[front] - lens[0]
-    result[front] = scene.occluded(points[front] - ways, ways, t_max=_ALMOST) if front.any() else False
+    result[front] = scene.occluded(points[front] - ways, ways, t_max=_NEARLY_WHOLE) if front.any() else False
     return result
 
 

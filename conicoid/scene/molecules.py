@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from ..io.molecules.atoms import SYMBOLS, VAN_DER_WAALS_RADII, Atoms, atomic_num
 from ..io.molecules.importer import read_atoms
 from ..io.molecules.styles import STYLES, MoleculeStyle, StyleName, build_molecule_bodies
 from .scene import Scene
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
 
 _NOTHING: Mapping[str, Any] = {}
 
@@ -137,7 +140,9 @@ class Molecule(Atoms):
 
 
 @ignore_fp_errors
-def molecule(atoms: Any, elements: Any = None, *, bonds: Any = None, cell: Any = None) -> Molecule:
+def molecule(
+    atoms: Any, elements: npt.ArrayLike | None = None, *, bonds: npt.ArrayLike | None = None, cell: Any = None
+) -> Molecule:
     """Return the molecule of a file, of positions and elements, or of an object of another library.
 
     Parameters

@@ -3,6 +3,9 @@
 The class is the facade on top of the packages: a method checks little itself and hands over to the package that does
 the work, which it imports on first use, so that a program loads only what it calls. A scene is immutable; edits are new
 scenes that share prepared tables with the old one.
+
+The file is longer than others, and stays one class. 430 of its lines are the contracts that `help(Scene)` shows, each
+beside the method that it binds. Base classes or mixins would give a reader several places to look for one method.
 """
 
 from __future__ import annotations
@@ -12,7 +15,7 @@ import math
 import os
 from collections.abc import Callable, Iterable, Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal, NoReturn, overload
+from typing import TYPE_CHECKING, Any, Literal, NoReturn, SupportsIndex, overload
 
 import numpy as np
 
@@ -62,6 +65,8 @@ from ..materials.material import Material
 from ..queries.result import extension
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from ..apps.explain.explanation import Explanation, SceneSurface
     from ..apps.section.slice import Slice
     from ..apps.section.voxels import Voxels
@@ -72,6 +77,7 @@ if TYPE_CHECKING:
     from ..queries.points import BodiesAt, Distances
     from ..queries.rays import Rays
     from ..queries.spans import Crossings, Spans
+    from ..queries.weights import LineValues
     from ..render.camera import AnyCamera, Camera, OrthographicCamera
     from ..render.options import Filter
 
@@ -130,7 +136,7 @@ class Scene:
         camera: AnyCamera | None = None,
         background: Background | None = None,
         domain: Solid | None = None,
-        animation: Any = (),
+        animation: Iterable[Track] = (),
     ) -> None:
         refuse_second(lights)
         self._bodies: Bodies = as_bodies(items)
@@ -253,7 +259,7 @@ class Scene:
 
         return fit_extent(self._boxes())
 
-    def body(self, number: Any) -> Body:
+    def body(self, number: SupportsIndex) -> Body:
         """Return the body of a number, as in `hits.body` and from `body_at`.
 
         A ball of a `Spheres` is a `Sphere` of its own, one of `Boxes` a `Box`, with its own material and the name of
@@ -373,7 +379,7 @@ class Scene:
             return self._edited(self._bodies, *parts)
         return self._with_entry(*exchange_entry(self._bodies, self._first_numbers, which, item, labels), *parts)
 
-    def moved(self, which: str | int, motion: Any) -> Scene:
+    def moved(self, which: str | int, motion: ArrayLike | Callable[[Shape], Shape]) -> Scene:
         """Return a scene with one entry moved.
 
         Parameters
@@ -515,7 +521,8 @@ class Scene:
     # --- Queries along rays
 
     def first_hit(
-        self, origins: Any, directions: Any = None, t_min: Any = DEFAULT_T_MIN, t_max: Any = DEFAULT_T_MAX, *,
+        self, origins: ArrayLike | Rays, directions: ArrayLike | None = None, t_min: ArrayLike = DEFAULT_T_MIN,
+        t_max: ArrayLike = DEFAULT_T_MAX, *,
         executor: Any = None, device: Literal["cpu", "cuda"] | None = None,
     ) -> Hits:  # fmt: skip
         """Return the nearest crossing of each ray in the open interval (t_min, t_max).
@@ -553,7 +560,8 @@ class Scene:
         return hits
 
     def occluded(
-        self, origins: Any, directions: Any = None, t_min: Any = DEFAULT_T_MIN, t_max: Any = DEFAULT_T_MAX, *,
+        self, origins: ArrayLike | Rays, directions: ArrayLike | None = None, t_min: ArrayLike = DEFAULT_T_MIN,
+        t_max: ArrayLike = DEFAULT_T_MAX, *,
         executor: Any = None, device: Literal["cpu", "cuda"] | None = None,
     ) -> Any:  # fmt: skip
         """Return whether each ray has any crossing strictly between t_min and t_max: first_hit(...).t < inf.
@@ -570,7 +578,8 @@ class Scene:
         return self._along_rays("occluded", executor, device, origins, directions, t_min, t_max)
 
     def spans(
-        self, origins: Any, directions: Any = None, t_min: Any = DEFAULT_T_MIN, t_max: Any = DEFAULT_T_MAX, *,
+        self, origins: ArrayLike | Rays, directions: ArrayLike | None = None, t_min: ArrayLike = DEFAULT_T_MIN,
+        t_max: ArrayLike = DEFAULT_T_MAX, *,
         executor: Any = None,
     ) -> Spans:  # fmt: skip
         """Return every stretch of each ray inside each solid, clipped to [t_min, t_max], sorted along the ray.
@@ -584,7 +593,8 @@ class Scene:
         return spans
 
     def crossings(
-        self, origins: Any, directions: Any = None, t_min: Any = DEFAULT_T_MIN, t_max: Any = DEFAULT_T_MAX, *,
+        self, origins: ArrayLike | Rays, directions: ArrayLike | None = None, t_min: ArrayLike = DEFAULT_T_MIN,
+        t_max: ArrayLike = DEFAULT_T_MAX, *,
         executor: Any = None,
     ) -> Crossings:  # fmt: skip
         """Return every crossing of each ray with solids and sheets, strictly between t_min and t_max, in order.
@@ -639,7 +649,8 @@ class Scene:
         return stream(self, rays, query, chunk, executor, out, options)
 
     def lengths(
-        self, origins: Any, directions: Any = None, t_min: Any = DEFAULT_T_MIN, t_max: Any = DEFAULT_T_MAX, *,
+        self, origins: ArrayLike | Rays, directions: ArrayLike | None = None, t_min: ArrayLike = DEFAULT_T_MIN,
+        t_max: ArrayLike = DEFAULT_T_MAX, *,
         by: Literal["body", "material"] = "body", overlaps: Literal["both", "error"] | None = None,
         progress: Progress | None = None, executor: Any = None,
     ) -> FloatArray:  # fmt: skip
@@ -666,8 +677,9 @@ class Scene:
         return lengths
 
     def line_integral(
-        self, values: Any, origins: Any, directions: Any = None, t_min: Any = DEFAULT_T_MIN,
-        t_max: Any = DEFAULT_T_MAX, *, otherwise: Any = None, overlaps: Literal["both", "error"] | None = None,
+        self, values: LineValues, origins: ArrayLike | Rays, directions: ArrayLike | None = None,
+        t_min: ArrayLike = DEFAULT_T_MIN, t_max: ArrayLike = DEFAULT_T_MAX, *, otherwise: ArrayLike | None = None,
+        overlaps: Literal["both", "error"] | None = None,
         progress: Progress | None = None, executor: Any = None,
     ) -> Any:  # fmt: skip
         """Return `spans(...).line_integral(values)`, equal to the bit, for any number of rays without their spans.
@@ -734,7 +746,7 @@ class Scene:
 
     # --- Queries at points
 
-    def contains(self, points: Any, *, executor: Any = None, device: Literal["cpu", "cuda"] | None = None) -> Any:
+    def contains(self, points: ArrayLike, *, executor: Any = None, device: Literal["cpu", "cuda"] | None = None) -> Any:
         """Return whether any solid contains each point. Primitives contain their boundary, Booleans are exact.
 
         Parameters
@@ -750,7 +762,7 @@ class Scene:
         """
         return self._at_points("contains", executor, points, device)
 
-    def body_at(self, points: Any, *, executor: Any = None, device: Literal["cpu", "cuda"] | None = None) -> Any:
+    def body_at(self, points: ArrayLike, *, executor: Any = None, device: Literal["cpu", "cuda"] | None = None) -> Any:
         """Return the number of the first listed body that contains each point, or -1: int32 (...).
 
         Parameters
@@ -760,7 +772,7 @@ class Scene:
         """
         return self._at_points("body_at", executor, points, device)
 
-    def bodies_at(self, points: Any, *, executor: Any = None) -> BodiesAt:
+    def bodies_at(self, points: ArrayLike, *, executor: Any = None) -> BodiesAt:
         """Return all bodies that contain each point, in listing order, as one list after the other.
 
         Parameters
@@ -790,8 +802,8 @@ class Scene:
         return answer(self._prepared, points) if device is None else answer(self._prepared, points, device=device)
 
     def distance(
-        self, points: Any, *, exact: bool = False, max_distance: Any = math.inf, progress: Progress | None = None,
-        executor: Any = None,
+        self, points: ArrayLike, *, exact: bool = False, max_distance: ArrayLike = math.inf,
+        progress: Progress | None = None, executor: Any = None,
     ) -> Distances:  # fmt: skip
         """Return the distance of each point to the nearest wall of any body: negative inside a solid, inf without one.
 
@@ -840,8 +852,9 @@ class Scene:
 
     @ignore_fp_errors
     def explain(
-        self, origin: Any, direction: Any = None, t_min: float = 0.0, t_max: float = math.inf, *, body: Any = None
-    ) -> Explanation:
+        self, origin: ArrayLike | Rays, direction: ArrayLike | None = None, t_min: float = 0.0, t_max: float = math.inf,
+        *, body: int | str | None = None,
+    ) -> Explanation:  # fmt: skip
         """Explain one ray as on a blackboard: the steps by which every body is hit or missed.
 
         The numbers are those of the kernels, to the bit; those of the lecture stand beside them, with their source.
@@ -866,7 +879,7 @@ class Scene:
         return explain(self, origin, direction, t_min, t_max, body)
 
     @ignore_fp_errors
-    def surface(self, number: Any) -> SceneSurface:
+    def surface(self, number: SupportsIndex) -> SceneSurface:
         """Return the surface of a number, as in `hits.surface`: its equation, its kind, and the faces that it makes.
 
         Numbers go from 0 to the number of surfaces - 1. TypeError is raised for anything but an integer, IndexError for
@@ -991,8 +1004,8 @@ class Scene:
 
     @ignore_fp_errors
     def slice(
-        self, plane: str | None = None, at: float | None = None, *, origin: Any = None,
-        u: Any = None, v: Any = None, pixels: int | tuple[int, int] = 640,
+        self, plane: str | None = None, at: float | None = None, *, origin: ArrayLike | None = None,
+        u: ArrayLike | None = None, v: ArrayLike | None = None, pixels: int | tuple[int, int] = 640,
         progress: Callable[[int, int], Any] | None = None, executor: Any = None,
     ) -> Slice:  # fmt: skip
         """Return a plane's bodies and materials by pixel, exact outlines of walls, and pictures with a legend.
@@ -1025,9 +1038,10 @@ class Scene:
 
     @ignore_fp_errors
     def voxels(
-        self, bounds: Any = None, shape: Any = 64, *, fractions: Literal["body", "material"] | None = None,
-        samples: int = 4, axis: Literal["x", "y", "z"] = "z", path: str | os.PathLike[str] | None = None,
-        progress: Callable[[int, int], Any] | None = None, executor: Any = None,
+        self, bounds: ArrayLike | None = None, shape: int | tuple[int, int, int] = 64, *,
+        fractions: Literal["body", "material"] | None = None, samples: int = 4, axis: Literal["x", "y", "z"] = "z",
+        path: str | os.PathLike[str] | None = None, progress: Callable[[int, int], Any] | None = None,
+        executor: Any = None,
     ) -> Voxels:  # fmt: skip
         """Return the scene in equal boxes: the bodies at their centres, or fractions of their volumes.
 

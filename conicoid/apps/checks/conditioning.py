@@ -485,9 +485,9 @@ class _BodyExaminer:
         if not (extent[0] <= extent[1]).all():
             return None
         low, high = _thicken(extent, frame, leaf.is_sheet)
-        seen = self._prepared_part(leaf, frame, tuple(low.tolist()), tuple(high.tolist()), cut)
-        displacement = movement(seen, fields_of(motion, seen.local.frame), leaf.is_sheet)
-        return None if displacement is None else verdict(leaf, motion, body, displacement, seen.local.frame)
+        part = self._prepared_part(leaf, frame, tuple(low.tolist()), tuple(high.tolist()), cut)
+        displacement = movement(part, fields_of(motion, part.local.frame), leaf.is_sheet)
+        return None if displacement is None else verdict(leaf, motion, body, displacement, part.local.frame)
 
     def _tested_extent(self, body: int, box: Extent, motion: Motion, frame: LocalFrame, size: FloatArray) -> Extent:
         """Return the extent to test along a part's axes: its body's box; at least twice its size if it is infinite."""

@@ -93,7 +93,7 @@ Put = Callable[[float], Any]
 
 
 def _numbers(value: Any, name: str) -> Iterator[tuple[str, float, Put]]:
-    """Yield (name, number, setter) for every finite number in a value that is not 0; setter(x) is the value with x."""
+    """Yield (name, number, setter) for every finite number but 0 in a value; setter(x) returns the value with x."""
     if isinstance(value, float):
         if value and math.isfinite(value):
             yield name, value, lambda new: new
@@ -125,9 +125,9 @@ def _in_mapping(value: Coefficients, key: str) -> Put:
     return lambda new: Coefficients({**value, key: new})
 
 
-def _in_tuple(value: tuple[Any, ...], i: int, put: Put) -> Put:
+def _in_tuple(value: tuple[Any, ...], i: int, put_inner: Put) -> Put:
     """Return the setter of a number in item i of a tuple."""
-    return lambda new: (*value[:i], put(new), *value[i + 1 :])
+    return lambda new: (*value[:i], put_inner(new), *value[i + 1 :])
 
 
 def _in_field(value: Any, parts_by_field: dict[str, Any], field: str, put: Put) -> Put:

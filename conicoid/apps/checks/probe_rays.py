@@ -29,7 +29,7 @@ _ALONG_AXES = 0.25
 """Share of rays that run along an axis of the world."""
 _BACK = 2.0
 """Rays start so many diagonals of their target box before it."""
-_BESIDE = 2.0**-10
+_OVERSHOOT = 2.0**-10
 """Rays that end at a box go on by this share of its diagonal."""
 
 
@@ -163,9 +163,9 @@ def rays_through(low: FloatArray, high: FloatArray, random: np.random.Generator)
 
 def _end_at_boxes(rays: ProbeRays, low: FloatArray, high: FloatArray) -> ProbeRays:
     """Return rays that end a little beyond the boxes (n, 3) that they go through."""
-    beside = _BESIDE * np.linalg.norm(high - low, axis=1, keepdims=True)
+    margin = _OVERSHOOT * np.linalg.norm(high - low, axis=1, keepdims=True)
     with np.errstate(divide="ignore", invalid="ignore"):
-        ends = [(end - rays.origins) / rays.directions for end in (low - beside, high + beside)]
+        ends = [(end - rays.origins) / rays.directions for end in (low - margin, high + margin)]
     # Across a direction of 0 the ray is between the ends, as it goes through a point of the box
     along = rays.directions != 0
     first = np.where(along, np.minimum(*ends), -np.inf).max(axis=1)
@@ -358,12 +358,12 @@ def _longest(keys: Any, lengths: FloatArray, places: Any) -> Iterator[tuple[Any,
 
 def _note(table: dict[Any, Sighting], key: Any, sighting: Sighting) -> None:
     """Add a sighting to a table: keep the longer of two, and the sum of their numbers of rays."""
-    known = table.get(key)
-    if known is None:
+    earlier = table.get(key)
+    if earlier is None:
         table[key] = sighting
         return
-    sighting.times += known.times
-    if known.length >= sighting.length:
-        known.times = sighting.times
+    sighting.times += earlier.times
+    if earlier.length >= sighting.length:
+        earlier.times = sighting.times
     else:
         table[key] = sighting

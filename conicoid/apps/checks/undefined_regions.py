@@ -99,12 +99,12 @@ class UndefinedRegions:
         own = np.flatnonzero(np.isin(self.region, some))
         # In blocks, as the distances of all pairs would need too much memory
         for begin in range(0, len(points), 256):
-            here = points[begin : begin + 256]
-            squares = ((here[:, None] - self.places[own][None]) ** 2).sum(axis=2)
+            block = points[begin : begin + 256]
+            squares = ((block[:, None] - self.places[own][None]) ** 2).sum(axis=2)
             close = np.argsort(squares, axis=1, kind="stable")[:, :_LOOKS]
-            sees = free(np.repeat(here, close.shape[1], axis=0), self.places[own[close.ravel()]]).reshape(close.shape)
+            sees = free(np.repeat(block, close.shape[1], axis=0), self.places[own[close.ravel()]]).reshape(close.shape)
             first = np.argmax(sees, axis=1)  # the nearest one where none is seen
-            result[begin : begin + 256] = self.region[own[close[np.arange(len(here)), first]]]
+            result[begin : begin + 256] = self.region[own[close[np.arange(len(block)), first]]]
         return result
 
 
@@ -437,7 +437,7 @@ def _make_free(scene: SceneLike, domain: SceneLike) -> Free:
     """Return the `Free` function of a scene and its domain."""
 
     def free(one: FloatArray, other: FloatArray) -> Any:
-        """Is all between two points in the domain and in no body? By the exact spans of the way."""
+        """Return whether the segment between two points is in the domain and in no body, by exact spans."""
         way = other - one
         # A way without length has no direction, and is free
         is_free: Any = ~way.any(axis=1)

@@ -17,19 +17,22 @@ from ...queries.result import extension
 from .scan_geometry import ScanGeometry
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
+
     from ...geometry.body import Body
     from ...geometry.shape import Shape
     from ...kernels.threads import Progress
     from ...queries.scene_protocol import SceneLike
+    from ...queries.weights import LineValues
 
 
 @ignore_fp_errors
 def project(
     scene: SceneLike | Shape | Body,
     geometry: ScanGeometry,
-    values: Any,
+    values: LineValues,
     *,
-    otherwise: Any = None,
+    otherwise: npt.ArrayLike | None = None,
     executor: Any = None,
     out: str | os.PathLike[str] | None = None,
     chunks: int | None = None,

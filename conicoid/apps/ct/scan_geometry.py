@@ -495,9 +495,10 @@ def _in_space(vectors: FloatArray) -> FloatArray:
 
 
 def rtk(
-    gantry_angle: Any, rows: int, columns: int, source_to_isocenter: Any, source_to_detector: Any, *,
-    spacing: Any = (1.0, 1.0), projection_offset: Any = (0.0, 0.0), out_of_plane_angle: Any = 0.0,
-    in_plane_angle: Any = 0.0, source_offset: Any = (0.0, 0.0), radius: float = 0.0,
+    gantry_angle: npt.ArrayLike, rows: int, columns: int, source_to_isocenter: npt.ArrayLike,
+    source_to_detector: npt.ArrayLike, *, spacing: npt.ArrayLike = (1.0, 1.0),
+    projection_offset: npt.ArrayLike = (0.0, 0.0), out_of_plane_angle: npt.ArrayLike = 0.0,
+    in_plane_angle: npt.ArrayLike = 0.0, source_offset: npt.ArrayLike = (0.0, 0.0), radius: float = 0.0,
 ) -> ScanGeometry:  # fmt: skip
     """Make a scan from the parameters of RTK's `ThreeDCircularProjectionGeometry`, one number or one for each view.
 

@@ -336,8 +336,8 @@ def volume_gradient(parameters: Parameters, body: str | int, rays: int = 300_000
     rays = check_integer("volume_gradient", "rays", rays, _FEWEST, _MOST)
     seed = check_integer("volume_gradient", "seed", seed, 0)
     entry, index = _entry(parameters._scene, body)
-    alone = parameters._scene.bodies[entry]
-    shape = alone.shape.single(index) if isinstance(alone.shape, Bulk) else alone.shape
+    target = parameters._scene.bodies[entry]
+    shape = target.shape.single(index) if isinstance(target.shape, Bulk) else target.shape
     if shape.is_sheet:
         raise ValueError(f"volume_gradient: body must be a solid, got the sheet {format_value(body)}")
     box = shape.bounds
@@ -346,7 +346,7 @@ def volume_gradient(parameters: Parameters, body: str | int, rays: int = 300_000
     # Each round has side x side rays along each of the three axes.
     side = max(1, round((rays / (3 * _ROUNDS)) ** 0.5))
     # The entry alone: crossings of other bodies do not matter.
-    estimates = np.array(list(_rounds(type(parameters._scene)([alone]), index, box, side, seed)))
+    estimates = np.array(list(_rounds(type(parameters._scene)([target]), index, box, side, seed)))
     full = np.zeros((2, len(parameters._full)))
     # The other parameters do not change the volume: their derivatives stay 0.
     own = slice(int(parameters._firsts[entry]), int(parameters._firsts[entry + 1]))

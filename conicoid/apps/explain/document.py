@@ -86,8 +86,8 @@ class Citation:
 # Single letters are variables, unless they are part of a word, an entity or a tag
 _LETTER = re.compile(r"(?<![\w&#;<])([A-Za-zα-ω])(?=[²³₀₁₂₊₋]|[^\w;]|$)")
 _INDEX = re.compile(r"(?<!\w)([vtR])_(near|far|ca|hc|d|0|X|Y|Z)\b")
-_RAISED = {"²": "2", "ᵗ": "t", "³": "3"}
-_LOWERED = {"₀": "0", "₁": "1", "₂": "2", "₊": "+", "₋": "−"}
+_SUPERSCRIPTS = {"²": "2", "ᵗ": "t", "³": "3"}
+_SUBSCRIPTS = {"₀": "0", "₁": "1", "₂": "2", "₊": "+", "₋": "−"}
 _STYLE = {
     "source": "color: #777; font-size: 85%; margin-left: .8em",
     "all": "font: 14px/1.5 system-ui, sans-serif; max-width: 60rem",
@@ -121,9 +121,9 @@ def html_formula(text: str) -> str:
     # Escape first: the tags that follow must stay
     marked = _LETTER.sub(r"<i>\1</i>", html.escape(text, quote=False))
     marked = _INDEX.sub(r"<i>\1</i><sub>\2</sub>", marked)
-    for sign, plain in _RAISED.items():
+    for sign, plain in _SUPERSCRIPTS.items():
         marked = marked.replace(sign, f"<sup>{plain}</sup>")
-    for sign, plain in _LOWERED.items():
+    for sign, plain in _SUBSCRIPTS.items():
         marked = marked.replace(sign, f"<sub>{plain}</sub>")
     return marked
 

@@ -287,7 +287,7 @@ _COLORS = ("#1f5fa8", "#b3541e", "#2f7d4f", "#8a3f8f", "#8a6d1b", "#3a7f8c")
 _RAY, _INK, _PALE = "#c4161c", "#333333", "#9a9a9a"
 _MOST = 12
 """Bodies that are drawn."""
-_GAP, _BELOW = 9.0, 30
+_GAP, _CAPTION_HEIGHT = 9.0, 30
 """Pixels between lines of hatching, and below the picture for the sentence."""
 
 
@@ -352,7 +352,7 @@ def figure_of(found: RayRecord, body: Any, width: Any) -> Figure:
         _draw_body(drawing, step, arcs[step.body], color)
     _draw_ray(drawing, found, plane)
     drawing.text(8, drawing.height + 20, about, f'fill="{_INK}"')
-    return Figure(drawing.svg(_BELOW, about), arcs, plane, about)
+    return Figure(drawing.svg(_CAPTION_HEIGHT, about), arcs, plane, about)
 
 
 def _drawn_bodies(found: RayRecord, first: BodyStep | None) -> list[BodyStep]:
@@ -432,7 +432,7 @@ def _draw_ray(drawing: SvgDrawing, found: RayRecord, plane: DrawingPlane) -> Non
 
 def _mark_crossings(drawing: SvgDrawing, found: RayRecord, origin: float, length: float) -> None:
     """Mark crossings by dots and their t, in up to three rows above the ray where labels would overlap."""
-    taken = [-math.inf, -math.inf, -math.inf]
+    ends = [-math.inf, -math.inf, -math.inf]
     for one in found.crossings:
         place = np.array([origin + one.t * length, 0.0])
         x, y = drawing.at(place)
@@ -444,6 +444,6 @@ def _mark_crossings(drawing: SvgDrawing, found: RayRecord, origin: float, length
         )
         label = f"t = {format_float(one.t)}" if len(format_float(one.t)) < 8 else f"t ≈ {one.t:.5g}"
         # The lowest row that is free at this place, or the highest
-        row = next((k for k in range(3) if taken[k] < x - 4), 2)
-        taken[row] = x + 7.2 * len(label)
+        row = next((k for k in range(3) if ends[k] < x - 4), 2)
+        ends[row] = x + 7.2 * len(label)
         drawing.text(min(x + 4, drawing.width - 7.2 * len(label)), y - 10 - 15 * row, label, f'fill="{_RAY}"')

@@ -157,11 +157,11 @@ def _estimate_piece(
     found = view.integrals(scene, places.reshape(-1, 2)).reshape(-1, count, 11) * part.areas[:, None, None]
     # The variance of each mean, from the differences within a rectangle
     mean = found.mean(axis=1)
-    apart = np.ascontiguousarray((found - mean[:, None]).reshape(-1, 11).T)
+    deviations = np.ascontiguousarray((found - mean[:, None]).reshape(-1, 11).T)
     covariance = np.empty((11, 11))
     for i in range(11):  # without BLAS, whose order of addition depends on its threads
         for j in range(i + 1):
-            covariance[i, j] = covariance[j, i] = (apart[i] * apart[j]).sum()
+            covariance[i, j] = covariance[j, i] = (deviations[i] * deviations[j]).sum()
     return np.ascontiguousarray(mean.T).sum(axis=1), covariance / (count * (count - 1))
 
 

@@ -129,7 +129,7 @@ def _has_inner_walls(shape: Mesh, faces: Polygons) -> bool:
 
 _NEIGHBOURS = 48
 """So many planes near a face are tried before all."""
-_BEYOND = 4.0
+_FAR_FACTOR = 4.0
 """The first square of a face is so many times as large as the solid."""
 HalfSpaces: TypeAlias = Iterable[tuple[Sequence[Any], Any]]
 """(normal, offset) of each n·x <= d."""
@@ -166,9 +166,9 @@ def convex_faces(planes: HalfSpaces, bounds: BoxEnds) -> list[FloatArray]:
         towards = rows[:, :3] @ row[:3]
         parallels = rows[np.flatnonzero(towards[:k] > 1 - _ROUNDING)]
         same = (np.abs(parallels - row) <= _ROUNDING * np.array([1.0, 1.0, 1.0, reach])).all(axis=1)
-        if abs(row[3]) > _BEYOND * reach or same.any():
+        if abs(row[3]) > _FAR_FACTOR * reach or same.any():
             continue
-        corners = _square(row, _BEYOND * reach)
+        corners = _square(row, _FAR_FACTOR * reach)
         near = np.argpartition(-towards, min(_NEIGHBOURS, len(rows) - 1))[: _NEIGHBOURS + 1]
         for some in (rows[near], rows) if len(rows) > len(near) else (rows,):
             corners = _cut_by(corners, some, _ROUNDING * reach)

@@ -92,7 +92,7 @@ class SceneMedia:
         return self._of_body[bodies]
 
     def clear(self, bodies: Any) -> Any:
-        """Return the bodies that are transparent solids, which light can be inside of, and -1 for others."""
+        """Return the numbers of bodies, with -1 for all but transparent solids, which alone have light inside."""
         # Body -1 indexes the last entry, which is not clear.
         kinds = np.append(self.kinds, np.int8(OPAQUE))
         return np.where(kinds[bodies] == CLEAR, bodies, -1)

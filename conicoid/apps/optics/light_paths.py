@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +17,11 @@ from ...queries.ray_queries import as_rays
 from ...queries.rays import LazyRays, Rays
 from ...queries.scene_protocol import is_scene
 from .interface import LightSplit, SceneMedia, WallHits, find_walls, split_light
+
+if TYPE_CHECKING:
+    from ...geometry.body import Body
+    from ...geometry.shape import Shape
+    from ...queries.scene_protocol import SceneLike
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -186,8 +191,9 @@ class _Light:
 
 @ignore_fp_errors
 def trace_paths(
-    scene: Any, rays: Any, depth: int = 8, split: bool = True, *, wavelength: Any = LINE_D, weight: Any = 1.0,
-    least: float = 0.0, seed: int = 0, unit: float = _MICROMETRES,
+    scene: SceneLike | Shape | Body, rays: Rays, depth: int = 8, split: bool = True, *,
+    wavelength: npt.ArrayLike = LINE_D, weight: npt.ArrayLike = 1.0, least: float = 0.0, seed: int = 0,
+    unit: float = _MICROMETRES,
 ) -> Paths:  # fmt: skip
     """Trace all segments of light along rays: every wall splits it by Fresnel's formulas and Snell's law.
 
@@ -306,10 +312,10 @@ def _step(
     if last:
         lost[at_wall] = arriving[at_wall]
         return segments, _nothing(light)
-    here = WallHits(
+    wall_hits = WallHits(
         hits[at_wall], *(values[at_wall] for values in (walls.before, walls.after, walls.wall, walls.opaque))
     )
-    shares = split_light(media, here, rays.directions[at_wall], w[at_wall])
+    shares = split_light(media, wall_hits, rays.directions[at_wall], w[at_wall])
     there = arriving[at_wall]
     back, on = there * shares.mirrored, there * shares.passed
     absorbed = there - back - on
@@ -319,7 +325,7 @@ def _step(
         back, on = _choose_branch(back, on, random)
     goes = [(weight > 0) & (weight >= light.least[at_wall]) for weight in (back, on)]
     lost[at_wall] = np.where(goes[0], 0.0, back) + np.where(goes[1], 0.0, on)
-    return segments, _split_level(light, here, shares, (back, on), (goes[0], goes[1]), at_wall, done)
+    return segments, _split_level(light, wall_hits, shares, (back, on), (goes[0], goes[1]), at_wall, done)
 
 
 def _nothing(light: _Light) -> _Light:

@@ -118,6 +118,7 @@ def trace(
     wave = system.wavelength if wavelength is None else check_wavelength("trace", wavelength)
     # Planes in air have no faces: rays pass them unchanged.
     order = [i for i, faces in enumerate(system.elements.faces) if faces]
+    # Backwards, the media change places as well (below)
     order = order[::-1] if backwards else order
     rays = Rays(rays.origins.reshape(-1, 3), rays.directions.reshape(-1, 3))
     arrived, path = np.ones(len(rays.origins), bool), np.zeros(len(rays.origins))
@@ -127,11 +128,13 @@ def trace(
         arrived &= hits.on_surface
         before, after = system.media[i].index(wave), system.media[i + 1].index(wave)
         before, after = (after, before) if backwards else (before, after)
+        # t counts in lengths of the direction
         path += before * hits.hits.t * np.linalg.norm(rays.directions, axis=1)
         if system.rows[i].reflects:
             ways = reflect(rays.directions, hits.hits.normal)
         else:
             ways, total = refract(rays.directions, hits.hits.normal, before / after)
+            # A sequential design has no place for a ray that turns back
             arrived &= ~total
         # Spawned rays know their surface, so that they do not hit it again.
         rays = hits.hits.spawn(ways)
@@ -150,6 +153,7 @@ class _RowHits:
     @classmethod
     def of(cls, system: Prescription, i: int, rays: Rays, obstructions: bool) -> _RowHits:
         """Return the hits on the surface of row i."""
+        # The surface alone: nothing stands before it, and it has no edge
         if not obstructions:
             hits = _hit_of_row(system, i).first_hit(rays.origins, rays.directions)
             return cls(hits, np.asarray(hits.hit))
@@ -257,16 +261,17 @@ def follow(scene: SceneLike, rays: Rays, wavelength: float = LINE_D, most: int =
     n = len(rays.origins)
     state = _RayState(np.ones(n, bool))
     points, last = [rays.origins], [rays.origins.copy(), rays.directions.copy()]
+    # A bound, since a ray may go round between two mirrors for ever
     for _ in range(most):
         hits = scene.first_hit(rays)
         misses = state.going & ~np.asarray(hits.hit)
         # Rays that leave now keep this line, as later rounds go on with others.
         for final, current in zip(last, rays, strict=True):
             final[misses] = current[misses]
-        met = state.going = state.going & ~misses
-        if not met.any():
+        hits_wall = state.going = state.going & ~misses
+        if not hits_wall.any():
             break
-        points.append(np.where(met[:, None], hits.point, points[-1]))
+        points.append(np.where(hits_wall[:, None], hits.point, points[-1]))
         rays = hits.spawn(_turn_rays(scene, rays, hits, state, optics))
     state.arrived &= ~state.going
     return RayPaths(np.stack(points), Rays(*last), state.arrived)

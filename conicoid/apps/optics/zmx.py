@@ -34,6 +34,7 @@ def build_prescription(lens: ZmxLens, medium: Callable[[ZmxSurface], Any]) -> Pr
     """Return the prescription of a file; `medium` gives the medium behind a surface with glass."""
     for surface in lens.surfaces:
         _check_kind(surface)
+    # The first is the object and the last the image: neither is glass
     rows = [_row(surface, medium) for surface in lens.surfaces[1:-1]]
     distance = lens.surfaces[0].thickness
     waves = _wavelengths(lens)
@@ -55,6 +56,7 @@ def _far(distance: float) -> float:
 def _check_kind(surface: ZmxSurface) -> None:
     """Refuse surfaces that are no conics."""
     line, where = surface.kind_line or surface.line, f"surface {surface.number}: TYPE"
+    # An asphere whose terms are all 0 is a conic
     terms = [(key, line) for key, (value, line) in surface.parameters.items() if value != 0]
     if surface.kind in _CONICS:
         return
@@ -73,6 +75,7 @@ def _row(surface: ZmxSurface, medium: Callable[[ZmxSurface], Any]) -> Row:
     thickness = surface.thickness
     if math.isinf(thickness):
         raise ZmxError(surface.line, f"surface {surface.number}: DISZ", "must be finite, but for the object's")
+    # Files hold curvatures, since a plane has no radius
     radius = 1 / surface.curvature if surface.curvature else math.inf
     reflects = next_medium == "mirror"
     try:
@@ -104,6 +107,7 @@ def _aperture(lens: ZmxLens, system: Prescription) -> float | None:
     kind, value = lens.aperture or ("FLOA", 0.0)
     if kind == "ENPD":
         return value
+    # The f-number is that of the whole system, so the focal length had to come first
     if kind == "FNUM":
         return abs(_focal_length(system)) / value
     if kind == "OBNA" and not math.isinf(system.object_distance) and value < 1:
@@ -119,8 +123,10 @@ def _fields(lens: ZmxLens, system: Prescription) -> tuple[float, ...]:
         return tuple(numbers)
     if far and lens.field_kind > _HEIGHT:  # heights of the image
         f = _focal_length(system)
+        # The height of the image of a far point is f tan(angle)
         return tuple(math.degrees(math.atan(height / f)) for height in numbers)
     if not far and lens.field_kind == _ANGLE:
+        # The chief ray goes to the middle of the entrance pupil
         return tuple(-math.tan(math.radians(angle)) * (system.object_distance + system.pupil) for angle in numbers)
     lens.notes.append(f"fields of the type {lens.field_kind} are skipped")
     return (0.0,)
@@ -257,6 +263,7 @@ def _decode(data: bytes, name: str) -> str:
     """Return the text of a file, by its byte order mark, else UTF-8, else Latin-1."""
     if len(data) > LARGEST:
         raise SceneFileError(name, [Problem(0, 0, "", f"is larger than {LARGEST:,} bytes")])
+    # Zemax writes UTF-16, other programs and editors one of the others
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
         text = data.decode("utf-16", errors="replace")
     else:

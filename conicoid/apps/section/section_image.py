@@ -27,7 +27,7 @@ _FACING = ((-1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -1.0))
 """View direction of the section across each axis: y, x and x point to the right, z, z and y point up."""
 _MARGIN = 1.05
 """Size of a fitting window, in sizes of the scene."""
-_NOTHING, _CLEAR = (1.0, 1.0, 1.0), (0.55, 0.75, 0.9)
+_VOID_COLOR, _CLEAR = (1.0, 1.0, 1.0), (0.55, 0.75, 0.9)
 _LINE = 0.25
 """Factor that darkens pixels on lines."""
 _MOST_SAMPLES = 256
@@ -62,7 +62,7 @@ def section_pixels(
     steps = math.isqrt(grid - 1) + 1
     # Each table gets one more row at the end, for the body number -1.
     materials, _, place_of = body_material_table(listed, scene.lowered.body_item)
-    colors = np.array([material_color(material) for material in materials] + [_NOTHING])
+    colors = np.array([material_color(material) for material in materials] + [_VOID_COLOR])
     entries = np.append(place_of, len(materials))
     groups = _groups(materials, entries)
     x, y = ((np.arange(steps * size) + 0.5) / steps for size in (width, height))
@@ -145,5 +145,5 @@ def material_color(material: Any) -> tuple[float, float, float]:
     material = Material() if material is None else material
     if np.any(np.asarray(material.transparency) != 0):
         is_void = material.refractive_index == 1 and not np.any(np.asarray(material.absorption) != 0)
-        return _NOTHING if is_void else _CLEAR
+        return _VOID_COLOR if is_void else _CLEAR
     return mean_color(material.color)

@@ -448,14 +448,14 @@ def _ids(request: _VoxelRequest) -> Voxels:
     centers, total = voxels.centers, counts[0] * counts[1] * counts[2]
 
     def fill(pair: Pair) -> None:
-        done = 0
+        filled = 0
         for box in block_boxes(counts, _POINTS):
             sides = (axis[part] for axis, part in zip(centers, box, strict=True))
             part = scene.body_at(np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1), executor=executor)
             pair[0][box], pair[1][box] = part, table[part]
-            done += part.size
+            filled += part.size
             if progress is not None:
-                progress(done, total)
+                progress(filled, total)
 
     names = [material_name(prepared, k) for k in range(len(materials))]
     sides = tuple(min(SIDE, count) for count in counts)

@@ -13,7 +13,7 @@ from ..._util.arrays import BoxEnds, FloatArray
 from ..._util.validation import as_integer, check_number, check_vector, format_value
 
 AXES = ("x", "y", "z")
-ACROSS = {"x": (1, 2), "y": (0, 2), "z": (0, 1)}
+PLANE_AXES = {"x": (1, 2), "y": (0, 2), "z": (0, 1)}
 """Axis across a slice -> the axes that point to the right and up in it."""
 _SKEW = 1e-9
 """Largest cosine between u and v that counts as a right angle."""
@@ -110,7 +110,7 @@ def _across(axis: Any, at: Any, extent: BoxEnds) -> tuple[FloatArray, FloatArray
         raise ValueError(f"slice: plane must be 'x', 'y' or 'z', got {format_value(axis)}; origin=, u=, v= give others")
     low, high = extent
     middle, half = (low + high) / 2, _MARGIN * (high - low) / 2
-    right, up = ACROSS[axis]
+    right, up = PLANE_AXES[axis]
     corner, sides = middle.copy(), np.zeros((2, 3))
     largest = float(max(half[right], half[up])) or 1.0  # a flat side gets the length of the other one
     for side, k in enumerate((right, up)):

@@ -193,7 +193,7 @@ NO_CUTS = Cuts()
 
 
 def cut_bounds(
-    parts: Sequence[Part], cuts: Cuts, share: bool, known: KnownBoxes = NO_KNOWN_BOXES
+    parts: Sequence[Part], cuts: Cuts, share: bool, known_boxes: KnownBoxes = NO_KNOWN_BOXES
 ) -> tuple[BoxEnds, Cuts]:
     """Return the bounds of the intersection of `parts` within `cuts`, and the planes around it.
 
@@ -208,7 +208,7 @@ def cut_bounds(
     known : KnownBoxes, optional
         Bounds of primitives that the caller has computed before.
     """
-    boxes = [_uncut_box(part, known) for part in parts]
+    boxes = [_uncut_box(part, known_boxes) for part in parts]
     box = intersect_boxes([cuts.box, *boxes])
     if is_empty(box) or (len(parts) < 2 and not cuts.planes and not share):
         return box, cuts

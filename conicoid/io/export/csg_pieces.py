@@ -104,6 +104,7 @@ def split_quadric(surface: QuadricSurface, room: BodyBox) -> PieceNode:
 
     Raise UnsupportedExport for a quadric that is no ellipsoid, cylinder, cone, paraboloid or hyperboloid of one sheet.
     """
+    # Exact numbers throughout: whether a quadric is a cone or a hyperboloid hangs on one coefficient being zero
     steps, is_rounded = _frame_steps(surface)
     squares = [ex.exact(value) for value in surface.squares]
     linear = [ex.exact(value) for value in surface.linear]
@@ -111,8 +112,10 @@ def split_quadric(surface: QuadricSurface, room: BodyBox) -> PieceNode:
     for axis, order in _CYCLES.items():
         a, b, c = (squares[i] for i in order)
         p, q, s = (linear[i] for i in order)
+        # Round about this axis means equal signs across it and a centre on it
         if not (a > 0 and b > 0) or p or q:
             continue
+        # Pieces stand along z, so another axis is turned there
         turn: Steps = () if axis == 2 else (Transform(_AXIS_TURNS[axis]),)
         node = _about_z((a, b, c), s, constant, room.in_frame(Motion((*turn, *steps))))
         if node is None:
@@ -152,6 +155,7 @@ def _about_z(squares: ex.Row, s: ex.BigFloat, constant: ex.BigFloat, room: BodyB
     """Return a x² + b y² + c z² + 2 s z <= `constant` with a, b > 0 as a node; None if another axis may fit."""
     a, b, c = squares
     if c > 0:
+        # The anchor is the centre of an ellipsoid; with a linear term another axis, or none, fits
         if s or not constant > 0:
             return None
         radii = [_root(constant / square) for square in squares]
@@ -165,6 +169,7 @@ def _about_z(squares: ex.Row, s: ex.BigFloat, constant: ex.BigFloat, room: BodyB
     g0, g1, g2 = (ex.cancelling_sum((value / a,)) for value in (constant, -2 * s, -c))
     box = room.in_frame(Motion(steps)).box
     low, high = box.low[2], box.high[2]
+    # The discriminant of the profile r² = g0 + g1 z + g2 z²: zero at an apex
     square = ex.cancelling_sum((g1 * g1, -4 * g0 * g2))
     if not g1 and not g2:
         if not g0 > 0:
@@ -189,6 +194,7 @@ def _double_cone(
     nappes: list[PieceNode] = []
     for z in (low, high):
         radius = Fraction(slope[0]) * abs(Fraction(z) - Fraction(at))
+        # A nappe reaches from the apex to the end of the box on its side, if the apex lies within the box
         if (z < at) == (z == low) and radius:
             wide = float(radius)
             profile = ((0.0, at), (wide, z), (0.0, z))
@@ -234,9 +240,11 @@ class _PieceBuilder:
 
     def node(self, solid: Solid, room: BodyBox, depth: int) -> PieceNode:
         """Return the node of a solid within a box. Raise UnsupportedExport."""
+        # The descent is recursive, and readers of other programs are too
         if depth >= MAX_TREE_DEPTH:
             raise UnsupportedExport(f"it nests Booleans deeper than {MAX_TREE_DEPTH} levels")
         piece = None if self.rule is None else self.rule(solid)
+        # The format has an element for this very solid, so that it comes back as it was
         if piece is not None:
             return _move_node(piece, solid.motion.steps)
         if isinstance(solid, Boolean):
@@ -250,6 +258,8 @@ class _PieceBuilder:
         steps = solid.motion.steps
         if isinstance(solid, Painted):
             return PieceBoolean("union", (self.node(solid.operand, room, depth),), steps, hex_color(solid.material)[0])
+        # A complement is unbounded, and no format has endless solids: within the box of the body it is the box less the
+        # operand
         if isinstance(solid, Complement):
             return PieceBoolean("difference", (PieceLeaf(room.box), self.node(solid.operand, room, depth)), steps)
         if isinstance(solid, Union):
@@ -318,6 +328,7 @@ def _box(solid: Box, room: BodyBox) -> PieceNode:
 
 
 def _ellipsoid(solid: Ellipsoid, room: BodyBox) -> PieceNode | None:
+    # Radii would be rounded from coefficients, and a cut has faces of its own
     if solid.coefficients is not None or solid.z_range is not None:
         return None
     del room
@@ -341,6 +352,7 @@ def _frustum(solid: Cylinder | Cone, first: float, second: float) -> PieceNode:
     """
     length = solid.length
     if solid.end_angle - solid.start_angle != 360:
+        # A radius of 0 makes two corners equal, which a profile must not have
         profile = dict.fromkeys(((0.0, 0.0), (first, 0.0), (second, length), (0.0, length)))
         wedge = RevolutionPiece(tuple(profile), solid.start_angle, solid.end_angle)
         return PieceLeaf(wedge, solid.placement.steps, _is_rounded(solid))
@@ -433,6 +445,7 @@ def _tree(tree: Tree, room: BodyBox) -> PieceNode:
     inside: list[PieceNode] = []
     cut: list[PieceNode] = []
     for part in tree.parts:
+        # Outside of a quadric is unbounded; cut from the others it needs no box
         outer = _outside_face(part)
         if outer is None:
             inside.append(_tree(part, room))
@@ -473,6 +486,7 @@ def _cell(faces: tuple[Face, ...], room: BodyBox) -> PieceNode:
         within = clip_box(room.box, planes)
         if within is None:
             raise UnsupportedExport("a part of it is empty")
+        # A box is shorter to write and to read than six faces
         slab = upright_box(within)
         inside.append(PieceLeaf(slab or within, (), is_rounded))
     return _node("intersection", inside, cut, (), room)

@@ -58,8 +58,9 @@ class GdmlMaterialWriter:
         self.names: dict[Material, str] = {}
         self._numbers: dict[Material, int] = {}
         self._firsts: dict[tuple[object, ...], Material] = {}
-        taken: set[str] = set()
+        used_names: set[str] = set()
         for material in sorted(used, key=lambda each: _palette_number(each, len(used))):
+            # The importer's own stand-in: without a reference it comes back
             if material.name == _NO_MATERIAL_NAME and is_void(material):
                 continue
             # Readers compare materials by name and properties; colours belong to volumes
@@ -67,12 +68,13 @@ class GdmlMaterialWriter:
             if material.name and first is not material:  # only the colour differs, which volumes hold
                 self.names[material], self._numbers[material] = self.names[first], self._numbers[first]
                 continue
-            self._numbers[material] = len(taken) + 1
+            self._numbers[material] = len(used_names) + 1
+            # Brackets in names are indices in GDML
             name = printable(material.name or "material").replace("[", "(").replace("]", ")")
             unique, k = name, 2
-            while unique in taken:
+            while unique in used_names:
                 unique, k = f"{name} {k}", k + 1
-            taken.add(unique)
+            used_names.add(unique)
             self.names[material] = unique
 
     def reference(self, item: ExportBody) -> str:
@@ -175,7 +177,7 @@ def nest_bodies(items: list[ExportBody]) -> list[VolumeNest]:
     for number in range(len(items) - 1, -1, -1):  # daughters before their mother
         item = items[number]
         nest = VolumeNest(number, item, item.solid)
-        left: list[Solid] = []
+        unnested: list[Solid] = []
         if isinstance(item.solid, Difference) and item.solid.motion.is_identity:
             first, *cut = item.solid.operands
             for solid in cut:
@@ -184,9 +186,10 @@ def nest_bodies(items: list[ExportBody]) -> list[VolumeNest]:
                 if daughters:
                     nest.inner.append(daughters.pop())
                 else:
-                    left.append(solid)
+                    unnested.append(solid)
             if nest.inner:
-                nest.outer = Difference((first, *left)) if left else first
+                nest.outer = Difference((first, *unnested)) if unnested else first
+        # Readers list daughters in the order of the file
         nest.inner.sort(key=lambda inner: inner.number)
         free.setdefault(nest.outer, []).append(nest)
     return sorted((nest for nests in free.values() for nest in nests), key=lambda nest: nest.number)
@@ -261,6 +264,8 @@ class _StructureWriter:
         color = self.materials.color(item)
         lines = [f'{material}<solidref ref="{solid}"/>', *inner, *([color] if color else [])]
         text = "\n".join(f"  {line}" for line in lines)
+        # Bodies of equal solid, material and daughters are one volume, placed many times, as in the file that they came
+        # from
         if text not in self.names:
             name, k = label, 2
             while name in self.used_names:
@@ -274,6 +279,7 @@ class _StructureWriter:
         """Return the name of a body within another, and the attribute of its copy number, which `[3]` at its end is."""
         name = item.name.removeprefix(f"{mother}/") if mother else item.name
         found = _COPY_NAME.match(name)
+        # A number with zeros in front would come back without them
         if found is None or str(int(found[2])) != found[2]:
             return self._plain(item, name), ""
         return self._plain(item, found[1]), f' copynumber="{found[2]}"'
@@ -345,12 +351,12 @@ def _report_sibling_overlaps(siblings: list[VolumeNest], report: ExportReport) -
     """Report pairs of volumes whose boxes overlap, unless their regions surely do not."""
     table = ExportSurfaceTable()
     regions, emptiness = RegionWriter(table), EmptinessTest(table)
-    known: dict[int, Region] = {}
+    outer_regions: dict[int, Region] = {}
 
     def region(number: int) -> Region:
-        if number not in known:
-            known[number] = regions.of(siblings[number].outer)
-        return known[number]
+        if number not in outer_regions:
+            outer_regions[number] = regions.of(siblings[number].outer)
+        return outer_regions[number]
 
     for i, j in overlapping_boxes([nest.outer.bounds for nest in siblings]):
         first, later = siblings[i], siblings[j]

@@ -70,6 +70,7 @@ def join_moves(*parts: Iterable[GdmlMove]) -> GdmlMoves:
             moves[-1] = moves[-1].then(move)
         else:
             moves.append(move)
+        # A shift and its inverse, between a frame and what stands in it, cancel
         if moves[-1] == RigidMove():
             moves.pop()
     return tuple(moves)
@@ -158,9 +159,11 @@ def _three_spins(step: Step) -> tuple[list[GdmlMove], bool]:
             what = "Transform" if isinstance(step, Transform) else type(step).__name__
             raise UnsupportedExport(f"a motion of it ({what}) is no chain of turns, shifts and scalings along the axes")
     moves: list[GdmlMove] = []
+    # Angles hold no mirror, so it is split off as a change of sign
     if _determinant(m) < 0:
         m = [[row[0], row[1], -row[2]] for row in m]
         moves.append(RigidMove(AxisTurn(signs=(1, 1, -1))))
+    # Rounding may put the sine a little beyond 1
     y = math.asin(max(-1.0, min(1.0, -m[2][0])))
     # At y = ±90 degrees only x - z or x + z is defined (gimbal lock): choose z = 0.
     if math.hypot(m[0][0], m[1][0]) > 1e-12:
@@ -225,6 +228,7 @@ def split_last_placement(moves: GdmlMoves, is_placement: bool) -> tuple[GdmlMove
         last = rest.pop()
         assert isinstance(last, RigidMove)
         shift = last.shift
+        # A quarter turn that shifts follow is a rotation and a position of one element
         if last.turn != NO_TURN:
             proper, mirror = _split_mirror(last.turn)
             if mirror is not None:
@@ -264,6 +268,7 @@ def _split_mirror(turn: AxisTurn) -> tuple[AxisTurn, AxisTurn | None]:
 def _quarter_angles(turn: AxisTurn, is_placement: bool) -> Point:
     """Return the angles, multiples of 90 degrees, of a proper rotation that exchanges axes."""
     quarters = [Fraction(angle) for angle in (0, 90, 180, 270)]
+    # All 64 are tried with the reader's own function, so that writer and reader cannot differ
     for x, y, z in itertools.product(quarters, repeat=3):
         rotation = (placement_rotation if is_placement else operand_rotation)((x, y, z))
         if rotation.turn == turn:

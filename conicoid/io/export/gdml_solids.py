@@ -102,15 +102,15 @@ def _angle(bend: Fraction) -> tuple[float, bool]:
     about = math.degrees(math.atan(math.sqrt(bend)))
     if about > _STEEPEST:
         raise UnsupportedExport("a hyperboloid of it is nearly flat, and GDML has it by an angle near 90 degrees")
-    tried = about
+    angle = about
     # Among floats near the angle one often has the exact slope when it is read back
     for _ in range(_NEAR):
-        tried = math.nextafter(tried, 0.0)
+        angle = math.nextafter(angle, 0.0)
     for _ in range(2 * _NEAR + 1):
-        s, c = sin_cos_degrees(tried)
+        s, c = sin_cos_degrees(angle)
         if float((Fraction(s) / Fraction(c)) ** 2) == float(bend):
-            return tried, True
-        tried = math.nextafter(tried, math.inf)
+            return angle, True
+        angle = math.nextafter(angle, math.inf)
     return about, False
 
 
@@ -134,8 +134,8 @@ def is_read_identically(piece: PolyhedronPiece) -> bool:
         return planes is None and piece.planes is None and all(len(face) <= 4 for face in piece.faces)
     solid = polyhedron_factory(planes)(ORIGIN)
     assert isinstance(solid, Polyhedron)
-    known = {_scale_plane(*plane) for plane in piece.planes}
-    return all(_scale_plane(*plane) in known for plane in zip(solid.normals, solid.offsets, strict=True))
+    own_planes = {_scale_plane(*plane) for plane in piece.planes}
+    return all(_scale_plane(*plane) in own_planes for plane in zip(solid.normals, solid.offsets, strict=True))
 
 
 def _read_back(corner: PieceCorner) -> PieceCorner:
@@ -238,8 +238,8 @@ def _angle_attributes(piece: RevolutionPiece) -> tuple[str, bool]:
         return ' startphi="0" deltaphi="360" aunit="deg"', False
     start, end = shortest_decimal(piece.start), shortest_decimal(piece.end)
     width = end - start
-    tried = [width, Fraction(piece.end) - Fraction(piece.start), Fraction(piece.end - piece.start)]
-    fits = [each for each in tried if float(Fraction(piece.start) + Fraction(float(each))) == piece.end]
+    widths = [width, Fraction(piece.end) - Fraction(piece.start), Fraction(piece.end - piece.start)]
+    fits = [each for each in widths if float(Fraction(piece.start) + Fraction(float(each))) == piece.end]
     return (
         f' startphi="{format_number(start)}" deltaphi="{format_number(fits[0] if fits else width)}" aunit="deg"',
         not fits,
@@ -344,8 +344,8 @@ class SolidWriter:
     def move(self, name: str, moves: GdmlMoves) -> str:
         """Write a moved solid as a solid, and return its name."""
         while moves:
-            done = self._apply_first(name, moves)
-            name, moves = done
+            written = self._apply_first(name, moves)
+            name, moves = written
         return name
 
     def _apply_first(self, name: str, moves: GdmlMoves) -> tuple[str, GdmlMoves]:

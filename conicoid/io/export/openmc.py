@@ -81,6 +81,7 @@ def split_levels(solid: Solid) -> NestedSolid | None:
     for operand in _intersection_parts(solid):
         own, outer = _split_turns(operand)
         groups.setdefault(outer, []).append(own)
+    # Nothing is rotated, so the cell holds the surfaces themselves
     if set(groups) == {()}:
         return None
     # Each motion must end with the motion around it: the rest leads from one universe into the next.
@@ -107,6 +108,7 @@ def _intersection_parts(solid: Solid, outer: Motion = IDENTITY_MOTION) -> Iterat
     motion = solid.motion.then(outer)
     for k, operand in enumerate(solid.operands):
         if k and isinstance(solid, Difference):
+            # a - b is a and not b, and a complement of a part is a region of OpenMC too
             yield Complement(_parts_under(operand, motion))
         else:
             yield from _intersection_parts(operand, motion)
@@ -160,6 +162,7 @@ def _fill_placements(steps: tuple[Step, ...]) -> tuple[FillPlacement, ...] | Non
         rotation, shift = "", ""
         if isinstance(pending[0], Transform):
             matrix = pending.pop(0).matrix  # type: ignore[union-attr]
+            # A fill rotates first and shifts afterwards, so a matrix with a shift within is not one rotation
             if any(row[3] for row in matrix[:3]):
                 return None
             rows: Rows = tuple(tuple(map(Fraction, row[:3])) for row in matrix[:3])  # type: ignore[assignment]
@@ -177,6 +180,7 @@ def _fill_placements(steps: tuple[Step, ...]) -> tuple[FillPlacement, ...] | Non
             rotation = format_numbers(angles) if any(angles) else ""
         if pending and isinstance(pending[0], Translate):
             shift = format_numbers(pending.pop(0).offset)  # type: ignore[union-attr]
+        # A scaling, or a rotation about a slanted axis
         if not rotation and not shift:
             return None
         fills.append(FillPlacement(rotation, shift))
@@ -204,20 +208,21 @@ class OpenmcMaterialWriter:
         self._report = report
         self.numbers: dict[Material, int] = {}
         materials = list(dict.fromkeys(item.material for item in items if not is_void(item.material)))
-        taken: set[int] = set()
+        used_ids: set[int] = set()
         # Own numbers first, so that no free one takes them.
         for material in materials:
+            # A model that was read from OpenMC keeps the numbers that its tallies refer to
             number = _own_number(material)
-            if material is not None and number is not None and number not in taken:
-                taken.add(number)
+            if material is not None and number is not None and number not in used_ids:
+                used_ids.add(number)
                 self.numbers[material] = number
         free = 1
         for material in materials:
             if material is None or material in self.numbers:
                 continue
-            while free in taken:
+            while free in used_ids:
                 free += 1
-            taken.add(free)
+            used_ids.add(free)
             self.numbers[material] = free
 
     def number(self, item: ExportBody) -> str:
@@ -397,23 +402,24 @@ def _flatten_unbounded(cells: list[_CellEntry], regions: RegionWriter, universes
 
 def _cut_overlaps(cells: list[_CellEntry], emptiness: EmptinessTest, report: ExportReport) -> None:
     """Cut bodies by the bodies that are listed before them, since cells must not overlap; report the cuts."""
-    known: dict[int, RegionSides] = {}
+    sides_of: dict[int, RegionSides] = {}
     for i, j in overlapping_boxes([cell.item.solid.bounds for cell in cells]):
         first, later = cells[i], cells[j]
         if first.universe != later.universe:
             if _ROOT_UNIVERSE in (first.universe, later.universe):
                 report.narrow("may overlap others, which OpenMC's cells must not", later.item.name)
             continue
+        # On demand: most bodies overlap no other's box
         for k in (i, j):
-            if k not in known:
-                known[k] = region_sides(cells[k].region)
+            if k not in sides_of:
+                sides_of[k] = region_sides(cells[k].region)
         # The quick test first.
-        if first.region is None or later.region is None or are_disjoint_sides(known[i], known[j]):
+        if first.region is None or later.region is None or are_disjoint_sides(sides_of[i], sides_of[j]):
             continue
         if emptiness.are_disjoint(first.region, later.region):
             continue
         later.region = join_regions(IntersectionNode, [later.region, negate_region(first.region)])
-        known[j] = region_sides(later.region)
+        sides_of[j] = region_sides(later.region)
         report.narrow("cut by bodies before them, as cells must not overlap", later.item.name)
 
 
@@ -437,6 +443,7 @@ def _enclose(
     """Put a vacuum boundary on the surfaces of the domain that the bodies fill, if cells use them all."""
     if domain is None:
         return
+    # An importer joins the enclosure and the filled cells of the root: the enclosure comes first
     if isinstance(domain, Union) and domain.motion.is_identity:
         domain = domain.operands[0]
     used = {half.surface for cell in cells if cell.region is not None for half in list_half_spaces(cell.region)}
@@ -456,13 +463,14 @@ def _enclose(
 def _cell_lines(cells: list[_CellEntry], universes: _UniverseTable, materials: OpenmcMaterialWriter) -> list[str]:
     """Return the lines of all cells: those of bodies under their numbers and names, and the filled ones."""
     titles = [_CELL_TITLE.match(cell.item.name) for cell in cells]
-    taken: set[int] = set()
+    used_ids: set[int] = set()
     numbers: list[int | None] = []
     for title in titles:
         number = int(title[1]) if title and int(title[1]) > 0 else None
-        numbers.append(None if number in taken else number)
-        taken |= {number} if number is not None else set()
-    free = (number for number in count(1) if number not in taken)
+        # Names that `co.Body` was given may look like those of an importer, and then occur twice
+        numbers.append(None if number in used_ids else number)
+        used_ids |= {number} if number is not None else set()
+    free = (number for number in count(1) if number not in used_ids)
     fillings = {universe: key for key, universe in universes.numbers.items()}
     lines: list[str] = []
 
@@ -476,6 +484,7 @@ def _cell_lines(cells: list[_CellEntry], universes: _UniverseTable, materials: O
 
     for cell, title, number in zip(cells, titles, numbers, strict=True):
         lead_to(cell.universe)
+        # The number of the cell is its id again, and the rest of the title its name
         keeps = title is not None and number is not None
         name = (title[2] if title else None) if keeps else cell.item.name
         title_text = f" name={quoteattr(printable(name))}" if name else ""

@@ -40,6 +40,7 @@ def _exact_root(value: Fraction) -> Fraction:
     """Return the square root: exact if it is a fraction, else a float's value."""
     if value < 0:
         raise ExpressionError("takes the square root of a negative number")
+    # Lengths such as sqrt(2^2) stay whole numbers, and walls that are computed in two ways coincide
     above, below = math.isqrt(value.numerator), math.isqrt(value.denominator)
     if above * above == value.numerator and below * below == value.denominator:
         return Fraction(above, below)
@@ -48,6 +49,7 @@ def _exact_root(value: Fraction) -> Fraction:
 
 def power(base: Fraction, exponent: Fraction) -> Fraction:
     """Return base to the power of exponent, exact for whole exponents up to 64 in size. Raise ExpressionError."""
+    # A larger exponent would give a fraction of thousands of digits, from a text of a few
     if exponent.denominator == 1 and abs(exponent) <= 64:
         if not base and exponent < 0:
             raise ExpressionError("divides by zero")
@@ -171,6 +173,7 @@ class _ExpressionParser:
     def signed(self) -> Fraction:
         """Evaluate a value after signs and negations."""
         sign = self.next
+        # A minus binds looser than a power: -2^2 is -4
         if sign not in ("-", "+", "!"):
             return self.powers()
         self.deeper()
@@ -218,6 +221,7 @@ class _ExpressionParser:
             values.append(self.level(0))
         self.expect(")")
         self.depth -= 1
+        # CLHEP tells functions apart by their count of arguments as well
         if len(values) != count:
             raise ExpressionError(f"gives {name} {len(values)} numbers in place of {count}")
         return _check_size(function(*values))
@@ -243,6 +247,7 @@ def _tokens(text: str) -> list[str]:
     tokens, at = [], 0
     stripped = text.strip()
     while at < len(stripped):
+        # Numbers before names, so that 2e3 is one number
         match = _TOKEN.match(stripped, at)
         if match is None:
             raise ExpressionError(f"has {stripped[at : at + 20].strip()!r} in it")
@@ -253,6 +258,7 @@ def _tokens(text: str) -> list[str]:
 
 def parse_number(token: str) -> Fraction:
     """Return the exact value of a decimal number. Raise ExpressionError above 1e300, as floats end soon after."""
+    # Before the fraction is made: 1e999999999 would have a billion digits
     if abs(float(token)) > 1e300:
         raise ExpressionError("has a number above 1e300")
     _, _, exponent = token.lower().partition("e")
@@ -292,6 +298,7 @@ _OTHER_UNITS = {
 }  # fmt: skip
 """Pressures in pascal and masses in grams: only ratios within each matter here."""
 
+# CLHEP's system of units, that of Geant4: mm, ns, MeV, positron charge, kelvin, mole, radian
 UNIT_VALUES: dict[str, Fraction] = {name: Fraction(value) for name, value in (_MM | _OTHER_UNITS).items()} | {
     "rad": Fraction(1), "radian": Fraction(1), "mrad": Fraction(1, 1000), "milliradian": Fraction(1, 1000),
     "deg": PI / 180, "degree": PI / 180, "pi": PI, "PI": PI, "twopi": 2 * PI, "TWOPI": 2 * PI, "halfpi": PI / 2,

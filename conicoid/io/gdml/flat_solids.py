@@ -73,6 +73,7 @@ def fit_plane(points: Sequence[Point], inside: Point) -> FacePlane | None:
     normal = tuple(sum((term[i] for term in terms), Fraction(0)) for i in range(3))
     size = max(abs(c) for spoke in spokes for c in spoke)
     largest = max(map(abs, normal))
+    # Corners on a line, up to the digits of the file; such a face bounds nothing
     if largest <= size * size / 10**12:
         return None
     x, y, z = (c / largest for c in normal)
@@ -80,6 +81,7 @@ def fit_plane(points: Sequence[Point], inside: Point) -> FacePlane | None:
     center = mean(corners)
     if dot(outward, subtract(center, inside)) < 0:
         outward = (-x, -y, -z)
+    # Files hold some six digits, so corners of a flat face leave its plane by about a millionth of its size
     if max(abs(dot(outward, subtract(point, center))) for point in corners) > _FLATNESS * size:
         raise NonPlanarFace("a face of it is not flat")
     return _integer_normal(outward), dot(_integer_normal(outward), center)
@@ -114,12 +116,14 @@ def convex_solid(corners: Sequence[Point], faces: Sequence[Sequence[int]]) -> So
     """
     inside = mean(list(dict.fromkeys(corners)))
     fitted = [fit_plane([corners[k] for k in face], inside) for face in faces]
+    # Two triangles of one flat face give one plane
     planes = list(dict.fromkeys(plane for plane in fitted if plane is not None))
     size = max(abs(c) for corner in corners for c in subtract(corner, inside))
     for normal, offset in planes:
         if dot(normal, inside) >= offset:
             raise ValueError("it must enclose a volume")
         most = max(dot(normal, corner) for corner in corners)
+        # Corners that rounding puts before a face by less than the tolerance of flatness do not make a solid concave
         if most - offset > 2 * _FLATNESS * size * max(map(abs, normal)):
             raise UnsupportedGdml("it is not convex")
     if len(planes) < 4:
@@ -140,6 +144,7 @@ def convex_planes(corners: Sequence[Point], faces: Sequence[Sequence[int]]) -> l
             plane = fit_plane([corners[k] for k in face], inside)
         except UnsupportedGdml:
             return None
+        # Exact here: a mesh whose faces are only nearly flat keeps its triangles, which are what the file describes
         if plane is None or any(dot(plane[0], corners[k]) != plane[1] for k in face):
             return None
         planes[plane] = None
@@ -189,10 +194,12 @@ def twisted_tubs(values: GdmlValues) -> SolidFactory:
     """
     half = values.length("zlen", 0) / 2
     s, c = (Fraction(part) for part in sin_cos_degrees(float(values.angle("twistedangle") / 2)))
+    # At 180 degrees the waist has no radius
     if c <= Fraction(1, 10**9):
         raise GdmlError(values.element, "twistedangle must be between -180 and 180 degrees")
     if half:
         low, high = -half, half
+        # A line at the distance r from the axis at the end passes at r cos(half the twist) in the middle
         inner, outer = (values.radius(name) * c for name in ("endinnerrad", "endouterrad"))
     else:
         low, high = values.length("negativeEndz"), values.length("positiveEndz")
@@ -202,7 +209,9 @@ def twisted_tubs(values: GdmlValues) -> SolidFactory:
     twist = s / c / max(abs(low), abs(high))
     width = _segment_angle(values)
     bend = twist * twist
+    # Above sqrt(1 + k² z²) times the waist, without a root
     reach = outer * (1 + abs(twist) * max(abs(low), abs(high)))
+    # Two sides at one azimuth would cut a whole tube
     sides = [] if width >= 360 else [_twisted_side(twist, float(sense * width / 2), sense) for sense in (-1, 1)]
     ends = low, high, high - low + abs(low) + abs(high), 2 * reach
     return partial(_build_twisted_tube, (inner * inner, outer * outer), bend, ends, sides, width <= 180)
@@ -259,8 +268,10 @@ def ruled_solid(low: Sequence[PlanePoint], high: Sequence[PlanePoint], half: Fra
     count = len(low)
     middle = [((a[0] + b[0]) / 2, (a[1] + b[1]) / 2) for a, b in zip(low, high, strict=True)]
     # Counter-clockwise, so that the solid lies to the left of each side.
+    # At half height, because an end may be a point or a line
     if sum((_cross_2d(a, b) for a, b in zip(middle, [*middle[1:], middle[0]], strict=True)), _ZERO) < 0:
         low, high = low[::-1], high[::-1]
+    # Arb8 writes a triangle as a quadrangle with two equal corners
     distinct = [k for k in range(count) if (low[k], high[k]) != (low[(k + 1) % count], high[(k + 1) % count])]
     edges = [_RuledSide(low[k], high[k], low[(k + 1) % count], high[(k + 1) % count]) for k in distinct]
     if len(edges) < 3:
@@ -283,6 +294,7 @@ def _bounding_planes(corners: Sequence[PlanePoint]) -> list[FacePlane]:
     planes: list[FacePlane] = []
     for axis in (0, 1):
         least, most = min(corner[axis] for corner in corners), max(corner[axis] for corner in corners)
+        # A little beyond, so that no plane touches a corner of the solid; a power of two keeps the fraction short
         beyond = (most - least) / 1024
         across = (_ONE, _ZERO, _ZERO) if axis == 0 else (_ZERO, _ONE, _ZERO)
         planes += [(across, most + beyond), ((-across[0], -across[1], _ZERO), beyond - least)]
@@ -310,6 +322,7 @@ class _RuledSide:
         b = _cross_2d(self.along, following.turning) + _cross_2d(self.turning, following.along)
         c = _cross_2d(self.along, following.along)
         least = min(a + b + c, a - b + c)
+        # The parabola has its lowest point between the ends
         if a > 0 and abs(b) < 2 * a:
             least = min(least, c - b * b / (4 * a))
         return least >= 0
@@ -319,6 +332,7 @@ class _RuledSide:
         below, above = ((q[0] - p[0], q[1] - p[1]) for p, q in (self.low, self.high))
         if _cross_2d(below, above):
             return None
+        # An end of the side may be a single point
         along = below if any(below) else above
         p, r = self.low[0], self.high[0]
         n = along[1], -along[0]
@@ -336,6 +350,7 @@ class _RuledSide:
             "z": (ax * qy + mx * py - ay * qx - my * px) / half,
             "zz": (mx * qy - my * qx) / half**2,
         }  # fmt: skip
+        # Sizes near 1 keep the discriminant of the quadric far from overflow, whatever the unit of the file
         size = max(map(abs, terms.values()))
         return {name: value / size for name, value in terms.items()}
 
@@ -434,6 +449,7 @@ def para(values: GdmlValues) -> SolidFactory:
 
 def tet(values: GdmlValues) -> SolidFactory:
     """<tet>: four corners vertex1 to vertex4, which name defined positions."""
+    # Names, not coordinates: GDML's tet refers to positions of the define section
     corners = [_position(values, values.element, f"vertex{k}") for k in range(1, 5)]
     a, b, c = (subtract(corner, corners[0]) for corner in corners[1:])
     if not dot(cross(a, b), c):
@@ -468,7 +484,9 @@ def tessellated(values: GdmlValues) -> SolidFactory:
         if element.attributes.get("type", "ABSOLUTE") == "RELATIVE":  # the other corners count from the first
             x, y, z = corners[0]
             corners[1:] = [(a + x, b + y, c + z) for a, b, c in corners[1:]]
+        # Corners of equal coordinates are one corner, since programs write each facet with positions of its own
         face = tuple(dict.fromkeys(places.setdefault(corner, len(places)) for corner in corners))
+        # Facets that fall into an edge come from rounded exports; they bound nothing
         if len(face) > 2:
             faces.append(face)
     # The quick test in floating point saves the exact one for most concave solids.
@@ -476,6 +494,7 @@ def tessellated(values: GdmlValues) -> SolidFactory:
     planes = convex_planes(list(places), faces) if is_convex else None
     if planes is not None:
         return polyhedron_factory(planes)
+    # Only what becomes a mesh is charged: a polyhedron of planes need not be decomposed
     values.reading.spend(len(faces), is_convex)
     return closed_mesh(list(places), faces)
 
@@ -487,6 +506,7 @@ def _is_convex_mesh(vertices: list[Point], faces: list[tuple[int, ...]]) -> bool
     points = np.array([tuple(map(float, vertex)) for vertex in vertices])
     a, b, c = (points[[face[k] for face in faces]] for k in range(3))
     normals = np.cross(b - a, c - a)
+    # Loose on purpose: a solid that passes wrongly is decided in fractions after this
     loose = 1e-9 * np.abs(normals).sum(axis=1) * max(float(np.ptp(points, axis=0).max()), 1e-300)
     for normal, corner, slack in zip(normals, a, loose, strict=True):
         heights = (points - corner) @ normal
@@ -505,6 +525,8 @@ def closed_mesh(vertices: list[Point], faces: list[tuple[int, ...]]) -> SolidFac
         for k in range(2, len(face)):
             a, b, c = vertices[face[0]], vertices[face[k - 1]], vertices[face[k]]
             volume += dot(cross(a, b), c)
+    # Six times the signed volume, by tetrahedra from the origin: negative where the facets turn clockwise seen from
+    # outside
     if volume < 0:
         faces = [face[::-1] for face in faces]
     return partial(_mesh, vertices, tuple(faces))

@@ -166,6 +166,8 @@ class VolumeBodies(BlockBodies[VolumePiece]):
         All parts must be of kinds whose structure is the same everywhere, and none so thin that rounding may close it.
         """
         piece = self._pieces[kind]
+        # A rotated piece is built from rounded matrices, and only the build of each place shows what rounding does to
+        # it
         straight = all(place.is_straight for _, place in (piece.own, *piece.displaced))
         return straight and is_rigid(self.shape(int(self.members[kind][0])), self.farthest)
 
@@ -182,6 +184,8 @@ def is_rigid(solid: Solid, far: Fraction) -> bool:
             pending.extend(each.operands)
             continue
         least = _rounding_margin(each)
+        # A unit in the last place of a coordinate is a share of 2^-53: a body whose thickness is far above that at its
+        # farthest place keeps the order of its faces
         if least is None or least[0] <= RIGID_TOLERANCE * (2 * far + least[1]):
             return False
     return True
@@ -197,6 +201,7 @@ def _rounding_margin(solid: Solid) -> tuple[Fraction, Fraction] | None:
     if isinstance(solid, Ellipsoid):
         return min(map(Fraction, solid.radii)), max(map(abs, map(Fraction, solid.center)))
     if isinstance(solid, Revolution):
+        # Radii do not move with the body: a shift along z is added to heights alone, and one across z is a translation
         heights = sorted({Fraction(z) for _, z in solid.profile})
         return min(b - a for a, b in pairwise(heights)), max(map(abs, heights))
     if isinstance(solid, Polyhedron):
@@ -288,6 +293,7 @@ def _read_file(path: str, files: _ModuleFiles, first: GdmlReader | None) -> Gdml
         geometry = _read_module(reading, element, files)
         modules.extend(one for one in geometry.readings if one not in modules)
         name = element.attributes.get("volname")
+        # <file> without volname places the world volume of the module
         if not name:
             return geometry.world
         return look_up(reading, geometry.structure.volumes, name, element, "volume in the file")
@@ -295,6 +301,7 @@ def _read_file(path: str, files: _ModuleFiles, first: GdmlReader | None) -> Gdml
     # Sections are read in the order of the file: names refer back only.
     structure = StructureReader(reading, solids, {}, materials, module)
     world = None
+    # Programs repeat sections, and mix them
     for section in root.children:
         tag = local_tag(section)
         if tag == "define":
@@ -322,6 +329,7 @@ def _find_world(reading: GdmlReader, root: XmlElement, structure: StructureReade
     setups = [child for child in root.children if local_tag(child) == "setup"]
     if not setups:
         raise GdmlError(root, "the file must have a setup element with the world")
+    # Geant4 takes the setup by name, "Default" unless the program asks for another
     setup = next((one for one in setups if one.attributes.get("name") == "Default"), setups[0])
     if len(setups) > 1:
         name = setup.attributes.get("name", "")
@@ -341,14 +349,14 @@ def _read_module(reading: GdmlReader, element: XmlElement, files: _ModuleFiles) 
         path = resolve_module_file(reading.path, name)
     except ValueError as error:
         raise GdmlError(element, str(error)) from None
-    here = os.path.abspath(reading.path)
+    own_path = os.path.abspath(reading.path)
     # A module that includes itself, directly or not, would never end
-    if path in files.stack or path == here:
-        raise GdmlError(element, f"file {shorten(name)!r} refers to itself, through others perhaps")
+    if path in files.stack or path == own_path:
+        raise GdmlError(element, f"file {shorten(name)!r} refers to itself, directly or through other files")
     if path not in files.folder:
         if len(files.folder) >= MAX_FILES or len(files.stack) >= MAX_FILE_DEPTH:
             raise GdmlError(element, f"at most {MAX_FILES} files are read, nested at most {MAX_FILE_DEPTH} levels deep")
-        files.stack.append(here)
+        files.stack.append(own_path)
         try:
             files.folder[path] = _read_file(path, files, reading)
         finally:
@@ -450,8 +458,10 @@ class GdmlExpansion:
         if depth > MAX_VOLUME_DEPTH:
             message = f"volumes nest deeper than {MAX_VOLUME_DEPTH} levels"
             raise SceneFileError(self.geometry.path, [Problem(volume.element.line, volume.element.column, "", message)])
+        # Primitives are counted as well: one volume may be a union of a million
         bodies, parts = (0, 0) if volume.template is None else (1, volume.template.parts)
         if levels > 0 or volume.is_open:
+            # `depth=1` shows what stands in the world, also where an assembly groups it
             inner = levels if volume.is_open else levels - 1  # assemblies and containers are no levels
             for daughter in volume.daughters:
                 more_bodies, more_parts = self.count(daughter.volume, inner, depth + 1)
@@ -476,6 +486,7 @@ class GdmlExpansion:
         content = self._daughters(volume, place, path, levels, inside) if has_contents else ExpandedVolume()
         is_filled = volume.is_filled and bool(content.solids)
         if not is_filled and (self.void or not (volume.material is None or volume.material.is_thin)):
+            # Only bodies that are no translated copies take memory of their own, so they have a limit of their own
             look = self._look(volume.material)
             self.singles += 1
             if self.singles > self.allowed.singles:
@@ -499,6 +510,7 @@ class GdmlExpansion:
                 self._report(volume, "/".join(path), error)
                 continue
             expanded = self._shared(daughter.volume, daughter_place, (*path, label), inner, block)
+            # The mother loses its daughters, but not their daughters: these lie within them, as GDML demands
             solids += expanded.solids
             fill_count += expanded.filled
         return ExpandedVolume(tuple(solids), fill_count)
@@ -519,6 +531,8 @@ class GdmlExpansion:
             shared = self.blocks[key] = ExpandedVolume(shared.solids, shared.filled, inside)
         assert shared.block is not None
         block.place(shared.block, shift, path)
+        # The mother's body subtracts the daughters where they stand in it, so the shift of the block applies to them
+        # too
         solids = tuple((template, inner.lifted(shift)) for template, inner in shared.solids)
         return ExpandedVolume(solids, shared.filled)
 
@@ -541,6 +555,7 @@ class GdmlExpansion:
         element = volume.element
         # One problem for each volume, however many places it has
         self.problems.setdefault(id(volume), Problem(element.line, element.column, path, message))
+        # A wrong volume in a large detector may stand at each of a million places
         if len(self.problems) >= MAX_PROBLEMS:
             raise SceneFileError(self.geometry.path, self.problems.values())
 
@@ -609,6 +624,7 @@ def import_file(path: str | os.PathLike[str], options: ImportOptions) -> ImportR
     expansion = GdmlExpansion(geometry, options.void, levels, options.most, options.progress)
     expansion.run()
     facts, remarks = tuple(_facts(geometry, expansion)), tuple(_remarks(geometry))
+    # Bodies of one look may come from several volumes, so the legend goes by material
     names = {
         expansion.looks[material]: "no material" if material is None else material.title
         for material in expansion.materials

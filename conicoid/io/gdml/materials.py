@@ -79,9 +79,11 @@ def find_material(reading: GdmlReader, materials: MaterialTable, name: str) -> G
     A material of Geant4's list that the file uses without defining it is added to `materials`.
     """
     if name not in materials:
+        # Geant4 builds materials of its list on demand, so files use them without a definition
         if not name.startswith("G4_") and name not in _GASES:
             return None
         density = _GASES.get(name)
+        # Of the list only the gases are known here: they decide what is invisible
         properties = {} if density is None else {"density": density}
         materials[name] = GdmlMaterial(next(reading.counter), name, Properties(properties), density is not None)
     return materials[name]
@@ -96,6 +98,7 @@ def _material(reading: GdmlReader, element: XmlElement, name: str) -> GdmlMateri
         if child.tag in ("D", "Dref"):
             properties["density"] = _density(reading, child)
         elif child.tag in ("fraction", "composite") and "ref" in child.attributes:
+            # An element may be listed more than once; its shares add up
             part = strip_pointer(child.attributes["ref"])
             shares[part] = shares.get(part, 0.0) + _float(
                 reading.value(child.attributes.get("n", "1"), child, "n"), child
@@ -107,6 +110,7 @@ def _material(reading: GdmlReader, element: XmlElement, name: str) -> GdmlMateri
             properties[key] = element.attributes[key]
     if "Z" in element.attributes:
         properties["Z"] = _float(reading.value(element.attributes["Z"], element, "Z"), element)
+    # A file need not have `state`, so the density decides as well
     is_gas = properties.get("state") == "gas" or properties.get("density", 1.0) < GAS_DENSITY
     try:
         return GdmlMaterial(next(reading.counter), strip_pointer(name), Properties(properties), is_gas)
@@ -121,6 +125,7 @@ def _density(reading: GdmlReader, element: XmlElement) -> float:
     else:
         unit = element.attributes.get("unit") or "g/cm3"
         value = reading.value(element.attributes.get("value", ""), element, "value")
+        # Units of density are in g/mm3, the base units of masses and lengths here
         value *= reading.value(unit, element, "unit") * 1000
     if value < 0:
         raise GdmlError(element, f"value must be >= 0, got {float(value):g} g/cm3")
@@ -179,6 +184,7 @@ def _parse_color(text: str) -> tuple[str, float] | None:
     if len(words) not in (3, 4) or not all(_COLOR_CHANNEL.fullmatch(word) for word in words):
         return None
     channels = list(map(float, words))
+    # Some programs write channels from 0 to 255; which of both (1, 1, 1) means nobody can know, so these are refused
     if max(channels) > 1:
         return None
     return "#" + "".join(f"{round(255 * channel):02x}" for channel in channels[:3]), (*channels, 1.0)[3]

@@ -47,6 +47,7 @@ def revolve_profile(corners: ProfileCorners, angles: AngleRange, shift: Point) -
     The shift in z is added to the profile in fractions; the shift in x and y becomes a translation.
     """
     x, y, z = shift
+    # One rounding for each height: faces of two solids at the same height in the world get the same float
     solid = Revolution(tuple((float(r), float(height + z)) for r, height in corners), *angles)
     return solid.translate((float(x), float(y), 0.0)) if x or y else solid
 
@@ -72,6 +73,7 @@ def cut_tube(values: GdmlValues) -> SolidFactory:
     inner, outer, half = values.radius("rmin"), values.positive("rmax"), values.positive("z") / 2
     _check_radii(values, inner, outer)
     low, high = ([values.number(f"{name}{axis}") for axis in "XYZ"] for name in ("low", "high"))
+    # G4CutTubs demands outward normals
     if low[2] >= 0 or high[2] <= 0:
         raise GdmlError(values.element, "lowZ must be < 0 and highZ > 0: normals point outward")
     # A plane rises by at most `slope` times the distance from the axis.
@@ -97,6 +99,7 @@ def cone(values: GdmlValues) -> SolidFactory:
     """<cone>: rmin1 and rmax1 at the lower end, rmin2 and rmax2 at the upper end, full length z."""
     half = values.positive("z") / 2
     r1, r2, r3, r4 = (values.radius(name) for name in ("rmin1", "rmax1", "rmin2", "rmax2"))
+    # Equal radii at one end are allowed, where the wall of the cone ends in an edge
     if r1 > r2 or r3 > r4 or r1 + r3 >= r2 + r4:
         raise GdmlError(values.element, "rmin1 and rmin2 must be less than rmax1 and rmax2")
     return _profile_factory([(r1, -half), (r2, -half), (r4, half), (r3, half)], read_angles(values))
@@ -118,9 +121,13 @@ def sphere(values: GdmlValues) -> SolidFactory:
     _check_radii(values, inner, outer)
     angles = read_angles(values)
     low = values.angle("starttheta", 0)
+    # Angles in radians with few digits may end a little beyond π
     high = min(low + values.angle("deltatheta", 180), Fraction(180))
     if low < 0 or high <= low:
-        raise GdmlError(values.element, "starttheta and deltatheta must leave a range within 0 and 180 degrees")
+        found = f"got {float(low):g} to {float(high):g}"
+        raise GdmlError(
+            values.element, f"starttheta and deltatheta must leave a range within 0 and 180 degrees, {found}"
+        )
     sector = [] if low == 0 and high == 180 and angles == _FULL_TURN else _sector(low, high, 4 * outer)
     return partial(_shell, float(inner), float(outer), sector, angles)
 
@@ -149,11 +156,16 @@ def ellipsoid(values: GdmlValues) -> SolidFactory:
     """<ellipsoid>: semi-axes ax, by, cz, cut at the heights zcut1 and zcut2; both 0 mean no cut."""
     a, b, c = (values.positive(name) for name in ("ax", "by", "cz"))
     low, high = values.length("zcut1", 0), values.length("zcut2", 0)
+    # Both 0 is the default of Geant4: a whole ellipsoid
     if low == high == 0:
         low, high = -c, c
     if low >= min(high, c) or high <= -c:
-        raise GdmlError(values.element, "zcut1 must be < zcut2, and both leave a part of the ellipsoid")
+        raise GdmlError(
+            values.element,
+            f"zcut1 must be < zcut2, and leave a part of the ellipsoid, got {float(low):g} and {float(high):g} mm",
+        )
     radii = float(a), float(b), float(c)
+    # No cut: a slab that touches the poles would add two faces without area
     if low <= -c and high >= c:
         return partial(_ellipsoid, radii)
     return partial(_cut_ellipsoid, radii, low, high, c, 2 * max(a, b, c))
@@ -191,7 +203,7 @@ def elliptic_cone(values: GdmlValues) -> SolidFactory:
     a, b = values.number("dx"), values.number("dy")
     top, cut = values.positive("zmax"), values.positive("zcut")
     if a <= 0 or b <= 0:
-        raise GdmlError(values.element, "dx and dy must be > 0")
+        raise GdmlError(values.element, f"dx and dy must be > 0, got {float(a):g} and {float(b):g}")
     cut = min(cut, top)  # beyond the apex at zmax there is nothing
     return _stretch_profile([(_ZERO, -cut), (top + cut, -cut), (top - cut, cut), (_ZERO, cut)], a, b)
 
@@ -228,6 +240,7 @@ def quadric_about_z(square: Fraction, slope: Fraction, bend: Fraction, shift: Po
     The cylinder (no slope, no bend) is a solid of revolution of length 4 sqrt(square) about z = 0.
     """
     x, y, z = shift
+    # A general quadric without zz and z is an endless cylinder, which has no box
     if not slope and not bend:
         beyond = 2 * Fraction(math.sqrt(square))
         return revolve_profile([(_ZERO, -beyond), (beyond, -beyond), (beyond, beyond)], _FULL_TURN, shift)
@@ -248,6 +261,7 @@ def hyperboloid(values: GdmlValues) -> SolidFactory:
         if abs(c) < 1e-9:
             raise GdmlError(values.element, f"{name} must not be 90 degrees")
         bends.append((Fraction(s) / Fraction(c)) ** 2)
+    # Squares of radii at the ends
     reach = outer * outer + bends[1] * half * half
     if inner * inner + bends[0] * half * half >= reach:
         raise GdmlError(values.element, "inst must leave the inner surface within the outer")

@@ -70,6 +70,7 @@ def polycone(values: GdmlValues) -> SolidFactory:
 
 def _stack(outline: ProfileCorners, rings: Sequence[ProfileCorners], angles: AngleRange, shift: Point) -> Solid:
     """Return the revolved outline; the union of its rings if the outline touches itself."""
+    # One outline has no walls between its rings, so a ray does not meet faces that the solid does not have
     if len(rings) > 1:
         try:
             return revolve_profile(outline, angles, shift)
@@ -93,6 +94,7 @@ def read_zplanes(values: GdmlValues) -> list[ZPlane]:
     heights = [z for z, _, _ in planes]
     if len(planes) < 2:
         raise GdmlError(values.element, "must have two or more zplane elements")
+    # Geant4 takes sections from above and from below
     if heights == sorted(heights, reverse=True):
         planes.reverse()
     elif heights != sorted(heights):
@@ -103,6 +105,8 @@ def read_zplanes(values: GdmlValues) -> list[ZPlane]:
 def zplane_ring(low: ZPlane, high: ZPlane) -> list[tuple[Fraction, Fraction]]:
     """Return the profile (r, z) between two planes; empty if it has no area."""
     (z0, a, b), (z1, c, d) = low, high
+    # Two planes at one height make a step of the radius, not a ring; planes whose radii are equal at both ends enclose
+    # nothing
     return [(a, z0), (b, z0), (d, z1), (c, z1)] if z0 < z1 and a + c < b + d else []
 
 
@@ -149,7 +153,7 @@ def generic_polyhedra(values: GdmlValues) -> SolidFactory:
 def _side_count(values: GdmlValues) -> int:
     count = values.integer("numsides", most=10_000)
     if count < 1:
-        raise GdmlError(values.element, "numsides must be 1 or more")
+        raise GdmlError(values.element, f"numsides must be 1 or more, got {count}")
     return count
 
 
@@ -174,6 +178,7 @@ def _side_rings(corners: Sequence[tuple[Fraction, Fraction]]) -> list[SideRing]:
     heights = sorted({z for _, z in corners})
     rings = []
     for low, high in pairwise(heights):
+        # Edges are in one order between the heights of two corners, and the middle shows it
         middle = (low + high) / 2
         across = []
         for (r0, z0), (r1, z1) in ends:
@@ -199,10 +204,12 @@ def _stack_sides(values: GdmlValues, rings: Sequence[SideRing], share: Fraction)
     count, (first, last) = _side_count(values), read_angles(values)
     if not rings:
         raise GdmlError(values.element, "must leave a volume")
+    # Each side is a plane or a wedge that preparing must look at
     if count * len(rings) > 20_000:
         raise UnsupportedGdml("it has more than 20,000 sides")
     _half_side(values)  # checks that sides are less than 180 degrees
     whole = (first, last) == (0.0, 360.0)
+    # A full turn still begins at startphi: it fixes where the edges are
     begin = float(values.angle("startphi", 0)) if whole else first
     step = (last - first) / count
     normals = [_direction(begin + (k + 0.5) * step) for k in range(count)]
@@ -212,6 +219,7 @@ def _stack_sides(values: GdmlValues, rings: Sequence[SideRing], share: Fraction)
         ends: list[FacePlane] = [((_ZERO, _ZERO, Fraction(-1)), -low), ((_ZERO, _ZERO, Fraction(1)), high)]
         if whole and count > 2:
             body = polyhedron_factory([*ends, *(_side_plane(n, outer, share, 1) for n in normals)])
+            # Of radius 0 at both ends there is no bore, and a polyhedron without width would be refused
             bore = None
             if inner[0] + inner[1] * (low + high) / 2 > 0:
                 # The bore reaches beyond the ends of the body, so that no faces coincide.
@@ -222,6 +230,8 @@ def _stack_sides(values: GdmlValues, rings: Sequence[SideRing], share: Fraction)
             continue
         for k, normal in enumerate(normals):
             (ax, ay), (bx, by) = walls[k], walls[k + 1]
+            # Neighbouring wedges share the plane between them, the same numbers with another sign, so that the union
+            # has no wall there
             wedge: list[FacePlane] = [((-ax, -ay, _ZERO), _ZERO), ((bx, by, _ZERO), _ZERO)]
             planes = [*ends, *wedge, _side_plane(normal, outer, share, 1), _side_plane(normal, inner, share, -1)]
             pieces.append((polyhedron_factory(planes), None))
@@ -253,6 +263,7 @@ def xtru(values: GdmlValues) -> SolidFactory:
     """<xtru>: an outline of twoDimVertex elements, swept through section elements that shift and scale it."""
     parts = [GdmlValues(values.reading, element, values.element) for element in values.element.all("twoDimVertex")]
     outline = [(part.length("x"), part.length("y")) for part in parts]
+    # Some programs close the outline by its first corner
     if outline and outline[0] == outline[-1]:
         outline.pop()
     if len(outline) < 3:
@@ -263,13 +274,15 @@ def xtru(values: GdmlValues) -> SolidFactory:
         part = GdmlValues(values.reading, element, values.element)
         scale = part.number("scalingFactor", 1)
         if scale < 0:
-            raise GdmlError(element, "scalingFactor must be >= 0")
+            raise GdmlError(element, f"scalingFactor must be >= 0, got {float(scale):g}")
         z = part.length("zPosition")
         sections.append(
             (part.number("zOrder", len(sections)), z, part.length("xOffset", 0), part.length("yOffset", 0), scale)
         )
+    # The attribute zOrder gives the order, whatever stands first in the file
     sections.sort(key=lambda section: section[0])
     drawn = [section[1:] for section in sections]
+    # Two sections at one height are a step in size or place
     pieces = [_sweep_outline(outline, a, b) for a, b in pairwise(drawn) if a[0] < b[0]]
     if not pieces or any(a[0] > b[0] for a, b in pairwise(drawn)):
         raise GdmlError(values.element, "section elements must rise in zPosition")
@@ -296,6 +309,7 @@ def _sweep_outline(outline: Sequence[tuple[Fraction, Fraction]], low: _XtruSecti
     if low[1:] == high[1:]:
         return partial(_extrude_outline, outline, low, high[0])
     points = [(s * x + x0, s * y + y0, z) for z, x0, y0, s in (low, high) for x, y in outline]
+    # Scale 0 draws the whole section into one point: a pyramid
     places = list(dict.fromkeys(points))
     number = {place: k for k, place in enumerate(places)}
     count = len(outline)
@@ -396,11 +410,13 @@ def read_template(reading: GdmlReader, element: XmlElement, solids: SolidTable) 
     elif tag == "multiUnion":
         template = combine_templates("union", _read_union_nodes(reading, element, solids))
     elif tag in ("scaledSolid", "reflectedSolid"):
+        # A union of one operand is the operand, moved
         return combine_templates("union", [_read_transformed(reading, element, solids)])
     elif tag in _UNSUPPORTED_SOLIDS:
         raise UnsupportedGdml("is no quadric")
     else:
         raise UnsupportedGdml("is no solid that is known")
+    # A Boolean is not built here: its operands were, and a large union would be built twice
     if isinstance(template, PrimitiveTemplate):
         template.at(UniversePlacement())
     return template
@@ -430,6 +446,8 @@ def _look_up_solid(
     template: SolidTemplate | None = (
         look_up(reading, dict(solids), name, element, "solid") if name not in solids else solids[name]
     )
+    # An operand is left out, so the result would be another solid: it is left out as well, and the remark names the
+    # cause
     if template is None:
         raise UnsupportedGdml(f"is of {name!r}, which is left out")
     return template
@@ -473,8 +491,9 @@ def _read_transformed(reading: GdmlReader, element: XmlElement, solids: SolidTab
     template = _look_up_solid(reading, element, solids, "solid")
     values = GdmlValues(reading, element)
     scale = values.number("sx", 1), values.number("sy", 1), values.number("sz", 1)
+    # A factor of zero flattens the solid
     if not all(scale):
-        raise GdmlError(element, "sx, sy and sz must not be 0")
+        raise GdmlError(element, f"sx, sy and sz must not be 0, got {', '.join(f'{float(s):g}' for s in scale)}")
     angles = values.angle("rx", 0), values.angle("ry", 0), values.angle("rz", 0)
     rotation = compose_rotations(operand_rotation(angles), scaling(scale)) if any(angles) else scaling(scale)
     return template, (values.length("dx", 0), values.length("dy", 0), values.length("dz", 0)), rotation

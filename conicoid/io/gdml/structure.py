@@ -97,6 +97,7 @@ class StructureReader:
             tag = local_tag(element)
             if tag in ("volume", "assembly"):
                 self._attempt(element, StructureReader._volume)
+            # Optical surfaces describe reflection between volumes for Geant4's optical photons; they are no geometry
             elif tag not in ("bordersurface", "skinsurface", "userinfo"):
                 self.reading.remark(element, tag, "is nothing that is known in a structure, left out")
 
@@ -106,6 +107,7 @@ class StructureReader:
             read(self, *mother, element)
         except GdmlError as mistake:
             self.reading.report(mistake.element, _volume_title(element), mistake.message)
+        # A file with one torus is still worth reading: the rest of it is imported, and the remark names what is missing
         except UnsupportedGdml as left:
             self.reading.remark(element, _volume_title(element), f"{left}; left out")
         except (ValueError, OverflowError) as error:
@@ -129,6 +131,7 @@ class StructureReader:
                 raise GdmlError(element, "must have a solidref")
         finally:
             self.volumes[name] = volume  # so that references to a wrong volume report no second error
+        # A scene that was exported has no world of its own: without this mark it would come back with one more body
         if any(_is_container(child) for child in element.children):
             volume.template, volume.is_container = None, True
         readers = _placement_readers()
@@ -148,8 +151,10 @@ class StructureReader:
     def _colored(self, material: GdmlMaterial, element: XmlElement) -> GdmlMaterial:
         """Return the material in the colour that the volume hints at; invisible materials stay invisible."""
         color = read_color_hint(self.reading, element)
+        # A colour hint must not make the air of a hall visible
         if color is None or color == material.color or material.is_thin:
             return material
+        # One object for each colour, so that bodies of equal look share a material
         return self.colored.setdefault((material, color), replace(material, hint=color))
 
     def volume_in(self, element: XmlElement) -> LogicalVolume:
@@ -166,6 +171,7 @@ class StructureReader:
 
     def add(self, volume: LogicalVolume, daughter: PhysicalVolume) -> None:
         """Add a daughter. Raise GdmlError if it is the volume itself, or after `MAX_PLACEMENTS` placements."""
+        # A longer circle cannot occur, since names refer back only
         if daughter.volume is volume:
             raise GdmlError(volume.element, "is placed in itself")
         self.placed += 1
@@ -176,10 +182,12 @@ class StructureReader:
     def _physvol(self, volume: LogicalVolume, element: XmlElement) -> None:
         inner = self.volume_in(element)
         shift, rotation, scale = read_motion(self.reading, element, placement_rotation)
+        # G4GDMLReadStructure reflects and scales the volume before it rotates it
         if scale is not UNIT_SCALE and any(factor != 1 for factor in scale):
             rotation = compose_rotations(rotation, scaling(scale))
         name = self.reading.resolve_indices(element.attributes.get("name", ""), element) or inner.name
         copy = None
+        # Copy numbers are C++ ints in Geant4, so a wider one is a mistake
         if "copynumber" in element.attributes:
             copy = GdmlValues(self.reading, element).integer("copynumber", most=2**31, least=-(2**31))
         self.add(volume, PhysicalVolume(strip_pointer(name), inner, shift, rotation, copy))
@@ -209,6 +217,7 @@ def resolve_module_file(path: str, name: str) -> str:
     if not name or os.path.basename(name) != name or name in (".", "..") or "\0" in name or "\\" in name:
         raise ValueError(f"file must be the name of a file in the same folder, got {shorten(name)!r}")
     folder = os.path.dirname(os.path.abspath(path))
+    # A file from a stranger must not read others of this machine, neither by ".." nor by a link that leads out
     resolved = os.path.join(folder, name)
     if os.path.realpath(resolved) != os.path.join(os.path.realpath(folder), name):
         raise ValueError(f"file must be in the same folder, and {shorten(name)!r} is a link")
@@ -244,13 +253,17 @@ def read_replicas(structure: StructureReader, volume: LogicalVolume, element: Xm
     axis = _replica_direction(structure, rule)
     width, offset = (_replica_measure(structure, rule, name) for name in ("width", "offset"))
     if width <= 0 or count < 1:
-        raise GdmlError(rule, "width must be > 0 and number 1 or more")
+        raise GdmlError(rule, f"width must be > 0 and number 1 or more, got {float(width):g} and {count}")
     base = strip_pointer(element.attributes.get("name", "") or inner.name)
     for k in range(count):
         part, shift, rotation = inner, ORIGIN, NO_ROTATION
         if axis == "phi":
+            # G4PVReplica: the frame of a copy points to the middle of its sector, and `offset` is where the first
+            # sector begins
             rotation = rotation_about_z(offset + (k + Fraction(1, 2)) * width)
         elif axis == "rho":
+            # Copies along rho stand in one place, so each is a volume of its own size, which Geant4 computes while it
+            # navigates
             changes = {"rmin": offset + k * width, "rmax": offset + (k + 1) * width}
             part = resize_volume(structure, element, inner, inner.source, changes, ("tube",))
         else:
@@ -262,8 +275,10 @@ def read_replicas(structure: StructureReader, volume: LogicalVolume, element: Xm
 def _fills_mother(structure: StructureReader, volume: LogicalVolume, axis: str, width: Fraction) -> bool:
     """Return True if replicas leave nothing of their mother: a box that is as long as they are along their axis."""
     source = volume.source
+    # A mother of another kind stays a body, less its replicas
     if source is None or local_tag(source) != "box" or axis not in ("x", "y", "z"):
         return False
+    # An equal length in fractions: with one of 10^-12 more the mother keeps a sliver, and a ray would see it
     return GdmlValues(structure.reading, source).length(axis) == width
 
 
@@ -323,7 +338,8 @@ def resize_volume(
 
     """
     if source is None or local_tag(source) not in kinds:
-        raise UnsupportedGdml(f"is of what is no {' and no '.join(kinds)}, which is not built yet")
+        found = "another kind of solid" if source is None else f"<{local_tag(source)}>"
+        raise UnsupportedGdml(f"changes the size of {found}; copies are read of {', '.join(kinds)}")
     reading = structure.reading
     if inner.source is not None and _is_whole_slice(structure, inner.source, source, changes):
         return inner  # shares one template among all slices
@@ -333,6 +349,7 @@ def resize_volume(
         units = {"lunit": Fraction(1), "aunit": Fraction(1)}
     for name, value in changes.items():
         unit = units["aunit" if name.endswith("phi") else "lunit"] if name != "numsides" else Fraction(1)
+        # The new element goes through the reader of its kind, so that a slice obeys the same checks as a written solid
         attributes[name] = _format_expression(value / unit)
     children = source.children
     if sections is not None:
@@ -364,6 +381,7 @@ def _format_expression(value: Fraction) -> str:
     return f"{value.numerator}/{value.denominator}"
 
 
+# G4GDMLReadParamvol has names of its own for a few attributes
 _SAME_DIMENSIONS = {
     "trd": "x1 x2 y1 y2 z", "sphere": "rmin rmax startphi deltaphi starttheta deltatheta",
     "cone": "rmin1 rmax1 rmin2 rmax2 z startphi deltaphi", "box": "x y z", "orb": "r",
@@ -463,7 +481,8 @@ def read_divisions(structure: StructureReader, volume: LogicalVolume, element: X
         count = int((whole - offset) / width + _ROUNDING)  # angles are rounded: 3 slices may come out as 2.999...
     width = width or (whole - offset) / count
     if width <= 0 or offset < 0 or not 0 < count <= MAX_COPIES or offset + count * width > whole * (1 + _ROUNDING):
-        raise GdmlError(element, "number, width and offset must fit into the mother")
+        ends = f"{float(offset):g} + {count:,} × {float(width):g}, of {float(whole):g} (mm or radians)"
+        raise GdmlError(element, f"number, width and offset must fit into the mother, got {ends}")
     base = strip_pointer(element.attributes.get("name", "") or inner.name)
     for k, part in enumerate(mother.slices(axis, width, offset, count, by_number)):
         slice_volume = resize_volume(
@@ -477,6 +496,7 @@ def read_divisions(structure: StructureReader, volume: LogicalVolume, element: X
             kind=part.kind,
         )
         structure.add(volume, PhysicalVolume(base, slice_volume, part.shift, part.rotation, k))
+    # Exact again: otherwise the mother stays, less its slices
     volume.is_filled = offset == 0 and count * width == whole
 
 
@@ -489,6 +509,7 @@ class _DividedSolid:
         for child in source.all("zplane"):
             part = GdmlValues(structure.reading, child, source)
             self.sections.append((part.length("z"), part.radius("rmin"), part.radius("rmax")))
+        # Sections may be listed from above; slices are counted from the lowest
         self.sections.sort(key=lambda section: section[0])
         if self.kind in ("polycone", "polyhedra") and len(self.sections) < 2:
             raise UnsupportedGdml("divides a solid without sections")
@@ -503,10 +524,12 @@ class _DividedSolid:
         if axis == "rho" and kind == "cone":
             return values.length("rmax1") - values.length("rmin1", 0)
         if self.sections and axis == "rho":
+            # G4ParameterisationPolycone takes the radii of the first section for the width of a slice
             return self.sections[0][2] - self.sections[0][1]
         if self.sections and axis == "z":
             return self.sections[-1][0] - self.sections[0][0]
         if axis in ("x", "y") and kind == "trd":
+            # G4ParameterisationTrd measures a leaning solid at half its height
             return (values.length(f"{axis}1") + values.length(f"{axis}2")) / 2
         if axis in ("x", "y", "z") and (kind in ("box", "para") or (axis == "z" and not self.sections)):
             return values.length(axis)
@@ -548,11 +571,13 @@ class _DividedSolid:
             return DivisionSlice({"rmin": inner + low, "rmax": inner + high})
         if self.kind == "cone" and axis == "rho":
             first, second = values.length("rmin1", 0), values.length("rmin2", 0)
+            # The width is that of the lower end; at the upper end Geant4 divides by the number of slices
             wide = (values.length("rmax2") - second - offset) / count
             begin = second + offset + k * wide
             return DivisionSlice({"rmin1": first + low, "rmax1": first + high, "rmin2": begin, "rmax2": begin + wide})
         whole = self.extent(axis)
         shift = axis_shift(axis, middle - whole / 2)
+        # Slices of a parallelepiped move along its leaning edges, not along the axis
         if self.kind == "para":
             return DivisionSlice({axis: high - low}, self._leaning(axis, middle - whole / 2))
         if axis == "z" and self.kind in ("cone", "trd"):
@@ -613,6 +638,7 @@ class _DividedSolid:
                     )
                 ends = kinks
             for low, high in pairwise(ends):
+                # A slice bends where the whole does
                 inside = [z for z in kinks if low < z < high]
                 yield DivisionSlice({}, sections=tuple(self._at(z) for z in (low, *inside, high)))
             return

@@ -90,12 +90,10 @@ class GdmlReader:
         """
         most, kind = (MAX_CONVEX_FACES, "") if is_convex else (MAX_FACES, "concave ")
         if faces > most:
-            raise UnsupportedGdml(
-                f"it has {faces:,} faces, more than the {most:,} of a {kind}solid that are read in time"
-            )
+            raise UnsupportedGdml(f"it has {faces:,} faces, more than the {most:,} of a {kind}solid that are read")
         self.effort += faces * faces // (10 if is_convex else 1)
         if self.effort > MAX_FACE_EFFORT:
-            raise UnsupportedGdml("the file has too many solids of many faces before it")
+            raise UnsupportedGdml("the solids before it have too many faces together; divide the file")
 
     def resolve_indices(self, text: str, element: XmlElement) -> str:
         """Return a name with [i] and [i, j] replaced by _1 and _1_2, as Geant4 does."""
@@ -135,6 +133,7 @@ class GdmlReader:
                 self.report(mistake.element, "loop", mistake.message)
                 continue
             value = first
+            # The end is included, as in G4GDMLRead::LoopRead
             while (value <= last) if step > 0 else (value >= last):
                 self.turns += 1
                 if self.turns > MAX_LOOP_TURNS:
@@ -149,19 +148,22 @@ class GdmlReader:
     def _loop(self, loop: XmlElement, depth: int) -> tuple[Fraction, Fraction, Fraction, str]:
         """Return first value, last value, step and variable of a loop."""
         name = loop.attributes.get("for", "")
+        # Geant4 refuses loops over constants, and names that are nowhere defined are mistakes in the file
         if name not in self.variables:
             raise GdmlError(loop, f"for must be a variable that is defined before, got {shorten(name)!r}")
         attributes = loop.attributes
+        # Without `from`, a loop goes on from the value of its variable
         first = self.value(attributes["from"], loop, "from") if "from" in attributes else self.names[name]
         last = self.value(attributes.get("to", ""), loop, "to")
         step = self.value(attributes.get("step", "1"), loop, "step")
         if not step:
-            raise GdmlError(loop, "step must not be 0")
+            raise GdmlError(loop, "step must not be 0, or the loop would never end")
         return first, last, step, name
 
 
 def strip_pointer(name: str) -> str:
     """Return a name without the address that Geant4 appends to it."""
+    # Geant4 appends addresses so that equal names stay apart; a name without them is the one that its author gave
     return _POINTER.sub("", name)
 
 
@@ -194,6 +196,7 @@ _ZERO_ANGLE = Fraction(0)
 def operand_rotation(angles: Point) -> CellRotation:
     """Return the rotation that a Boolean applies to its operand: about x, then y, then z, in degrees."""
     rotation = NO_ROTATION
+    # One axis after the other: `rotation_by_angles` of all three would turn in OpenMC's order
     for axis, angle in enumerate(angles):
         single = [_ZERO_ANGLE, _ZERO_ANGLE, _ZERO_ANGLE]
         single[axis] = angle
@@ -207,6 +210,7 @@ def placement_rotation(angles: Point) -> CellRotation:
     Source: G4GDMLReadStructure::PhysvolRead. Angles are in degrees.
     """
     x, y, z = angles
+    # The inverse of "x, then y, then z" is "-z, then -y, then -x", which is what these angles mean there
     return rotation_by_angles((-x, -y, -z))
 
 
@@ -215,6 +219,7 @@ def scaling(factors: Point) -> CellRotation:
 
     Raise ValueError for a factor of zero.
     """
+    # Mirrors are as exact as quarter turns, so that reflected parts share walls with others
     if all(abs(factor) == 1 for factor in factors):
         x, y, z = (int(factor) for factor in factors)
         return CellRotation(AxisTurn(signs=(x, y, z)))
@@ -227,6 +232,7 @@ def compose_rotations(last: CellRotation, first: CellRotation) -> CellRotation:
         return CellRotation(last.turn.after(first.turn))
     motion = IDENTITY_MOTION
     for part in (first, last):
+        # A quarter turn becomes a matrix of 0 and ±1, exact in floats too
         if part.turn != NO_TURN:
             rows = [(*map(float, row), 0.0) for row in part.turn.rows]
             motion = motion.transform((*rows, (0.0, 0.0, 0.0, 1.0)))
@@ -250,6 +256,7 @@ class GdmlValues:
     def __init__(self, reading: GdmlReader, element: XmlElement, units_of: XmlElement | None = None) -> None:
         self.reading, self.element = reading, element
         attributes = (units_of or element).attributes
+        # The schema has "mm" and "rad" as defaults; units are expressions, so that a file may define its own
         self.length_unit = reading.value(attributes.get("lunit") or "mm", element, "lunit")
         self.angle_unit = reading.value(attributes.get("aunit") or "rad", element, "aunit")
 
@@ -286,8 +293,10 @@ class GdmlValues:
 
     def angle(self, name: str, default: Fraction | int | None = None) -> Fraction:
         """Return an angle in degrees as the value of a float; `default` is in degrees too."""
+        # Defaults are degrees, as radians of a full turn would not be exact
         if not self.has(name) and default is not None:
             return Fraction(default)
+        # Degrees because quarter turns are whole numbers in them
         return to_degrees(self.number(name) * self.angle_unit)
 
     def integer(self, name: str, default: int | None = None, most: int = 10**6, least: int = 0) -> int:
@@ -312,6 +321,7 @@ def read_vector(reading: GdmlReader, element: XmlElement, kind: str) -> Point:
     x = reading.value(attributes["x"], element, "x") if "x" in attributes else default
     y = reading.value(attributes["y"], element, "y") if "y" in attributes else default
     z = reading.value(attributes["z"], element, "z") if "z" in attributes else default
+    # Factors have no unit
     if kind == "scale":
         return x, y, z
     unit = reading.value(attributes.get("unit") or ("mm" if kind == "position" else "rad"), element, "unit")
@@ -403,5 +413,6 @@ def _define_matrix(reading: GdmlReader, element: XmlElement, name: str) -> None:
         value = reading.value(word, element, "values")
         row, column = divmod(k, count)
         reading.names[f"{name}_{row + 1}_{column + 1}"] = value
+        # A vector is indexed by one number in expressions, a matrix by two
         if rows == 1 or count == 1:
             reading.names[f"{name}_{k + 1}"] = value

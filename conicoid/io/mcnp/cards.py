@@ -64,6 +64,7 @@ def read_cards(path: str | os.PathLike[str]) -> Deck:
         raise unreadable_error(path, error) from None
     if len(raw) > MAX_DECK_BYTES:
         raise SceneFileError(path, [Problem(0, 0, "", f"is too large: at most {MAX_DECK_BYTES >> 20} MB are read")])
+    # Comments of old decks are in any encoding, and cards are ASCII; `splitlines` would also split at form feeds
     lines = raw.decode("utf-8", "replace").removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n").split("\n")
     deck, problems = parse_deck(lines)
     if problems:
@@ -77,6 +78,7 @@ def parse_deck(lines: list[str]) -> tuple[Deck, list[Problem]]:
     deck = Deck(lines[first].strip() if first < len(lines) else "")
     blocks = iter((deck.cells, deck.surfaces, deck.data))
     problems: list[Problem] = []
+    # The first line of a restart file, which has neither cells nor surfaces
     if deck.title.lower().startswith("continue"):
         problems.append(Problem(first + 1, 1, "", "continues another run, and holds no geometry"))
         return deck, problems
@@ -85,8 +87,10 @@ def parse_deck(lines: list[str]) -> tuple[Deck, list[Problem]]:
     if sum(map(len, (deck.cells, deck.surfaces, deck.data))) > MAX_CARDS:
         problems.append(Problem(0, 0, "", f"has more than {MAX_CARDS:,} cards"))
     for card in (*deck.cells, *deck.surfaces, *deck.data):
+        # A deck from a stranger must not choose which files of this machine are read
         if re.match(r"read\b", card.text):
             problems.append(Problem(card.line, 1, "read", "refers to another file, which is not opened"))
+        # Read as rows, a table in columns would give wrong numbers without an error
         if card.text.startswith("#"):
             problems.append(Problem(card.line, 1, "#", "begins a table in columns (vertical input): write it in rows"))
     long = [
@@ -122,11 +126,13 @@ def _join_lines(
         pieces.clear()
 
     for number in range(start, len(lines)):
+        # MCNP knows no case, and a tab counts as blanks up to the next multiple of eight
         line = lines[number].expandtabs(8).lower()
         if not line.strip():
             close()
             goes_on = False
             following = next(blocks, None)
+            # After the third block MCNP stops reading, so that notes may follow
             if following is None:
                 return
             block = following
@@ -176,6 +182,7 @@ def parse_number(word: str) -> Fraction:
         raise ValueError(f"{shorten(word, 40)!r} is no number")
     exponent = match[2] or match[3]
     plain = match[1] + (f"e{exponent}" if exponent else "")
+    # The float only decides whether the number is in range; its value is kept exact
     nearest = float(plain)
     if is_beyond_float64(plain, nearest):
         raise ValueError(f"{shorten(word, 40)!r} is beyond double precision")
@@ -211,6 +218,8 @@ def expand_entries(words: Iterable[str]) -> list[Fraction | None]:
     steps = 0
     for word in words:
         short = _SHORTCUT.fullmatch(word)
+        # "2m" is a shortcut, and so is "1.5m"; any other word with an m at its end is a mistake, which `parse_number`
+        # reports
         if short is None or (short[2] is None and _NUMBER.fullmatch(short[3]) is None):
             value = parse_number(word)
             _interpolate(result, steps, value)
@@ -228,6 +237,7 @@ def expand_entries(words: Iterable[str]) -> list[Fraction | None]:
             steps = _repeat_count(short[1], result)
         else:
             result.append(result[-1] * parse_number(short[3]))
+        # Before memory is taken: "999999999r" has eleven letters
         if len(result) > MAX_ENTRIES:
             raise ValueError(f"has more than {MAX_ENTRIES:,} entries")
     if steps:
@@ -248,6 +258,7 @@ def _interpolate(result: list[Fraction | None], steps: int, end: Fraction) -> No
     if steps:
         start = result[-1]
         assert start is not None
+        # In fractions, so that planes at even distances have the offsets that the deck means
         result += [start + (end - start) * i / (steps + 1) for i in range(1, steps + 1)]
 
 
@@ -286,6 +297,7 @@ def read_cell_card(card: Card, earlier: Mapping[int, CellCard]) -> CellCard:
     words = _CELL_WORD.findall(card.text)
     if not words:
         raise ValueError("a cell begins with its number")
+    # The order of the words on a card is fixed; only parameters have names
     cell_number = parse_integer("the number of a cell", words[0])
     if cell_number < 1:
         raise ValueError(f"the number of a cell must be > 0, got {cell_number}")
@@ -302,6 +314,7 @@ def read_cell_card(card: Card, earlier: Mapping[int, CellCard]) -> CellCard:
         density, at = parse_number(words[2]), 3
         if not density:
             raise ValueError("the density must not be 0")
+    # Regions hold no letters, so the first name ends the region
     end = next((i for i in range(at, len(words)) if _CELL_PARAMETER_NAME.fullmatch(words[i])), len(words))
     return CellCard(cell_number, card, material, density, words[at:end], _split_parameters(words[end:]))
 
@@ -311,20 +324,22 @@ def _read_like_card(cell_number: int, card: Card, words: list[str], earlier: Map
     if not words:
         raise ValueError("like: 'LIKE n BUT ...' needs the number of a cell")
     other = parse_integer("the cell after LIKE", words[0])
+    # References go back only, so that no cell is like itself
     if other not in earlier:
         raise ValueError(f"like: cell {other} is not defined before")
-    model, given = earlier[other], _split_parameters(words[2:] if words[1:2] == ["but"] else words[1:])
+    model, changes = earlier[other], _split_parameters(words[2:] if words[1:2] == ["but"] else words[1:])
     for name in ("fill", "trcl"):  # the same parameter with and without a star: the new one replaces the old one
-        if name in given or "*" + name in given:
+        if name in changes or "*" + name in changes:
             model = replace(model, keywords={k: v for k, v in model.keywords.items() if k.removeprefix("*") != name})
     material, density = model.material, model.density
-    if "mat" in given:
-        material = parse_integer("mat", _single_word("mat", given["mat"]))
-    if "rho" in given:
-        density = parse_number(_single_word("rho", given["rho"]))
+    if "mat" in changes:
+        material = parse_integer("mat", _single_word("mat", changes["mat"]))
+    if "rho" in changes:
+        density = parse_number(_single_word("rho", changes["rho"]))
+    # BUT MAT= turns a void cell into matter, and void has no density to inherit
     if material and not density:
         raise ValueError("a cell with a material needs its density (rho)")
-    parameters = {**model.keywords, **given}
+    parameters = {**model.keywords, **changes}
     return CellCard(cell_number, card, material, density if material else None, model.region, parameters)
 
 
@@ -341,10 +356,13 @@ def _split_parameters(words: list[str]) -> dict[str, list[str]]:
     for word in words:
         if not _CELL_PARAMETER_NAME.fullmatch(word) or (word in ("r", "i", "j", "m") and last is not None):
             if last is None:
-                raise ValueError(f"{shorten(word, 20)!r} stands where a name is expected")
+                raise ValueError(
+                    f"{shorten(word, 20)!r} stands where the name of a parameter must be, such as imp:n or fill"
+                )
             last.append(word)
             continue
         plain = re.sub(r"[0-9:].*", "", word.removeprefix("*"))
+        # A misspelt "fill" must not pass for a parameter that is of no interest
         if plain not in GEOMETRY_PARAMETERS + OTHER_PARAMETERS:
             raise ValueError(
                 f"{shorten(word, 20)!r} is nothing that a cell "
@@ -388,11 +406,13 @@ class DataCards:
                 raise ValueError(f"tr{key} is given twice")
             self.changes[key] = FrameChange()  # so that references to a wrong card report no second error
             self.changes[key] = parse_transformation(expand_entries(words), bool(star))
+        # M0 sets defaults of all materials
         elif kind == "m" and digits and int(digits):
             if int(digits) in self.materials:
                 raise ValueError(f"m{int(digits)} is given twice")
             self.materials[int(digits)] = _nuclide_shares(words)
         elif kind in PER_CELL_CARDS and not digits:
+            # Where one entry ends and the next cell's begins would need the ranges of every lattice
             if kind in ("fill", "trcl") and (star or ":" in card.text or "(" in card.text):
                 raise ValueError(f"{kind} in the data block is read with one number for each cell only")
             self.cells[kind + (particles or "")] = card, expand_entries(words)
@@ -411,9 +431,11 @@ def _nuclide_shares(words: list[str]) -> NuclideShares:
         if re.fullmatch(r"[0-9]+(\.[0-9a-z]+)?", name):
             share = parse_number(words[at + 1])
             shares = fractions["wo" if share < 0 else "ao"]
+            # A nuclide may be listed more than once, with libraries of its own
             shares[name] = shares.get(name, Fraction(0)) + abs(share)
+        # Words such as gas=1 or nlib=80c are options, in pairs with their values as well
         elif not re.match(r"[a-z]", name):
-            raise ValueError(f"{shorten(name, 20)!r} is no nuclide")
+            raise ValueError(f"{shorten(name, 20)!r} is no nuclide, such as 92235.80c")
         at += 2
     return fractions
 
@@ -437,6 +459,7 @@ class McnpMaterials:
         entry = self.keys.get((number, density))
         if entry is not None:
             return entry
+        # One material at two densities is two materials in a scene
         key = number if number not in self.found else FIRST_FREE_KEY + len(self.keys)
         self.keys[number, density] = key
         density_property = {"density": float(-density)} if density < 0 else {"atom_density": float(density)}

@@ -93,10 +93,12 @@ class _DeckReader:
                 self._add_surface(read_surface_card(card))
             except ValueError:
                 digits = where.removeprefix("surface ")
+                # Cells that use it would report it once more, each
                 self.broken_surfaces |= {int(digits)} if digits.isdecimal() and len(digits) < 10 else set()
                 raise
 
     def _add_surface(self, surface: SurfaceCard) -> None:
+        # The later card would silently change all cells before it
         if surface.number in self.sheets.facets:
             raise ValueError("its number is taken by another surface")
         change = None
@@ -122,10 +124,13 @@ class _DeckReader:
         """Add the parameters of cells that the data block lists in the order of cells; cell cards take precedence."""
         for name, (card, values) in self.data.cells.items():
             with self._reporting(card, name):
+                # Fewer entries are allowed: the other cells keep their defaults. Broken cells are not counted among the
+                # cards
                 if len(values) > len(self.cards) and not self.broken_cells:
                     raise ValueError(f"has {len(values):,} entries for {len(self.cards):,} cells")
                 for number, value in zip(list(self.cards), values, strict=False):
                     cell = self.cards[number]
+                    # 0 is the default of all but the importance, for which it means the outside world
                     if value is not None and name not in cell.keywords and (value or name.startswith("imp")):
                         word = str(value.numerator) if value.denominator == 1 else str(float(value))
                         self.cards[number] = replace(cell, keywords={**cell.keywords, name: [word]})
@@ -155,6 +160,7 @@ class _DeckReader:
                     raise
                 change = self.changes.get(number)
                 self.unmoved[number] = region
+                # '#n' is the complement of the moved cell
                 self.regions[number] = region if change is None or region is None else self.sheets.moved(region, change)
 
     def _side(self, number: int, facet: int | None) -> Region:
@@ -164,6 +170,7 @@ class _DeckReader:
         """
         if number in self.sheets.facets:
             return self.sheets.side(number, facet)
+        # MCNP numbers the surfaces that TRCL makes, so that other cells may name them
         change = self.changes.get(number // 1000)
         if change is not None and number % 1000 in self.sheets.facets:
             return self.sheets.moved(self.sheets.side(number % 1000, facet), change)

@@ -41,9 +41,11 @@ class RegionReader:
         """Return the region of the words of a cell card. Raise ValueError for a wrong or too large region."""
         reader = _RegionWords(self, words)
         region = reader.union()
+        # The parser of unions ends early only at a ')'
         if reader.word:
             raise ValueError(f"region: a ')' without its '(' (at {shorten(reader.word, 20)!r})")
         self.budget -= reader.count
+        # Later stages walk regions by recursion
         if region_depth(region) > MAX_REGION_DEPTH:
             raise ValueError(f"region: nests deeper than {MAX_REGION_DEPTH} levels, with the cells that it refers to")
         return region
@@ -81,9 +83,12 @@ class _RegionWords:
         word = self.word
         self.at += 1
         if word == "#":
+            # Complements are pushed down to the surfaces at once, so that regions hold half-spaces, unions and
+            # intersections only
             return negate_region(self.complement_operand())
         if word == "(":
             return self.parenthesis()
+        # "3" and "+3" are the positive side
         match = _HALF.fullmatch(word)
         if match is None:
             raise ValueError(
@@ -98,6 +103,7 @@ class _RegionWords:
     def complement_operand(self) -> Region:
         """Return the region after '#'; the caller takes its complement."""
         word = self.word
+        # "##5" is cell 5 itself
         if word in ("(", "#"):
             return self.operand()
         self.at += 1
@@ -107,6 +113,7 @@ class _RegionWords:
 
     def parenthesis(self) -> Region:
         """Return the region up to ')', after '('."""
+        # The parser is recursive, and files are written by strangers
         if self.inside >= MAX_PARENTHESES:
             raise ValueError(f"region: parentheses nest deeper than {MAX_PARENTHESES} levels")
         self.inside += 1
@@ -134,6 +141,7 @@ def join_regions(kind: type[IntersectionNode] | type[UnionNode], parts: list[Reg
     """Return one node of a kind; parts of the same kind are merged into it."""
     opened: list[Region] = []
     for part in parts:
+        # Flat nodes keep the depth small in long regions of many parentheses
         opened.extend(part.parts if isinstance(part, kind) else (part,))
     return opened[0] if len(opened) == 1 else kind(tuple(opened))
 
@@ -187,11 +195,11 @@ def sort_cells(regions: Mapping[int, list[str]]) -> tuple[list[int], list[int]]:
             waiting[user] -= 1
             if not waiting[user]:
                 ready.append(user)
-    done = set(order)
-    return order, [number for number in regions if number not in done]
+    sorted_cells = set(order)
+    return order, [number for number in regions if number not in sorted_cells]
 
 
 def _complements(words: list[str]) -> set[int]:
     """Return the numbers of cells after '#'."""
     pairs = pairwise(words)
-    return {int(then) for word, then in pairs if word == "#" and then.isdecimal() and len(then) < 16}
+    return {int(number) for word, number in pairs if word == "#" and number.isdecimal() and len(number) < 16}

@@ -64,11 +64,13 @@ def build_bounds(kind: str, numbers: Numbers) -> SurfaceBounds:
         The mnemonic is unknown, its numbers are wrong, or it is a torus, which is no quadric.
 
     """
+    # Before the list of kinds, so that the message names the reason
     if kind in TORUS_MNEMONICS:
         raise ValueError(f"is a torus ({kind}), which is no quadric: Conicoid cannot express it")
     kinds = SURFACE_KINDS | MACROBODIES
     if kind not in kinds:
         raise ValueError(f"{shorten(kind, 20)!r} is no kind of surface{suggest_name(kind, kinds)}")
+    # A wrong count is the most frequent mistake, and a card that is read with shifted numbers shows nothing of it
     counts, make = kinds[kind]
     if len(numbers) not in counts:
         expected = " or ".join(map(str, counts))
@@ -122,6 +124,7 @@ def _cylinder(axis: int) -> Callable[[Numbers], SurfaceBounds]:
     """Return a builder from two coordinates of the axis, in the order x, y, z, or none, and the radius."""
 
     def make(numbers: Numbers) -> SurfaceBounds:
+        # "c/x y z r" lists the two coordinates across the axis, "cx r" none
         center = [*numbers[:-1]] or [_ZERO, _ZERO]
         center.insert(axis, _ZERO)
         return _single_bound(RoundSurface(axis, to_point(center), check_positive("radius", numbers[-1])))
@@ -147,6 +150,7 @@ def _cone(axis: int, on_axis: bool) -> Callable[[Numbers], SurfaceBounds]:
 def cone_nappe(axis: int, apex: Point, square: Fraction, nappe: int) -> SurfaceBounds:
     """Return a cone (nappe 0), or its part above (1) or below (-1) the apex."""
     cone = ConeSurface(axis, apex, square)
+    # Without the last number a cone has both nappes, and then its negative side has two parts
     if not nappe:
         return _single_bound(cone)
     return SurfaceBounds((cone, FlatSurface(scale_vector(IDENTITY[axis], -nappe), -nappe * apex[axis])))
@@ -155,11 +159,13 @@ def cone_nappe(axis: int, apex: Point, square: Fraction, nappe: int) -> SurfaceB
 def _special(numbers: Numbers) -> SurfaceBounds:
     """Return A (x-x0)² + B (y-y0)² + C (z-z0)² + 2D (x-x0) + 2E (y-y0) + 2F (z-z0) + G = 0."""
     a, b, c, d, e, f, g = numbers[:7]
+    # About its centre, not expanded: the coefficients stay as short as the deck has them
     return _quadric([a, b, c, _ZERO, _ZERO, _ZERO, 2 * d, 2 * e, 2 * f, g], to_point(numbers[7:]))
 
 
 def _quadric(numbers: Numbers, shift: Point = ORIGIN) -> SurfaceBounds:
     """Return the quadric with ten coefficients, in the order of `TERMS`, about a point; a plane if it is linear."""
+    # GQ may hold a plane, and a quadric without squares would be refused later
     if any(numbers[:6]):
         return _single_bound(GeneralSurface(tuple(numbers), shift))
     normal = to_point(numbers[6:9])
@@ -176,8 +182,10 @@ def _surface_by_points(axis: int) -> Callable[[Numbers], SurfaceBounds]:
         if any(r < 0 for _, r in pairs):
             raise ValueError("distances from the axis must not be negative")
         heights = {t for t, _ in pairs}
+        # One point, or several at one height: a plane across the axis
         if len(heights) == 1:
             return _single_bound(FlatSurface(IDENTITY[axis], pairs[0][0]))
+        # A surface with two distances at one height is none of r(t)
         if len(heights) < len(pairs):
             raise ValueError("two of three points have one coordinate along the axis")
         if len(pairs) == 2:
@@ -204,6 +212,7 @@ def _conic_through_points(axis: int, pairs: list[tuple[Fraction, Fraction]]) -> 
     a = (second - first) / (u - s)
     b = first - a * (s + t)
     c = p - s * first + a * s * t
+    # Negative nearer to the axis
     squares = [-a if i == axis else _ONE for i in range(3)]
     return _quadric([*squares, _ZERO, _ZERO, _ZERO, *scale_vector(IDENTITY[axis], -b), -c])
 
@@ -261,6 +270,7 @@ def read_surface_card(card: Card) -> SurfaceCard:
         change, partner = (other, None) if other > 0 else (None, -other or None)
     if not rest:
         raise ValueError("a surface needs a kind, such as px")
+    # Boundaries do not change the geometry; they are kept as facts of the surface
     boundary = "periodic" if partner else _BOUNDARIES[match[1]]
     return SurfaceCard(int(match[2]), boundary, change, partner, build_bounds(rest[0], parse_numbers(rest[1:])))
 
@@ -279,6 +289,7 @@ class SurfaceSheets:
         regions: list[Region] = []
         for surface in card.form.surfaces:
             own = surface if change is None else transform_surface(surface, change)
+            # A card of several sheets has no sheet of its own number
             key = card.number if len(card.form.surfaces) == 1 else FIRST_FREE_KEY + len(self.found)
             regions.append(HalfSpaceNode(self._store(key, card.number, own, card.boundary), False))
         self.facets[card.number] = regions
@@ -293,6 +304,7 @@ class SurfaceSheets:
     def side(self, number: int, facet: int | None) -> Region:
         """Return the negative side of a surface or of a facet. Raise ValueError for a facet that does not exist."""
         regions = self.facets[number]
+        # A macrobody as a whole is the intersection; its positive side is the complement of all, not of each
         if facet is None:
             return join_regions(IntersectionNode, regions)
         if number not in self.with_facets:
@@ -345,8 +357,11 @@ def _check_across(*vectors: Point) -> None:
     """Raise ValueError unless all vectors are perpendicular to each other, up to `MAX_SKEW`."""
     for i, u in enumerate(vectors):
         for v in vectors[i + 1 :]:
+            # Squared, so that no root is needed; decks write unit vectors with few digits
             if dot(u, v) ** 2 > MAX_SKEW**2 * dot(u, u) * dot(v, v):
-                raise ValueError("its vectors must be perpendicular to each other")
+                raise ValueError(
+                    f"its vectors must be perpendicular to each other, with cosines of at most {float(MAX_SKEW):g}"
+                )
 
 
 def _rpp(numbers: Numbers) -> SurfaceBounds:
@@ -364,6 +379,7 @@ def _box(numbers: Numbers) -> SurfaceBounds:
     """Return a box of three edges from a corner; of two edges, a box that is infinite along the third."""
     corner, *edges = _vectors(numbers)
     _check_across(*edges)
+    # Facet 1 lies at the end of the first edge, facet 2 at the corner, and so on
     return SurfaceBounds(tuple(facet for edge in edges for facet in _end_planes(edge, corner)), True)
 
 
@@ -378,6 +394,7 @@ def _rcc(numbers: Numbers) -> SurfaceBounds:
 def _cylinder_about(base: Point, height: Point, radius: Fraction) -> Surface:
     """Return the infinite cylinder about a vector: a `RoundSurface` along an axis, else a general quadric."""
     along = [i for i in range(3) if height[i]]
+    # Along an axis a cylinder is exact and cheap, and coincides with one of a CX card
     if len(along) == 1:
         x, y, z = (_ZERO_OFFSET if i == along[0] else value for i, value in enumerate(base))
         return RoundSurface(along[0], (x, y, z), radius)
@@ -395,6 +412,7 @@ def _trc(numbers: Numbers) -> SurfaceBounds:
     if min(first, last) < 0 or first == last == 0:
         raise ValueError("the radii of trc must be >= 0, and one of them > 0")
     ends = _end_planes(height, base)
+    # The cone of equal radii has its apex at infinity
     if first == last:
         return SurfaceBounds((_cylinder_about(base, height, first), *ends), True)
     square, step = dot(height, height), last - first
@@ -469,6 +487,7 @@ def _rhp(numbers: Numbers) -> SurfaceBounds:
         if not any(height):
             raise ValueError("a vector must not be zero")
         across = scale_vector(cross(height, r), 1 / _length(height))
+        # cos 60 = 1/2 and sin 60 = sqrt(3/4): the turn about the height of a vector that is perpendicular to it
         s = add_scaled(scale_vector(r, Fraction(1, 2)), across, _ROOT_3_4)
         t = add_scaled(s, r, -1)
     facets = [_facet(scale_vector(v, sign), add_scaled(base, v, sign)) for v in (r, s, t) for sign in (1, -1)]
@@ -505,6 +524,7 @@ def _wed(numbers: Numbers) -> SurfaceBounds:
 def _arb(numbers: Numbers) -> SurfaceBounds:
     """Return a convex polyhedron from eight corners and six sides, each a number whose digits are its corners."""
     corners = _vectors(numbers[:24])
+    # A side of three corners is written with a 0 as its last digit, and a missing side as 0
     sides = [str(int(value)).rstrip("0") for value in numbers[24:] if value]
     if not all(value.denominator == 1 and value >= 0 for value in numbers[24:]):
         raise ValueError("arb: a side is given by the digits of its corners")

@@ -164,13 +164,16 @@ def parse_transformation(values: Sequence[Fraction | None], degrees: bool) -> Fr
     entries = [*values]
     if not 1 <= len(entries) <= 13:
         raise ValueError(f"a transformation has 1 to 13 numbers, got {len(entries)}")
+    # m is the thirteenth entry, so all nine of the matrix stand before it
     flip = len(entries) == 13 and entries.pop() == -1
     if len(values) == 13 and not flip and values[-1] not in (1, None):
         raise ValueError("the last of 13 numbers of a transformation must be 1 or -1")
+    # Entries that are skipped have the default 0
     shift = to_point([value or Fraction(0) for value in (*entries, None, None, None)[:3]])
     rest = [None if value is None else _cosine(value) if degrees else value for value in entries[3:]]
     rows, is_free = _complete_rows([*rest, *[None] * (9 - len(rest))])
     back = invert_rows(rows)
+    # Cosines of three digits are off by a thousandth; what is farther off is no rotation, and would shear bodies
     if back is None or rotation_error(rows) > MAX_ROTATION_ERROR:
         raise ValueError(
             f"the matrix of a transformation must be a rotation, it is {rotation_error(rows):.2g} away from one"
@@ -180,6 +183,7 @@ def parse_transformation(values: Sequence[Fraction | None], degrees: bool) -> Fr
 
 def _cosine(angle: Fraction) -> Fraction:
     """Return the cosine of an angle in degrees, exact where it is 0, ±1/2 or ±1."""
+    # Fractions at these angles keep planes of hexagons and boxes where other planes of the deck are
     if angle % 60 == 0 or angle % 90 == 0:
         halves = {0: 2, 60: 1, 90: 0, 120: -1, 180: -2, 240: -1, 270: 0, 300: 1}
         return Fraction(halves[int(angle % 360)], 2)
@@ -213,19 +217,20 @@ def _complete_rows(cosines: list[Fraction | None]) -> tuple[Rows, bool]:
     )
 
 
-def _complete_two_rows(lines: list[list[Fraction | None]], known: list[int]) -> Rows:
+def _complete_two_rows(lines: list[list[Fraction | None]], row_indices: list[int]) -> Rows:
     """Return the matrix whose third row is across the two known ones."""
-    i, j = known
+    i, j = row_indices
     third = 3 - i - j
     a, b = to_point(lines[i]), to_point(lines[j])  # type: ignore[arg-type]
+    # A right-handed frame, whichever row is missing
     across = cross(a, b) if (j - i) % 3 == 1 else cross(b, a)
     rows = {i: a, j: b, third: across}
     return rows[0], rows[1], rows[2]
 
 
-def _complete_one_row(lines: list[list[Fraction | None]], known: int) -> Rows:
+def _complete_one_row(lines: list[list[Fraction | None]], row_index: int) -> Rows:
     """Return a matrix with two rows across the known one, the first of them as near to an axis as possible."""
-    a = to_point(lines[known])  # type: ignore[arg-type]
+    a = to_point(lines[row_index])  # type: ignore[arg-type]
     size = Fraction(portable_sqrt(dot(a, a)))
     if not size:
         raise ValueError("an axis of a transformation must not be zero")
@@ -233,7 +238,7 @@ def _complete_one_row(lines: list[list[Fraction | None]], known: int) -> Rows:
     least = min(range(3), key=lambda i: (abs(a[i]), i))
     b = add_scaled(IDENTITY[least], a, -a[least] / dot(a, a))
     b = scale_vector(b, 1 / Fraction(portable_sqrt(dot(b, b))))
-    rows = {known: a, (known + 1) % 3: b, (known + 2) % 3: scale_vector(cross(a, b), 1 / size)}
+    rows = {row_index: a, (row_index + 1) % 3: b, (row_index + 2) % 3: scale_vector(cross(a, b), 1 / size)}
     return rows[0], rows[1], rows[2]
 
 
@@ -263,6 +268,7 @@ def transform_surface(surface: Surface, change: FrameChange) -> Surface:
     if change.rotation.motion.is_identity:  # quarter turns keep the kind of every surface
         return surface.placed(UniversePlacement(change.rotation.turn, change.origin))
     rows = change.rows
+    # A plane or a ball needs no general quadric, and stays comparable with others of its kind
     if isinstance(surface, FlatSurface):
         normal = apply_rows(transpose(rows), surface.normal)
         return FlatSurface(normal, surface.offset + dot(normal, change.origin))

@@ -111,6 +111,7 @@ class CellLattice(Lattice):
         low, high = (tuple(end[i] for end in ends) for i in (0, 1))
         is_full = len(self.entries) == math.prod(b - a + 1 for a, b in ends)
         # Hexagonal elements (more slabs than ways) have a jagged union, unless they form one column.
+        # One prism has six or eight planes, the union of all elements thousands
         if is_full and (len(self.first.slabs) == len(self.first.ways) or low[:2] == high[:2]):
             return [self._between(low, high)]
         return [self.prism(index) for index in self.entries]
@@ -124,6 +125,7 @@ class CellLattice(Lattice):
         ends: list[tuple[int, int]] = []
         for functional, low, high in self.first.reach:
             least, most = extent.least(functional), extent.most(functional)
+            # A lattice without end in a box without end has no list of elements
             if least is None or most is None:
                 return None
             # Element i reaches from i + low to i + high of the functional.
@@ -141,6 +143,7 @@ def parallelepiped_element(slabs: list[LatticeSlab]) -> LatticeElement:
     highs: list[ExtentEnd] = []
     for axis in range(3):
         is_bounded = _is_in_span([slab.normal for slab in slabs], axis)
+        # The box of a parallelepiped: half of each edge, to both sides of the centre
         half = sum((abs(way[axis]) for way in ways), Fraction(0)) / 2
         lows.append(center[axis] - half if is_bounded else None)
         highs.append(center[axis] + half if is_bounded else None)
@@ -158,6 +161,7 @@ def _is_in_span(normals: list[Point], axis: int) -> bool:
     if len(normals) == 3:
         return True
     if len(normals) == 2:
+        # Two slabs bound what lies in the plane of their normals
         return not cross(*normals)[axis]
     return not any(value for i, value in enumerate(normals[0]) if i != axis)
 
@@ -169,11 +173,13 @@ def hexagonal_element(slabs: list[LatticeSlab]) -> LatticeElement:
     """
     a, b, c = slabs[:3]
     along = cross(a.normal, b.normal)
+    # Exactly, since the sides are planes along one direction also in rounded decks
     if dot(along, c.normal):
         raise ValueError("LAT=2: the sides of a hexagonal prism must have one direction in common")
     u, v = _slab_duals([a, b])
     center = add_scaled(scale_vector(u, a.middle), v, b.middle)
     off = dot(c.normal, center) - c.middle
+    # Decks hold a side of sqrt(3)/2 with a few digits
     if abs(off) > MAX_SKEW * c.half:
         raise ValueError("LAT=2: opposite sides of the hexagon must be as far from its centre as each other")
     # Equal to the file up to rounding, but exactly symmetric, so that elements fit without gaps.
@@ -181,6 +187,7 @@ def hexagonal_element(slabs: list[LatticeSlab]) -> LatticeElement:
     # Three neighbouring corners; the other three are their opposites about the centre.
     corners = [_corner(a, b), _corner(b, c), _corner(c, _flip_slab(a))]
     for corner, slab in zip(corners, (c, a, b), strict=True):
+        # The corner of two sides lies outside the third slab where the order of the sides is another one
         if abs(dot(slab.normal, corner)) >= slab.half:
             raise ValueError("LAT=2: the sides must be listed so that the fifth is between the third and the second")
     ways = [add_scaled(corners[0], corners[2], -1), add_scaled(corners[1], corners[0])]
@@ -197,6 +204,7 @@ def hexagonal_element(slabs: list[LatticeSlab]) -> LatticeElement:
     lows: list[ExtentEnd] = []
     highs: list[ExtentEnd] = []
     for axis in range(3):
+        # Corners at half height; both ends lie half a way along the axis from there
         half = max(abs(p[axis]) for p in corners) + (abs(ways[2][axis]) / 2 if len(ways) > 2 else 0)
         is_bounded = len(ways) > 2 or not along[axis]
         lows.append(center[axis] - half if is_bounded else None)
@@ -278,6 +286,7 @@ def read_trcl(cell: CellCard, changes: Mapping[int, FrameChange]) -> FrameChange
     if parameter is None:
         return None
     words, degrees = parameter
+    # "trcl=5" and "trcl=(5)" name a card, "trcl=(1 0 0)" is a displacement
     inner = words[1:-1] if words[:1] == ["("] and words[-1:] == [")"] else words
     if not inner or "(" in inner or ")" in inner:
         raise ValueError("trcl must be a number of a TR card, or numbers in parentheses")
@@ -297,6 +306,7 @@ def read_filling(cell: CellCard, changes: Mapping[int, FrameChange]) -> CellFill
             raise ValueError(
                 f"fill must be one universe, or ranges such as 0:2 0:2 0:0 with universes, got {len(entries)}"
             )
+        # Universe 0 is the world
         return None if not entries[0][0] else CellFilling(tuple(entries))
     ranges = []
     for axis in range(3):
@@ -307,6 +317,7 @@ def read_filling(cell: CellCard, changes: Mapping[int, FrameChange]) -> CellFill
         if low > high:
             raise ValueError(f"fill: the range {low}:{high} is empty")
         ranges.append((low, high))
+    # Before the list is read: three short ranges may ask for more elements than memory holds
     count = math.prod(high - low + 1 for low, high in ranges)
     if count > MAX_ENTRIES:
         raise ValueError(f"fill: {count:,} elements, at most {MAX_ENTRIES:,} are read")
@@ -423,10 +434,12 @@ class UniverseBuilder:
         """
         words = cell.keywords.get("u", ["0"])
         if len(words) != 1:
-            raise ValueError(f"u must be one integer, got {len(words)}")
+            raise ValueError(f"u must be one integer, got {len(words)} words")
+        # A negative number says that nothing cuts the cell, which saves time in MCNP; the cell is the same
         universe = abs(parse_integer("u", words[0]))
         filling = read_filling(cell, self.changes)
         kind = self._lattice_kind(cell)
+        # Particles end in a cell of importance 0: it is the outside world, and no body
         if is_outside(cell):
             self.outside.append(cell.number)
             if not universe:
@@ -472,6 +485,7 @@ class UniverseBuilder:
         if filling.ranges:
             raise ValueError("fill: ranges are for lattices: lat is missing")
         ((fill, change),) = filling.entries
+        # Universes that fill each other in a longer circle are found when the geometry is checked
         if fill == universe:
             raise ValueError(f"is filled with the universe {fill} that it is in")
         self.refers[cell.number] = cell, {fill}
@@ -490,23 +504,25 @@ class UniverseBuilder:
         """Add a lattice and the cell that it fills; a transformation moves the whole lattice with its content."""
         first = _lattice_element(region, self.surfaces, kind)
         dimensions = len(first.ways)
-        known = filling or CellFilling(((universe, None),))
-        if trcl is not None and any(change is not None for _, change in known.entries):
+        content = filling or CellFilling(((universe, None),))
+        # Which of both moves first is not defined well enough to choose one silently
+        if trcl is not None and any(change is not None for _, change in content.entries):
             raise ValueError(
                 "a lattice has a trcl, and a universe in it a transformation: how they go together is unclear"
             )
-        ranges = known.ranges or ((0, 0),) * 3
+        ranges = content.ranges or ((0, 0),) * 3
+        # Without planes across a direction all elements along it are one
         for axis in range(dimensions, 3):
             if ranges[axis][0] != ranges[axis][1]:
                 raise ValueError(f"fill: the lattice has no planes across its direction {axis + 1}, and a range for it")
         elements: dict[Index, int] = {}
-        for index, entry in zip(index_order(list(ranges)), known.entries, strict=True):
+        for index, entry in zip(index_order(list(ranges)), content.entries, strict=True):
             number = self._entry(cell, universe, entry)
             if number is not None:
                 elements[index] = number
-        self.refers[cell.number] = cell, {u for u, _ in known.entries if u and u != universe}
+        self.refers[cell.number] = cell, {u for u, _ in content.entries if u and u != universe}
         # Without ranges the one entry fills the lattice without end.
-        outer = None if known.ranges else next(iter(elements.values()), None)
+        outer = None if content.ranges else next(iter(elements.values()), None)
         key = self._key()
         tally = Counter(elements.values())
         self.lattices[key] = CellLattice(key, "", outer, tally, "", cell.card.element, first, elements, cell.number)
@@ -547,6 +563,7 @@ class UniverseBuilder:
                 yield cell, f"fill: no cells are in the universe{plural} {', '.join(map(str, unknown[:10]))}"
         owners = {lattice.cell for lattice in self.lattices.values() if isinstance(lattice, CellLattice)}
         for cells in self.cells.values():
+            # A lattice fills all of space, so another cell in its universe would overlap it
             for own in cells:
                 if own.id in owners and len(cells) > 1:
                     yield self.refers[own.id][0], "lat: a lattice must be the only cell of its universe"
@@ -562,8 +579,9 @@ def is_outside(cell: CellCard) -> bool:
     """Return True if the card has importances and all are 0. Raise ValueError if one is no number."""
     importances = [words for name, words in cell.keywords.items() if name.startswith("imp")]
     if any(len(words) != 1 for words in importances):
-        raise ValueError("imp must be one number")
+        raise ValueError(f"imp must be one number, got {max(map(len, importances))}")
     values = [parse_number(words[0]) for words in importances]
+    # A cell may be outside for one particle only, as a filter is for photons; then it is a body
     return bool(values) and not any(values)
 
 

@@ -50,6 +50,7 @@ _TABLE = [row.split() for row in _ROWS.replace("\n", " ").split(";")]
 
 SYMBOLS = ("X", *(row[0] for row in _TABLE))
 """Symbols by atomic number; 0 is an atom of unknown element."""
+# Upper case, because files of proteins write CA for calcium and ZN for zinc
 _NUMBERS = {symbol.upper(): number for number, symbol in enumerate(SYMBOLS)} | {"D": 1, "T": 1}
 
 
@@ -104,6 +105,7 @@ def bonds_by_distance(positions: FloatArray, numbers: Indices) -> Indices:
     if len(positions) < 2:
         return np.zeros((0, 2), np.int64)
     radii = COVALENT_RADII[numbers]
+    # The longest bond that any two of these atoms may have
     reach = 2 * float(radii.max()) + BOND_TOLERANCE
     blocks = [_select_bonded(positions, radii, first, second) for first, second in _near_pairs(positions, reach)]
     pairs = np.sort(np.concatenate([*blocks, np.zeros((0, 2), np.int64)]), axis=1)
@@ -125,6 +127,7 @@ def _near_pairs(positions: FloatArray, reach: float) -> Iterator[tuple[Indices, 
     """
     low = positions.min(axis=0)
     size = max(reach, float((positions.max(axis=0) - low).max()) / _LONGEST_GRID)
+    # From 1: neighbours of the cubes at the border have keys of their own, which no atom has
     square = np.floor((positions - low) / size).astype(np.int64) + 1
     _, rows, columns = (square.max(axis=0) + 2).tolist()
     key = (square[:, 0] * rows + square[:, 1]) * columns + square[:, 2]
@@ -132,6 +135,7 @@ def _near_pairs(positions: FloatArray, reach: float) -> Iterator[tuple[Indices, 
     key = key[order]
     own = np.arange(len(key))
     ranges = [(own + 1, np.searchsorted(key, key + 1, "right"))]
+    # Half of the neighbours, so that each pair comes once
     for shift in (columns, (rows - 1) * columns, rows * columns, (rows + 1) * columns):
         ranges.append((np.searchsorted(key, key + shift - 1), np.searchsorted(key, key + shift + 1, "right")))
     for begin, end in ranges:
@@ -228,6 +232,7 @@ class Atoms:
 
     @ignore_fp_errors
     def __post_init__(self) -> None:
+        # A copy, which is then read-only: the caller's array stays the caller's
         positions = np.array(real_array("molecule", "atoms", self.positions))
         if positions.size == 0:
             positions = positions.reshape(0, 3)
@@ -371,6 +376,7 @@ def read_atoms_object(source: Any) -> Atoms:
 
 
 def _from_ase(source: Any) -> Atoms:
+    # ASE has a cell of zeros for molecules
     cell = np.asarray(source.cell) if np.any(source.pbc) and abs(np.linalg.det(np.asarray(source.cell))) > 0 else None
     return Atoms(source.get_positions(), source.get_atomic_numbers(), cell=cell)
 
@@ -379,6 +385,7 @@ def _from_biotite(source: Any) -> Atoms:
     coord = np.asarray(source.coord)
     remarks: tuple[str, ...] = ()
     if coord.ndim == 3:
+        # A stack of models, as of an NMR structure: all of them in one picture would overlap
         coord, remarks = coord[0], ("the first of several models is read",) if len(coord) > 1 else ()
     box = getattr(source, "box", None)
     box = box[0] if box is not None and np.ndim(box) == 3 else box
@@ -405,6 +412,7 @@ def _from_mdanalysis(source: Any) -> Atoms:
     bonds = None
     if getattr(group, "bonds", None) is not None and len(group.bonds):
         place = {index: k for k, index in enumerate(np.asarray(group.indices).tolist())}
+        # Indices of the whole universe, of which a group may have a part
         pairs = np.asarray(group.bonds.indices).tolist()
         bonds = [(place[a], place[b]) for a, b in pairs if a in place and b in place]
     size = getattr(group, "dimensions", None)
@@ -433,6 +441,7 @@ def read_gemmi_atoms(structure: Any) -> Atoms:
     parameters = structure.cell.parameters
     # Lengths 1 1 1 stand for no cell.
     cell = None if parameters[:3] == (1.0, 1.0, 1.0) else cell_vectors(*parameters)
+    # A small structure lists the asymmetric unit only; symmetry makes the others
     if hasattr(structure, "get_all_unit_cell_sites"):
         sites = [site for site in structure.get_all_unit_cell_sites() if site.element.atomic_number > 0]
         within = np.array([site.fract.tolist() for site in sites]).reshape(-1, 3)
@@ -441,19 +450,20 @@ def read_gemmi_atoms(structure: Any) -> Atoms:
         numbers = np.array([site.element.atomic_number for site in sites], np.int64)
         return Atoms(places, numbers, cell=cell, labels=tuple(site.label for site in sites))
     remarks = ("the first of several models is read",) if len(structure) > 1 else ()
-    rows, left = [], 0
+    rows, skipped = [], 0
     for chain in structure[0] if len(structure) else ():
         for residue in chain:
             keys = set()
             for atom in residue:
+                # Crystallographers list an atom that is in two places twice; both would be bonded to each other
                 if atom.altloc != "\0" and atom.name in keys:
-                    left += 1
+                    skipped += 1
                     continue
                 keys.add(atom.name)
                 label = f"{atom.name} {residue.name} {residue.seqid} {chain.name}"
                 rows.append((atom.pos.x, atom.pos.y, atom.pos.z, atom.element.atomic_number, label))
-    if left:
-        remarks = (*remarks, f"{left:,} alternate places of atoms are left out")
+    if skipped:
+        remarks = (*remarks, f"{skipped:,} alternate places of atoms are left out")
     places = np.array([row[:3] for row in rows]).reshape(-1, 3)
     numbers = np.array([row[3] for row in rows], np.int64)
     return Atoms(places, numbers, None, cell, tuple(row[4] for row in rows), remarks)

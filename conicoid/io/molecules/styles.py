@@ -30,7 +30,7 @@ STICK = 0.12
 LICORICE = 0.2
 EDGE = 0.04
 """Radii of sticks, licorice and edges of a cell, in Å."""
-_APART = 1.3
+_ROD_OFFSET = 1.3
 """Distance of the two rods of a double bond from its middle line, in their radii."""
 _THIN = 0.55
 """Radius of the rods of double and triple bonds, as a share of that of a single bond."""
@@ -130,6 +130,7 @@ def build_rods(atoms: Atoms, radius: float, single: bool) -> tuple[FloatArray, F
 
     """
     bonds = atoms.bonds
+    # Aromatic bonds, of order 1.5, are drawn as double ones
     pairs, order = bonds[:, :2].astype(np.int64), np.ones(len(bonds)) if single else np.ceil(bonds[:, 2] - 0.25)
     ends, radii, owners = [], [], []
     for lines in (1, 2, 3):
@@ -139,8 +140,9 @@ def build_rods(atoms: Atoms, radius: float, single: bool) -> tuple[FloatArray, F
         thin = radius if lines == 1 else radius * _THIN
         side = _sideways(atoms, these) if lines > 1 else np.zeros((len(these), 3))
         for k in range(lines):
-            shift = side * ((2 * k - lines + 1) * _APART * thin * (1.0 if lines == 2 else 0.9))
+            shift = side * ((2 * k - lines + 1) * _ROD_OFFSET * thin * (1.0 if lines == 2 else 0.9))
             points = atoms.positions[these] + shift[:, None]
+            # Half rods meet in the middle, each in its atom's colour
             middle = points.mean(axis=1)
             ends.append(np.concatenate([np.stack([points[:, i], middle], axis=1) for i in (0, 1)]))
             radii.append(np.full(2 * len(these), thin))

@@ -91,6 +91,7 @@ class UniverseExpansion:
 
     def run(self) -> None:
         """Expand the geometry. Raise SceneFileError for too many bodies or numbers out of the range of float64."""
+        # Before anything is built: a few lines of XML may mean a billion pins
         geometry.check_body_count(self.path, self.geometry, self.most.bodies)
         if self.progress is not None:
             self.progress(0, self.geometry.body_count)
@@ -132,6 +133,7 @@ class UniverseExpansion:
         if cell.fill is None:
             self._body(cell, inner, path)
         else:
+            # Of the root's cells only: those within them fill them
             if self.block is self.whole and not path:
                 self.filled_cells.append(self._solid(inner))
             inside = place.inner(cell.translation, cell.rotation)
@@ -150,6 +152,7 @@ class UniverseExpansion:
     ) -> PlaceBounds | None:
         """Return bounds with further parts, None if nothing is left; raise SceneFileError if the work is too much."""
         further = tuple(parts)
+        # Bodies alone do not bound the work: a cell of many half-spaces is compared anew in each element of a lattice
         self.steps += context.cost(place.outer, further)
         if self.steps > geometry.max_comparisons(self.most.singles):
             raise geometry.effort_limit_error(self.path, cell, self.most.singles)
@@ -162,13 +165,16 @@ class UniverseExpansion:
             assert cell.fill is not None
             self._universe(cell.fill, place, context, path)
             return
+        # The elements in the order of the file, so that numbers of bodies follow it
         for index, universe in lattice.universes.items():
             is_there = self._element(cell, lattice, index, universe, place, context, path)
             self.block.empty_places.visit(lattice, not is_there)
+        # What lies around the lattice in its cell, which is nothing where the cell has the size of the lattice
         outside = self._narrowed(cell, context, place, [prism.placed(place).outside() for prism in lattice.hull])
         if outside is None:
             return
         if lattice.outer is None:
+            # OpenMC loses particles there, so a remark names the lattice
             self.open_lattices.add(lattice.id)
         elif self._repeats(lattice, lattice.outer):
             # A periodic universe looks the same from every element: one copy fills all space around the lattice.
@@ -199,6 +205,7 @@ class UniverseExpansion:
         self, cell: UniverseCell, universe: int, place: UniversePlacement, context: PlaceBounds, path: PlacePath
     ) -> None:
         """Expand a universe in an element as a block, shared by elements with equal bounds about their centres."""
+        # Parts behind other motions, and rotated content, are not the same about every centre
         if not context.is_before(place.outer) or self._turns(universe):
             self._universe(universe, place, context, path)
             return
@@ -224,14 +231,14 @@ class UniverseExpansion:
 
     def _all_cells(self, universe: int) -> Iterator[UniverseCell]:
         """Yield the cells of a universe and of all universes within it."""
-        seen, pending = {universe}, [universe]
+        visited, pending = {universe}, [universe]
         while pending:
             for cell in self.geometry.universes[pending.pop()]:
                 yield cell
                 lattice = self.geometry.lattice_of(cell)
                 inner = lattice_fillings(lattice) if lattice is not None else ([] if cell.fill is None else [cell.fill])
-                pending.extend(number for number in inner if number not in seen)
-                seen.update(inner)
+                pending.extend(number for number in inner if number not in visited)
+                visited.update(inner)
 
     def _tiles(
         self,
@@ -254,6 +261,7 @@ class UniverseExpansion:
             )
             self._report(cell, str(cell), message)
             return
+        # Checked before the first element: a small lattice in a large box may repeat its outer universe a billion times
         count = max(tiles.count - lattice.size, 0) * self.geometry.count(outer)
         self.outside += count
         if self.outside > geometry.PLACES_FOR_A_BODY * self.most.singles:
@@ -271,6 +279,7 @@ class UniverseExpansion:
 
     def _body(self, cell: UniverseCell, context: PlaceBounds, path: PlacePath) -> None:
         """Add the body of a cell to the current block, unless the cell is void and void is left out."""
+        # The first of several stands for all places; a remark names such cells
         material = cell.materials[0]
         if material is None and not self.void:
             return
@@ -279,9 +288,9 @@ class UniverseExpansion:
         if self.singles > self.most.singles:
             raise geometry.single_body_limit_error(self.path, self.singles, self.most.singles, cell)
         if material is not None and material not in self.looks:
-            known = self.geometry.material(material)
+            found = self.geometry.material(material)
             name = self.geometry.material_names[material]
-            self.looks[material] = matte(palette_color(material), name=name, properties=known.properties)
+            self.looks[material] = matte(palette_color(material), name=name, properties=found.properties)
         self.block.add(CellPiece(str(cell), path, self.looks[material], cell.id, context), material)
 
     def _count(self, count: int, cell: UniverseCell) -> None:
@@ -292,6 +301,7 @@ class UniverseExpansion:
             raise geometry.body_limit_error(
                 self.path, self.body_count, self.most.bodies, cell.element, where, "at least "
             )
+        # Blocks are counted at once, so a multiple of 256 may be passed over
         if self.progress is not None and self.body_count // 256 > before // 256:
             self.progress(self.body_count, self.geometry.body_count)
 
@@ -374,17 +384,19 @@ def is_periodic(geometry: CellGeometry, universe: int, lattice: Lattice) -> bool
     It does if all its surfaces do; then its place among the elements does not matter.
     """
     surfaces: set[int] = set()
-    seen, pending, turned = {universe}, [universe], False
+    visited, pending, turned = {universe}, [universe], False
     while pending:
         for cell in geometry.universes[pending.pop()]:
+            # A lattice within could be periodic too, but with steps of its own
             if geometry.lattice_of(cell) is not None:
                 return False
             turned = turned or cell.is_rotated
             if cell.region is not None:
                 surfaces |= {half.surface for half in list_half_spaces(cell.region)}
-            if cell.fill is not None and cell.fill not in seen:
-                seen.add(cell.fill)
+            if cell.fill is not None and cell.fill not in visited:
+                visited.add(cell.fill)
                 pending.append(cell.fill)
+    # Rotated content repeats along rotated steps
     if turned and surfaces:
         return False
     unmoved = [geometry.surfaces[number].surface for number in surfaces]

@@ -101,8 +101,8 @@ class CellGeometry:
 
     def material(self, number: int) -> OpenmcMaterial:
         """Return the material with a number; a nameless one if the file does not list it."""
-        known = (self.materials or {}).get(number)
-        return OpenmcMaterial(number, "", Properties({"id": number})) if known is None else known
+        found = (self.materials or {}).get(number)
+        return OpenmcMaterial(number, "", Properties({"id": number})) if found is None else found
 
     @cached_property
     def material_names(self) -> dict[int, str]:
@@ -111,12 +111,13 @@ class CellGeometry:
         listed = {number: self.material(number).name or f"material {number}" for number in sorted(used)}
         times = Counter([*listed.values(), VOID])
         names: dict[int, str] = {}
-        taken = {name for name, count in times.items() if count == 1} | {VOID}
+        used_names = {name for name, count in times.items() if count == 1} | {VOID}
         for number, name in listed.items():
             names[number] = name
-            while times[name] > 1 and names[number] in {*taken, name}:
+            # A name with a number in it may be another material's name
+            while times[name] > 1 and names[number] in {*used_names, name}:
                 names[number] += f" (material {number})"
-            taken.add(names[number])
+            used_names.add(names[number])
         return names
 
     @property
@@ -163,6 +164,7 @@ def find_enclosure(geometry: CellGeometry) -> Region | None:
         for half in () if cell.region is None else list_half_spaces(cell.region):
             if geometry.surfaces[half.surface].boundary == TRANSMISSION:
                 continue
+            # Particles that come from the other side are not kept out, so the surface encloses nothing
             if sides.setdefault(half.surface, half.positive) != half.positive:
                 return None
     parts = tuple(HalfSpaceNode(surface, positive) for surface, positive in sides.items())
@@ -174,8 +176,8 @@ def is_bounded_with(solid: Solid, others: Callable[[], Iterable[BoxEnds]]) -> bo
     ends = solid.bounds
     if all(map(math.isfinite, (*ends[0], *ends[1]))):
         return True
-    known = enclose_boxes(list(others()))
-    pairs = zip((*ends[0], *ends[1]), (*known[0], *known[1]), strict=True)
+    box = enclose_boxes(list(others()))
+    pairs = zip((*ends[0], *ends[1]), (*box[0], *box[1]), strict=True)
     return all(math.isfinite(end) or not math.isfinite(other) for end, other in pairs)
 
 
@@ -194,6 +196,7 @@ def count_fillings(universes: dict[int, list[UniverseCell]], lattices: dict[int,
         for cell in cells:
             if cell.fill is not None:
                 node = ("universe" if cell.fill in universes else "lattice", cell.fill)
+                # A filling that does not exist is reported when its cell is checked
                 counts[node] += node[0] == "universe" or cell.fill in lattices
     for number, lattice in lattices.items():
         filled = lattice_fillings(lattice)
@@ -245,15 +248,15 @@ def nesting_depth(inside: FillCounts, order: list[UniverseNode]) -> int:
 
 def find_circle(inside: FillCounts, order: list[UniverseNode]) -> str:
     """Return one circle, such as "universe 1 → universe 2 → universe 1"; empty if there is none."""
-    left = set(inside) - set(order)
-    if not left:
+    cyclic = set(inside) - set(order)
+    if not cyclic:
         return ""
     # Every node left has a filling that is left, so this walk must come back to one of its nodes.
-    node = min(left, key=lambda item: (item[0] != "universe", item[1]))
+    node = min(cyclic, key=lambda item: (item[0] != "universe", item[1]))
     walk: dict[UniverseNode, None] = {}
     while node not in walk:
         walk[node] = None
-        node = min(fill for fill in inside[node] if fill in left)
+        node = min(fill for fill in inside[node] if fill in cyclic)
     ring = [*list(walk)[list(walk).index(node) :], node]
     shown = ring if len(ring) <= 20 else ring[:20]
     return " → ".join(f"{kind} {number}" for kind, number in shown) + ("" if shown is ring else " → ...")

@@ -54,6 +54,7 @@ def read_cell(element: XmlElement, most: int = MAX_HALF_SPACES) -> UniverseCell:
     if is_filled == (values.text("material") is not None):
         values.add_mistake(f"needs either a material or a fill, got {'both' if is_filled else 'neither'}")
     universe = values.attempt(lambda: values.optional_integer("universe"), None) or 0
+    # Longer circles are found once all cells are read
     if fill is not None and fill == universe:
         values.add_mistake(f"is filled with the universe {fill} that it is in")
     region = values.attempt(lambda: _cell_region(values, most), None)
@@ -69,6 +70,7 @@ def read_cell(element: XmlElement, most: int = MAX_HALF_SPACES) -> UniverseCell:
 
 
 def _cell_region(values: OpenmcValues, most: int) -> Region | None:
+    # A list of numbers without operators
     if values.text("surfaces") is not None:
         raise values.mistake("has `surfaces`, an old form: write `region`")
     region = values.text("region")
@@ -85,6 +87,7 @@ def _cell_materials(values: OpenmcValues) -> tuple[int | None, ...]:
     if not words:
         raise values.mistake("material must be an integer, 'void', or several of these, got nothing")
     integer = values.integer_word
+    # Several materials are those of the cell's places, in order ("distributed materials")
     return tuple(None if word.lower() == "void" else integer("material", word) for word in words)
 
 
@@ -143,6 +146,7 @@ def _read_geometry_file(path: str | os.PathLike[str], material_lists: list[XmlEl
         if len(parts) != 1:
             message = f"holds {len(parts)} <geometry> elements, a model has one"
             raise SceneFileError(path, [Problem(root.line, root.column, "model", message)])
+        # model.xml holds all in one file
         listing = root.all("materials")
         material_lists += listing[:1]
         materials, problems = _read_materials_file(listing[0]) if listing else (None, [])
@@ -150,15 +154,15 @@ def _read_geometry_file(path: str | os.PathLike[str], material_lists: list[XmlEl
     if root.tag != "geometry":
         message = f"is <{shorten(root.tag)}>, not <geometry> or <model>"
         raise SceneFileError(path, [Problem(root.line, root.column, "root element", message)])
-    beside = Path(path).with_name("materials.xml")
-    if not beside.is_file():
+    materials_path = Path(path).with_name("materials.xml")
+    if not materials_path.is_file():
         return _OpenmcReader(path, None, []).read(root)
     materials_error = None
     try:
-        material_lists.append(read_xml(beside))
+        material_lists.append(read_xml(materials_path))
         materials, problems = _read_materials_file(material_lists[0])
         if problems:
-            raise SceneFileError(beside, problems)
+            raise SceneFileError(materials_path, problems)
     except SceneFileError as error:
         materials, materials_error = None, error
     return _read_with_materials(path, root, materials, materials_error)
@@ -230,18 +234,22 @@ class _OpenmcReader:
 
     def read(self, root: XmlElement) -> CellGeometry:
         """Return the geometry. Raise SceneFileError with all errors."""
+        # Reported before the cells, which refer to its universe
         for element in root.all("dagmc_universe"):
             self._report(element, "dagmc_universe", "is a mesh from a CAD program, which Conicoid cannot express")
             self._note_broken(element, "universe", "id")
+        # Surfaces first, then cells, then lattices: each kind refers to those before
         self.surfaces = self._each(root, "surface", read_surface)
         errors_before = len(self.problems)
         cells = self._each(root, "cell", self._cell)
         for cell in cells.values():
             self.universes.setdefault(cell.universe, []).append(cell)
+        # Both kinds of lattices share one numbering
         lattices = self._each(root, "lattice", read_rectangular_lattice)
         self.lattices = lattices | self._each(root, "hex_lattice", read_hexagonal_lattice, lattices)
         whole = len(self.problems) == errors_before and not self.broken["universe"]
         for cell in cells.values():
+            # Each cell is checked, also after one that is wrong
             whole = self._check_cell(cell) and whole
         for lattice in self.lattices.values():
             whole = self._check_lattice(lattice) and whole
@@ -299,6 +307,7 @@ class _OpenmcReader:
         element = cell.element
         if cell.region is not None:
             numbers = {half.surface for half in list_half_spaces(cell.region)}
+            # A surface that could not be read has been reported already
             unknown = sorted(numbers - self.surfaces.keys() - self.broken["surface"])
             if unknown:
                 plural = "s" if len(unknown) > 1 else ""
@@ -308,6 +317,7 @@ class _OpenmcReader:
             self._report(element, str(cell), f"fill {cell.fill} is neither a universe nor a lattice")
         if self.materials is not None:
             for material in cell.materials:
+                # One problem for a cell is enough
                 if material is not None and material not in self.materials:
                     self._report(element, str(cell), f"material {material} is not in the list of materials")
                     break
@@ -349,6 +359,7 @@ class _OpenmcReader:
         if circle:
             self._report(root, "geometry", f"has universes that contain themselves: {circle}")
             return {}
+        # The expansion is recursive
         if geometry.nesting_depth(inside, order) > MAX_NESTING:
             self._report(root, "geometry", f"nests universes deeper than {MAX_NESTING} levels")
             return {}

@@ -134,6 +134,7 @@ class RectangularLattice(Lattice):
         """Return the indices level by level from the bottom, row by row from the top."""
         columns, rows, levels = (*self.shape, 1)[:3]
         flat = len(self.shape) == 2
+        # The first row of a file is the one with the largest y, as it stands on paper
         for k, j, i in product(range(levels), reversed(range(rows)), range(columns)):
             yield (i, j) if flat else (i, j, k)
 
@@ -204,6 +205,7 @@ class HexagonalLattice(Lattice):
         i, j = index[:2]
         x, y, z = self.middle
         if self.axial_pitch is not None and index[2:]:
+            # The levels are centred at the z of `middle`
             z += (index[2] + HALF * (1 - self.levels)) * self.axial_pitch
         if self.orientation == "y":
             return x + HALF_ROOT3 * i * self.pitch, y + (j + HALF * i) * self.pitch, z
@@ -220,6 +222,7 @@ class HexagonalLattice(Lattice):
         ring = {index[:2] for index in self.universes if max(map(abs, (*index[:2], index[0] + index[1]))) == last}
         # The inner hexagon and the outermost ring cover all elements with far fewer planes than one prism for each.
         columns = [self._column(index, levels) for index in sorted(ring)]
+        # One ring has no inner hexagon
         return columns if last == 0 else [self._inner(last, levels), *columns]
 
     def _levels(self, first: int, end: int) -> tuple[Fraction, Fraction]:
@@ -254,6 +257,7 @@ class HexagonalLattice(Lattice):
         """Return the hexagon through the centers of a ring; its sides are rotated by 30 degrees to an element's."""
         mx, my, _ = self.middle
         planes = []
+        # With the rounded √3 of the elements, so that no sliver stays between hexagon and ring
         for normal, reach in (((ROOT3, 3 * ONE), 3), ((ROOT3, -3 * ONE), 3), ((ROOT3, ZERO), 3 * HALF)):
             a, b = normal if self.orientation == "y" else normal[::-1]
             base, way = a * mx + b * my, reach * last * self.pitch
@@ -300,6 +304,7 @@ class HexagonalLattice(Lattice):
                 return None
             bottom, _ = self._levels(0, 0)
             levels = _whole_steps(extent.low[2] - bottom, extent.high[2] - bottom, self.axial_pitch)
+        # Columns are √3/2 of a pitch apart, and neighbours are shifted by half a pitch along them
         columns = _whole_steps(low[0] - self.middle[across], high[0] - self.middle[across], HALF_ROOT3 * self.pitch)
         first, last = low[1] - self.middle[along], high[1] - self.middle[along]
         most = max(math.ceil((last - first) / self.pitch) + 4, 0)
@@ -362,6 +367,7 @@ def read_rectangular_lattice(element: XmlElement) -> RectangularLattice:
     values = OpenmcValues(element, "lattice")
     number, name = values.title()
     shape = values.attempt(lambda: _read_shape(values), None)
+    # Without a shape the other values are not read, as their count is unknown
     axes = len(shape) if shape else 2
     lower_left = values.attempt(lambda: values.numbers("lower_left", axes), ()) if shape else ()
     pitch = values.attempt(lambda: _read_pitch(values, axes), ()) if shape else ()
@@ -390,6 +396,7 @@ def read_hexagonal_lattice(element: XmlElement) -> HexagonalLattice:
     if rings:
         center = values.attempt(lambda: values.numbers("center", 2 if flat else 3), ())
         pitch = values.attempt(lambda: _read_pitch(values, 1 if flat else 2), ())
+        # One in the middle, and 6 k in ring k
         count = (3 * rings * (rings - 1) + 1) * (levels or 1)
         what = f"a hexagonal lattice of {rings} rings" + ("" if flat else f" and {levels} levels")
         universes = values.attempt(lambda: _read_universes(values, count, what), universes)

@@ -32,6 +32,7 @@ class AxisTurn:
 
     def apply(self, point: Point) -> Point:
         """Return a point after the turn."""
+        # Most placements have no turn, and identity is the quicker test
         if self is NO_TURN or self == NO_TURN:
             return point
         (a, b, c), (p, q, r) = self.sources, self.signs
@@ -158,6 +159,7 @@ class UniversePlacement:
         """Return the placement of content that is rotated and then translated by `shift` within this placement."""
         if rotation.motion.is_identity:
             return UniversePlacement(self.turn.after(rotation.turn), self.point(shift), self.outer)
+        # The turn and the shift so far go into the motion, and content starts again with exact fractions
         return UniversePlacement(outer=self.entry(shift, rotation).then(self.outer))
 
     def entry(self, shift: Point, rotation: CellRotation) -> Motion:
@@ -199,6 +201,7 @@ def invert_rows(rows: Rows) -> Rows | None:
     a, b, c = rows
     bc, ca, ab = _cross(b, c), _cross(c, a), _cross(a, b)
     determinant = sum(x * y for x, y in zip(a, bc, strict=True))
+    # Exact, so a matrix that is only nearly singular has an inverse
     if not determinant:
         return None
     x, y, z = (tuple(line[i] / determinant for line in (bc, ca, ab)) for i in range(3))

@@ -128,6 +128,7 @@ class _RegionParser:
 
     def _operand(self, negated: bool) -> Region:
         """Return a half-space or a parenthesis, after any number of `~`."""
+        # In a loop, since a file may stack thousands of complements
         while self.symbol == "~":
             negated = not negated
             self._advance()
@@ -156,10 +157,10 @@ class _RegionParser:
                 f"region: has too many half-spaces: at most {LONGEST_REGION:,} stand in one region, "
                 f"and {MAX_HALF_SPACES:,} in those of a file together"
             )
-        known = self.half_spaces.get((digits, positive))
-        if known is None:
-            known = self.half_spaces[digits, positive] = HalfSpaceNode(int(digits), positive)
-        return known
+        half = self.half_spaces.get((digits, positive))
+        if half is None:
+            half = self.half_spaces[digits, positive] = HalfSpaceNode(int(digits), positive)
+        return half
 
     def _advance(self) -> None:
         """Read the next token; at the end of the text all of its parts are empty."""
@@ -176,6 +177,7 @@ class _RegionParser:
 
     def _wrong(self, what: str) -> ValueError:
         """Return an error with the text before the current position."""
+        # The text just before the mistake finds it in a region of several lines
         before = " ".join(self.text[max(self.at - 1000, 0) : self.at].split())
         place = f"after '{before if len(before) <= 40 else '...' + before[-37:]}'" if before else "at the beginning"
         return ValueError(f"region: {what} ({place})")
@@ -268,6 +270,7 @@ class Conjunction:
         sides, unions = _split_parts((*self.parts, *parts))
         box = self.extent.common(extent)
         box = reduce(Extent.common, (side.surface.extent(side.positive) for side in sides), box)
+        # Cheap tests first: most places of a cut lattice are empty, or keep all of the pin
         if box.is_empty or _are_disjoint(sides):
             return None
         unpaired = _drop_paired_sides(sides)
@@ -289,6 +292,7 @@ class Conjunction:
         restricted = [restrict_part(part, box) for part in self.parts]
         if False in restricted:
             return None
+        # The same object, so that equal places are found by identity and share a block
         if len(restricted) and all(part is own for part, own in zip(restricted, self.parts, strict=True)):
             return self
         return Conjunction().and_(part for part in restricted if not isinstance(part, bool))
@@ -329,12 +333,14 @@ def pair_cost(before: Conjunction, parts: Iterable[RegionPart]) -> int:
 
 def _are_disjoint(sides: list[SurfaceSide]) -> bool:
     """Return True if two sides have no volume in common: both sides of a surface, or parallel slanted planes."""
-    seen: dict[Surface, bool] = {}
+    sense_of: dict[Surface, bool] = {}
     ends: dict[tuple[tuple[tuple[int, int], ...], bool], Fraction] = {}
     for side in sides:
         plane = side.surface
-        if seen.setdefault(plane, side.positive) != side.positive:
+        # Both sides of one surface share the surface alone
+        if sense_of.setdefault(plane, side.positive) != side.positive:
             return True
+        # Planes across an axis are in the box already
         if isinstance(plane, FlatSurface) and plane.axis is None:
             normal, offset, upward = plane.direction
             above = side.positive == upward
@@ -356,6 +362,7 @@ def _split_parts(parts: Iterable[RegionPart]) -> tuple[list[SurfaceSide], list[P
         elif isinstance(part, PartIntersection):
             pending.extend(reversed(part.parts))
         else:
+            # By identity, as comparing two regions of a file may take long
             unions[id(part)] = part
     return list(sides.values()), list(unions.values())
 
@@ -367,6 +374,7 @@ def _drop_implied_curved(sides: list[SurfaceSide], box: Extent) -> list[SurfaceS
         relation = side.of(box)
         if relation > 0:
             return None
+        # Planes that are ends of the box stay, as they make it; the others have been left out before
         if relation == 0 or isinstance(side.surface, FlatSurface):
             needed.append(side)
     return needed
@@ -379,7 +387,7 @@ def _drop_idle_planes(sides: list[SurfaceSide], unions: list[PartUnion], box: Ex
     """
     needed: list[SurfaceSide] = []
     ends: set[tuple[int, bool]] = set()
-    around = [_part_extent(union) for union in unions]
+    extents = [_part_extent(union) for union in unions]
     for side in sides:
         plane = side.surface
         axis = plane.axis if isinstance(plane, FlatSurface) else None
@@ -388,8 +396,9 @@ def _drop_idle_planes(sides: list[SurfaceSide], unions: list[PartUnion], box: Ex
             continue
         above = side.positive == (plane.normal[axis] > 0)
         end = plane.end
-        if any(_lies_beyond(end, axis, above, extent) for extent in around) or (axis, above) in ends:
+        if any(_lies_beyond(end, axis, above, extent) for extent in extents) or (axis, above) in ends:
             continue
+        # Of several equal ends the first stays
         if end == box.end(axis, above):
             ends.add((axis, above))
             needed.append(side)
@@ -412,6 +421,7 @@ def _part_extent(part: RegionPart) -> Extent:
 def _drop_paired_sides(sides: list[SurfaceSide]) -> list[SurfaceSide] | None:
     """Return the sides without those that a single round solid implies; None if two sides exclude each other."""
     rounds = [side for side in sides if isinstance(side.surface, RoundSurface) and not side.positive]
+    # All pairs of a cell with thousands of holes would take longer than tracing it
     if len(rounds) * len(sides) > MAX_PAIRS:
         return sides
     implied: set[int] = set()

@@ -96,6 +96,7 @@ class FlatSurface:
 
     def side_of(self, extent: Extent) -> int:
         """Return -1 if f <= 0 in all of the extent, +1 if f >= 0 in all of it, else 0."""
+        # Across an axis one comparison of fractions decides; a slanted plane needs products of them
         clear = self._clear_side_of(extent) if self.axis is None else None
         if clear is not None:
             return clear
@@ -117,6 +118,7 @@ class FlatSurface:
                 least, most = least + a, most + b
                 size += sum(abs(end) for end in (a, b) if math.isfinite(end))
         margin = _CLEAR_MARGIN * size
+        # `not <`, so that NaN counts as close
         if not margin < math.inf or abs(most - offset) <= margin or abs(least - offset) <= margin:
             return None
         return -1 if most < offset else int(least > offset)
@@ -161,6 +163,7 @@ class RoundSurface:
         """Return the surface after the turn and the shift of a placement."""
         axis = None if self.axis is None else place.turn.axis(self.axis)
         x, y, z = place.point(self.center)
+        # A shift along the axis does not move a cylinder, and equal cylinders must stay equal
         return RoundSurface(axis, _drop_axis(axis, (x, y, z)), self.radius)
 
     def extent(self, positive: bool) -> Extent:
@@ -189,6 +192,7 @@ class RoundSurface:
 
     def side_of_plane(self, plane: FlatSurface) -> int:
         """Return -1 if the whole solid lies strictly below a plane, +1 if it lies strictly above, else 0."""
+        # The plane meets an endless cylinder somewhere
         if self.axis is not None and plane.normal[self.axis]:
             return 0
         clear = self._clear_side_of_plane(plane)
@@ -217,9 +221,9 @@ class RoundSurface:
         """Return True if this solid lies strictly inside another one with the same axis."""
         if self.axis != other.axis:
             return False
-        apart = self._clearly_apart(other, -1.0)
-        if apart is not None:
-            return not apart
+        is_apart = self._clearly_apart(other, -1.0)
+        if is_apart is not None:
+            return not is_apart
         gap = other.radius - self.radius
         return gap > 0 and self._squared_distance(other) < gap**2
 
@@ -227,8 +231,8 @@ class RoundSurface:
         """Return True if this solid lies strictly outside another one with the same axis."""
         if self.axis != other.axis:
             return False
-        apart = self._clearly_apart(other, 1.0)
-        return self._squared_distance(other) > (self.radius + other.radius) ** 2 if apart is None else apart
+        is_apart = self._clearly_apart(other, 1.0)
+        return self._squared_distance(other) > (self.radius + other.radius) ** 2 if is_apart is None else is_apart
 
     def _clearly_apart(self, other: RoundSurface, sense: float) -> bool | None:
         """Return whether the centers are farther apart than the other radius plus `sense` times this one.
@@ -237,9 +241,9 @@ class RoundSurface:
         """
         if self.floats is None or other.floats is None:
             return None
-        (center, radius), (point, around) = self.floats, other.floats
-        beyond = math.dist(center, point) - (around + sense * radius)
-        margin = _CLEAR_MARGIN * (sum(map(abs, center)) + sum(map(abs, point)) + radius + around)
+        (center, radius), (point, other_radius) = self.floats, other.floats
+        beyond = math.dist(center, point) - (other_radius + sense * radius)
+        margin = _CLEAR_MARGIN * (sum(map(abs, center)) + sum(map(abs, point)) + radius + other_radius)
         return None if abs(beyond) <= margin else beyond > 0
 
     def _squared_distance(self, other: RoundSurface) -> Fraction:
@@ -373,6 +377,7 @@ def _turn_coefficients(coefficients: tuple[Fraction, ...], turn: AxisTurn) -> tu
             result[name] = value
             continue
         axes = ["xyz".index(letter) for letter in name]
+        # Names of mixed terms are in alphabetical order
         letters = sorted("xyz"[turn.axis(axis)] for axis in axes)
         sign = math.prod(turn.signs[turn.axis(axis)] for axis in axes)
         result["".join(letters)] = sign * value
@@ -419,8 +424,8 @@ def read_surface(element: XmlElement) -> OpenmcSurface:
 def _boundary(values: OpenmcValues) -> str:
     boundary = (values.text("boundary") or "").lower()
     if boundary not in BOUNDARIES:
-        known = ", ".join(sorted(set(BOUNDARIES.values())))
-        raise values.mistake(f"boundary must be one of {known}, got {quote_word(boundary)}")
+        names = ", ".join(sorted(set(BOUNDARIES.values())))
+        raise values.mistake(f"boundary must be one of {names}, got {quote_word(boundary)}")
     return BOUNDARIES[boundary]
 
 
@@ -463,6 +468,7 @@ def _cylinder(axis: int) -> Callable[[Coefficients], Surface]:
 
     def make(numbers: Coefficients) -> Surface:
         coordinates = list(numbers[:2])
+        # OpenMC lists y0 z0 of an x-cylinder, x0 z0 of a y-cylinder, x0 y0 of a z-cylinder
         coordinates.insert(axis, _ZERO)
         x, y, z = coordinates
         return RoundSurface(axis, (x, y, z), _positive("radius", numbers[2]))

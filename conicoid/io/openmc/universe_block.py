@@ -47,6 +47,7 @@ class AxialMotion:
     def of(cls, motion: Motion) -> AxialMotion | None:
         """Return a motion as an `AxialMotion`, or None if it is none or its shift is no exact fraction."""
         rows, shift = motion.affine
+        # A shift of cosines is rounded, and a plane moved back by it would be another plane
         if any(map(is_rounded, shift)):
             return None
         for axis in range(3):
@@ -60,6 +61,7 @@ class AxialMotion:
     def undone(self, part: RegionPart) -> RegionPart | None:
         """Return the part that the motion takes to `part`; None if it is not exact in fractions."""
         if isinstance(part, SurfaceSide):
+            # One surface that cannot be undone keeps the whole part where it is
             surface = self._surface(part.surface)
             return None if surface is None else SurfaceSide(surface, part.positive)
         parts = [self.undone(piece) for piece in part.parts]
@@ -71,6 +73,7 @@ class AxialMotion:
         if isinstance(surface, FlatSurface):
             if surface.axis != self.axis:
                 return None
+            # Across the axis nothing turns, so only the shift along the axis counts
             return replace(surface, offset=surface.offset - surface.normal[self.axis] * self.shift[self.axis])
         if isinstance(surface, RoundSurface) and surface.axis in (self.axis, None):
             center = self._on_axis(surface.center)
@@ -85,6 +88,7 @@ class AxialMotion:
     def _on_axis(self, point: Point) -> Point | None:
         """Return the point that the motion takes to `point` if that lies on the axis of rotation, else None."""
         across = (point[i] == self.shift[i] for i in range(3) if i != self.axis)
+        # A motion that scales would change radii, and off the axis a turn moves the centre by rounded numbers
         if not (self.rigid and all(across)):
             return None
         x, y, z = (point[i] - self.shift[i] if i == self.axis else Fraction(0) for i in range(3))
@@ -110,15 +114,17 @@ class PlaceBounds:
         narrowed = before.get(motion, Conjunction()).and_(parts, extent)
         if narrowed is None:
             return None
+        # Nearly all places: one group, whose parts have been compared with each other
         if not before.keys() - {motion}:
             return PlaceBounds(((motion, narrowed),))
         groups: list[tuple[Motion, Conjunction]] = []
         for other, conjunction in (before | {motion: narrowed}).items():
-            left = conjunction if other == motion else conjunction.inside(_carry_extent(narrowed.extent, motion, other))
-            if left is None:
+            rest = conjunction if other == motion else conjunction.inside(_carry_extent(narrowed.extent, motion, other))
+            if rest is None:
                 return None
-            if left.parts or other == motion:
-                groups.append((other, left))
+            # A group without parts bounds nothing, but later parts join the innermost one
+            if rest.parts or other == motion:
+                groups.append((other, rest))
         return PlaceBounds(tuple(groups))
 
     def entering(self, entry: Motion, before: Motion, after: Motion) -> PlaceBounds:
@@ -134,6 +140,7 @@ class PlaceBounds:
             return self
         pairs = [(part, about.undone(part)) for part in outside.parts]
         inside = Conjunction().and_(turned for _, turned in pairs if turned is not None)
+        # Rebuilt rather than filtered, since the box of a group belongs to its parts
         stay = Conjunction().and_(part for part, turned in pairs if turned is None)
         if inside is None or stay is None:  # only now fractions show that nothing is left
             return self
@@ -163,23 +170,24 @@ class PlaceBounds:
         return whole
 
 
-def _carry_extent(extent: Extent, motion: Motion, back: Motion, nothing: float = 0.0) -> Extent:
+def _carry_extent(extent: Extent, motion: Motion, back: Motion, threshold: float = 0.0) -> Extent:
     """Return a box around an extent after `motion` and the inverse of `back`, widened by a bound on rounding.
 
-    Entries of the matrix below `nothing` in size are taken as zeros that rounding has changed.
+    Entries of the matrix below `threshold` in size are taken as zeros that rounding has changed.
     """
     matrix = matmul_rows(back.inverse_matrix, motion.matrix)
     far = np.abs(back.inverse_matrix[:3, :3]) @ np.abs(motion.matrix[:3, 3]) + np.abs(back.inverse_matrix[:3, 3])
-    linear = np.where(np.abs(matrix[:3, :3]) < nothing, 0.0, matrix[:3, :3])
+    linear = np.where(np.abs(matrix[:3, :3]) < threshold, 0.0, matrix[:3, :3])
     low = np.array([-math.inf if end is None else float(end) for end in extent.low])
     high = np.array([math.inf if end is None else float(end) for end in extent.high])
     lows: list[ExtentEnd] = []
     highs: list[ExtentEnd] = []
-    # `lost` bounds the rounding of large shifts that cancel in the product.
-    for row, shift, lost in zip(linear, matrix[:3, 3], 2.0**-48 * far, strict=True):
+    # `rounding` bounds the rounding of large shifts that cancel in the product.
+    for row, shift, rounding in zip(linear, matrix[:3, 3], 2.0**-48 * far, strict=True):
         used = row != 0
         ends = np.stack([row[used] * low[used], row[used] * high[used]])
-        size = 1e-9 * (np.abs(ends).max(initial=0.0) + abs(shift)) + lost
+        # Far above rounding: a box that is a little too large keeps a part that could be left out, and nothing else
+        size = 1e-9 * (np.abs(ends).max(initial=0.0) + abs(shift)) + rounding
         lows.append(_end(ends.min(axis=0).sum() + shift - size))
         highs.append(_end(ends.max(axis=0).sum() + shift + size))
     return Extent((lows[0], lows[1], lows[2]), (highs[0], highs[1], highs[2]))
@@ -206,10 +214,10 @@ class EmptyPlaces:
 
     def visit(self, item: UniverseCell | Lattice, is_empty: bool) -> None:
         """Count a place of a cell, or an element of a lattice."""
-        seen, empty = (
+        places, empty = (
             (self.cells, self.empty_cells) if isinstance(item, UniverseCell) else (self.elements, self.empty_elements)
         )
-        seen[item.id] += 1
+        places[item.id] += 1
         empty[item.id] += is_empty
 
     def add(self, other: EmptyPlaces) -> None:
@@ -234,11 +242,11 @@ class EmptyPlaces:
             yield f"{where} of {geometry.lattices[number]} nothing lies in the cell around it, left out"
 
 
-def _format_counts(empty: int, seen: int, what: str) -> str:
+def _format_counts(empty: int, total: int, what: str) -> str:
     """Return a text such as "in 3 of 264 places"."""
-    if empty == seen:
-        return f"in its only {what}" if seen == 1 else f"in any of its {seen:,} {what}s"
-    return f"in {empty:,} of {seen:,} {what}s"
+    if empty == total:
+        return f"in its only {what}" if total == 1 else f"in any of its {total:,} {what}s"
+    return f"in {empty:,} of {total:,} {what}s"
 
 
 # Blocks: bodies, and blocks within them, each with its shift, for content that stands at many places.
@@ -314,6 +322,7 @@ class UniverseBlock(Generic[P]):
 
     def place(self, block: UniverseBlock[P], shift: Point, path: PlacePath) -> None:
         """Append all bodies of another block, translated."""
+        # Empty blocks have no items, but their empty places are counted
         if block.count:
             self.items.append(BlockPlacement(block, shift, path))
         self.count += block.count
@@ -386,23 +395,25 @@ def flatten_block(block: UniverseBlock[P]) -> tuple[list[P], FlatBlock]:
     """Return the different pieces (by `form`) and the bodies of a block."""
     pieces: list[P] = []
     forms: dict[Hashable, int] = {}
-    known: dict[int, FlatBlock] = {}
+    flat_blocks: dict[int, FlatBlock] = {}
     pending = [block]
     while pending:  # a loop in place of recursion: universes may be many levels deep
         last = pending[-1]
-        inner = (item.block for item in last.items if isinstance(item, BlockPlacement) and id(item.block) not in known)
+        inner = (
+            item.block for item in last.items if isinstance(item, BlockPlacement) and id(item.block) not in flat_blocks
+        )
         first = next(inner, None)
         if first is not None:
             pending.append(first)
             continue
-        known[id(pending.pop())] = _flatten(last, pieces, forms, known)
-    return pieces, known[id(block)]
+        flat_blocks[id(pending.pop())] = _flatten(last, pieces, forms, flat_blocks)
+    return pieces, flat_blocks[id(block)]
 
 
 def _flatten(
-    block: UniverseBlock[P], pieces: list[P], forms: dict[Hashable, int], known: dict[int, FlatBlock]
+    block: UniverseBlock[P], pieces: list[P], forms: dict[Hashable, int], flat_blocks: dict[int, FlatBlock]
 ) -> FlatBlock:
-    """Flatten one block whose inner blocks are in `known`; add its new pieces to `pieces` and `forms`."""
+    """Flatten one block whose inner blocks are in `flat_blocks`; add its new pieces to `pieces` and `forms`."""
     # Keys are numerators and denominators, as fractions are slow to look up.
     tables: list[dict[tuple[int, int], int]] = [{}, {}, {}]
     numbers, index = np.empty(block.count, np.int32), np.empty((3, block.count), np.int32)
@@ -410,7 +421,7 @@ def _flatten(
     for item in block.items:
         end = begin + item.count
         if isinstance(item, BlockPlacement):
-            flat, shift = known[id(item.block)], item.shift
+            flat, shift = flat_blocks[id(item.block)], item.shift
             numbers[begin:end] = flat.pieces
             shifts = flat.shifts.values, flat.shifts.index
         else:
@@ -482,8 +493,8 @@ class BlockBodies(InstanceList, Generic[P]):
             extremes = {0}
             if len(numbers) > 1:
                 for axis, order in enumerate(ranks):
-                    here = order[self.shifts.index[axis, numbers]]
-                    extremes |= {int(here.argmin()), int(here.argmax())}
+                    ends_of_axis = order[self.shifts.index[axis, numbers]]
+                    extremes |= {int(ends_of_axis.argmin()), int(ends_of_axis.argmax())}
             yield from sorted(int(numbers[at]) for at in extremes)
 
     @cached_property

@@ -45,6 +45,7 @@ def iterate_words(text: str) -> Iterator[list[str]]:
     """Yield the words of a text in order, some thousands at a time."""
     at = 0
     while at < len(text):
+        # At a space, so that no word is cut in two
         space = _SPACE.search(text, at + _WORDS_CHUNK)
         end = space.start() if space else len(text)
         yield text[at:end].split()
@@ -169,6 +170,7 @@ class OpenmcValues:
     def numbers(self, name: str, *counts: int) -> tuple[Fraction, ...]:
         """Return the numbers of a value that must be present; their number must be one of `counts`."""
         text = self.require(name)
+        # One word more than allowed is enough to see that there are too many
         words = text.split(None, max(counts))
         if len(words) not in counts:
             expected = " or ".join(map(str, counts))
@@ -182,6 +184,7 @@ class OpenmcValues:
         nearest = float(word)
         if is_beyond_float64(word, nearest):
             raise self.mistake(f"{name} must be in the range of double precision, got {quote_word(word)}")
+        # Below the smallest float the fraction would have hundreds of digits and mean 0 all the same
         return Fraction(word) if nearest else Fraction(0)
 
 
@@ -250,17 +253,17 @@ def find_unknown_names(root: XmlElement) -> Iterator[UnknownName]:
     pending = [root]
     while pending:
         element = pending.pop()
-        known = OPENMC_NAMES.get(element.tag)
-        if known is None:
+        names = OPENMC_NAMES.get(element.tag)
+        if names is None:
             continue
         for name, line in (
             *((name, element.line) for name in element.attributes),
             *((child.tag, child.line) for child in element.children),
         ):
-            if name not in known:
+            if name not in names:
                 count = counts.setdefault((element.tag, name), [0, line])
                 count[0] += 1
-        pending.extend(child for child in reversed(element.children) if child.tag in known)
+        pending.extend(child for child in reversed(element.children) if child.tag in names)
     return (UnknownName(kind, name, times, line) for (kind, name), (times, line) in counts.items())
 
 
@@ -310,6 +313,7 @@ def read_material(element: XmlElement) -> OpenmcMaterial:
         properties |= {kind: names} if names else {}
     for kind in ("temperature", "volume"):
         properties |= values.attempt(partial(_number, values, kind), {})
+    # OpenMC writes "true", and XML allows "1"
     depletable = (values.text("depletable") or "").lower()
     properties |= {"depletable": depletable in ("true", "1")} if depletable else {}
     values.finish()
@@ -326,13 +330,14 @@ def _part(values: OpenmcValues, element: XmlElement) -> OpenmcValues:
 def _density(values: OpenmcValues, fractions: NuclideShares) -> dict[str, float]:
     """Return the density of a <density> element as a property; empty for macroscopic units."""
     units = values.text("units") or ""
+    # OpenMC: the fractions are densities, and their sum is that of the material
     if units == "sum":
         return _sum(values, fractions)
     if units in _OTHER_UNITS:
         return {}
     if units not in _MASS and units not in _ATOMS:
-        known = ", ".join((*_MASS, *_ATOMS, *_OTHER_UNITS))
-        raise values.mistake(f"units must be one of {known}, got {quote_word(units)}")
+        unit_names = ", ".join((*_MASS, *_ATOMS, *_OTHER_UNITS))
+        raise values.mistake(f"units must be one of {unit_names}, got {quote_word(units)}")
     (value,) = values.numbers("value", 1)
     if value <= 0:
         raise values.mistake(f"value must be > 0, got {quote_word(values.require('value'))}")

@@ -105,6 +105,7 @@ class CsgEvaluation:
     def _moved(self, call: CsgCall, arguments: CallArguments) -> list[ColoredSolid]:
         """Return the children of a multmatrix, moved."""
         matrix = arguments.matrix()
+        # A scaling by 0 leaves no volume
         if abs(np.linalg.det(matrix[:3, :3])) == 0:
             self._remark(call, "flattens what it moves, which is left out")
             return []
@@ -134,6 +135,7 @@ class CsgEvaluation:
         operands = []
         for child in call.children:
             parts = self.parts([child])
+            # An empty child is an operand too: the intersection with it is empty, and so is a difference from it
             if parts or "*" not in child.modifier:
                 operands.append(parts)
         if not operands or not operands[0] or (call.name == "intersection" and not all(operands)):
@@ -156,6 +158,7 @@ class CsgEvaluation:
         if twist:
             raise ValueError(f"twist must be 0, got {twist:g}: a twisted side is no quadric")
         scale = arguments.value("scale")
+        # Two different factors make sides that are no planes
         scales = scale if isinstance(scale, list) else [scale if scale is not None else 1.0] * 2
         if len(scales) != 2 or not all(isinstance(s, float) and s >= 0 for s in scales) or scales[0] != scales[1]:
             raise ValueError(f"scale must be one number >= 0, or two that are equal, got {scale!s:.40}")
@@ -205,6 +208,7 @@ class CsgEvaluation:
         """Return a circle, square or polygon."""
         name = arguments.call.name
         if name == "circle":
+            # OpenSCAD writes r; the defaults are those of its modules
             radius = arguments.number("r", arguments.number("d", 2.0) / 2)
             return plane_circle(radius, arguments.sides(self.smooth))
         if name == "square":
@@ -222,9 +226,9 @@ class CsgEvaluation:
         raise arguments.refuse(f"is {description}, which cannot be extruded here")
 
 
-def _paint_walls(part: ColoredSolid, around: str | None) -> Solid:
+def _paint_walls(part: ColoredSolid, outer_color: str | None) -> Solid:
     """Return a solid with its colour on its walls if that differs from the colour around it."""
-    return part.solid if part.color is None or part.color == around else part.solid.painted(matte(part.color))
+    return part.solid if part.color is None or part.color == outer_color else part.solid.painted(matte(part.color))
 
 
 def _unite_parts(parts: list[Any]) -> Solid:
@@ -279,6 +283,8 @@ def _color_bodies(parts: list[ColoredSolid]) -> list[Body]:
     bodies: list[Body] = []
     before: list[tuple[Solid, BoxEnds]] = []
     for color in colors:
+        # Overlapping solids of two colours: the first listed has the common part, as the first listed body has in a
+        # scene
         these = [part.solid for part in parts if (part.color or DEFAULT_COLOR) == color]
         whole = these[0] if len(these) == 1 else Union(tuple(these))
         whole_box = whole.bounds

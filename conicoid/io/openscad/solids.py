@@ -81,7 +81,7 @@ class PlaneFigure:
             if max(x for x, _ in points) <= 0:  # a polygon on the left side is mirrored
                 points = [(-x, y) for x, y in points]
             if min(x for x, _ in points) < 0:
-                raise ValueError("what is turned must lie on one side of the y axis, got a polygon on both")
+                raise ValueError("the polygon must lie on one side of the y axis, not on both")
             return (
                 _revolve_in_steps(points, sides, start, end)
                 if sides
@@ -91,7 +91,7 @@ class PlaneFigure:
         # A circle stays a circle only under a similarity of the plane.
         even = np.allclose(linear @ linear.T, linear[0] @ linear[0] * np.eye(2), rtol=0, atol=1e-15)
         if sides or shift[0] != 0 or not even or end - start != 360:
-            raise ValueError("is a torus, or a sphere cut by sides or angles, which is no quadric solid of ours")
+            raise ValueError("is a torus, or a sphere cut by sides or angles, which no quadric bounds")
         return Sphere(self.radius * math.sqrt(float(linear[0] @ linear[0])), (0, 0, float(shift[1])))
 
 

@@ -49,6 +49,7 @@ class CsgText:
     """The text of a file, with errors at lines and columns. Raise SceneFileError for a file that is too large."""
 
     def __init__(self, path: Path) -> None:
+        # Before the file is read
         size = path.stat().st_size
         if size > MAX_CSG_BYTES:
             message = f"has {size / 1e6:,.0f} MB, at most {MAX_CSG_BYTES / 1e6:,.0f} are read"
@@ -268,6 +269,7 @@ class CallArguments:
         paths = []
         for k, row in enumerate(value if isinstance(value, list) else [value]):
             numbers = row if isinstance(row, list) else [row]
+            # The parser knows floats only, as OpenSCAD does
             whole = [int(n) for n in numbers if isinstance(n, float) and n == n // 1 and 0 <= n < count]
             if len(whole) != len(numbers) or len(whole) < 3:
                 raise self.refuse(
@@ -296,6 +298,7 @@ class CallArguments:
             return 0
         if value > 10_000:
             raise self.refuse(f"$fn must be at most 10,000, got {value:g}")
+        # OpenSCAD draws a circle with at least three sides, and drops the fraction of $fn
         return max(3, int(value))
 
     def build(self, make: Callable[[], ArgumentValue]) -> ArgumentValue:

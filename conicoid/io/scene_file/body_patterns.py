@@ -37,7 +37,7 @@ from .template import Template, build_batch
 from .value_types import BAD, NodeReader, TextType, TooManyProblems
 from .yaml_parser import YamlDocument, YamlError, join_surrogates
 
-_LEAST, _SEEN, _GROUP = 20, 3, 8
+_LEAST, _PATTERN_COUNT, _GROUP = 20, 3, 8
 """Least bodies of a file that are worth a search, of an outline that becomes a pattern, and of a group."""
 _MOST_PATTERNS, _MOST_OUTLINES, _LONGEST = 16, 10_000, 4_000
 """Most patterns of a file, most outlines that are remembered, most characters of a pattern."""
@@ -54,7 +54,7 @@ _OTHER_LINES = re.compile("\r(?!\n)|[\x85\u2028\u2029]|[|>][0-9]*\\+")
 """Breaks that only a parser counts, and block texts that keep the empty lines after them."""
 _LETTERS = r"[A-Za-z0-9_./()=+-]"
 _WORD = rf"[A-Za-z_](?:{_LETTERS}| ++(?={_LETTERS}))*+"
-_BETWEEN = {"'": "[ -&(-~]*+", '"': r"[ !#-\[\]-~]*+"}
+_QUOTED_TEXT = {"'": "[ -&(-~]*+", '"': r"[ !#-\[\]-~]*+"}
 """Characters between quotes of either kind that stand for themselves: printable ASCII without quote or escape."""
 
 
@@ -168,11 +168,11 @@ class _TextCut:
         return None
 
     def _learn(self, item: str) -> None:
-        """Count the outline of an item, and make the item a pattern if it is the `_SEEN`-th of its outline."""
+        """Count the outline of an item, and make the item a pattern if it is the `_PATTERN_COUNT`-th of its outline."""
         if len(self.patterns) < _MOST_PATTERNS and len(self.outlines) < _MOST_OUTLINES and len(item) <= _LONGEST:
             outline = _OUTLINE.sub(":", item)
             count = self.outlines[outline] = self.outlines.get(outline, 0) + 1
-            pattern = _pattern(item, self.indent) if count == _SEEN else None
+            pattern = _pattern(item, self.indent) if count == _PATTERN_COUNT else None
             if pattern is not None:
                 self.patterns.insert(0, pattern)
 
@@ -185,15 +185,15 @@ class _TextCut:
         bodies = root.entries.get("bodies") if isinstance(root, MappingNode) else None
         if root is None or not isinstance(bodies, SequenceNode):
             return None
-        left = iter(bodies.items)
-        put: list[DocumentItem] = []
+        listed = iter(bodies.items)
+        items: list[DocumentItem] = []
         for item in self.items:
-            node = item if type(item) is PatternItem else next(left, None)
+            node = item if type(item) is PatternItem else next(listed, None)
             if node is None or (type(item) is int and node.line != item):
                 return None
-            put.append(node)
-        is_whole = next(left, None) is None and root.size + self.size <= yaml_parser.MAX_NODES
-        return put if is_whole else None
+            items.append(node)
+        is_whole = next(listed, None) is None and root.size + self.size <= yaml_parser.MAX_NODES
+        return items if is_whole else None
 
 
 def _pattern(text: str, indent: str) -> TextPattern | None:
@@ -213,14 +213,14 @@ def _pattern(text: str, indent: str) -> TextPattern | None:
         begin = begins[node.line - 1] + node.column - 1
         quote = "" if node.plain else text[begin]
         # Escapes, tags and blocks differ from the text of their node.
-        if quote not in ("", *_BETWEEN) or not text.startswith(quote + node.text + quote, begin):
+        if quote not in ("", *_QUOTED_TEXT) or not text.startswith(quote + node.text + quote, begin):
             return None
         is_number = node.plain and re.fullmatch(DECIMAL, node.text) is not None
         if is_number or is_text(node):
             if is_number or id(node) not in own:
                 (numbers if is_number else shared).append(len(slots))
             slots.append(node)
-            allowed = _BETWEEN[quote] if quote else DECIMAL if is_number else _WORD
+            allowed = _QUOTED_TEXT[quote] if quote else DECIMAL if is_number else _WORD
             # Atomic groups: a word is matched as a whole, and a mismatch after it costs no backtracking.
             pattern += f"{re.escape(text[end:begin] + quote)}((?>{allowed})){re.escape(quote)}"
             end = begin + len(node.text) + 2 * len(quote)
@@ -295,8 +295,8 @@ def _build(pattern: TextPattern, rows: list[tuple[str, ...]], shapes: ShapeReade
             meanings = {word: _parse_plain(reader, read[word]) for word in read}
             fields[field] = list(map(meanings.__getitem__, words[slot]))
     row = entries["name"].line - pattern.item.line if "name" in entries else 0
-    nothing = [None] * count
-    made = construct_many(Body, count, shape=built, **fields, materials=nothing, material_index=nothing)
+    unbuilt = [None] * count
+    made = construct_many(Body, count, shape=built, **fields, materials=unbuilt, material_index=unbuilt)
     for k, body in enumerate(made):
         if body.shape is not None and body.name is not BAD and body.material is not BAD:
             yield k, (body, parts, steps, row)

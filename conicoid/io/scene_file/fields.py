@@ -188,6 +188,7 @@ class MaterialType(ValueType):
 
     def read(self, node: Node, reader: NodeReader, where: str) -> Any:
         if isinstance(node, ScalarNode) and is_text(node):
+            # Names of the file first, so that a new name of a colour never changes an old scene
             if node.text in reader.materials:
                 return reader.materials[node.text]
             if node.text in reader.colors:
@@ -329,6 +330,7 @@ def resolve_type(hint: Any) -> ValueType:
         return _alternatives(arguments)
     if origin is Literal:
         return ChoiceType(arguments)
+    # tuple[float, ...] has any length, tuple[float, float, float] exactly three
     if origin is tuple and len(arguments) == 2 and arguments[1] is Ellipsis:
         return ListType(resolve_type(arguments[0]))
     if origin is tuple and len(set(arguments)) == 1:
@@ -381,6 +383,7 @@ class CameraType(ValueType):
 
     def read(self, node: Node, reader: NodeReader, where: str) -> Any:
         entry = reader.only_entry(node)
+        # The fields of a `Camera` without its name are the short form of most scenes
         if entry is not None and entry[0] not in ArgumentsType(self.cameras["Camera"]).fields:
             return TaggedType(self.cameras, "camera").read(node, reader, where)
         if not isinstance(node, MappingNode):
@@ -425,6 +428,7 @@ class BackgroundType(ValueType):
         value = self.value_type.read(node, reader, where)
         if isinstance(value, str) and value in _MAPPINGS:
             return reader.report(node, where, f"must be a mapping, {{{value}: {{...}}}}, got the bare word {value!r}")
+        # `as_background` names the scene in its messages, so the node of the scene goes with it
         holder = MappingNode(node.line, node.column, {where: node})
         return BAD if value is BAD else reader.build(holder, "scene", lambda: as_background(value))
 

@@ -91,6 +91,7 @@ class SceneReader:
             self.reader.report_mismatch(root, "scene", f"a mapping with {', '.join(SECTIONS)}")
             return SceneParts(())
         self.reader.entries(root, "scene", SECTIONS, ("bodies",))
+        # `background: null` is an answer, no sky; any other empty section is as if it were missing
         sections = {name: node for name, node in root.entries.items() if not is_null(node) or name == "background"}
         self._version(sections.get("conicoid"))
         camera = CameraType().read(sections["camera"], self.reader, "camera") if "camera" in sections else None
@@ -114,6 +115,7 @@ class SceneReader:
         """Return the tracks of existing bodies and lights; report the others."""
         tracks = animation_type().read(node, self.reader, "animation")
         for i, track in enumerate(() if tracks is BAD else tracks):
+            # Here, where there is a line number; the scene would refuse the track without one
             if isinstance(track, BodyTrack) and all(body.name != track.body for body in bodies):
                 names = sorted(body.name for body in bodies if body.name)
                 message = f"unknown body {shorten(track.body)!r}; {describe_names(track.body, 'named bodies', names)}"
@@ -145,6 +147,7 @@ class SceneReader:
         kind = material_type()
         for name, item in self._read_section(node, "materials").items():
             material = kind.read(item, self.reader, f'material "{shorten(name)}"')
+            # The key is the name of the material, so that `spans.lengths("material")` and pictures show it
             nameless = name and isinstance(material, Material) and not _has_name_argument(item)
             self.reader.materials[name] = rename_material(material, name) if nameless else material
 
@@ -173,10 +176,10 @@ class SceneReader:
                     bodies += self._item(item.parsed(), f"bodies[{i}]", shapes)
             else:
                 assert not isinstance(item, PatternItem)
-                known = self.unnamed_bodies.get(id(item))
-                if known is not None:
-                    shapes.charge_body(item, f"bodies[{i}]", known.shape)
-                found = [known] if known is not None else self._item(item, f"bodies[{i}]", shapes)
+                body = self.unnamed_bodies.get(id(item))
+                if body is not None:
+                    shapes.charge_body(item, f"bodies[{i}]", body.shape)
+                found = [body] if body is not None else self._item(item, f"bodies[{i}]", shapes)
                 if len(found) == 1 and found[0].name is None:
                     self.unnamed_bodies[id(item)] = found[0]  # an alias stands for the same body
                 bodies += found
@@ -187,6 +190,7 @@ class SceneReader:
         if body.name in self.body_names:
             return False
         if not shapes.allowance.take(parts, steps):
+            # The slow reader counts it again, and reports
             shapes.allowance.take(-parts, -steps)
             return False
         if body.name is not None:
@@ -355,6 +359,7 @@ def read_scene(
         With every problem that was found.
     """
     text = scene_text.read_scene_text(path)
+    # A frequent mistake: OpenMC's geometry in place of a scene
     if _XML.match(text):
         message = (
             "is XML; scene files are YAML or JSON, and `conicoid import`, or co.load_openmc, reads OpenMC's geometries"
@@ -470,6 +475,7 @@ def _write(
     if size > scene_text.MAX_SCENE_BYTES:
         reason = f"a scene file has at most {scene_text.MAX_SCENE_BYTES >> 20} MB, this scene takes {size >> 20} MB"
         raise ValueError(f"{final}: {reason}: write bodies apart, or balls as one Spheres")
+    # Tables first: a scene whose balls are missing cannot be read, balls without a scene do no harm
     for name, table in bulk.items():
         save_array_once(final.with_name(name), table)
     write_text(path, text)

@@ -100,9 +100,10 @@ class ShapeSizes:
         if not names:
             return own
         operands = getattr(shape, names[0]) if len(names) == 1 else None
-        known = self.below.get(id(operands)) if operands is not None else None
-        if known is not None:
-            return own + known[1]
+        # A shape that is moved a thousand times has one tuple of operands
+        sizes = self.below.get(id(operands)) if operands is not None else None
+        if sizes is not None:
+            return own + sizes[1]
         pending = [shape]
         while pending:
             top = pending[-1]
@@ -183,6 +184,7 @@ def read_bulk_shape(cls: type[Bulk], value: Node, reader: NodeReader, where: str
     entries = reader.entries(value, where, (*fields, "file"))
     if isinstance(entries, BadValue):
         return BAD
+    # Some columns here and others in a file could differ in length
     if set(entries) not in (set(fields), {"file"}):
         listed = f"{', '.join(fields[:-1])} and {fields[-1]}"
         return reader.report(value, where, f"either {listed}, or file, must be given")
@@ -214,6 +216,7 @@ def _read_file(cls: type[Bulk], node: Node, reader: NodeReader, where: str) -> A
         return BAD
 
     def load() -> Bulk:
+        # A .npz holds one array for each field; the other files are one table
         if name.lower().endswith(".npz"):
             return cls(**read_bulk_arrays(name, reader.folder, tuple(cls.columns)))
         path = _read_bulk(name, lambda: _find_bulk_file(resolve_data_file(reader.folder, name), name))
@@ -242,6 +245,7 @@ def read_index(node: Node, reader: NodeReader, where: str) -> Any:
     def load() -> Any:
         path = _read_bulk(name, lambda: _find_bulk_file(resolve_data_file(reader.folder, name), name))
         found, values = _read_bulk(name, lambda: read_array(path))
+        # Files hold floats or integers of any size; indices are compared once they are whole
         if values is None or values.ndim != 1 or not (np.isfinite(values) & (values == np.floor(values))).all():
             raise ValueError(f"{path.name} must hold integers of shape (N,), got {found}")
         return values.astype(np.int64)
@@ -416,6 +420,7 @@ class ShapeReader:
                 circle = " → ".join([*self.stack[self.stack.index(name) :], name])
                 return self.reader.report(node, where, f"shapes refer to each other in a circle: {circle}")
             return self._resolve(name)
+        # "Sphere" instead of "Sphere: {...}": the bare word is a text in YAML
         if name in REGISTRY:
             return self.reader.report(
                 node, where, f"must be a mapping, {{{name}: {{...}}}}, got the bare word {name!r}"
@@ -440,8 +445,8 @@ class ShapeReader:
         heads = [key for key in node.heads if key.text != "move"]
         if len(heads) != 1:
             found = f"{len(heads)}: {', '.join(key.text for key in heads[:4])}" if heads else "none"
-            beside = [key.text for key in heads if key.text in ("name", "material", "materials", "material_index")]
-            hint = f"; {' and '.join(beside)} of a body stand beside `shape:`, not in it" if beside else ""
+            body_keys = [key.text for key in heads if key.text in ("name", "material", "materials", "material_index")]
+            hint = f"; {' and '.join(body_keys)} of a body stand beside `shape:`, not in it" if body_keys else ""
             return self.reader.report(
                 node, where, f"must have one shape as its key (and `move` beside it), got {found}{hint}"
             )
@@ -480,6 +485,7 @@ class ShapeReader:
         """Return the operands of a Boolean, one shape or a tuple, or BAD after a report."""
         if not several:
             return self.read(value, where)
+        # An empty union would be a body without points
         if not isinstance(value, SequenceNode) or not value.items:
             return self.reader.report_mismatch(value, where, "a list of at least one solid")
         shapes = []
@@ -542,7 +548,9 @@ class ShapeReader:
             return BAD
         point, axis, degrees = arguments.get("about"), arguments["axis"], arguments["degrees"]
         return self.reader.build(
-            value, where, lambda: apply_about("rotate", motion, point, lambda still: still.rotate(axis, degrees))
+            value,
+            where,
+            lambda: apply_about("rotate", motion, point, lambda moved_motion: moved_motion.rotate(axis, degrees)),
         )
 
 

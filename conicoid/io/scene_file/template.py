@@ -200,35 +200,35 @@ class Template:
 
     def varies(self, node: Node) -> bool:
         """Return True if a name stands at a node or below it."""
-        known = self.varied.get(id(node))
-        if known is None:
+        earlier = self.varied.get(id(node))
+        if earlier is None:
             if isinstance(node, ScalarNode):
                 match = _NAME.fullmatch(node.text)  # in JSON it is a text in quotes
                 name = self.known_names.get(id(node)) if self.known_names is not None else match and match[1]
-                known = name is not None
+                earlier = name is not None
                 if name is not None:
                     self.names[id(node)] = name
                     self.places.setdefault(name, node)
             else:
                 below = [self.varies(part) for part in _parts(node)]  # all of them, to find each name
-                known = True in below
-            self.varied[id(node)] = known
-        return known
+                earlier = True in below
+            self.varied[id(node)] = earlier
+        return earlier
 
-    def fill(self, node: Node, row: Mapping[str, Any], known: dict[int, Node]) -> Node:
-        """Return a node with the numbers of a row; what has no names is shared, and so are aliases, by `known`."""
+    def fill(self, node: Node, row: Mapping[str, Any], filled: dict[int, Node]) -> Node:
+        """Return a node with the numbers of a row; what has no names is shared, and so are aliases, by `filled`."""
         if not self.varies(node):
             return node
-        if id(node) not in known:
+        if id(node) not in filled:
             if isinstance(node, ScalarNode):
-                known[id(node)] = _number_node(row[self.names[id(node)]], node)
+                filled[id(node)] = _number_node(row[self.names[id(node)]], node)
             elif isinstance(node, SequenceNode):
-                items = [self.fill(item, row, known) for item in node.items]
-                known[id(node)] = SequenceNode(node.line, node.column, items, node.size)
+                items = [self.fill(item, row, filled) for item in node.items]
+                filled[id(node)] = SequenceNode(node.line, node.column, items, node.size)
             else:
-                entries = {name: self.fill(value, row, known) for name, value in node.entries.items()}
-                known[id(node)] = MappingNode(node.line, node.column, entries, node.heads, node.size)
-        return known[id(node)]
+                entries = {name: self.fill(value, row, filled) for name, value in node.entries.items()}
+                filled[id(node)] = MappingNode(node.line, node.column, entries, node.heads, node.size)
+        return filled[id(node)]
 
 
 def _parts(node: SequenceNode | MappingNode) -> Iterable[Node]:
@@ -355,16 +355,16 @@ def build_batch(
 ) -> list[Shape | None]:
     """Return the shape of each row but the first, None for one in doubt; also all rows if one of them warns."""
     count = len(next(iter(columns.values()))) - 1
-    nothing: list[Shape | None] = [None] * count
+    unbuilt: list[Shape | None] = [None] * count
     if not count:
-        return nothing
+        return unbuilt
     budget, shapes.allowance = shapes.allowance, PartBudget(MAX_PARTS)  # the parts are counted already
     try:
         with raise_warnings():
             built = ShapeColumns(template, {name: values[1:] for name, values in columns.items()}, shapes, where)
             found = built.shapes()
     except (_UnusualNode, SuppressedWarning, ValueError, TypeError, ArithmeticError):
-        return nothing
+        return unbuilt
     finally:
         shapes.allowance = budget
     finite = np.all([np.isfinite(values[1:]).reshape(count, -1).all(axis=1) for values in columns.values()], axis=0)

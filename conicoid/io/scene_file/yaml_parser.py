@@ -103,6 +103,7 @@ def parse_document(text: str, progress: Callable[[int], Any] | None = None, firs
     """
     check_directives(text)
     try:
+        # libyaml where it is installed: the parser in Python takes many times as long
         loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)(join_surrogates(text))
         try:
             return _TreeBuilder(first_line).build(loader.get_event, progress)
@@ -166,6 +167,7 @@ class _TreeBuilder:
             elif kind in kinds:
                 if event.tag is not None:
                     _refuse_tag(event.tag, line, column)
+                # Later readers recurse
                 if len(stack) >= MAX_DEPTH:
                     raise YamlError(line, column, f"nested deeper than {MAX_DEPTH} levels")
                 if event.anchor:

@@ -102,7 +102,7 @@ class TableFiller(ABC):
 
     @property
     def ids(self) -> Ints | None:
-        """The number in the table of each input surface; None: its own."""
+        """The number in the table of each input surface; None if each keeps its own."""
         return self.layout.ids
 
     @abstractmethod

@@ -98,13 +98,13 @@ def settle_rows(
     for k in range(len(which)):
         if is_halted(geometry):
             break
-        given = load_ray(rays, which[k])
-        ray, _ = scale_ray(given)
+        own_ray = load_ray(rays, which[k])
+        ray, _ = scale_ray(own_ray)
         count, first = rank_ray(geometry, rest, scratch, ranks, ray, span_inverse(ray)), used
         undecided[k] = 1 if count < 0 else 0
         if count >= 0:
             put_canonical_surfaces(geometry, stand, scratch, ranks, ray.start, count)
-            rows, used = rows_of_ranks(geometry, room, scratch, given, count, spans, rows, used)
+            rows, used = rows_of_ranks(geometry, room, scratch, own_ray, count, spans, rows, used)
         counts[k] = used - first
         clear_stand(stand, ranks)
     return rows[:used].copy()
@@ -155,10 +155,10 @@ def ranked_rows(geometry: Geometry, room: RankScratch, rays: RayArrays, i: int, 
     """Return rows of the spans or crossings of ray i, whose ranks are known."""
     scratch, stand, ranks = new_scratch(geometry), room.stand, room.ranks
     rows = np.empty((64, SPAN_COLUMNS if spans else CROSSING_COLUMNS))
-    given = load_ray(rays, i)
-    ray, _ = scale_ray(given)
+    own_ray = load_ray(rays, i)
+    ray, _ = scale_ray(own_ray)
     count = prepare_ranked_ray(geometry, stand, scratch, ranks, ray)
-    rows, used = rows_of_ranks(geometry, room, scratch, given, count, spans, rows, 0)
+    rows, used = rows_of_ranks(geometry, room, scratch, own_ray, count, spans, rows, 0)
     clear_stand(stand, ranks)
     return rows[:used].copy()
 
@@ -284,13 +284,13 @@ def resolve_bodies(scene: PreparedScene, points: FloatArray, after: Any, doubtfu
         return
     geometry, room = scene.geometry, new_rank_scratch(scene)
     # Canonical surfaces are exact, so that they have no rests
-    ranks, nothing = room.ranks, RoundingRest(*(np.zeros(len(part)) for part in scene.rest))
+    ranks, no_rest = room.ranks, RoundingRest(*(np.zeros(len(part)) for part in scene.rest))
     for i in doubtful.tolist():
         x, y, z = points[i].tolist()
         here = integer_line((x, y, z), (0.0, 0.0, 0.0))
         for surface in ranks.surfaces[: surfaces_near(geometry, ranks, x, y, z)].tolist():
             ranks.verdict[surface] = sign(exact_form(scene, surface).at(here))
-        bodies[i] = run_one(scene, located_by_ranks, room._replace(rest=nothing), x, y, z, int(_pick(after, i)))
+        bodies[i] = run_one(scene, located_by_ranks, room._replace(rest=no_rest), x, y, z, int(_pick(after, i)))
 
 
 def _pick(values: Any, i: int) -> float:

@@ -226,8 +226,8 @@ def bounds_of_t(
 def _distance(root: Root, t: float) -> float:
     """Return the distance of a root from t, rounded up."""
     at, (above, below) = root.interval(_BITS), t.as_integer_ratio()
-    apart = max(abs(end * below - above * at.unit) for end in (at.low, at.high))
+    gap = max(abs(end * below - above * at.unit) for end in (at.low, at.high))
     try:
-        return nextafter(apart / (at.unit * below), inf)
+        return nextafter(gap / (at.unit * below), inf)
     except OverflowError:
         return inf

@@ -150,7 +150,7 @@ def located_by_ranks(geometry: Geometry, room: RankScratch, x: float, y: float, 
 
     room.rest must be 0, since the constants that stand for surfaces have no rounding errors.
     """
-    nothing, stand, ranks = room
+    no_rest, stand, ranks = room
     scratch, ray, body = new_scratch(geometry), point_ray(x, y, z), whole(-1)
     count = collect_entries(geometry, scratch, ray)
     list_surfaces(geometry, scratch, ranks, ray, count, True)
@@ -160,7 +160,7 @@ def located_by_ranks(geometry: Geometry, room: RankScratch, x: float, y: float, 
         if whole(scratch.found[k]) <= after:
             continue
         find_leaves(geometry, scratch, scratch.found[k], ray)
-        if entry_holds(stand, nothing, scratch, scratch.found[k], 0.0, 0.0, 0.0) == INSIDE:
+        if entry_holds(stand, no_rest, scratch, scratch.found[k], 0.0, 0.0, 0.0) == INSIDE:
             body = whole(scratch.found[k])
             break
     forget_leaves(scratch)

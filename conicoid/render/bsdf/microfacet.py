@@ -52,8 +52,8 @@ def sample_visible_normal(o: Direction, alpha: float, u: float, v: float) -> Dir
 @inline
 def mirror_direction(o: Direction, h: Direction) -> Direction:
     """Return o mirrored at a facet of normal h."""
-    twice = 2.0 * dot(o[0], o[1], o[2], h[0], h[1], h[2])
-    return twice * h[0] - o[0], twice * h[1] - o[1], twice * h[2] - o[2]
+    factor = 2.0 * dot(o[0], o[1], o[2], h[0], h[1], h[2])
+    return factor * h[0] - o[0], factor * h[1] - o[1], factor * h[2] - o[2]
 
 
 @inline

@@ -80,6 +80,7 @@ def _through_glass(
             break
         before, after = find_media(geometry, scratch, ray, t, materials.medium)
         inside, beyond = body_medium(materials, before), body_medium(materials, after)
+        # A wall between two bodies of one glass neither reflects nor absorbs
         if materials.medium[body] == 0 or inside != beyond:
             r, g, b = absorb(materials, inside, (t - done) * length, r, g, b)
             nx, ny, nz = normal_at(geometry, surface, side, x + t * lx, y + t * ly, z + t * lz)
@@ -180,15 +181,18 @@ def _evaluate_light(
     """Return `evaluate_light`; the highlight is left 0 if not `shines`."""
     lx, ly, lz, end = light_direction(light, point.x, point.y, point.z)
     distance = math.sqrt(dot(lx, ly, lz, lx, ly, lz))
+    # A lamp at the very point has no direction
     if distance == 0.0:
         return lx, ly, lz, end, 0.0, 0.0, 0.0
     ux, uy, uz = lx / distance, ly / distance, lz / distance
     cosine = dot(point.nx, point.ny, point.nz, ux, uy, uz)
+    # Lights behind the surface add nothing, not even a highlight
     if cosine <= 0.0:
         return lx, ly, lz, end, cosine, 0.0, 0.0
     shiny = shines and row.specular[0] + row.specular[1] + row.specular[2] > 0.0
     shine = highlight(row, ux, uy, uz, point) if shiny else 0.0
     part = light_share(light, ux, uy, uz, distance)
+    # A shadow ray costs more than a highlight that nobody sees
     if row.diffuse == 0.0 and shine < _FAINT:
         part = 0.0
     return lx, ly, lz, end, diffuse_light(row, ux, uy, uz, point), shine, part

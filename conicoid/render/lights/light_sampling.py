@@ -132,7 +132,7 @@ def sample_polygon(f: Floats, source: Any, total: float, x: float, y: float, z: 
 
 _MOST_WEIGHTED = 16
 """Up to this many sources are weighed at each point; among more the power alone chooses."""
-_BEYOND = 1.0 + 2.0**-10
+_OVERSHOOT = 1.0 + 2.0**-10
 """A ray to a lamp ends a little behind the lamp's surface, which it has to hit."""
 
 
@@ -264,10 +264,10 @@ def _to_ball(source: Any, x: float, y: float, z: float, u: float, v: float) -> t
     px, py, pz, square = _opposite(source, x, y, z)
     own = source.radius * source.radius
     if square <= own:
-        return sphere_direction(u, v), 2.0 * source.radius * _BEYOND, 0.25 / math.pi
+        return sphere_direction(u, v), 2.0 * source.radius * _OVERSHOOT, 0.25 / math.pi
     part = _cap(own / square)
     d = to_world(unit_direction(v, 1.0 - u * part), normalize(px, py, pz))
-    return d, (math.sqrt(square) + source.radius) * _BEYOND, 1.0 / (2.0 * math.pi * part)
+    return d, (math.sqrt(square) + source.radius) * _OVERSHOOT, 1.0 / (2.0 * math.pi * part)
 
 
 @inline
@@ -437,7 +437,7 @@ def _to_area(
     if source.kind == CYLINDER and dot(dx, dy, dz, n[0], n[1], n[2]) >= 0.0 and not _is_in_cylinder(source, x, y, z):
         return (dx, dy, dz), 0.0, 0.0
     area = _seen_area(dx, dy, dz, n)
-    return (dx, dy, dz), _BEYOND, 1.0 / (area * source.area) if area > 0.0 else 0.0
+    return (dx, dy, dz), _OVERSHOOT, 1.0 / (area * source.area) if area > 0.0 else 0.0
 
 
 @inline
@@ -450,7 +450,7 @@ def _to_angle(
     px, py, pz = sources.triangles[at] - x, sources.triangles[at + 1] - y, sources.triangles[at + 2] - z
     along = dot(d[0], d[1], d[2], n[0], n[1], n[2])
     end = dot(px, py, pz, n[0], n[1], n[2]) / along if along != 0.0 else 0.0
-    return d, end * _BEYOND, 1.0 / angle if end > 0.0 else 0.0
+    return d, end * _OVERSHOOT, 1.0 / angle if end > 0.0 else 0.0
 
 
 # Densities of light that paths find by themselves

@@ -150,6 +150,7 @@ def triangulate(loop: npt.NDArray[np.float64]) -> npt.NDArray[np.int64] | None:
     points = _flat(loop)
     left, found = list(range(len(points))), []
     while len(left) > 3:
+        # Every simple polygon has two ears (Meisters): without one the loop crosses itself
         ear = next((k for k in range(len(left)) if _is_ear(points, left, k)), None)
         if ear is None:
             return None
@@ -166,6 +167,7 @@ def _flat(loop: npt.NDArray[np.float64]) -> Any:
     """Return the loop (n, 2) in its plane, counter-clockwise."""
     spokes = loop - loop[0]
     normal = np.cross(spokes[1:-1], spokes[2:]).sum(axis=0)
+    # Seen along the axis on which its area is largest
     axis = int(np.abs(normal).argmax())
     points = loop[:, [(axis + 1) % 3, (axis + 2) % 3]]
     return points if normal[axis] > 0 else points * (1, -1)
@@ -190,6 +192,7 @@ def _is_ear(points: Any, left: list[int], k: int) -> bool:
         return False
     corners = {k % len(left), (k - 1) % len(left), (k + 1) % len(left)}
     others = points[[left[j] for j in range(len(left)) if j not in corners]]
+    # A corner on a straight edge is cut off as a triangle without area
     if _area(a, b, c) == 0:
         return True
     inside = (_area(a, b, others) >= 0) & (_area(b, c, others) >= 0) & (_area(c, a, others) >= 0)
@@ -246,6 +249,7 @@ def lower_sources(bodies: Sequence[Body], item_of: Ints, look: ShadingTables, su
     for k, light in enumerate(look.lights):
         record = _blank(DELTA_LIGHT, -1)
         record["index"] = k
+        # A rough power is enough: it decides how often a source is sampled, not how bright it is
         record["power"] = math.pi * float(np.mean(light["intensity"])) * (4 * math.pi if light["fades"] else 1.0)
         found.append(record)
     if surroundings > 0:
@@ -328,6 +332,7 @@ def _of_shape(shape: Any, body: int, triangles: list[npt.NDArray[np.float64]]) -
     """Return the source of a shape, or None if the shape is not sampled."""
     if type(shape) in (Polygon, Triangle):
         return _polygon(shape, body, triangles)
+    # A stretched ball is an ellipsoid, whose solid angle has no simple formula; paths find its light
     if type(shape) not in (Sphere, Disc, Cylinder) or shape.motion.similarity is None:
         return None
     matrix, factor = shape.under().matrix, abs(float(shape.motion.similarity))
