@@ -24,6 +24,7 @@ from ...numerics.portable_math import (
     is_finite,
     leading_sign,
     least_axis,
+    negative_indicator,
     next_float,
     next_float_if,
     portable_max,
@@ -250,9 +251,15 @@ def corners_support(corners: Iterable[ex.Row], direction: Vector) -> float:
     """Return sup u·p over points known to thousands of bits, and so over their convex hull."""
     best = -float("inf")
     for corner in corners:
-        terms = [u * (round_up(c) if u > 0 else -round_up(-c)) for u, c in zip(direction, corner, strict=True)]
-        best = portable_max(best, sum_up(term for term, u in zip(terms, direction, strict=True) if u))
+        best = portable_max(best, sum_up(u * _end_towards(u, c) for u, c in zip(direction, corner, strict=True)))
     return best
+
+
+def _end_towards(u: float, c: ex.BigFloat) -> float:
+    """Return the float at or above a number for u >= 0, else the one at or below it; no test in a recorded formula."""
+    if isinstance(u, Symbol):
+        return select_if_several(2.0 * negative_indicator(u), -round_up(-c), round_up(c))
+    return -round_up(-c) if u < 0 else round_up(c)
 
 
 def _floats(row: ex.Row) -> Vector:

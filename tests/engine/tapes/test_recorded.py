@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 from typing import Any
 
@@ -52,6 +53,14 @@ KINDS = {
     "Triangle": lambda r: co.Triangle(point(r), point(r), point(r)),
     "Disc": lambda r: co.Disc(point(r), point(r), size(r)),
     "HalfSpace": lambda r: co.HalfSpace(point(r), number(r)),
+    "RegularPrism": lambda r: co.RegularPrism(6, size(r), (-size(r), size(r)), number(r)),
+    "Wedge": lambda r: co.Wedge(size(r), size(r), size(r), edge_shift=number(r)),
+    "part of a Polycone": lambda r: co.Polycone(
+        [(-1.0, 0.1, 1 + size(r)), (0.0, 0.3, 1 + size(r)), (size(r), 0.0, size(r))], 10.0, 100 + number(r)
+    ),
+    "more than half a Revolution": lambda r: co.Revolution(
+        [(0.5, 0.0), (0.5 + size(r), 0.1), (0.6, 1 + size(r))], number(r), 250 + number(r)
+    ),
 }  # fmt: skip
 MOTIONS = {
     "still": lambda r: lambda s: s,
@@ -103,7 +112,10 @@ def test_primitives(kind, motion):
     check([MOTIONS[motion](rng)(KINDS[kind](rng)) for _ in range(16)], 16)
 
 
-@pytest.mark.parametrize("kind", ["Sphere", "Box", "Cylinder", "Cone", "Ellipsoid", "Triangle", "Disc"])
+MOST = ["Sphere", "Box", "Cylinder", "Cone", "Ellipsoid", "Triangle", "Disc", "RegularPrism", "part of a Polycone"]
+
+
+@pytest.mark.parametrize("kind", MOST)
 @pytest.mark.parametrize("motion", ["still", "shifted", "turned", "stretched"])
 def test_most_are_lowered_together(kind, motion):
     """Where nothing is special, no more are left than those of which there were too few of a sort."""
@@ -184,6 +196,22 @@ def test_one_recording_serves_every_direction_and_growth(kind, monkeypatch):
     rng = random.Random(f"all directions {kind}")
     check([KINDS[kind](rng) for _ in range(60)], 0)
     assert len(made) == 1
+
+
+def test_a_body_that_cannot_be_recorded_leaves_the_others_of_its_kind(monkeypatch):
+    """Its support asks for digits where the radius is 2; the first body of the first call has that radius."""
+    support = co.Sphere.support
+
+    def by_digits(self, direction):
+        return support(self, direction) if not 1.5 < self.radius < 2.5 else math.frexp(self.radius)[0] * 4.0
+
+    monkeypatch.setattr(recordings, "RECORDINGS", recordings.RecordingCache())
+    monkeypatch.setattr(co.Sphere, "support", by_digits)
+    for _ in range(2):
+        together([co.Sphere(2.0), *(co.Sphere(3.0, (k, 0, 0)) for k in range(30))], 1)
+    shapes = [co.Sphere(2.0, (k, 0, 0)) for k in range(30)]
+    assert together(shapes, 30) == {}
+    assert len(together([*shapes, *(co.Sphere(3.0, (k, 0, 0)) for k in range(30))], 30)) == 30
 
 
 def test_what_cannot_be_recorded_is_lowered_alone(monkeypatch):
