@@ -173,6 +173,10 @@ def convex_parts(planes: Sequence[FlatPlane], facets: Sequence[Facet], most: int
                 if not area and (front or back):
                     pending.append(_ConvexRegion(front + back, region.sides))
                     continue
+                if not area:  # nothing here says whether the region is inside
+                    if _is_inside(facets, own[0]):
+                        parts.append(_needed_sides(planes, region.sides, reach, len(region.sides)))
+                    continue
                 outwards = {1} if area > 0 else {-1} if area < 0 else outwards
             sides = {1: (*region.sides, (plane, 1)), -1: (*region.sides, (plane, -1))}
             for facets_there, side in ((back, 1), (front, -1)):
@@ -183,6 +187,36 @@ def convex_parts(planes: Sequence[FlatPlane], facets: Sequence[Facet], most: int
         if len(parts) > most:
             raise ValueError(f"faces must enclose at most {most:,} convex parts, found more")
     return parts
+
+
+def _is_inside(facets: Sequence[Facet], at: Facet) -> bool:
+    """Return True if the space about a facet that others cancel is inside, by the winding number.
+
+    A ray from the middle of the facet's corners crosses each other facet as often as the triangles about its first
+    corner, with their signs, say. A direction that meets an edge is replaced by another.
+    """
+    count = len(at.corners)
+    x, y, z = (sum(corner[i] for corner in at.corners) / Fraction(count) for i in range(3))
+    spokes = [[_minus(corner, (x, y, z)) for corner in facet.corners] for facet in facets]
+    triangles = [(first, b, c) for first, *others in spokes for b, c in itertools.pairwise(others)]
+    # Facets in one plane with the point are left at once, and neither cross the ray nor share an edge with it
+    volumes = [(triangle, volume) for triangle in triangles if (volume := _determinant(*triangle))]
+    for k in itertools.count(1):
+        along = Fraction(1), Fraction(k, 7), Fraction(k * k, 11)
+        winding = 0
+        for (a, b, c), volume in volumes:
+            shares = [_determinant(along, p, q) for p, q in ((a, b), (b, c), (c, a))]
+            if 0 in shares:
+                break
+            if all((share > 0) == (volume > 0) for share in shares):
+                winding += 1 if volume > 0 else -1
+        else:
+            return winding > 0
+    raise AssertionError
+
+
+def _determinant(a: Point, b: Point, c: Point) -> Any:
+    return _dot(a, (b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]))
 
 
 def _best(planes: Sequence[FlatPlane], region: _ConvexRegion) -> tuple[int, bool]:
