@@ -40,7 +40,7 @@ from ..numerics.tracing import Tape, TracedFloat
 from .assembly import Assembly, SurfaceSlot
 from .csg_batch import CsgArray, CsgBatch, CsgComposition, exceeds_translation
 from .csg_plan import FORMS, CsgPlan, PrimitiveForm, bound_bodies, box_columns, csg_plan, is_subclass, placed_primitives
-from .lower_shape import LoweredShape, compute_shape
+from .lower_shape import LoweredShape, compute_shape, lower_shape
 from .motion_batch import MotionBatch, MotionChains, count_translations, input_motion
 from .pattern import FRAME_NUMBERS, BodyPattern, RowTable
 from .polyhedron_extent import learn_bounds, polyhedron_boxes
@@ -419,6 +419,8 @@ _AT_ONCE = 8192
 """Where there are many primitives, single or in Boolean bodies, so many are lowered at a time."""
 _FEWEST_OF_PLAN = 4
 """Fewer bodies of a plan are lowered one by one where a recording cannot lower all of their primitives."""
+_MANY_LEAVES = 16
+"""A plan with so many primitives, in all of its bodies, is composed however few the bodies are."""
 
 
 @dataclass
@@ -628,14 +630,16 @@ class BatchLowering:
     def _places_of_plans(self) -> set[int]:
         """Return the places of primitives of listed bodies with the plan of several others, or with a polyhedron.
 
-        A body that is left as a whole would be left with all faces of a polyhedron.
+        A body that is left as a whole would be left with all faces of a polyhedron, or with all the volumes that are
+        cut from it, most of them lowered already.
         """
         found: set[int] = set()
         polyhedra = self._primitives.places_of_polyhedra
         for like in self._plans.values():
             begin, count = int(like.first[0]), len(like.shapes) * len(like.plans[0].leaves)
             places = range(begin, begin + count)
-            if len(like.shapes) >= _FEWEST_OF_PLAN or not polyhedra.isdisjoint(places):
+            many = len(like.shapes) >= _FEWEST_OF_PLAN or count >= _MANY_LEAVES
+            if many or not polyhedra.isdisjoint(places):
                 found.update(places)
         return found
 
@@ -691,10 +695,12 @@ def _lower_parts(left: Sequence[_LeftPrimitive], places: Container[int]) -> list
             continue
         key = id(shape), steps
         if key not in known:
-            moved = shape if shape.motion.steps == steps else dataclasses.replace(shape, motion=Motion(steps))
             try:
-                known[key] = compute_shape(moved)
-            except OverflowError:  # its body is left, and `lower_shape` names what is wrong
+                if shape.motion.steps == steps:  # it may be a body as well
+                    known[key] = lower_shape(shape)
+                else:
+                    known[key] = compute_shape(dataclasses.replace(shape, motion=Motion(steps)))
+            except (OverflowError, ValueError):  # its body is left, and `lower_shape` names what is wrong
                 continue
         part = known[key]
         numbers, values = rows.setdefault(FORMS.of(part.pattern, part.tree), ([], []))

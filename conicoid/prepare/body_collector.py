@@ -30,7 +30,7 @@ from ..materials.material import Material
 from ..numerics import bigfloat as ex
 from .batch_lowering import BatchLowering
 from .csg_plan import placed_primitives
-from .instances import PrimitiveCache, instance_rows
+from .instances import PrimitiveCache, flatten_primitive, instance_rows
 from .lower_shape import BodyFaces, lower_shape, lower_stretched_balls, world_tree
 from .motion_batch import PointPlaneMover
 from .pattern import SIZES, BodyGroup, BodyGroups, BodyPattern, BulkBalls
@@ -251,6 +251,41 @@ class ExactBodySurfaces:
         shapes = {body: self._single(body) for body in owners}
         known = names_before_rotation(shapes, owners)
         return {int(self._first[body]) + own: name for (body, own), name in known.items()}
+
+    def leaf_names(self, indices: Longs) -> dict[int, Hashable]:
+        """Return names that are equal for one surface of primitives with equal numbers, moved by equal steps.
+
+        A volume that others are cut from has their primitives too.
+        """
+        owners = surface_owners(self._first, indices)
+        parts = {body: placed_primitives(self._single(body)) for body in owners}
+        flat = {
+            body: [flatten_primitive(leaf, steps) for leaf, steps in leaves]
+            for body, leaves in parts.items()
+            if all(isinstance(leaf, PrimitiveSolid) for leaf, _ in leaves)
+        }
+        # How many surfaces a primitive has is known without its tree where it is a body of its own
+        counts: dict[Hashable, int] = {
+            only[0].key: int(self._first[body + 1] - self._first[body])
+            for body, only in flat.items()
+            if len(only) == 1 and only[0] is not None and body + 1 < len(self._first)
+        }
+        names: dict[int, Hashable] = {}
+        for body, own in owners.items():
+            begin, pending = int(self._first[body]), sorted(own, reverse=True)
+            end = begin
+            for (leaf, _), one in zip(parts[body], flat.get(body, ()), strict=False):
+                if not pending:
+                    break
+                key = id(leaf) if one is None else one.key
+                if key not in counts:
+                    counts[key] = leaf._face_count or len(_tree_surfaces(leaf.tree()))  # type: ignore[attr-defined]
+                first, end = end, end + counts[key]
+                while pending and begin + pending[-1] < end:
+                    surface = begin + pending.pop()
+                    if one is not None:
+                        names[surface] = key, surface - first
+        return names
 
     def outline(self, polygon: int) -> tuple[ex.Row, ...]:
         """Return the exact corners of a polygon."""
