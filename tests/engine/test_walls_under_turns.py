@@ -115,3 +115,26 @@ def test_volumes_cut_from_another_share_its_walls_without_exact_names(named: lis
     assert len(inner) >= 80
     # Each wall is met by the frustum and by the block: two crossings of one surface
     assert (np.unique(inner, return_counts=True)[1] % 2 == 0).all()
+
+
+def slanted_cells(factor: float) -> list[co.Body]:
+    """As files list cells: 60 slanted planes, each of a solid on one side and, times a factor, of a gap on the other."""
+    rng = np.random.default_rng(5)
+    bodies: list[co.Body] = []
+    for normal, offset in zip(rng.normal(size=(60, 3)).tolist(), rng.uniform(0.5, 2, 60).tolist(), strict=True):
+        bodies.append(co.Body(co.Box((-3, -3, -3), (3, 3, 3)) & co.HalfSpace(normal, offset)))
+        rows = [[-factor * x for x in normal], (1, 0, 0), (0, 1, 1)]
+        bodies.append(co.Body(co.Polyhedron(rows, [-factor * offset, 4, 5]) - co.Sphere(0.1)))
+    return bodies
+
+
+@pytest.mark.parametrize(("factor", "names"), [(1.0, 0), (2.0, 120)])
+def test_half_spaces_have_exact_names_only_where_their_numbers_differ(factor, names, named, monkeypatch) -> None:
+    found = lower(slanted_cells(factor))
+    few = len(named)
+    assert few == names
+    monkeypatch.setattr(contents, "FEWEST_SURFACES", 10**9)
+    expected = lower(slanted_cells(factor))
+    assert len(named) - few >= 120
+    for field, mine, its in zip(found.tables._fields, found.tables, expected.tables, strict=True):
+        assert mine.tobytes() == its.tobytes(), field
