@@ -74,6 +74,10 @@ class Lens(PrimitiveSolid):
     def tree(self) -> Tree:
         return tree_between_walls(self.front, self.back, 0.0)
 
+    @property
+    def _support_is_apart(self) -> bool:
+        return True
+
     def support(self, direction: Vector) -> float:
         front = self.front.support(direction, hollow=self.front_radius > 0)
         return max(front, self.back.support(direction, hollow=self.back_radius < 0))

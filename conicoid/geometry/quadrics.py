@@ -23,7 +23,14 @@ import numpy as np
 from .._util.arrays import FloatArray, Interval, Vector, VectorLike, dot_rows, ignore_fp_errors, matmul_rows
 from .._util.validation import check_interval, check_positive, check_vector, format_value
 from ..numerics import bigfloat as ex
-from ..numerics.portable_math import hypot, is_finite, portable_max, portable_sqrt
+from ..numerics.portable_math import (
+    hypot,
+    is_finite,
+    negative_indicator,
+    portable_max,
+    portable_sqrt,
+    select_if_several,
+)
 from .bounds.intersection import BoundsKind
 from .bounds.support import elliptic_support, inverse_root, real_roots, sum_up
 from .cell import PLAIN_UV, UV, Cell, Face, cartesian_uv, cylindrical_uv, transform_uv
@@ -121,13 +128,17 @@ class EllipticSolid(PrimitiveSolid, abstract=True):
         square = self._g(z)
         if square <= 0:
             return PLAIN_UV
-        (x, y), size = self.widths, portable_sqrt(square)
+        (x, y), size = self.widths, portable_sqrt(ex.rounded(square))
         return cartesian_uv((x * size, 0.0, 0.0), (0.0, y * size, 0.0))
 
     def _g(self, z: float | Fraction) -> Any:
         g0, g1, g2 = (ex.rational(g) for g in self.profile)
         height = ex.rational(z)
         return g0 + height * (g1 + height * g2)
+
+    @property
+    def _support_is_apart(self) -> bool:
+        return True
 
     def support(self, direction: Vector) -> float:
         return elliptic_support(*self.widths, self.profile, *self.heights, direction)
@@ -212,6 +223,19 @@ class Ellipsoid(EllipticSolid):
     def squares(self) -> tuple[Any, Any]:
         return self.equation[0], self.equation[1]
 
+    @cached_property
+    def widths(self) -> tuple[float, float]:
+        if self.coefficients is not None:
+            return inverse_root(self.coefficients[0]), inverse_root(self.coefficients[1])
+        # The largest radius has the square 1, which no recording could tell from a number beside it
+        largest = functools.reduce(portable_max, self.radii)
+        widths = []
+        for radius, square in zip(self.radii, self.squares, strict=False):
+            is_less = negative_indicator(radius - largest)
+            below = inverse_root(square + ex.rational(1.0 - is_less))
+            widths.append(select_if_several(2.0 * is_less, below, 1.0))
+        return widths[0], widths[1]
+
     @property
     def profile(self) -> EllipticProfile:
         _, _, sz, k = self.equation
@@ -227,6 +251,10 @@ class Ellipsoid(EllipticSolid):
             return super()._reaches_into(low, high)
         bottom, top = self.extent
         return low < top and high > bottom
+
+    @property
+    def _support_is_apart(self) -> bool:
+        return self.z_range is not None
 
     def support(self, direction: Vector) -> float:
         a, b, c = self.radii
@@ -262,6 +290,10 @@ class EllipticCylinder(EllipticSolid):
     @property
     def profile(self) -> EllipticProfile:
         return 1, 0, 0
+
+    @property
+    def _support_is_apart(self) -> bool:
+        return False
 
     def support(self, direction: Vector) -> float:
         """Return the support along a direction: `elliptic_support` where g = 1, in floats, which a recording takes."""
@@ -481,6 +513,10 @@ class BoxedQuadric(PrimitiveSolid, abstract=True):
             surface, number = face.surface.moved(motion), face.number + 1
             faces.append(dataclasses.replace(face, surface=surface, number=number, uv=transform_uv(face.uv, motion)))
         return Cell(tuple(faces))
+
+    @property
+    def _support_is_apart(self) -> bool:
+        return self.within is not None
 
     def support(self, direction: Vector) -> float:
         if self.within is None:

@@ -32,7 +32,7 @@ from ...numerics.portable_math import (
     rounded_sum,
     select_if_several,
 )
-from ...numerics.tracing import TracedFloat
+from ...numerics.tracing import TracedBig, TracedFloat
 from ..cell import UV, cartesian_uv
 from ..surface import PlaneSurface, Triple
 from ..transform import Motion
@@ -100,10 +100,11 @@ def product_with_root(w: float, g: Any) -> float:
 
 def inverse_root(a: Any) -> float:
     """Return 1 / sqrt(a), the half-axis of a x² = 1, not below the exact value; a > 0 is a float or fraction."""
+    if isinstance(a, (TracedFloat, TracedBig)):
+        root: Any = 1 / portable_sqrt(ex.rounded(a))
+        return next_float_if(root, ex.rounded(ex.ONE - ex.exact(a) * ex.exact(root) ** 2))
     if isinstance(a, Symbol):
-        root: Any = 1 / portable_sqrt(a)
-        lost = ex.ONE - ex.rational(a) * ex.rational(root) ** 2
-        return next_float_if(root, ex.rounded(lost)) if isinstance(a, TracedFloat) else root
+        return 1 / portable_sqrt(a)
     value = 1 / math.sqrt(a)
     return value if Fraction(a) * Fraction(value) ** 2 >= 1 else math.nextafter(value, math.inf)
 

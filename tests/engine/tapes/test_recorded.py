@@ -38,6 +38,10 @@ def _box(rng: random.Random, corner: Any) -> co.Box:
     return co.Box(corner, tuple(x + size(rng) for x in corner))
 
 
+def _about_origin(rng: random.Random) -> co.Box:
+    return co.Box((-size(rng), -0.5, -size(rng)), (size(rng), size(rng), size(rng)))
+
+
 KINDS = {
     "Sphere": lambda r: co.Sphere(size(r), point(r)),
     "Sphere on a grid": lambda r: co.Sphere(1.0, on_grid(r)),
@@ -50,6 +54,13 @@ KINDS = {
     "pointed Cone": lambda r: co.Cone(point(r), point(r), 0.0, size(r)),
     "Ellipsoid": lambda r: co.Ellipsoid((size(r), size(r), size(r)), point(r)),
     "barrel": lambda r: co.Ellipsoid((size(r), size(r), 2.0), z_range=(-1.0, 1.0)),
+    "EllipticCone": lambda r: co.EllipticCone(size(r), size(r), size(r), (-size(r), size(r))),
+    "OneSheetHyperboloid": lambda r: co.OneSheetHyperboloid(size(r), size(r), size(r), (0.0, size(r))),
+    "EllipticParaboloid": lambda r: co.EllipticParaboloid(size(r), size(r)),
+    "HyperbolicParaboloid": lambda r: co.HyperbolicParaboloid(size(r), size(r), _about_origin(r)),
+    "ParabolicCylinder": lambda r: co.ParabolicCylinder(size(r), _about_origin(r)),
+    "Lens": lambda r: co.Lens(7 + number(r) / 3, -7 + number(r) / 3, thickness=1 + size(r) / 9, diameter=2.0),
+    "Conic": lambda r: co.Conic(7 + number(r) / 3, number(r) / 3, 2.0),
     "Triangle": lambda r: co.Triangle(point(r), point(r), point(r)),
     "Disc": lambda r: co.Disc(point(r), point(r), size(r)),
     "HalfSpace": lambda r: co.HalfSpace(point(r), number(r)),
@@ -113,6 +124,7 @@ def test_primitives(kind, motion):
 
 
 MOST = ["Sphere", "Box", "Cylinder", "Cone", "Ellipsoid", "Triangle", "Disc", "RegularPrism", "part of a Polycone"]
+MOST += ["barrel", "EllipticCone", "OneSheetHyperboloid", "EllipticParaboloid", "HyperbolicParaboloid", "Conic"]
 
 
 @pytest.mark.parametrize("kind", MOST)
@@ -216,10 +228,10 @@ def test_a_body_that_cannot_be_recorded_leaves_the_others_of_its_kind(monkeypatc
 
 def test_what_cannot_be_recorded_is_lowered_alone(monkeypatch):
     monkeypatch.setattr(recordings, "RECORDINGS", recordings.RecordingCache())
-    shapes = [co.EllipticParaboloid(1.0 + k, 2.0, z_range=(0, 1)) for k in range(20)]
+    shapes = [co.Extrusion([(0, 0), (1.0 + k, 0), (0, 1)]) for k in range(20)]
     assert together(shapes, 20) == {}
     scene = co.Scene(shapes)
-    assert scene.first_hit((0, 0, 9), (0, 0, -1)).t == 8.0
+    assert scene.first_hit((0.1, 0.1, 9), (0, 0, -1)).t == 8.0
 
 
 @pytest.mark.parametrize("motion", ["still", "shifted", "turned", "stretched"])
