@@ -39,7 +39,7 @@ from .bounds.intersection import (
 )
 from .bounds.support import bound_by_support
 from .cell import Cell, PolygonSheet, SurfaceSheet, Tree
-from .transform import IDENTITY_MOTION, Motion, apply_about as moved_about
+from .transform import IDENTITY_MOTION, Motion, Step, apply_about as moved_about
 
 
 def _check_motion_first(check: Callable[[Any], None]) -> Callable[[Any], None]:
@@ -138,6 +138,10 @@ class Shape(ABC):
         shape = kind.__new__(kind)
         vars(shape).update(pickle_state(self), motion=motion)
         return shape
+
+    def _under_steps(self, steps: tuple[Step, ...]) -> Self:
+        """Return this shape with these steps for its motion: itself where it has them, with all that it caches."""
+        return self if self.motion.steps == steps else self._with_motion(Motion(steps))
 
     def translate(self, offset: Any) -> Self:
         """Return the shape moved by `offset`, three numbers."""

@@ -319,7 +319,7 @@ class PrimitiveBatch:
                 faces[some[which]] = rows[:, :_FACE_NUMBERS]
             for i in some[rest].tolist():
                 shape, steps = of.of(i)
-                faces[i] = compute_shape(dataclasses.replace(shape, motion=Motion(steps))).row[:_FACE_NUMBERS]
+                faces[i] = compute_shape(shape._under_steps(steps)).row[:_FACE_NUMBERS]
         count, own = len(of.shapes), motions[:: of.faces]
         frames = np.tile(np.eye(3, 4).ravel(), (count, 1))
         forward, translations = None, count_translations(of.steps[0])
@@ -403,7 +403,7 @@ class PrimitiveBatch:
                 ends = itertools.cycle([tape.input(x) if math.isfinite(x) else x for x in reaches[row].tolist()])
                 object.__setattr__(traced, "support", lambda _: next(ends))
             part = compute_shape(traced)
-            expected = compute_shape(dataclasses.replace(shape, motion=Motion(steps)))
+            expected = compute_shape(shape._under_steps(steps))
             if part.pattern != expected.pattern or list(map(_float_key, part.row)) != list(
                 map(_float_key, expected.row)
             ):
@@ -760,10 +760,7 @@ def _lower_parts(left: Sequence[_LeftPrimitive], places: Container[int]) -> list
         key = id(shape), steps
         if key not in known:
             try:
-                if shape.motion.steps == steps:  # it may be a body as well
-                    known[key] = lower_shape(shape)
-                else:
-                    known[key] = compute_shape(dataclasses.replace(shape, motion=Motion(steps)))
+                known[key] = lower_shape(shape._under_steps(steps))  # cached: it may be a body as well
             except (OverflowError, ValueError):  # its body is left, and `lower_shape` names what is wrong
                 continue
         part = known[key]

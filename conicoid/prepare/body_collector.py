@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cache
 from itertools import accumulate
@@ -70,7 +70,7 @@ def _leaf_surfaces(leaf: Shape, steps: tuple[Step, ...]) -> list[Surface]:
     motion = Motion(steps)
     if leaf._face_count:  # without the uv maps of its faces
         return [surface.moved(motion) for surface in leaf.surfaces]  # type: ignore[attr-defined]
-    tree = world_tree(replace(leaf, motion=motion), IDENTITY_MOTION, BodyFaces())  # type: ignore[arg-type]
+    tree = world_tree(leaf._under_steps(steps), IDENTITY_MOTION, BodyFaces())  # type: ignore[arg-type]
     return _tree_surfaces(tree)
 
 

@@ -134,7 +134,7 @@ def flatten_primitive(leaf: Shape, steps: tuple[Step, ...]) -> _FlatPrimitive | 
 def _compute_numbers(leaf: Shape, steps: tuple[Step, ...]) -> _NumberLists:
     """`PrimitiveCache.of` without the cache."""
     # An unmoved primitive may hold its planes already
-    return _primitive_numbers(leaf if leaf.motion.steps == steps else replace(leaf, motion=Motion(steps)))
+    return _primitive_numbers(leaf._under_steps(steps))
 
 
 def _primitive_numbers(leaf: Any) -> _NumberLists:
