@@ -147,9 +147,10 @@ class EllipticSolid(PrimitiveSolid, abstract=True):
         known = [shape._section for shape in shapes]
         rows = [(x, y, *map(float, profile), low, high) for x, y, profile, low, high in known]
         found = elliptic_supports(np.array(rows), directions)
-        for shape, way in zip(*np.nonzero(np.isnan(found)), strict=True):
-            x, y, z = directions[shape, way].tolist()
-            found[shape, way] = elliptic_support(*known[shape], (x, y, z))
+        for shape, way in np.argwhere(np.isnan(found)).tolist():
+            width_x, width_y, profile, low, high = known[shape]
+            direction = tuple(directions[shape, way].tolist())
+            found[shape, way] = elliptic_support(width_x, width_y, profile, low, high, direction)
         return found
 
     @property

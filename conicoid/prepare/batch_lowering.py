@@ -367,11 +367,14 @@ class PrimitiveBatch:
         def record(row: int, tape: Tape) -> None:
             shape, steps = of.like.of(int(of.chosen[row]))
             traced = _trace_shape(shape, steps, tape, _is_moved(key), similar)
-            directions: list[Any] = []
-            object.__setattr__(traced, "support", lambda direction: directions.extend(direction) or 1.0)
+
+            def write(direction: Any) -> float:
+                for number in direction:
+                    tape.write(number)
+                return 1.0
+
+            object.__setattr__(traced, "support", write)
             traced.ends(traced.under())
-            for number in directions:
-                tape.write(number)
 
         given = self._given(key, of)
         results, left = recording_cache.RECORDINGS.play(
@@ -410,8 +413,8 @@ class PrimitiveBatch:
                 raise TypeError("a traced shape has another pattern or other numbers than the shape itself")
             return FORMS.of(part.pattern, part.tree), _write_row(part, tape)
 
-        is_finite = np.isfinite(reaches).all(axis=0)
-        endless = tuple(reaches[0, ~is_finite].tolist()), *is_finite.tolist()
+        is_finite: Any = np.isfinite(reaches).all(axis=0)
+        endless = tuple(reaches[0, ~is_finite].tolist()), tuple(is_finite.tolist())
         found, left = recording_cache.RECORDINGS.play(
             (key, similar, endless), record, np.concatenate([of.numbers[some], reaches[:, is_finite]], axis=1),
             self._given(key, of), of.motions[some],
@@ -522,6 +525,7 @@ class BatchLowering:
         self._templates: dict[Hashable, tuple[Sequence[Shape], CsgPlan | None]] = {}
         self._plans: dict[Hashable, CsgBatch] = {}
         self._many: list[CsgArray] = []
+        self._left: list[_LeftPrimitive] = []  # primitives of Boolean bodies that have more than numbers
         self.paints: dict[int, dict[int, Material]] = {}
 
     def add(self, shape: Shape, number: int) -> bool:
@@ -603,7 +607,8 @@ class BatchLowering:
                 chains = own
                 if any(inner for _, inner in listed):
                     chains = MotionChains([inner + mine for (_, inner), mine in zip(listed, own.steps, strict=True)])
-                self._primitives.add([shape for shape, _ in listed], chains, places[:, leaf])
+                rest = self._primitives.add([shape for shape, _ in listed], chains, places[:, leaf])
+                self._left += [(listed[k][0], chains.steps[k], int(places[k, leaf])) for k in rest.tolist()]
             # Frames of at most one translation need no lookup.
             like.first, like.frames = places[:, 0].copy(), self._primitives.frames_of(own)
 
@@ -680,7 +685,7 @@ class BatchLowering:
             elif single.any():
                 results.append((form.pattern, owners[places[single]], rows[single]))
         rest += [(shape, int(owners[place])) for shape, _, place in left if owners[place] >= 0]
-        found += _lower_parts(left, self._places_of_plans())
+        found += _lower_parts([*left, *self._left], self._places_of_plans())
         if self._plans or self._many:
             rows_of = _rows_by_place(found, len(owners))
             every: list[CsgBatch | CsgArray] = [*self._plans.values(), *self._many]

@@ -103,7 +103,8 @@ def inverse_root(a: Any) -> float:
     """Return 1 / sqrt(a), the half-axis of a x² = 1, not below the exact value; a > 0 is a float or fraction."""
     if isinstance(a, (TracedFloat, TracedBig)):
         root: Any = 1 / portable_sqrt(ex.rounded(a))
-        return next_float_if(root, ex.rounded(ex.ONE - ex.exact(a) * ex.exact(root) ** 2))
+        square: Any = a.exact() * root.exact() ** 2
+        return next_float_if(root, ex.rounded(ex.ONE - square))
     if isinstance(a, Symbol):
         return 1 / portable_sqrt(a)
     value = 1 / math.sqrt(a)
@@ -286,7 +287,8 @@ def boxed_supports(quadrics: FloatArray, frames: FloatArray, ends: FloatArray, d
         own = np.broadcast_to((directions * corner[:, None])[:, :, None], (*slope.shape[:2], t.shape[2], 3))
         sums = raised_sums(np.concatenate([own, slope[:, :, None] * t], axis=-1))
         best = np.maximum(best, np.where(inside, sums, -np.inf).max(axis=-1))
-    return np.minimum(best, at_corners.max(axis=-1))
+    supports: FloatArray = np.minimum(best, at_corners.max(axis=-1))
+    return supports
 
 
 def along_normal(normal: Vector, direction: Vector) -> float | None:

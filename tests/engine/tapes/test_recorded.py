@@ -181,6 +181,15 @@ def test_some_booleans_are_lowered_together():
     together([solid.rotate(point(rng), 20) for solid in solids], 20)
 
 
+def test_one_body_of_many_primitives_is_composed_of_their_rows():
+    """Also where some have more than numbers: quadrics by named coefficients."""
+    rng = random.Random(9)
+    quadrics = [co.Quadric(coefficients={"xx": size(rng), "yy": size(rng), "xy": 0.1, "constant": -1.0})] * 3
+    parts = [*(KINDS["Cone"](rng) for _ in range(20)), *quadrics]
+    parts = [MOTIONS["turned"](rng)(part) for part in parts]
+    check([co.Difference((co.Box((-9, -9, -9), (9, 9, 9)), *parts))], 0)
+
+
 def test_a_plan_has_leaves_from_left_to_right_with_all_that_moves_them():
     a, b, c = co.Sphere(1), co.Box().rotate("x", 5), co.Sphere(2)
     plan = csg_plan(((a - b).translate((1, 0, 0)) | c).scale(2))
