@@ -245,6 +245,10 @@ class Conic(PrimitiveSolid):
         end = Face(axial_plane(sense, wall.rim), 1, cartesian_uv((r, 0, 0), (0, r, 0)))
         return Cell((conic, end, *cut))
 
+    @property
+    def _support_is_apart(self) -> bool:
+        return True
+
     def support(self, direction: Vector) -> float:
         return self.wall.support(direction, hollow=True)
 

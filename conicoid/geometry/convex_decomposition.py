@@ -95,11 +95,33 @@ def side_of_plane(plane: FlatPlane, point: Point) -> int:
     return int(exact > 0) - int(exact < 0)
 
 
+class _PlaneSigns:
+    """The exact signs of heights of corners above planes, each computed once.
+
+    Corners are known by identity: faces that meet share them, so that few of the heights that are zero, about which
+    floats say nothing, take fractions.
+    """
+
+    def __init__(self, planes: Sequence[FlatPlane], facets: Sequence[Facet]) -> None:
+        self.planes = planes
+        self._known = {(facet.plane, id(corner)): 0 for facet in facets for corner in facet.corners}
+        self._held: list[Any] = [facets]  # keeps ids unique
+
+    def of(self, number: int, corner: Point) -> int:
+        """Return the sign of a corner's height above a plane."""
+        key = number, id(corner)
+        found = self._known.get(key)
+        if found is None:
+            self._held.append(corner)
+            found = self._known[key] = side_of_plane(self.planes[number], corner)
+        return found
+
+
 class _ConvexRegion:
     """A convex region that may need a split: the facets in it, and the sides that bound it."""
 
-    def __init__(self, facets: list[Facet], sides: tuple[PlaneSide, ...]) -> None:
-        self.facets, self.sides = facets, sides
+    def __init__(self, facets: list[Facet], sides: tuple[PlaneSide, ...], known: _PlaneSigns) -> None:
+        self.facets, self.sides, self.known = facets, sides, known
         self.planes = np.array([facet.plane for facet in facets])
         counts = [len(facet.corners) for facet in facets]
         self._starts = np.cumsum([0, *counts[:-1]])
@@ -116,7 +138,7 @@ class _ConvexRegion:
         own = self.planes[self._owners] == number
         signs[own] = 0
         for k in np.flatnonzero(doubtful & ~own).tolist():
-            signs[k] = side_of_plane(plane, self._corners[k])
+            signs[k] = self.known.of(number, self._corners[k])
         return signs
 
     def signs(self, plane: FlatPlane, number: int) -> tuple[Ints, Ints]:
@@ -156,7 +178,8 @@ def convex_parts(planes: Sequence[FlatPlane], facets: Sequence[Facet], most: int
     """
     parts: list[tuple[PlaneSide, ...]] = []
     reach = 2 * max(float(abs(c)) for facet in facets for corner in facet.corners for c in corner)
-    pending = [_ConvexRegion(list(facets), ())]
+    known = _PlaneSigns(planes, facets)
+    pending = [_ConvexRegion(list(facets), (), known)]
     while pending:
         region = pending.pop()
         plane, is_at_rim = _best(planes, region)
@@ -171,18 +194,52 @@ def convex_parts(planes: Sequence[FlatPlane], facets: Sequence[Facet], most: int
                 # where they do not cancel. Where all of them cancel they bound nothing.
                 area = sum(_dot(newell_normal(facet.corners), planes[plane].normal) for facet in own)
                 if not area and (front or back):
-                    pending.append(_ConvexRegion(front + back, region.sides))
+                    pending.append(_ConvexRegion(front + back, region.sides, known))
+                    continue
+                if not area:  # nothing here says whether the region is inside
+                    if _is_inside(facets, own[0]):
+                        parts.append(_needed_sides(planes, region.sides, reach, len(region.sides)))
                     continue
                 outwards = {1} if area > 0 else {-1} if area < 0 else outwards
             sides = {1: (*region.sides, (plane, 1)), -1: (*region.sides, (plane, -1))}
             for facets_there, side in ((back, 1), (front, -1)):
                 if facets_there:
-                    pending.append(_ConvexRegion(facets_there, sides[side]))
+                    pending.append(_ConvexRegion(facets_there, sides[side], known))
                 elif side in outwards:  # no facet is left on this side: all of it is inside
                     parts.append(_needed_sides(planes, sides[side], reach, len(sides[side])))
         if len(parts) > most:
             raise ValueError(f"faces must enclose at most {most:,} convex parts, found more")
     return parts
+
+
+def _is_inside(facets: Sequence[Facet], at: Facet) -> bool:
+    """Return True if the space about a facet that others cancel is inside, by the winding number.
+
+    A ray from the middle of the facet's corners crosses each other facet as often as the triangles about its first
+    corner, with their signs, say. A direction that meets an edge is replaced by another.
+    """
+    count = len(at.corners)
+    x, y, z = (sum(corner[i] for corner in at.corners) / Fraction(count) for i in range(3))
+    spokes = [[_minus(corner, (x, y, z)) for corner in facet.corners] for facet in facets]
+    triangles = [(first, b, c) for first, *others in spokes for b, c in itertools.pairwise(others)]
+    # Facets in one plane with the point are left at once, and neither cross the ray nor share an edge with it
+    volumes = [(triangle, volume) for triangle in triangles if (volume := _determinant(*triangle))]
+    for k in itertools.count(1):
+        along = Fraction(1), Fraction(k, 7), Fraction(k * k, 11)
+        winding = 0
+        for (a, b, c), volume in volumes:
+            shares = [_determinant(along, p, q) for p, q in ((a, b), (b, c), (c, a))]
+            if 0 in shares:
+                break
+            if all((share > 0) == (volume > 0) for share in shares):
+                winding += 1 if volume > 0 else -1
+        else:
+            return winding > 0
+    raise AssertionError
+
+
+def _determinant(a: Point, b: Point, c: Point) -> Any:
+    return _dot(a, (b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]))
 
 
 def _best(planes: Sequence[FlatPlane], region: _ConvexRegion) -> tuple[int, bool]:
@@ -228,7 +285,7 @@ def _split(
         elif low >= 0:
             front.append(facet)
         else:
-            signs = [side_of_plane(plane, corner) for corner in facet.corners]
+            signs = [region.known.of(index, corner) for corner in facet.corners]
             for side, there in ((1, front), (-1, back)):
                 there.append(Facet(facet.plane, tuple(_clip_facet(plane, facet.corners, signs, side))))
     return front, back, own
@@ -303,11 +360,13 @@ def _has_face(rows: FloatArray, k: int, planes: Sequence[FlatPlane], sides: tupl
 
 def _cut(corners: FloatArray, heights: FloatArray) -> FloatArray:
     """Return the corners of the part of a polygon with heights <= 0."""
-    following = np.roll(heights, -1)
+    following = np.concatenate([heights[1:], heights[:1]])
     inside, cut = heights <= 0, (heights < 0) != (following < 0)
     share = np.where(cut, heights / np.where(cut, heights - following, 1.0), 0.0)[:, None]
-    between = corners + share * (np.roll(corners, -1, axis=0) - corners)
-    clipped: FloatArray = np.stack([corners, between], axis=1)[np.stack([inside, cut], axis=1)]
+    points, kept = np.empty((2 * len(corners), 3)), np.empty(2 * len(corners), bool)
+    points[::2], kept[::2], kept[1::2] = corners, inside, cut
+    points[1::2] = corners + share * (np.concatenate([corners[1:], corners[:1]]) - corners)
+    clipped: FloatArray = points[kept]
     return clipped
 
 

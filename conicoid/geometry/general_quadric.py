@@ -76,6 +76,12 @@ class Quadric(PrimitiveSolid):
             return principal_quadric(q)
         return plane_through((2 * q[0][3], 2 * q[1][3], 2 * q[2][3]), -q[3][3])
 
+    def _with_motion(self, motion: Motion) -> Quadric:
+        moved = super()._with_motion(motion)
+        if "surface" in vars(self):  # its axes take ten milliseconds
+            vars(moved)["surface"] = self.surface
+        return moved
+
     @cached_property
     def classification(self) -> Classification:
         """The exact kind of the quadric, with its center, axes and semi-axes in the world."""

@@ -74,6 +74,10 @@ class Lens(PrimitiveSolid):
     def tree(self) -> Tree:
         return tree_between_walls(self.front, self.back, 0.0)
 
+    @property
+    def _support_is_apart(self) -> bool:
+        return True
+
     def support(self, direction: Vector) -> float:
         # A front of positive radius bulges towards -z, out of the lens; so does a back of negative radius, towards +z
         front = self.front.support(direction, hollow=self.front_radius > 0)

@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 from .._util.arrays import BoxEnds, Vector, VectorLike
 from .._util.validation import check_angle_range, check_nonnegative, check_number, check_positive, check_vector
 from ..numerics import bigfloat as ex
-from ..numerics.portable_math import hypot, negative_indicator, portable_max, sin_cos_degrees
+from ..numerics.portable_math import hypot, negative_indicator, portable_max, select_if_several, sin_cos_degrees
 from .bounds.intersection import BoundingSurfaces, BoundsKind, orient_surface
 from .bounds.support import along_normal, half_space_bounds, plane_through, plane_uv, sum_up
 from .cell import NO_ROW, PLAIN_UV, UV, All, Any_, Cell, Face, Tree, cartesian_uv, component_row, cylindrical_uv
@@ -323,10 +323,11 @@ def arc_support(radius: float, start_angle: float, end_angle: float, direction: 
         return radius * hypot(x, y)
     # Either the arc has the point that is farthest along the direction, or one of its ends is farthest
     (s, c), (t, d) = sin_cos_degrees(start_angle), sin_cos_degrees(end_angle)
-    after_start, before_end = c * y >= s * x, t * x >= d * y
-    if (after_start and before_end) if end_angle - start_angle <= 180 else (after_start or before_end):
-        return radius * hypot(x, y)
-    return portable_max(sum_up((radius * x * c, radius * y * s)), sum_up((radius * x * d, radius * y * t)))
+    # No test, so that one recording serves all directions
+    outside = negative_indicator(c * y - s * x) + negative_indicator(t * x - d * y)
+    ends = portable_max(sum_up((radius * x * c, radius * y * s)), sum_up((radius * x * d, radius * y * t)))
+    count = 2.0 * outside if end_angle - start_angle <= 180 else outside
+    return select_if_several(count, ends, radius * hypot(x, y))
 
 
 @dataclass(frozen=True)

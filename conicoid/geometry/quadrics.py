@@ -9,10 +9,9 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-import itertools
 import math
 from abc import abstractmethod
-from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
@@ -20,12 +19,19 @@ from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
-from .._util.arrays import FloatArray, Interval, Vector, VectorLike, dot_rows, ignore_fp_errors, matmul_rows
+from .._util.arrays import FloatArray, Interval, Vector, VectorLike, ignore_fp_errors
 from .._util.validation import check_interval, check_positive, check_vector, format_value
 from ..numerics import bigfloat as ex
-from ..numerics.portable_math import hypot, is_finite, portable_max, portable_sqrt
+from ..numerics.portable_math import (
+    hypot,
+    is_finite,
+    negative_indicator,
+    portable_max,
+    portable_sqrt,
+    select_if_several,
+)
 from .bounds.intersection import BoundsKind
-from .bounds.support import elliptic_support, inverse_root, real_roots, sum_up
+from .bounds.support import boxed_supports, elliptic_support, elliptic_supports, inverse_root, sum_up
 from .cell import PLAIN_UV, UV, Cell, Face, cartesian_uv, cylindrical_uv, transform_uv
 from .primitives import Box
 from .shape import PrimitiveSolid
@@ -125,7 +131,7 @@ class EllipticSolid(PrimitiveSolid, abstract=True):
         square = self._g(z)
         if square <= 0:
             return PLAIN_UV
-        (x, y), size = self.widths, portable_sqrt(square)
+        (x, y), size = self.widths, portable_sqrt(ex.rounded(square))
         return cartesian_uv((x * size, 0.0, 0.0), (0.0, y * size, 0.0))
 
     def _g(self, z: float | Fraction) -> Any:
@@ -133,8 +139,28 @@ class EllipticSolid(PrimitiveSolid, abstract=True):
         height = ex.rational(z)
         return g0 + height * (g1 + height * g2)
 
+    @property
+    def _support_is_apart(self) -> bool:
+        return True
+
     def support(self, direction: Vector) -> float:
-        return elliptic_support(*self.widths, self.profile, *self.heights, direction)
+        return float(self._supports([self], np.array([[direction]]))[0, 0])
+
+    @classmethod
+    def _supports(cls, shapes: Sequence[Any], directions: FloatArray) -> FloatArray:
+        known = [shape._section for shape in shapes]
+        rows = [(x, y, *map(float, profile), low, high) for x, y, profile, low, high in known]
+        found = elliptic_supports(np.array(rows), directions)
+        for shape, way in np.argwhere(np.isnan(found)).tolist():
+            width_x, width_y, profile, low, high = known[shape]
+            direction = tuple(directions[shape, way].tolist())
+            found[shape, way] = elliptic_support(width_x, width_y, profile, low, high, direction)
+        return found
+
+    @property
+    def _section(self) -> tuple[float, float, EllipticProfile, float, float]:
+        """The half-axes of the section with g = 1, g, and the ends of the heights."""
+        return *self.widths, self.profile, *self.heights
 
 
 _DEFAULT_RADII: Vector = (1.0, 2.0, 3.0)
@@ -223,6 +249,19 @@ class Ellipsoid(EllipticSolid):
     def squares(self) -> tuple[Any, Any]:
         return self.equation[0], self.equation[1]
 
+    @cached_property
+    def widths(self) -> tuple[float, float]:
+        if self.coefficients is not None:
+            return inverse_root(self.coefficients[0]), inverse_root(self.coefficients[1])
+        # The largest radius has the square 1, which no recording could tell from a number beside it
+        largest = functools.reduce(portable_max, self.radii)
+        widths = []
+        for radius, square in zip(self.radii, self.squares, strict=False):
+            is_less = negative_indicator(radius - largest)
+            below = inverse_root(square + ex.rational(1.0 - is_less))
+            widths.append(select_if_several(2.0 * is_less, below, 1.0))
+        return widths[0], widths[1]
+
     @property
     def profile(self) -> EllipticProfile:
         _, _, sz, k = self.equation
@@ -239,13 +278,20 @@ class Ellipsoid(EllipticSolid):
         bottom, top = self.extent
         return low < top and high > bottom
 
+    @property
+    def _support_is_apart(self) -> bool:
+        return self.z_range is not None
+
     def support(self, direction: Vector) -> float:
+        if self.z_range is not None:
+            return super().support(direction)
         a, b, c = self.radii
-        # The root of a sum of squares is the support of a whole ellipsoid; a cut one needs its caps
-        if not self.caps:
-            return hypot(a * direction[0], b * direction[1], c * direction[2])
+        return hypot(a * direction[0], b * direction[1], c * direction[2])
+
+    @property
+    def _section(self) -> tuple[float, float, EllipticProfile, float, float]:
         _, _, sz, k = self.equation
-        return elliptic_support(a, b, (1, 0, -Fraction(sz) / Fraction(k)), *self.heights, direction)
+        return *self.radii[:2], (1, 0, -Fraction(sz) / Fraction(k)), *self.heights
 
 
 @dataclass(frozen=True)
@@ -274,6 +320,10 @@ class EllipticCylinder(EllipticSolid):
     @property
     def profile(self) -> EllipticProfile:
         return 1, 0, 0
+
+    @property
+    def _support_is_apart(self) -> bool:
+        return False
 
     def support(self, direction: Vector) -> float:
         """Return the support along a direction: `elliptic_support` where g = 1, in floats, which a recording takes."""
@@ -442,9 +492,6 @@ class DoubleCone(EllipticSolid):
 
 # Quadrics without a bounded part of their own, which a box may cut
 
-_BOUNDARY, _BOX_GROWTH = 1e-13, 64 * 2.0**-53
-"""The box grows by the first share, the quadric by the second share of its terms: bounds err outward."""
-
 
 class BoxedQuadric(PrimitiveSolid, abstract=True):
     """A quadric solid in its own frame, optionally the part of it in the box `within` (of that frame).
@@ -464,8 +511,7 @@ class BoxedQuadric(PrimitiveSolid, abstract=True):
             return
         if not isinstance(box, Box):
             raise ValueError(f"{owner}: within must be a Box or None, got {type(box).__name__}")
-        # The support of an empty part is that of no point
-        if _BoxCut(self.surface, box).support(np.array([0.0, 0.0, 1.0])) == -math.inf:
+        if self._supports([self], np.array([[[0.0, 0.0, 1.0]]]))[0, 0] == -math.inf:
             raise ValueError(
                 f"{owner}: within must hold a part of the solid, which has nothing in it, got {format_value(box)}"
             )
@@ -495,103 +541,28 @@ class BoxedQuadric(PrimitiveSolid, abstract=True):
             faces.append(dataclasses.replace(face, surface=surface, number=number, uv=transform_uv(face.uv, motion)))
         return Cell(tuple(faces))
 
+    @property
+    def _support_is_apart(self) -> bool:
+        return self.within is not None
+
     def support(self, direction: Vector) -> float:
         if self.within is None:
             return self.unbounded_support(direction)
-        # Both are upper bounds, and the tighter one depends on the direction
-        return min(_BoxCut(self.surface, self.within).support(np.array(direction)), self.unbounded_support(direction))
+        return float(self._supports([self], np.array([[direction]]))[0, 0])
 
-
-class _BoxCut:
-    """A quadric f <= 0 cut by a box, the parallelepiped corner + edges t, 0 <= t <= 1."""
-
-    def __init__(self, surface: QuadricSurface, box: Box) -> None:
-        squares, linear = (np.array([float(v) for v in row]) for row in (surface.squares, surface.linear))
-        # The box may be turned: in its own coordinates it is the unit cube, and the quadric becomes general
-        matrix, ends = box.under(IDENTITY_MOTION).matrix, np.array((box.low, box.high))
-        self.linear_part, self.shift, self.ends = matrix[:3, :3], matrix[:3, 3], ends
-        self.corner: FloatArray = matmul_rows(ends[0], self.linear_part.T) + self.shift
-        self.edges: FloatArray = self.linear_part * (ends[1] - ends[0])
-        corner, edges = self.corner, self.edges
-        # f = tᵀ second t + 2 first·t + zeroth
-        self.second: FloatArray = matmul_rows(edges.T, squares[:, None] * edges)
-        self.first: FloatArray = matmul_rows(squares * corner + linear, edges)
-        reach = abs(corner) + abs(edges).sum(axis=1)
-        terms = float(
-            dot_rows(abs(squares), reach**2) + 2 * dot_rows(abs(linear), reach) + abs(float(surface.constant))
+    @classmethod
+    @ignore_fp_errors
+    def _supports(cls, shapes: Sequence[Any], directions: FloatArray) -> FloatArray:
+        boxes, surfaces = [shape.within for shape in shapes], [shape.surface for shape in shapes]
+        each = zip(shapes, directions.tolist(), strict=True)
+        whole = [[shape.unbounded_support(way) for way in ways] for shape, ways in each]
+        cut = boxed_supports(
+            np.array([[*map(float, (*one.squares, *one.linear, one.constant))] for one in surfaces]),
+            np.array([box.under(IDENTITY_MOTION).matrix[:3] for box in boxes]),
+            np.array([(box.low, box.high) for box in boxes]),
+            directions,
         )
-        # Much more than the rounding error of f, and of its roots where f is nearly flat
-        self.zeroth = (
-            float(dot_rows(corner, squares * corner + 2 * linear) - float(surface.constant)) - _BOX_GROWTH * terms
-        )
-
-    def support(self, direction: FloatArray) -> float:
-        """Return the largest value at corners, at ends of edges on the quadric and at stationary points in faces.
-
-        No stationary point inside the box is missed. Saddles and hyperbolic cylinders are nowhere locally convex, and
-        on a parabolic cylinder a linear function is stationary along whole rulings, which reach the box.
-        """
-        best, whole = -math.inf, -math.inf
-        for t, point in self._corners():
-            value = sum_up((direction * point).tolist())
-            whole = max(whole, value)
-            if self._f(t) <= 0:
-                best = max(best, value)
-        slope = matmul_rows(direction, self.edges)
-        for t in itertools.chain(self._on_edges(), self._in_faces(slope)):
-            if all(-_BOUNDARY <= x <= 1 + _BOUNDARY for x in t):
-                best = max(best, sum_up([*(direction * self.corner).tolist(), *(slope * t).tolist()]))
-        # Rounding must not take the part beyond the whole box
-        return min(best, whole)
-
-    def _f(self, t: FloatArray) -> float:
-        return float(dot_rows(matmul_rows(t, self.second), t) + 2 * dot_rows(self.first, t) + self.zeroth)
-
-    def _corners(self) -> Iterator[tuple[FloatArray, FloatArray]]:
-        """Yield (t, point) for each corner of the box."""
-        for pick in itertools.product((0, 1), repeat=3):
-            yield (
-                np.array(pick, dtype=np.float64),
-                matmul_rows(self.ends[pick, (0, 1, 2)], self.linear_part.T) + self.shift,
-            )
-
-    def _on_edges(self) -> Iterator[FloatArray]:
-        for i in range(3):
-            for fixed in itertools.product((0.0, 1.0), repeat=2):
-                t = np.insert(np.array(fixed), i, 0.0)
-                yield from self._on_line(t, np.eye(3)[i])
-
-    def _in_faces(self, slope: FloatArray) -> Iterator[FloatArray]:
-        """Yield t in each face with f = 0 and the gradient of f along that of the linear function."""
-        for i in range(3):
-            j, k = (m for m in range(3) if m != i)
-            along, line = np.zeros(3), np.zeros(3)
-            along[j], along[k] = -slope[k], slope[j]
-            along /= abs(along).max() or 1.0
-            # ∇f·along = 0 is a line across `normal` in the face
-            normal = matmul_rows(along, self.second)[[j, k]]
-            size = float(abs(normal).max())
-            if size == 0:
-                continue
-            normal /= size
-            line[j], line[k] = -normal[1], normal[0]
-            for end in (0.0, 1.0):
-                start = np.zeros(3)
-                start[i] = end
-                shift = (
-                    -float(dot_rows(matmul_rows(start, self.second) + self.first, along))
-                    / size
-                    / float(dot_rows(normal, normal))
-                )
-                start[[j, k]] = shift * normal
-                yield from self._on_line(start, line)
-
-    def _on_line(self, start: FloatArray, line: FloatArray) -> Iterator[FloatArray]:
-        a = float(dot_rows(matmul_rows(line, self.second), line))
-        b = 2 * float(dot_rows(line, matmul_rows(start, self.second) + self.first))
-        for root in real_roots(a, b, self._f(start)):
-            if math.isfinite(root):
-                yield start + root * line
+        return np.minimum(cut, whole)
 
 
 def _coordinates(axes: tuple[int, int], box: Box | None = None) -> UV:

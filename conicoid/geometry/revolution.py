@@ -118,7 +118,7 @@ class Revolution(PrimitiveSolid):
             across += 2.0**-51 * abs(across)
         best = -float("inf")
         for r, z in self.profile:
-            best = portable_max(best, sum_up(term for term in (r * across, z * direction[2]) if term))
+            best = portable_max(best, sum_up((r * across, z * direction[2])))
         return best
 
 

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, NoReturn, Self, overlo
 
 import numpy as np
 
-from .._util.arrays import BoxEnds, Vector, VectorLike, ignore_fp_errors
+from .._util.arrays import BoxEnds, FloatArray, Vector, VectorLike, ignore_fp_errors
 from .._util.text import unknown_attribute
 from .._util.validation import describe_kind, format_value
 from .._util.value_objects import pickle_state, restore_state
@@ -39,7 +39,7 @@ from .bounds.intersection import (
 )
 from .bounds.support import bound_by_support
 from .cell import Cell, PolygonSheet, SurfaceSheet, Tree
-from .transform import IDENTITY_MOTION, Motion, apply_about as moved_about
+from .transform import IDENTITY_MOTION, Motion, Step, apply_about as moved_about
 
 
 def _check_motion_first(check: Callable[[Any], None]) -> Callable[[Any], None]:
@@ -139,6 +139,10 @@ class Shape(ABC):
         vars(shape).update(pickle_state(self), motion=motion)
         return shape
 
+    def _under_steps(self, steps: tuple[Step, ...]) -> Self:
+        """Return this shape with these steps for its motion: itself where it has them, with all that it caches."""
+        return self if self.motion.steps == steps else self._with_motion(Motion(steps))
+
     def translate(self, offset: VectorLike) -> Self:
         """Return the shape moved by `offset`, three numbers."""
         return self._moved(self.motion.translate(offset))
@@ -221,6 +225,17 @@ class Primitive(Shape, abstract=True):
     @abstractmethod
     def support(self, direction: Vector) -> float:
         """Return sup direction·p over the shape in its own frame; inf where unbounded, -inf if empty."""
+
+    @property
+    def _support_is_apart(self) -> bool:
+        """True where `support` takes no recorded numbers (numerics/tracing.py): `_supports` gives those of many."""
+        return False
+
+    @classmethod
+    def _supports(cls, shapes: Sequence[Any], directions: FloatArray) -> FloatArray:
+        """Return the supports (n, m) of shapes of this class, each in directions of its own (n, m, 3)."""
+        rows = zip(shapes, directions.tolist(), strict=True)
+        return np.array([[shape.support((x, y, z)) for x, y, z in row] for shape, row in rows])
 
     def bounds_under(self, outer: Motion) -> BoxEnds:
         """Return the bounds (low, high) of the shape after the further motion `outer`."""

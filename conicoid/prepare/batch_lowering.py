@@ -22,6 +22,8 @@ A Boolean body passes through these files, in this order:
 from __future__ import annotations
 
 import dataclasses
+import itertools
+import math
 from collections.abc import Callable, Container, Hashable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
@@ -40,9 +42,9 @@ from ..numerics.tracing import Tape, TracedFloat
 from .assembly import Assembly, SurfaceSlot
 from .csg_batch import CsgArray, CsgBatch, CsgComposition, exceeds_translation
 from .csg_plan import FORMS, CsgPlan, PrimitiveForm, bound_bodies, box_columns, csg_plan, is_subclass, placed_primitives
-from .lower_shape import LoweredShape, compute_shape
+from .lower_shape import LoweredShape, compute_shape, lower_shape
 from .motion_batch import MotionBatch, MotionChains, count_translations, input_motion
-from .pattern import FRAME_NUMBERS, BodyPattern, RowTable
+from .pattern import BOX_NUMBERS, FRAME_NUMBERS, BodyPattern, RowTable
 from .polyhedron_extent import learn_bounds, polyhedron_boxes
 from .pytree import flatten, flatten_all, positions_by_key, unflatten
 from .tape import recording_cache
@@ -317,7 +319,7 @@ class PrimitiveBatch:
                 faces[some[which]] = rows[:, :_FACE_NUMBERS]
             for i in some[rest].tolist():
                 shape, steps = of.of(i)
-                faces[i] = compute_shape(dataclasses.replace(shape, motion=Motion(steps))).row[:_FACE_NUMBERS]
+                faces[i] = compute_shape(shape._under_steps(steps)).row[:_FACE_NUMBERS]
         count, own = len(of.shapes), motions[:: of.faces]
         frames = np.tile(np.eye(3, 4).ravel(), (count, 1))
         forward, translations = None, count_translations(of.steps[0])
@@ -343,23 +345,88 @@ class PrimitiveBatch:
 
         `similar` says whether their motions are similarities; where that is None, all are left.
         """
+        every = np.arange(len(of.chosen))
         if similar is None:
-            return [], np.arange(len(of.chosen))
-        moved = isinstance(key, tuple) and key[1] == "moved"
+            return [], every
+        if not of.like.of(int(of.chosen[0]))[0]._support_is_apart:  # type: ignore[attr-defined]
+            return self._play_kind(key, similar, of, every, np.zeros((len(every), 0)))
+        reaches, which, left = self._reaches(key, similar, of)
+        results = []
+        for some in positions_by_key(list(map(tuple, np.where(np.isfinite(reaches), 0.0, reaches).tolist()))).values():
+            found, rest = self._play_kind(key, similar, of, which[some], reaches[some])
+            results += found
+            left = np.concatenate([left, rest])
+        return results, left
 
-        def record(which: int, tape: Tape) -> tuple[PrimitiveForm, Ints]:
-            shape, steps = of.like.of(int(of.chosen[which]))
-            part = _record_shape(shape, steps, tape, moved, similar)
-            expected = compute_shape(dataclasses.replace(shape, motion=Motion(steps)))
+    def _reaches(self, key: Hashable, similar: bool, of: _BatchInputs) -> tuple[Floats, Longs, Longs]:
+        """Return the supports from which the boxes of shapes follow (n, 6), of which shapes, and those that are left.
+
+        One recording gives the directions, the shapes themselves their supports, and another recording all numbers.
+        """
+
+        def record(row: int, tape: Tape) -> None:
+            shape, steps = of.like.of(int(of.chosen[row]))
+            traced = _trace_shape(shape, steps, tape, _is_moved(key), similar)
+
+            def write(direction: Any) -> float:
+                for number in direction:
+                    tape.write(number)
+                return 1.0
+
+            object.__setattr__(traced, "support", write)
+            traced.ends(traced.under())
+
+        given = self._given(key, of)
+        results, left = recording_cache.RECORDINGS.play(
+            ("directions", key, similar), record, of.numbers, given, of.motions
+        )
+        reaches, places = [np.zeros((0, BOX_NUMBERS))], [np.zeros(0, np.int64)]
+        for _, which, played in results:
+            shapes = [of.like.of(number)[0] for number in of.chosen[which].tolist()]
+            reaches.append(type(shapes[0])._supports(shapes, played.floats.reshape(-1, BOX_NUMBERS, 3)))  # type: ignore[attr-defined]
+            places.append(which)
+        return np.concatenate(reaches), np.concatenate(places), left
+
+    def _given(self, key: Hashable, of: _BatchInputs) -> Floats:
+        """Return the numbers of the motions where the recordings of a kind read them."""
+        return of.motions_given if _is_moved(key) else NO_INPUTS
+
+    def _play_kind(
+        self, key: Hashable, similar: bool, of: _BatchInputs, some: Longs, reaches: Floats
+    ) -> tuple[list[tuple[PrimitiveForm, Longs, RowTable]], Longs]:
+        """`_lower_kind` for some of the shapes; `reaches` (n, 6) are their supports where these are computed apart.
+
+        The same supports are infinite for all of them.
+        """
+
+        def record(row: int, tape: Tape) -> tuple[PrimitiveForm, Ints]:
+            shape, steps = of.like.of(int(of.chosen[some[row]]))
+            traced = _trace_shape(shape, steps, tape, _is_moved(key), similar)
+            if reaches.shape[1]:
+                ends = itertools.cycle([tape.input(x) if math.isfinite(x) else x for x in reaches[row].tolist()])
+                object.__setattr__(traced, "support", lambda _: next(ends))
+            part = compute_shape(traced)
+            expected = compute_shape(shape._under_steps(steps))
             if part.pattern != expected.pattern or list(map(_float_key, part.row)) != list(
                 map(_float_key, expected.row)
             ):
                 raise TypeError("a traced shape has another pattern or other numbers than the shape itself")
             return FORMS.of(part.pattern, part.tree), _write_row(part, tape)
 
-        given = of.motions_given if moved else NO_INPUTS
-        found, left = recording_cache.RECORDINGS.play((key, similar), record, of.numbers, given, of.motions)
-        return [(form, which, RowTable.of(played.floats, columns)) for (form, columns), which, played in found], left
+        is_finite: Any = np.isfinite(reaches).all(axis=0)
+        endless = tuple(reaches[0, ~is_finite].tolist()), tuple(is_finite.tolist())
+        found, left = recording_cache.RECORDINGS.play(
+            (key, similar, endless), record, np.concatenate([of.numbers[some], reaches[:, is_finite]], axis=1),
+            self._given(key, of), of.motions[some],
+        )  # fmt: skip
+        return [
+            (form, some[which], RowTable.of(played.floats, columns)) for (form, columns), which, played in found
+        ], some[left]
+
+
+def _is_moved(key: Hashable) -> bool:
+    """Return whether shapes of a kind have motions other than translations."""
+    return isinstance(key, tuple) and key[1] == "moved"
 
 
 _PLANE_NUMBERS = 2 * PLANE_SIZE + 1
@@ -393,22 +460,22 @@ def _float_key(number: Any) -> str:
 
 def _split_by_motion(key: Hashable, motions: Ints, similar: Signs) -> list[tuple[bool | None, Longs]]:
     """Split shapes by their motions: similarities (True), other maps (False), and undecided ones (None)."""
-    if not (isinstance(key, tuple) and key[1] == "moved"):
+    if not _is_moved(key):
         return [(True, np.arange(len(motions)))]
     kinds = similar[motions]
     chosen = ((kind, np.flatnonzero(kinds == number)) for kind, number in ((True, 1), (False, 0), (None, -1)))
     return [(kind, which) for kind, which in chosen if len(which)]
 
 
-def _record_shape(shape: Shape, steps: tuple[Step, ...], tape: Tape, moved: bool, similar: bool) -> LoweredShape:
-    """Lower a shape on a tape."""
+def _trace_shape(shape: Shape, steps: tuple[Step, ...], tape: Tape, moved: bool, similar: bool) -> Any:
+    """Return a shape whose numbers are those of a tape."""
     traced = unflatten(shape, tape)
     if not moved:
         motion = Motion(tuple(unflatten(step, tape) for step in steps)) if steps else IDENTITY_MOTION
     else:
         motion = input_motion(tape, similar, Motion(steps))
     object.__setattr__(traced, "motion", motion)
-    return compute_shape(traced)
+    return traced
 
 
 # Batches of bodies: primitives as they are recorded, and Boolean bodies composed of theirs
@@ -419,6 +486,8 @@ _AT_ONCE = 8192
 """Where there are many primitives, single or in Boolean bodies, so many are lowered at a time."""
 _FEWEST_OF_PLAN = 4
 """Fewer bodies of a plan are lowered one by one where a recording cannot lower all of their primitives."""
+_MANY_LEAVES = 16
+"""A plan with so many primitives, in all of its bodies, is composed however few the bodies are."""
 
 
 @dataclass
@@ -456,6 +525,7 @@ class BatchLowering:
         self._templates: dict[Hashable, tuple[Sequence[Shape], CsgPlan | None]] = {}
         self._plans: dict[Hashable, CsgBatch] = {}
         self._many: list[CsgArray] = []
+        self._left: list[_LeftPrimitive] = []  # primitives of Boolean bodies that have more than numbers
         self.paints: dict[int, dict[int, Material]] = {}
 
     def add(self, shape: Shape, number: int) -> bool:
@@ -537,7 +607,8 @@ class BatchLowering:
                 chains = own
                 if any(inner for _, inner in listed):
                     chains = MotionChains([inner + mine for (_, inner), mine in zip(listed, own.steps, strict=True)])
-                self._primitives.add([shape for shape, _ in listed], chains, places[:, leaf])
+                rest = self._primitives.add([shape for shape, _ in listed], chains, places[:, leaf])
+                self._left += [(listed[k][0], chains.steps[k], int(places[k, leaf])) for k in rest.tolist()]
             # Frames of at most one translation need no lookup.
             like.first, like.frames = places[:, 0].copy(), self._primitives.frames_of(own)
 
@@ -614,7 +685,7 @@ class BatchLowering:
             elif single.any():
                 results.append((form.pattern, owners[places[single]], rows[single]))
         rest += [(shape, int(owners[place])) for shape, _, place in left if owners[place] >= 0]
-        found += _lower_parts(left, self._places_of_plans())
+        found += _lower_parts([*left, *self._left], self._places_of_plans())
         if self._plans or self._many:
             rows_of = _rows_by_place(found, len(owners))
             every: list[CsgBatch | CsgArray] = [*self._plans.values(), *self._many]
@@ -628,14 +699,16 @@ class BatchLowering:
     def _places_of_plans(self) -> set[int]:
         """Return the places of primitives of listed bodies with the plan of several others, or with a polyhedron.
 
-        A body that is left as a whole would be left with all faces of a polyhedron.
+        A body that is left as a whole would be left with all faces of a polyhedron, or with all the volumes that are
+        cut from it, most of them lowered already.
         """
         found: set[int] = set()
         polyhedra = self._primitives.places_of_polyhedra
         for like in self._plans.values():
             begin, count = int(like.first[0]), len(like.shapes) * len(like.plans[0].leaves)
             places = range(begin, begin + count)
-            if len(like.shapes) >= _FEWEST_OF_PLAN or not polyhedra.isdisjoint(places):
+            many = len(like.shapes) >= _FEWEST_OF_PLAN or count >= _MANY_LEAVES
+            if many or not polyhedra.isdisjoint(places):
                 found.update(places)
         return found
 
@@ -691,10 +764,9 @@ def _lower_parts(left: Sequence[_LeftPrimitive], places: Container[int]) -> list
             continue
         key = id(shape), steps
         if key not in known:
-            moved = shape if shape.motion.steps == steps else dataclasses.replace(shape, motion=Motion(steps))
             try:
-                known[key] = compute_shape(moved)
-            except OverflowError:  # its body is left, and `lower_shape` names what is wrong
+                known[key] = lower_shape(shape._under_steps(steps))  # cached: it may be a body as well
+            except (OverflowError, ValueError):  # its body is left, and `lower_shape` names what is wrong
                 continue
         part = known[key]
         numbers, values = rows.setdefault(FORMS.of(part.pattern, part.tree), ([], []))

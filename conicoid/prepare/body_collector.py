@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cache
 from itertools import accumulate
@@ -21,6 +21,7 @@ from ..geometry.body import Body
 from ..geometry.bulk import Bulk, Spheres
 from ..geometry.cell import Cell, Not, Tree
 from ..geometry.instances import InstanceList
+from ..geometry.primitives import HalfSpace
 from ..geometry.shape import PrimitiveSolid, Shape
 from ..geometry.surface import Key, Surface
 from ..geometry.transform import IDENTITY_MOTION, Motion, Step, Translate
@@ -30,7 +31,7 @@ from ..materials.material import Material
 from ..numerics import bigfloat as ex
 from .batch_lowering import BatchLowering
 from .csg_plan import placed_primitives
-from .instances import PrimitiveCache, instance_rows
+from .instances import PrimitiveCache, flatten_primitive, instance_rows
 from .lower_shape import BodyFaces, lower_shape, lower_stretched_balls, world_tree
 from .motion_batch import PointPlaneMover
 from .pattern import SIZES, BodyGroup, BodyGroups, BodyPattern, BulkBalls
@@ -69,7 +70,7 @@ def _leaf_surfaces(leaf: Shape, steps: tuple[Step, ...]) -> list[Surface]:
     motion = Motion(steps)
     if leaf._face_count:  # without the uv maps of its faces
         return [surface.moved(motion) for surface in leaf.surfaces]  # type: ignore[attr-defined]
-    tree = world_tree(replace(leaf, motion=motion), IDENTITY_MOTION, BodyFaces())  # type: ignore[arg-type]
+    tree = world_tree(leaf._under_steps(steps), IDENTITY_MOTION, BodyFaces())  # type: ignore[arg-type]
     return _tree_surfaces(tree)
 
 
@@ -122,16 +123,20 @@ def names_before_rotation(
     }  # fmt: skip
     primitives = PrimitiveCache()
     primitives.prepare_primitives(
-        (leaf, first) for parts in moved.values() if _is_rotated(parts) for leaf, first, rest in parts if rest
+        (leaf, first) for parts in moved.values() if _is_solid(parts) for leaf, first, rest in parts if rest
     )
+    counts: dict[int, int] = {}
     for number, parts in moved.items():
         names: list[Hashable] = []
-        for leaf, first, rest in parts if _is_rotated(parts) else ():
-            if not rest:
-                names += [None] * len(_tree_surfaces(leaf.tree()))  # type: ignore[attr-defined]
+        for leaf, first, rest in parts if _is_solid(parts) else ():
+            if rest:
+                numbers, _, kinds = primitives.of(leaf, first)
+                names += _names_of_surfaces(numbers, kinds, rest)
                 continue
-            numbers, _, kinds = primitives.of(leaf, first)
-            names += _names_of_surfaces(numbers, kinds, rest)
+            planes = _planes_as_written(leaf, first)
+            if not planes and id(leaf) not in counts:
+                counts[id(leaf)] = len(_tree_surfaces(leaf.tree()))  # type: ignore[attr-defined]
+            names += planes or [None] * counts[id(leaf)]
         shapes[number].cache["unrotated names"] = names
     return {
         (number, own): names[own]
@@ -140,9 +145,9 @@ def names_before_rotation(
     }  # fmt: skip
 
 
-def _is_rotated(parts: list[_PlacedPrimitive]) -> bool:
-    """Return whether a solid consists of primitives, and at least one of them is more than translated."""
-    return any(rest for _, _, rest in parts) and all(isinstance(leaf, PrimitiveSolid) for leaf, _, _ in parts)
+def _is_solid(parts: list[_PlacedPrimitive]) -> bool:
+    """Return whether a shape consists of primitive solids."""
+    return all(isinstance(leaf, PrimitiveSolid) for leaf, _, _ in parts)
 
 
 def _split_steps(moved: tuple[Shape, tuple[Step, ...]]) -> _PlacedPrimitive:
@@ -167,6 +172,18 @@ def _names_of_surfaces(numbers: list[float], kinds: tuple[int, ...], rest: tuple
         else:
             names.append((rest, kind, sense, *(number + 0.0 for number in record)))
     return names
+
+
+def _planes_as_written(leaf: Shape, steps: tuple[Step, ...]) -> list[Hashable]:
+    """Name the planes of half-spaces by the numbers that a user or a file gave; nothing for other primitives."""
+    if isinstance(leaf, HalfSpace):
+        rows = [(*leaf.normal, leaf.offset)]
+    elif leaf._face_count:
+        rows = [(*normal, offset) for normal, offset in zip(leaf.normals, leaf.offsets, strict=True)]  # type: ignore[attr-defined]
+    else:
+        return []
+    signs = (-1.0 if next(filter(None, row)) < 0 else 1.0 for row in rows)
+    return [(steps, *(sign * x for x in row)) for sign, row in zip(signs, rows, strict=True)]
 
 
 def _anchorless_plane(record: list[float]) -> tuple[Hashable, ...]:
@@ -251,6 +268,49 @@ class ExactBodySurfaces:
         shapes = {body: self._single(body) for body in owners}
         known = names_before_rotation(shapes, owners)
         return {int(self._first[body]) + own: name for (body, own), name in known.items()}
+
+    def leaf_names(self, indices: Longs) -> dict[int, Hashable]:
+        """Return names that are equal for one surface of primitives with equal numbers, moved by equal steps.
+
+        A volume that others are cut from has their primitives too.
+        """
+        owners = surface_owners(self._first, indices)
+        parts = {body: placed_primitives(self._single(body)) for body in owners}
+        known: dict[tuple[int, tuple[Step, ...]], Any] = {}
+
+        def flattened(leaf: Shape, steps: tuple[Step, ...]) -> Any:
+            key = id(leaf), steps
+            if key not in known:
+                known[key] = flatten_primitive(leaf, steps)
+            return known[key]
+
+        flat = {
+            body: [flattened(*leaf) for leaf in leaves]
+            for body, leaves in parts.items()
+            if all(isinstance(leaf, PrimitiveSolid) for leaf, _ in leaves)
+        }
+        # How many surfaces a primitive has is known without its tree where it is a body of its own
+        counts: dict[Hashable, int] = {
+            only[0].key: int(self._first[body + 1] - self._first[body])
+            for body, only in flat.items()
+            if len(only) == 1 and only[0] is not None and body + 1 < len(self._first)
+        }
+        names: dict[int, Hashable] = {}
+        for body, own in owners.items():
+            begin, pending = int(self._first[body]), sorted(own, reverse=True)
+            end = begin
+            for (leaf, _), one in zip(parts[body], flat.get(body, ()), strict=False):
+                if not pending:
+                    break
+                key = id(leaf) if one is None else one.key
+                if key not in counts:
+                    counts[key] = leaf._face_count or len(_tree_surfaces(leaf.tree()))  # type: ignore[attr-defined]
+                first, end = end, end + counts[key]
+                while pending and begin + pending[-1] < end:
+                    surface = begin + pending.pop()
+                    if one is not None:
+                        names[surface] = key, surface - first
+        return names
 
     def outline(self, polygon: int) -> tuple[ex.Row, ...]:
         """Return the exact corners of a polygon."""

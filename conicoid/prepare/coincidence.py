@@ -18,7 +18,7 @@ Four other files decide which surfaces are equal, and none of them by other rule
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any, Protocol, TypeAlias
@@ -27,7 +27,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._jit.decorators import inline, kernel
-from .._util.arrays import dot_rows, unique_with_inverse
+from .._util.arrays import dot_rows, unique_sorted, unique_with_inverse
 from ..geometry.surface import ORIGIN, UPRIGHT, Key, QuadricSurface, Surface
 from ..kernels.tables import ANCHOR_SIZE, FORM_SIZE, PLANE, QUADRIC, SPHERE, Floats, Ints, Longs, Signs, whole_quadrics
 from .pattern import row_blocks
@@ -503,11 +503,17 @@ class ExactSurfaces(Protocol):
         """
         ...
 
+    def leaf_names(self, indices: Longs) -> dict[int, Hashable]:
+        """`known_names` by the primitives that surfaces belong to."""
+        ...
 
-def exact_names_at(exact: ExactSurfaces, numbers: Ints | Longs, indices: Longs) -> dict[int, Hashable]:
-    """`ExactSurfaces.known_names` for surfaces that have other numbers there: `numbers[indices]`."""
+
+def names_at(
+    known: Callable[[Longs], dict[int, Hashable]], numbers: Ints | Longs, indices: Longs
+) -> dict[int, Hashable]:
+    """Return what one of the methods of `ExactSurfaces` knows of surfaces with other numbers: `numbers[indices]`."""
     there = numbers[indices].astype(np.int64)
-    names = exact.known_names(there)
+    names = known(there)
     pairs = zip(indices.tolist(), there.tolist(), strict=True)
     return {index: names[number] for index, number in pairs if number in names}
 
@@ -546,8 +552,9 @@ class _SurfaceMerger:
             if _has_equal(table):
                 members = np.flatnonzero(kind == k)
                 plain = is_plain[members]
-                some = table.select(plain) if isinstance(table, QuadricTable) else table[plain]
-                _merge_equal(first, members[plain], some)
+                _merge_equal(first, members[plain], _rows_of(table, plain))
+                if not plain.all():
+                    self._merge_leaves(first, members[~plain], _rows_of(table, ~plain))
         # Planes across the axes are compared without exact names, which take about a millisecond each.
         flat = np.flatnonzero((kind[:single] == PLANE) & is_plain[:single])
         settled = _merge_across_axes(first, flat, row, planes)
@@ -570,6 +577,16 @@ class _SurfaceMerger:
                 quadrics, used = quadrics.select(rows_of[QUADRIC]).compact()
                 rest = replace(rest, quadrics=rest.quadrics[used])
         return SurfaceTable(kind, row, planes, all_spheres, quadrics, number[first], senses, rest, chosen, raw, first)
+
+    def _merge_leaves(self, first: Any, members: Longs, table: Floats | QuadricTable) -> None:
+        """Point each member to the earliest one with an equal record that is the same surface of an equal primitive."""
+        heads = np.arange(len(first))
+        _merge_equal(heads, members, table)
+        copies = members[heads[members] != members]
+        names = self.exact.leaf_names(unique_sorted(copies, heads[copies])) if len(copies) else {}
+        for copy, lead in zip(copies.tolist(), heads[copies].tolist(), strict=True):
+            if copy in names and names[copy] == names.get(lead):
+                first[copy] = lead
 
     def _name(self, index: int, spheres: Floats, row: Ints) -> tuple[Key, int]:
         """Return the exact name of a surface or bulk ball, and its sense."""
@@ -675,6 +692,11 @@ def _mix_rows(mixed: npt.NDArray[np.uint64], table: Floats) -> npt.NDArray[np.ui
             part *= np.uint64(0x9E3779B97F4A7C15)
             part ^= part >> np.uint64(29)
     return mixed
+
+
+def _rows_of(table: Floats | QuadricTable, some: npt.NDArray[np.bool_]) -> Floats | QuadricTable:
+    """Return some rows of a table."""
+    return table.select(some) if isinstance(table, QuadricTable) else table[some]
 
 
 def _has_equal(table: Floats | QuadricTable) -> bool:

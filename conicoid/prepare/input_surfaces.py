@@ -13,7 +13,7 @@ import numpy.typing as npt
 from .._util.arrays import unique_with_inverse
 from ..geometry.surface import Key, Surface
 from ..kernels.tables import QUADRIC, Floats, Ints, Longs, Signs
-from .coincidence import ExactSurfaces, SurfaceTable, exact_names_at
+from .coincidence import ExactSurfaces, SurfaceTable, names_at
 from .pattern import SIZES, BodyGroup, FactoredRows, RowPlaces
 
 _Anchors: TypeAlias = list[tuple[Floats, Ints]]
@@ -165,7 +165,11 @@ class LeadSurfaces:
 
     def known_names(self, indices: Longs) -> dict[int, Hashable]:
         """`ExactSurfaces.known_names`"""
-        return exact_names_at(self.exact, self.leads, indices)
+        return names_at(self.exact.known_names, self.leads, indices)
+
+    def leaf_names(self, indices: Longs) -> dict[int, Hashable]:
+        """`ExactSurfaces.leaf_names`"""
+        return names_at(self.exact.leaf_names, self.leads, indices)
 
 
 def group_columns(group: BodyGroup, which: Ints | None, some: slice, first: int, last: int) -> Floats:

@@ -54,7 +54,7 @@ class PrimitiveCache:
         """Compute primitives that steps move."""
         missing: dict[Hashable, dict[Hashable, tuple[Shape, tuple[Step, ...], Floats]]] = {}
         for leaf, steps in moved:
-            flat = _flatten_primitive(leaf, steps)
+            flat = flatten_primitive(leaf, steps)
             if flat is not None and flat.key not in self._cache:
                 missing.setdefault(flat.forms, {})[flat.key] = leaf, steps, flat.numbers
         for forms, alike in missing.items():
@@ -100,7 +100,7 @@ class PrimitiveCache:
 
     def of(self, leaf: Shape, steps: tuple[Step, ...]) -> _NumberLists:
         """Return (numbers of surfaces, of uv, kinds of surfaces) of a primitive that steps move."""
-        flat = _flatten_primitive(leaf, steps)
+        flat = flatten_primitive(leaf, steps)
         if flat is None:
             return _compute_numbers(leaf, steps)
         if flat.key not in self._cache:
@@ -117,7 +117,7 @@ class _FlatPrimitive(NamedTuple):
     """A key of structure and numbers, exact to the last bit."""
 
 
-def _flatten_primitive(leaf: Shape, steps: tuple[Step, ...]) -> _FlatPrimitive | None:
+def flatten_primitive(leaf: Shape, steps: tuple[Step, ...]) -> _FlatPrimitive | None:
     """Flatten a primitive and its steps; None where they hold more than numbers."""
     forms: list[Hashable] = []
     numbers: list[float] = []
@@ -134,7 +134,7 @@ def _flatten_primitive(leaf: Shape, steps: tuple[Step, ...]) -> _FlatPrimitive |
 def _compute_numbers(leaf: Shape, steps: tuple[Step, ...]) -> _NumberLists:
     """`PrimitiveCache.of` without the cache."""
     # An unmoved primitive may hold its planes already
-    return _primitive_numbers(leaf if leaf.motion.steps == steps else replace(leaf, motion=Motion(steps)))
+    return _primitive_numbers(leaf._under_steps(steps))
 
 
 def _primitive_numbers(leaf: Any) -> _NumberLists:

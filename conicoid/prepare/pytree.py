@@ -15,6 +15,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from ..geometry.shape import Shape
 from ..kernels.tables import Floats, Longs
 from ..numerics.tracing import Tape
 
@@ -66,6 +67,12 @@ def _flatten_value(value: Any, form: list[Hashable], numbers: list[float]) -> bo
                 return False
     elif value is None or kind in (str, bool, int):
         form.append(value)
+    elif isinstance(value, Shape) and not value.motion.steps:  # such as the box that cuts a quadric
+        flat = flatten(value)
+        if flat is None:
+            return False
+        form.append(flat.form)
+        numbers += flat.numbers
     else:
         return False
     return True
@@ -176,6 +183,8 @@ def _rebuild_value(value: Any, tape: Tape) -> Any:
     """Rebuild a value of a field with traced numbers."""
     if type(value) is float:
         return tape.input(value)
+    if isinstance(value, Shape):
+        return unflatten(value, tape)
     return tuple(_rebuild_value(each, tape) for each in value) if type(value) is tuple else value
 
 
@@ -183,6 +192,6 @@ def unflatten(thing: Any, tape: Tape) -> Any:
     """Rebuild a shape or a step with traced numbers; nothing of it is validated again."""
     rebuilt = object.__new__(type(thing))
     for each in dataclasses.fields(thing):
-        if each.name != "motion":
-            object.__setattr__(rebuilt, each.name, _rebuild_value(getattr(thing, each.name), tape))
+        value = getattr(thing, each.name)
+        object.__setattr__(rebuilt, each.name, value if each.name == "motion" else _rebuild_value(value, tape))
     return rebuilt

@@ -93,3 +93,48 @@ def test_crystals_of_modules_are_prepared_without_a_name_for_each(named: list[in
     ]  # fmt: skip
     assert (lower(bodies).tables.surface_kind == PLANE).sum() == 5 * (20 + 10) + 2
     assert len(named) < 20
+
+
+def test_volumes_cut_from_another_share_its_walls_without_exact_names(named: list[int]) -> None:
+    """As detectors are written: 40 turned frustums, and the block that they are cut from."""
+    rng = np.random.default_rng(3)
+    places = np.stack(np.meshgrid(np.arange(5), np.arange(8), indexing="ij"), axis=-1).reshape(-1, 2) * 6.0
+
+    def frustum(place: np.ndarray, radii: np.ndarray, axis: np.ndarray) -> Solid:
+        own = co.Cone((0, 0, 0), (0, 0, 1), *radii.tolist())
+        return own.rotate(axis.tolist(), 33).translate((*place.tolist(), 0))
+
+    numbers = list(zip(places, rng.uniform(0.5, 1.5, (40, 2)), rng.normal(size=(40, 3)), strict=True))
+    block: Solid = co.Box((-9, -9, -9), (60, 60, 9))
+    world = co.Difference((block, *(frustum(*each) for each in numbers)))
+    scene = co.Scene([world, *(frustum(*each) for each in numbers)])
+    centers = np.column_stack([places, np.zeros(40)])
+    spans = scene.crossings(centers - (0, 0, 20), np.broadcast_to((0.01, 0.02, 1.0), (40, 3)))
+    assert not named
+    inner = spans.surface[(spans.point[:, 2] > -8.9) & (spans.point[:, 2] < 8.9)]
+    assert len(inner) >= 80
+    # Each wall is met by the frustum and by the block: two crossings of one surface
+    assert (np.unique(inner, return_counts=True)[1] % 2 == 0).all()
+
+
+def slanted_cells(factor: float) -> list[co.Body]:
+    """As files list cells: 60 slanted planes, each of a solid on one side and, times a factor, of a gap on the other."""
+    rng = np.random.default_rng(5)
+    bodies: list[co.Body] = []
+    for normal, offset in zip(rng.normal(size=(60, 3)).tolist(), rng.uniform(0.5, 2, 60).tolist(), strict=True):
+        bodies.append(co.Body(co.Box((-3, -3, -3), (3, 3, 3)) & co.HalfSpace(normal, offset)))
+        rows = [[-factor * x for x in normal], (1, 0, 0), (0, 1, 1)]
+        bodies.append(co.Body(co.Polyhedron(rows, [-factor * offset, 4, 5]) - co.Sphere(0.1)))
+    return bodies
+
+
+@pytest.mark.parametrize(("factor", "names"), [(1.0, 0), (2.0, 120)])
+def test_half_spaces_have_exact_names_only_where_their_numbers_differ(factor, names, named, monkeypatch) -> None:
+    found = lower(slanted_cells(factor))
+    few = len(named)
+    assert few == names
+    monkeypatch.setattr(contents, "FEWEST_SURFACES", 10**9)
+    expected = lower(slanted_cells(factor))
+    assert len(named) - few >= 120
+    for field, mine, its in zip(found.tables._fields, found.tables, expected.tables, strict=True):
+        assert mine.tobytes() == its.tobytes(), field

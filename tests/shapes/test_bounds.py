@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 
 import numpy as np
 import pytest
+from mpmath import mp
 
 from conicoid.geometry.general_quadric import Quadric
 from conicoid.geometry.polyhedron import Polyhedron
@@ -17,6 +19,7 @@ from conicoid.geometry.quadrics import (
     EllipticCone,
     EllipticCylinder,
     EllipticParaboloid,
+    EllipticSolid,
     HyperbolicCylinder,
     HyperbolicParaboloid,
     OneSheetHyperboloid,
@@ -24,7 +27,7 @@ from conicoid.geometry.quadrics import (
     TwoSheetHyperboloid,
 )
 
-from ..samples import sampled
+from ..samples import sampled, size
 from .catalogue import SAMPLES, Sample
 from .motions import carried, random_motion
 
@@ -211,3 +214,72 @@ def test_bounds_at_the_edge_of_the_domain(slope: float) -> None:
     assert high.tolist() == pytest.approx([2 * slope, 2 * slope, 2], rel=1e-14)
     assert low.tolist() == pytest.approx([-2 * slope, -2 * slope, -1], rel=1e-14)
     assert np.isinf(DoubleCone(slope).bounds).all()
+
+
+def elliptic_solids(rng: np.random.Generator) -> list[EllipticSolid]:
+    """One of each kind, some thin, and some whose lower end is where the surface begins."""
+    a, e, h, c = (float(x) for x in rng.uniform(0.1, 2, 4))
+    low = float(rng.uniform(-1, 1))
+    high = low + float(rng.choice([2.0, 0.1, 1e-5, 1e-9]))
+    return [
+        EllipticCone(a, e, h, (low, high)),
+        OneSheetHyperboloid(a, e, h, (low, high)),
+        EllipticParaboloid(a, e, (min(low, 0.0), abs(high))),
+        TwoSheetHyperboloid(a, e, h, (1 / math.sqrt(h) - 0.1 * abs(low), 1 / math.sqrt(h) + 1 + high)),
+        DoubleCone(a, (low, high)),
+        Ellipsoid((a, e, c), z_range=(0.9 * c * low, 0.9 * c * low + 0.05 * c * (high - low))),
+        Ellipsoid((a, e, c), z_range=(c * (1 - 1e-3), 2 * c)),
+    ]
+
+
+@pytest.mark.parametrize("seed", range(size(20, 400)))
+def test_supports_of_elliptic_solids_are_those_of_50_digits(seed: int) -> None:
+    """Less by the rounding of a direction at most, which boxes add, and more by 1e-12 of the solid's size at most.
+
+    They are u_z z + w sqrt(g) at ends and stationary heights.
+    """
+    rng = np.random.default_rng(seed)
+    for solid in elliptic_solids(rng):
+        direction = [float(x) for x in rng.normal(size=3) * rng.choice([1.0, 1e-3, 0.0], 3, p=[0.6, 0.2, 0.2])]
+        with mp.workdps(50):
+            sx, sy = (mp.mpf(Fraction(s).numerator) / Fraction(s).denominator for s in solid.squares)
+            g0, g1, g2 = (mp.mpf(Fraction(g).numerator) / Fraction(g).denominator for g in solid.profile)
+            ux, uy, uz = map(mp.mpf, direction)
+            w = mp.sqrt(ux**2 / sx + uy**2 / sy)
+            low, high = map(mp.mpf, solid.z_range)
+            places = [low, high]
+            # (w g')² = 4 u_z² g, and g = 0
+            for p, q, r in (
+                (4 * g2 * (w**2 * g2 - uz**2), 4 * g1 * (w**2 * g2 - uz**2), w**2 * g1**2 - 4 * uz**2 * g0),
+                (g2, g1, g0),
+            ):
+                if p and q**2 >= 4 * p * r:
+                    places += [(-q + sign * mp.sqrt(q**2 - 4 * p * r)) / (2 * p) for sign in (1, -1)]
+                elif not p and q:
+                    places.append(-r / q)
+            heights = [(z, g0 + z * (g1 + z * g2)) for z in places if low <= z <= high]
+            exact = max(uz * z + w * mp.sqrt(abs(g)) for z, g in heights if g > -(mp.mpf(10) ** -40))
+            found = mp.mpf(solid.support(tuple(direction)))
+            reach = max(abs(uz * z) + w * mp.sqrt(abs(g)) for z, g in heights)
+            assert exact - mp.mpf(2) ** -52 * reach <= found <= exact + mp.mpf(10) ** -12 * reach
+
+
+@pytest.mark.parametrize("seed", range(size(10, 100)))
+def test_supports_in_boxes_hold_all_points_and_are_reached(seed: int) -> None:
+    """Points on a grid of the box: none is beyond, and one is within a step of the support."""
+    rng = np.random.default_rng(seed)
+    a, e = rng.uniform(0.2, 2, 2).tolist()
+    box = Box(tuple((-rng.uniform(0.2, 2, 3)).tolist()), tuple(rng.uniform(0.2, 2, 3).tolist()))
+    ticks = [np.linspace(low, high, 61) for low, high in zip(box.low, box.high, strict=True)]
+    x, y, z = np.stack(np.meshgrid(*ticks, indexing="ij")).reshape(3, -1)
+    for solid, inside in (
+        (HyperbolicParaboloid(a, e, box), a * x * x - e * y * y <= z),
+        (HyperbolicCylinder(a, e, box), a * x * x - e * y * y <= 1),
+        (ParabolicCylinder(a, box), x * x <= 2 * a * y),
+    ):
+        direction = rng.normal(size=3)
+        points = np.stack([x, y, z], axis=1)[inside]
+        reached = float((points @ direction).max())
+        step = float(np.abs(direction) @ [tick[1] - tick[0] for tick in ticks])
+        found = solid.support(tuple(direction.tolist()))
+        assert reached - 1e-15 <= found <= reached + 2 * step

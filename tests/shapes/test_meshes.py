@@ -161,3 +161,31 @@ def test_a_face_that_is_not_flat_is_cut_into_triangles():
 def test_what_there_is_not(make, message):
     with pytest.raises(ValueError, match=message):
         make()
+
+
+def block(low, high, away):
+    """Corners and faces of a block; turned round, its faces are triangles."""
+    corners = [(x, y, z) for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    return corners, quads if away else [part for a, b, c, d in quads for part in ((a, c, b), (a, d, c))]
+
+
+@pytest.mark.parametrize("seed", range(size(12, 100)))
+def test_pieces_that_cancel_one_another_bound_nothing(seed):
+    """A block, and others that are there twice, once turned round: the first one alone is left."""
+    rng = np.random.default_rng(seed)
+    first = np.array([(0.0, 0.0, 0.0), (2.0, 2.0, 2.0)])
+    pieces = [(first, True)]
+    for k in range(1 + seed % 3):
+        low = rng.integers(-2, 4, 3).astype(float)
+        other = first if seed % 4 == k else np.array([low, low + rng.integers(1, 4, 3)])
+        pieces += [(other, True), (other, False)]
+    vertices, faces = [], []
+    for k in rng.permutation(len(pieces)).tolist():
+        (low, high), away = pieces[k]
+        corners, own = block(low.tolist(), high.tolist(), away)
+        faces += [tuple(len(vertices) + corner for corner in face) for face in own]
+        vertices += corners
+    points = rng.uniform(-2.5, 7, (2000, 3))
+    expected = ((points > 0) & (points < 2)).all(axis=1)
+    assert np.array_equal(co.Scene([co.Mesh(vertices, faces)]).contains(points), expected)

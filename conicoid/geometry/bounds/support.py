@@ -7,6 +7,7 @@ and a sum of several terms is raised by a bound on its rounding error.
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -15,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from ..._util.arrays import BoxEnds, Vector
+from ..._util.arrays import BoxEnds, FloatArray, Vector, dot_rows, ignore_fp_errors
 from ...numerics import bigfloat as ex
 from ...numerics.bigfloat import Symbol
 from ...numerics.portable_math import (
@@ -24,6 +25,7 @@ from ...numerics.portable_math import (
     is_finite,
     leading_sign,
     least_axis,
+    negative_indicator,
     next_float,
     next_float_if,
     portable_max,
@@ -31,7 +33,7 @@ from ...numerics.portable_math import (
     rounded_sum,
     select_if_several,
 )
-from ...numerics.tracing import TracedFloat
+from ...numerics.tracing import TracedBig, TracedFloat
 from ..cell import UV, cartesian_uv
 from ..surface import PlaneSurface, Triple
 from ..transform import Motion
@@ -99,10 +101,12 @@ def product_with_root(w: float, g: Any) -> float:
 
 def inverse_root(a: Any) -> float:
     """Return 1 / sqrt(a), the half-axis of a x² = 1, not below the exact value; a > 0 is a float or fraction."""
+    if isinstance(a, (TracedFloat, TracedBig)):
+        root: Any = 1 / portable_sqrt(ex.rounded(a))
+        square: Any = a.exact() * root.exact() ** 2
+        return next_float_if(root, ex.rounded(ex.ONE - square))
     if isinstance(a, Symbol):
-        root: Any = 1 / portable_sqrt(a)
-        lost = ex.ONE - ex.rational(a) * ex.rational(root) ** 2
-        return next_float_if(root, ex.rounded(lost)) if isinstance(a, TracedFloat) else root
+        return 1 / portable_sqrt(a)
     value = 1 / math.sqrt(a)
     return value if Fraction(a) * Fraction(value) ** 2 >= 1 else math.nextafter(value, math.inf)
 
@@ -146,6 +150,145 @@ def real_roots(a: float, b: float, c: float) -> Iterator[float]:
         yield q / a
     if q != 0:
         yield c / q
+
+
+# Supports of many shapes at once, each in several directions
+
+
+def raised_sums(terms: FloatArray) -> FloatArray:
+    """Return sums along the last axis, as `sum_up` of many: raised by a bound on their rounding error."""
+    total, size = terms[..., 0], np.abs(terms).sum(axis=-1)
+    for k in range(1, terms.shape[-1]):
+        total = total + terms[..., k]
+    return np.where((terms != 0).sum(axis=-1) > 1, total + 2 * _SLACK * size, total)
+
+
+def _roots(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
+    """Return `real_roots` of many equations along a last axis of two; NaN for none."""
+    scale = np.ldexp(1.0, -np.frexp(np.maximum(np.maximum(np.abs(a), np.abs(b)), np.abs(c)))[1])
+    a, b, c = a * scale, b * scale, c * scale
+    q = -(b + np.copysign(np.sqrt(b * b - 4 * a * c), b)) / 2
+    return np.stack([np.where(a != 0, q / a, np.nan), np.where(q != 0, c / q, np.nan)], axis=-1)
+
+
+_THIN = 2.0**-20
+"""A solid whose height is less than this share of its distance has its support from fractions."""
+
+
+@ignore_fp_errors
+def elliptic_supports(solids: FloatArray, directions: FloatArray) -> FloatArray:
+    """Return `elliptic_support` of n solids in m directions each; NaN where it takes fractions.
+
+    That is so along the axes, where the support is exact, and for thin or endless solids. Elsewhere a bound on the
+    rounding error of g raises it.
+
+    Parameters
+    ----------
+    solids : array (n, 7)
+        The two widths, g0, g1, g2, the lower and the upper end.
+    directions : array (n, m, 3)
+        The directions.
+    """
+    width_x, width_y, g0, g1, g2, low, high = (column[:, None] for column in solids.T)
+    ux, uy, uz = (np.abs(directions[..., 0] * width_x), np.abs(directions[..., 1] * width_y), directions[..., 2])
+    most = np.maximum(ux, uy)
+    unit = np.where(most > 0, most, 1.0)
+    w = most * np.sqrt((ux / unit) ** 2 + (uy / unit) ** 2)
+    steep = w * w * g2 - uz * uz
+    still = _roots(4 * g2 * steep, 4 * g1 * steep, w * w * g1 * g1 - 4 * uz * uz * g0)
+    ends = np.broadcast_to(np.concatenate([low, high, _roots(g2, g1, g0)[:, 0]], axis=1)[:, None], (*w.shape, 4))
+    z = np.concatenate([ends, still], axis=-1)
+    terms = np.stack([g0[..., None] + 0 * z, g1[..., None] * z, g2[..., None] * z * z])
+    error = 2 * _SLACK * np.abs(terms).sum(axis=0)
+    g = terms.sum(axis=0)
+    there = (z >= low[..., None]) & (z <= high[..., None]) & (g >= -error)
+    reach = raised_sums(np.stack([uz[..., None] * z, w[..., None] * np.sqrt(np.maximum(g, 0) + error)], axis=-1))
+    best = np.where(there, reach, -np.inf).max(axis=-1)
+    size = np.maximum(np.abs(low), np.abs(high))
+    known = ((directions != 0).sum(axis=-1) > 1) & (high - low > _THIN * size) & np.isfinite(size) & np.isfinite(best)
+    return np.where(known, best, np.nan)
+
+
+_BOUNDARY, _BOX_GROWTH = 1e-13, 64 * 2.0**-53
+"""The box grows by the first share, the quadric by the second share of its terms: bounds err outward."""
+
+
+def boxed_supports(quadrics: FloatArray, frames: FloatArray, ends: FloatArray, directions: FloatArray) -> FloatArray:
+    """Return the supports (n, m) of n quadrics f <= 0 that boxes cut, in m directions each; -inf for nothing.
+
+    They are the largest values at corners, at ends of edges on the quadric and at stationary points in faces. No
+    stationary point inside the box is missed. Saddles and hyperbolic cylinders are nowhere locally convex, and on a
+    parabolic cylinder a linear function is stationary along whole rulings, which reach the box.
+
+    Parameters
+    ----------
+    quadrics : array (n, 7)
+        Squares, linear coefficients and constant of f = Σ squares x² + 2 linear·x - constant.
+    frames : array (n, 3, 4)
+        The maps from the frames of the boxes.
+    ends : array (n, 2, 3)
+        Low and high corners of the boxes in their frames.
+    directions : array (n, m, 3)
+        The directions.
+    """
+    squares, linear, constant = quadrics[:, :3], quadrics[:, 3:6], quadrics[:, 6]
+    turn, shift = frames[:, :, :3], frames[:, :, 3]
+    corner = dot_rows(turn, ends[:, :1]) + shift
+    edges = turn * (ends[:, 1] - ends[:, 0])[:, None]
+    across = np.swapaxes(edges, 1, 2)
+    # f = tᵀ second t + 2 first·t + zeroth of the point corner + edges t, 0 <= t <= 1
+    second = dot_rows(across[:, :, None], (squares[:, None] * across)[:, None])
+    first = dot_rows((squares * corner + linear)[:, None], across)
+    reach = np.abs(corner) + np.abs(edges).sum(axis=2)
+    terms = dot_rows(np.abs(squares), reach**2) + 2 * dot_rows(np.abs(linear), reach) + np.abs(constant)
+    # Much more than the rounding error of f, and of its roots where f is nearly flat
+    zeroth = dot_rows(corner, squares * corner + 2 * linear) - constant - _BOX_GROWTH * terms
+    slope = dot_rows(directions[:, :, None], across[:, None])
+
+    def value(t: FloatArray) -> FloatArray:
+        """f at points (n, m, p, 3)."""
+        t_second = dot_rows(t[..., None, :], second[:, None, None])
+        return dot_rows(t_second, t) + 2 * dot_rows(first[:, None, None], t) + zeroth[:, None, None]
+
+    def on_lines(start: FloatArray, line: FloatArray) -> FloatArray:
+        """The points of lines (n, m, p, 3) with f = 0, (n, m, 2 p, 3)."""
+        a = dot_rows(dot_rows(line[..., None, :], second[:, None, None]), line)
+        b = 2 * dot_rows(line, dot_rows(start[..., None, :], second[:, None, None]) + first[:, None, None])
+        roots = _roots(a, b, value(start))
+        points = start[..., None, :] + roots[..., None] * line[..., None, :]
+        return points.reshape(*points.shape[:2], -1, 3)
+
+    corners = np.array(list(itertools.product((0.0, 1.0), repeat=3)))[None, None]
+    own = np.where(corners > 0, ends[:, None, None, 1], ends[:, None, None, 0])
+    places = dot_rows(turn[:, None, None], own[..., None, :]) + shift[:, None, None]
+    at_corners = raised_sums(directions[:, :, None] * places)
+    best = np.where(value(corners) <= 0, at_corners, -np.inf).max(axis=-1)
+    starts = np.array(
+        [np.insert(np.array(t), i, 0.0) for i in range(3) for t in itertools.product((0.0, 1.0), repeat=2)]
+    )
+    found = [on_lines(starts[None, None], np.repeat(np.eye(3), 4, axis=0)[None, None])]
+    for i in range(3):
+        j, k = (m for m in range(3) if m != i)
+        along = np.zeros(slope.shape)
+        along[..., j], along[..., k] = -slope[..., k], slope[..., j]
+        along /= np.maximum(np.abs(along).max(axis=-1, keepdims=True), np.finfo(float).tiny)
+        # ∇f·along = 0 is a line across `normal` in the face
+        normal = dot_rows(along[..., None, :], second[:, None])[..., [j, k]]
+        size = np.abs(normal).max(axis=-1)
+        normal = normal / size[..., None]
+        for end in (0.0, 1.0):
+            start, line = np.zeros(slope.shape), np.zeros(slope.shape)
+            start[..., i], line[..., j], line[..., k] = end, -normal[..., 1], normal[..., 0]
+            gradient = dot_rows(start[..., None, :], second[:, None]) + first[:, None]
+            start[..., [j, k]] = (-dot_rows(gradient, along) / size / dot_rows(normal, normal))[..., None] * normal
+            found.append(on_lines(start[:, :, None], line[:, :, None]))
+    for t in found:
+        inside = ((t >= -_BOUNDARY) & (t <= 1 + _BOUNDARY)).all(axis=-1)
+        own = np.broadcast_to((directions * corner[:, None])[:, :, None], (*slope.shape[:2], t.shape[2], 3))
+        sums = raised_sums(np.concatenate([own, slope[:, :, None] * t], axis=-1))
+        best = np.maximum(best, np.where(inside, sums, -np.inf).max(axis=-1))
+    supports: FloatArray = np.minimum(best, at_corners.max(axis=-1))
+    return supports
 
 
 def along_normal(normal: Vector, direction: Vector) -> float | None:
@@ -250,9 +393,15 @@ def corners_support(corners: Iterable[ex.Row], direction: Vector) -> float:
     """Return sup u·p over points known to thousands of bits, and so over their convex hull."""
     best = -float("inf")
     for corner in corners:
-        terms = [u * (round_up(c) if u > 0 else -round_up(-c)) for u, c in zip(direction, corner, strict=True)]
-        best = portable_max(best, sum_up(term for term, u in zip(terms, direction, strict=True) if u))
+        best = portable_max(best, sum_up(u * _end_towards(u, c) for u, c in zip(direction, corner, strict=True)))
     return best
+
+
+def _end_towards(u: float, c: ex.BigFloat) -> float:
+    """Return the float at or above a number for u >= 0, else the one at or below it; no test in a recorded formula."""
+    if isinstance(u, Symbol):
+        return select_if_several(2.0 * negative_indicator(u), -round_up(-c), round_up(c))
+    return -round_up(-c) if u < 0 else round_up(c)
 
 
 def _floats(row: ex.Row) -> Vector:

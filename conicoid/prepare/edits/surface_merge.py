@@ -17,7 +17,7 @@ from ..._util.arrays import is_member_sorted, unique_sorted
 from ...geometry.surface import Key, Surface
 from ...kernels.tables import PLANE, QUADRIC, SPHERE, Floats, Ints, Longs, Signs
 from ..body_collector import ExactBodySurfaces
-from ..coincidence import QuadricTable, RawSurfaces, Remainders, exact_names_at, merge_surfaces
+from ..coincidence import QuadricTable, RawSurfaces, Remainders, merge_surfaces, names_at
 from ..row_layout import BALLS, PLANES, QUADRICS, SPHERES, SURFACES, RowLayout
 from .neighbour_index import Marks, NeighbourFrame, NeighbourPlaces, find_neighbours, surface_columns
 from .scene_splice import SceneSplice
@@ -57,7 +57,11 @@ class _SurfaceSubset:
 
     def known_names(self, indices: Longs) -> dict[int, Hashable]:
         """`ExactSurfaces.known_names`"""
-        return exact_names_at(self.exact, self.numbers, indices)
+        return names_at(self.exact.known_names, self.numbers, indices)
+
+    def leaf_names(self, indices: Longs) -> dict[int, Hashable]:
+        """`ExactSurfaces.leaf_names`"""
+        return names_at(self.exact.leaf_names, self.numbers, indices)
 
 
 def with_ball_senses(senses: Signs, count: int) -> Signs:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -16,13 +17,23 @@ FEWEST = 8
 """A new recording needs at least so many shapes of a kind: it takes as long as some of them lowered singly."""
 _MOST = 48
 """Most recordings of one kind."""
+_MOST_FAILURES = 2
+"""After so many bodies without a recording, the rest of a call is left as well."""
+
+
+@dataclass
+class _Recordings:
+    """The recordings of a key, and how many tries to make one failed since the last that did not."""
+
+    made: list[tuple[Any, TapeProgram]] = field(default_factory=list)
+    failures: int = 0
 
 
 class RecordingCache:
-    """The recordings of a process, by key; None for a key that cannot be recorded."""
+    """The recordings of a process, by key."""
 
     def __init__(self) -> None:
-        self._of: dict[Hashable, list[tuple[Any, TapeProgram]] | None] = {}
+        self._of: dict[Hashable, _Recordings] = {}
         self._lock = fork_safe_lock()
 
     def play(
@@ -51,21 +62,25 @@ class RecordingCache:
             The rows that are left.
         """
         with self._lock:
-            recordings = self._of.setdefault(key, [])
+            recordings = self._of.setdefault(key, _Recordings())
             results: list[tuple[Any, Longs, ProgramResult]] = []
-            left, undecided, number = np.arange(len(inputs)), [], 0
-            while len(left) and recordings is not None:
-                if number == len(recordings):
-                    if len(left) < FEWEST or number == _MOST:
+            left, undecided, number, failed = np.arange(len(inputs)), [], 0, 0
+            while len(left):
+                if number == len(recordings.made):
+                    # A try costs as much as some bodies lowered singly: after a failure it takes twice as many
+                    if len(left) < FEWEST << recordings.failures or number == _MOST or failed == _MOST_FAILURES:
                         break
                     try:
                         tape = Tape()
                         result = record(int(left[0]), tape)
-                        recordings.append((result, TapeProgram.of(tape)))
+                        recordings.made.append((result, TapeProgram.of(tape)))
+                        recordings.failures = 0
                     except Exception:  # it inspects numbers untraceably, or single lowering reports what is wrong
-                        self._of[key] = None
-                        break
-                label, recording = recordings[number]
+                        recordings.failures, failed = recordings.failures + 1, failed + 1
+                        undecided.append(left[:1])  # of this body; the next may have a recording
+                        left = left[1:]
+                        continue
+                label, recording = recordings.made[number]
                 played = recording.play(inputs[left], wide_in, rows[left])
                 if played.valid.any():
                     results.append((label, left[played.valid], played.select_valid()))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 from typing import Any
 
@@ -37,6 +38,10 @@ def _box(rng: random.Random, corner: Any) -> co.Box:
     return co.Box(corner, tuple(x + size(rng) for x in corner))
 
 
+def _about_origin(rng: random.Random) -> co.Box:
+    return co.Box((-size(rng), -0.5, -size(rng)), (size(rng), size(rng), size(rng)))
+
+
 KINDS = {
     "Sphere": lambda r: co.Sphere(size(r), point(r)),
     "Sphere on a grid": lambda r: co.Sphere(1.0, on_grid(r)),
@@ -49,9 +54,24 @@ KINDS = {
     "pointed Cone": lambda r: co.Cone(point(r), point(r), 0.0, size(r)),
     "Ellipsoid": lambda r: co.Ellipsoid((size(r), size(r), size(r)), point(r)),
     "barrel": lambda r: co.Ellipsoid((size(r), size(r), 2.0), z_range=(-1.0, 1.0)),
+    "EllipticCone": lambda r: co.EllipticCone(size(r), size(r), size(r), (-size(r), size(r))),
+    "OneSheetHyperboloid": lambda r: co.OneSheetHyperboloid(size(r), size(r), size(r), (0.0, size(r))),
+    "EllipticParaboloid": lambda r: co.EllipticParaboloid(size(r), size(r)),
+    "HyperbolicParaboloid": lambda r: co.HyperbolicParaboloid(size(r), size(r), _about_origin(r)),
+    "ParabolicCylinder": lambda r: co.ParabolicCylinder(size(r), _about_origin(r)),
+    "Lens": lambda r: co.Lens(7 + number(r) / 3, -7 + number(r) / 3, thickness=1 + size(r) / 9, diameter=2.0),
+    "Conic": lambda r: co.Conic(7 + number(r) / 3, number(r) / 3, 2.0),
     "Triangle": lambda r: co.Triangle(point(r), point(r), point(r)),
     "Disc": lambda r: co.Disc(point(r), point(r), size(r)),
     "HalfSpace": lambda r: co.HalfSpace(point(r), number(r)),
+    "RegularPrism": lambda r: co.RegularPrism(6, size(r), (-size(r), size(r)), number(r)),
+    "Wedge": lambda r: co.Wedge(size(r), size(r), size(r), edge_shift=number(r)),
+    "part of a Polycone": lambda r: co.Polycone(
+        [(-1.0, 0.1, 1 + size(r)), (0.0, 0.3, 1 + size(r)), (size(r), 0.0, size(r))], 10.0, 100 + number(r)
+    ),
+    "more than half a Revolution": lambda r: co.Revolution(
+        [(0.5, 0.0), (0.5 + size(r), 0.1), (0.6, 1 + size(r))], number(r), 250 + number(r)
+    ),
 }  # fmt: skip
 MOTIONS = {
     "still": lambda r: lambda s: s,
@@ -103,7 +123,11 @@ def test_primitives(kind, motion):
     check([MOTIONS[motion](rng)(KINDS[kind](rng)) for _ in range(16)], 16)
 
 
-@pytest.mark.parametrize("kind", ["Sphere", "Box", "Cylinder", "Cone", "Ellipsoid", "Triangle", "Disc"])
+MOST = ["Sphere", "Box", "Cylinder", "Cone", "Ellipsoid", "Triangle", "Disc", "RegularPrism", "part of a Polycone"]
+MOST += ["barrel", "EllipticCone", "OneSheetHyperboloid", "EllipticParaboloid", "HyperbolicParaboloid", "Conic"]
+
+
+@pytest.mark.parametrize("kind", MOST)
 @pytest.mark.parametrize("motion", ["still", "shifted", "turned", "stretched"])
 def test_most_are_lowered_together(kind, motion):
     """Where nothing is special, no more are left than those of which there were too few of a sort."""
@@ -157,6 +181,15 @@ def test_some_booleans_are_lowered_together():
     together([solid.rotate(point(rng), 20) for solid in solids], 20)
 
 
+def test_one_body_of_many_primitives_is_composed_of_their_rows():
+    """Also where some have more than numbers: quadrics by named coefficients."""
+    rng = random.Random(9)
+    quadrics = [co.Quadric(coefficients={"xx": size(rng), "yy": size(rng), "xy": 0.1, "constant": -1.0})] * 3
+    parts = [*(KINDS["Cone"](rng) for _ in range(20)), *quadrics]
+    parts = [MOTIONS["turned"](rng)(part) for part in parts]
+    check([co.Difference((co.Box((-9, -9, -9), (9, 9, 9)), *parts))], 0)
+
+
 def test_a_plan_has_leaves_from_left_to_right_with_all_that_moves_them():
     a, b, c = co.Sphere(1), co.Box().rotate("x", 5), co.Sphere(2)
     plan = csg_plan(((a - b).translate((1, 0, 0)) | c).scale(2))
@@ -186,12 +219,28 @@ def test_one_recording_serves_every_direction_and_growth(kind, monkeypatch):
     assert len(made) == 1
 
 
+def test_a_body_that_cannot_be_recorded_leaves_the_others_of_its_kind(monkeypatch):
+    """Its support asks for digits where the radius is 2; the first body of the first call has that radius."""
+    support = co.Sphere.support
+
+    def by_digits(self, direction):
+        return support(self, direction) if not 1.5 < self.radius < 2.5 else math.frexp(self.radius)[0] * 4.0
+
+    monkeypatch.setattr(recordings, "RECORDINGS", recordings.RecordingCache())
+    monkeypatch.setattr(co.Sphere, "support", by_digits)
+    for _ in range(2):
+        together([co.Sphere(2.0), *(co.Sphere(3.0, (k, 0, 0)) for k in range(30))], 1)
+    shapes = [co.Sphere(2.0, (k, 0, 0)) for k in range(30)]
+    assert together(shapes, 30) == {}
+    assert len(together([*shapes, *(co.Sphere(3.0, (k, 0, 0)) for k in range(30))], 30)) == 30
+
+
 def test_what_cannot_be_recorded_is_lowered_alone(monkeypatch):
     monkeypatch.setattr(recordings, "RECORDINGS", recordings.RecordingCache())
-    shapes = [co.EllipticParaboloid(1.0 + k, 2.0, z_range=(0, 1)) for k in range(20)]
+    shapes = [co.Extrusion([(0, 0), (1.0 + k, 0), (0, 1)]) for k in range(20)]
     assert together(shapes, 20) == {}
     scene = co.Scene(shapes)
-    assert scene.first_hit((0, 0, 9), (0, 0, -1)).t == 8.0
+    assert scene.first_hit((0.1, 0.1, 9), (0, 0, -1)).t == 8.0
 
 
 @pytest.mark.parametrize("motion", ["still", "shifted", "turned", "stretched"])
