@@ -109,3 +109,20 @@ def test_the_other_side_of_a_far_ball(route):
     else:
         found = scene.first_hit(chosen, t_min=low, t_max=high).t
     assert np.array_equal(np.asarray(found)[some], t[some])
+
+
+@pytest.mark.parametrize("degrees", [17.3, 30.0, 45.0])
+def test_along_a_face_from_its_edge(degrees: float) -> None:
+    """An edge that rounding has put at t = 0 is in doubt on all routes, since the ray starts on the face alone."""
+    rng = np.random.default_rng(0)
+    scene = co.Scene([co.RegularPrism(4, 1.0, (-1.0, 1.0)).rotate((0, 0, 1), degrees).translate((2.0, 0.3, 0.0))])
+    around = rng.normal(size=(400, 3)) * (1, 1, 0)
+    sides = scene.first_hit((2.0, 0.3, 0.0) + 9.0 * around, -around).point
+    sides = np.concatenate([sides, np.nextafter(sides, -9.0), np.nextafter(sides, 9.0)])
+    hits = scene.first_hit(sides * (1, 1, 0) + (0, 0, 9.0), (0, 0, -1))
+    rays = hits.spawn(rng.normal(size=(1200, 3)) * (1, 1, 0))[hits.hit]
+    together = scene.first_hit(rays)
+    order = rng.permutation(np.resize(np.arange(rays.size), 9000))
+    assert together.doubtful.any()
+    assert together.t[:300].tolist() == [scene.first_hit(rays[k]).t for k in range(300)]
+    assert np.array_equal(scene.first_hit(rays[order]).t, together.t[order])
