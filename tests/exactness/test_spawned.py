@@ -68,6 +68,11 @@ def test_points_of_a_far_source(distance):
         assert met.sum() > count / 2
         for point in hits.point[met].tolist():
             assert abs(value([exact(x) for x in point])) <= steepness * 2.0**-50, (name, point)
+        crossings = scene.crossings(hits.rays)
+        for point in crossings.point[crossings.face == hits.face[met][0]].tolist():
+            assert abs(value([exact(x) for x in point])) <= steepness * 2.0**-50, (name, point)
+        first = crossings.offsets[:-1][met]
+        assert np.array_equal(crossings.point[first], hits.point[met])
         if name == "wall":
             assert (hits.point_error[met] < 1e-15).all()
             assert scene.first_hit(hits[met].spawn((1, 0, 0))).hit.all()
