@@ -1,7 +1,8 @@
 """The hook of hatchling that puts machine code into wheels: `pip install .`, `pip wheel .`, `python -m native.wheels`.
 
-`CONICOID_KERNELS` chooses the levels of this machine that a wheel gets, as "x86-64-v3,x86-64-v4"; unset, it gets all;
-with "none" it gets no machine code, and needs no compiler to be made. Source archives and editable installs have none.
+`CONICOID_KERNELS` chooses the levels of its machine that a wheel gets, as "x86-64-v3,x86-64-v4"; where it names none of
+them, as when it is unset, the wheel gets all. With "none" it gets no machine code, and needs no compiler to be made.
+Source archives and editable installs have none.
 """
 
 from __future__ import annotations
@@ -97,11 +98,13 @@ class KernelsHook(BuildHookInterface[Any]):
                 f"{error}. {VARIABLE}=none makes a wheel without machine code, "
                 "which Numba compiles at first use: extra `jit`"
             ) from None
-        unknown = set(text.split(",") if text else ()) - {level.name for level in target.levels}
-        if unknown:
-            known = ", ".join(level.name for level in target.levels)
-            raise SystemExit(f"{VARIABLE} must be none, or some of {known}; got {text[:80]!r}")
-        return target.only(text)
+        chosen, own = text.split(",") if text else [], [level.name for level in target.levels]
+        # Wheels for all systems: a level of another machine says nothing about this one
+        others = TARGETS.values() if "target" in self.config else ()
+        known = dict.fromkeys(own) | dict.fromkeys(level.name for other in others for level in other.levels)
+        if set(chosen) - known.keys():
+            raise SystemExit(f"{VARIABLE} must be none, or some of {', '.join(known)}; got {text[:80]!r}")
+        return target.only(",".join(name for name in chosen if name in own))
 
 
 def _check_numba(target: Target, newest: list[int], without: list[str]) -> None:

@@ -104,6 +104,17 @@ def test_unknown_attribute(thing, name, meant):
         getattr(thing, name)
 
 
+def test_attribute_error_of_a_property(monkeypatch):
+    def fails(scene):
+        return scene.bodies[0].shape.nonsense
+
+    monkeypatch.setattr(co.Scene, "_ready", fails)
+    scene = co.Scene([co.Sphere()])
+    for query in (lambda: scene._prepared, lambda: scene.first_hit((0, 0, 5), (0, 0, -1))):
+        with pytest.raises(AttributeError, match=r"^'Sphere' object has no attribute 'nonsense'$"):
+            query()
+
+
 @pytest.mark.parametrize(("package", "name", "told"), [
     (co, "Ball", " (did you mean Sphere?)"), (co, "Halfspace", " (did you mean HalfSpace?)"), (co, "nonsense", ""),
     (co.materials, "Woood", " (did you mean Wood?)"), (co, "Fresnel", ": it is co.optics.Fresnel"),

@@ -153,8 +153,14 @@ def describe_names(name: object, what: str, known: Sequence[str]) -> str:
 
 
 def unknown_attribute(thing: object, name: str) -> AttributeError:
-    """Return the error for an attribute that an object does not have; for its `__getattr__`."""
+    """Return the error for an attribute that an object does not have; for its `__getattr__`.
+
+    Where the class has the attribute, its code raised an AttributeError, which Python hands to `__getattr__` without
+    the error: the attribute is read again, so that the error itself appears.
+    """
     kind = type(thing)
+    if any(name in vars(base) for base in kind.__mro__):
+        object.__getattribute__(thing, name)
     known = [] if name.startswith("_") else [field for field in dir(kind) if not field.startswith("_")]
     close = closest_name(name, known, 0.75) if known else ""
     hint = f": did you mean {close}?" if close else ""

@@ -50,7 +50,7 @@ from .derivatives import SpanDerivatives
 from .exact.doubtful_rays import resolve_rows
 from .exact.error_bounds import bounds_of_t
 from .exact.hit_sides import HitPlaces, sides_of
-from .hit_fields import normals_of, points_along
+from .hit_fields import hit_points, normals_of
 from .overlaps import REFUSE_OVERLAPS, check_overlaps, report_overlaps
 from .rays import Rays, lines_of
 from .result import (
@@ -532,9 +532,15 @@ class Crossings(QueryResult, RayLists):
 
     @cached_property
     def point(self) -> FloatArray:
-        points = np.empty((len(self.t), 3))
-        o, d = self._rows_rays
-        run_rows(points_along, (o, d, self.t), len(points), points)
+        points, far, lines = np.empty((len(self.t), 3)), np.zeros(1, np.int8), self._rows_rays
+        run_rows(hit_points, (*lines, self.t), len(points), points, far)
+        if far[0]:  # the rule of `Hits.point`
+            from .exact.error_bounds import refine_points
+
+            scene, turns = self._scene, np.zeros(len(points), np.int8)
+            faces = np.stack([self.surface, self.face, np.ones_like(self.face)])
+            arguments = (scene.geometry, scene.rest, *lines, self.t, turns, faces)
+            run_rows(refine_points, arguments, len(points), points, np.empty(len(points)))
         points.flags.writeable = False
         return points
 

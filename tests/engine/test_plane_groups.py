@@ -150,3 +150,38 @@ def test_edits_keep_the_groups_of_cells_that_stay_and_make_those_of_new_ones() -
         for name in ("cell_groups", "group_planes", "group_bounds"):
             one, other = (getattr(each._prepared.lowered.tables, name) for each in (edited, fresh))
             assert np.array_equal(one, other)
+
+
+@pytest.mark.parametrize("sides", [32, 64, 400])
+def test_rays_along_planes_that_exact_methods_decide(sides: int) -> None:
+    """Along the axis of a prism and 1.24 from it, so beside it, within its box; a tangent of a ball puts it in doubt."""
+    for x, y in ((0.875, 0.875), (-0.875, 0.875), (0.875, -0.875), (-0.875, -0.875)):
+        ball = co.Sphere(1.0, (math.copysign(1.875, x), y, -3.0))
+        scene = co.Scene([co.RegularPrism(sides, 1.0, (-1.0, 1.0)), ball])
+        hit = scene.first_hit((x, y, 5.0), (0, 0, -1))
+        assert not hit.hit
+        assert hit.doubtful
+        assert len(scene.spans((x, y, 5.0), (0, 0, -1)).body) == 0
+
+
+@pytest.mark.parametrize("name", SOLIDS)
+def test_doubt_is_the_same_on_all_routes(name: str) -> None:
+    """In packets, streams, lists and alone; rays along planes, through edges, and spawned on walls."""
+    rng = np.random.default_rng(3)
+    scene = co.Scene([SOLIDS[name]])
+    low, high = (np.clip(end, -1e4, 1e4) for end in scene.bounds)
+    directions = rng.integers(-2, 3, (640, 3)) / 2.0
+    directions[~directions.any(axis=1)] = 1.0
+    points = np.round(rng.uniform(low, high, (640, 3)) * 2.0) / 2.0
+    rays = co.Rays(points - 8.0 * directions, directions)
+    hits = scene.first_hit(rays)
+    spawned = hits.spawn(rng.permutation(directions))[hits.hit]
+    doubtful = 0
+    for some in (rays, spawned) if spawned.size > 40 else (rays,):
+        one = scene.first_hit(some).doubtful
+        order = rng.permutation(np.resize(np.arange(some.size), 9000))
+        assert np.array_equal(scene.first_hit(some[order]).doubtful, one[order])
+        assert np.array_equal(scene.first_hit(some[order[:50]]).doubtful, one[order[:50]])
+        assert [bool(scene.first_hit(some[int(i)]).doubtful) for i in order[:200]] == one[order[:200]].tolist()
+        doubtful += int(one.sum())
+    assert name in ("ball", "half", "three directions") or doubtful > 10

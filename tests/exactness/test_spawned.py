@@ -68,6 +68,11 @@ def test_points_of_a_far_source(distance):
         assert met.sum() > count / 2
         for point in hits.point[met].tolist():
             assert abs(value([exact(x) for x in point])) <= steepness * 2.0**-50, (name, point)
+        crossings = scene.crossings(hits.rays)
+        for point in crossings.point[crossings.face == hits.face[met][0]].tolist():
+            assert abs(value([exact(x) for x in point])) <= steepness * 2.0**-50, (name, point)
+        first = crossings.offsets[:-1][met]
+        assert np.array_equal(crossings.point[first], hits.point[met])
         if name == "wall":
             assert (hits.point_error[met] < 1e-15).all()
             assert scene.first_hit(hits[met].spawn((1, 0, 0))).hit.all()
@@ -109,3 +114,20 @@ def test_the_other_side_of_a_far_ball(route):
     else:
         found = scene.first_hit(chosen, t_min=low, t_max=high).t
     assert np.array_equal(np.asarray(found)[some], t[some])
+
+
+@pytest.mark.parametrize("degrees", [17.3, 30.0, 45.0])
+def test_along_a_face_from_its_edge(degrees: float) -> None:
+    """An edge that rounding has put at t = 0 is in doubt on all routes, since the ray starts on the face alone."""
+    rng = np.random.default_rng(0)
+    scene = co.Scene([co.RegularPrism(4, 1.0, (-1.0, 1.0)).rotate((0, 0, 1), degrees).translate((2.0, 0.3, 0.0))])
+    around = rng.normal(size=(400, 3)) * (1, 1, 0)
+    sides = scene.first_hit((2.0, 0.3, 0.0) + 9.0 * around, -around).point
+    sides = np.concatenate([sides, np.nextafter(sides, -9.0), np.nextafter(sides, 9.0)])
+    hits = scene.first_hit(sides * (1, 1, 0) + (0, 0, 9.0), (0, 0, -1))
+    rays = hits.spawn(rng.normal(size=(1200, 3)) * (1, 1, 0))[hits.hit]
+    together = scene.first_hit(rays)
+    order = rng.permutation(np.resize(np.arange(rays.size), 9000))
+    assert together.doubtful.any()
+    assert together.t[:300].tolist() == [scene.first_hit(rays[k]).t for k in range(300)]
+    assert np.array_equal(scene.first_hit(rays[order]).t, together.t[order])

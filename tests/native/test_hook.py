@@ -15,6 +15,7 @@ from hatchling.builders.wheel import WheelBuilder
 
 from conicoid._util.environment import KNOWN
 from native import backend, build, page
+from native.hook import KernelsHook
 from native.targets import TARGETS
 from tests.children import ROOT
 
@@ -103,6 +104,19 @@ def test_unknown_levels_are_refused(monkeypatch, chosen):
     monkeypatch.setenv("CONICOID_KERNELS", chosen)
     with pytest.raises(SystemExit, match=f"^CONICOID_KERNELS must be none, or some of .*; got '{chosen}'$"):
         backend.get_requires_for_build_wheel()
+
+
+def test_wheels_for_all_systems_take_the_levels_that_are_theirs(monkeypatch):
+    def levels(target: str) -> list[str]:
+        made = KernelsHook(str(ROOT), {"target": target}, None, None, "", "wheel")._target()
+        return [level.name for level in made.levels]
+
+    monkeypatch.setenv("CONICOID_KERNELS", "x86-64-v3")
+    assert levels("linux-x86_64") == levels("windows-x86_64") == ["x86-64-v3"]
+    assert levels("linux-aarch64") == [level.name for level in TARGETS["linux-aarch64"].levels]
+    monkeypatch.setenv("CONICOID_KERNELS", "x86-64-v9")
+    with pytest.raises(SystemExit, match="^CONICOID_KERNELS must be none, or some of .*; got 'x86-64-v9'$"):
+        levels("linux-aarch64")
 
 
 @pytest.mark.parametrize(

@@ -93,11 +93,15 @@ def compose_spans(slab: PlaneSlab, low: float, high: float, crosses: bool, outsi
 
 
 @inline
-def spans_at_start(spans: SpanPair, starts: bool, t_min: float, off: float) -> bool:
-    """True if rounding might have moved an end of the spans past the ray's origin (`may_pass_start`)."""
-    first = may_pass_start(spans.in1, starts, t_min, off) | may_pass_start(spans.out1, starts, t_min, off)
-    second = may_pass_start(spans.in2, starts, t_min, off) | may_pass_start(spans.out2, starts, t_min, off)
-    return (spans.some & first) | (spans.more & second)
+def spans_at_start(spans: SpanPair, own: Any, t_min: float, off: float) -> bool:
+    """True if rounding might have moved an end of the spans past the ray's origin (`may_pass_start`).
+
+    `own` is the place of the face on whose surface the ray starts; an end on another face at t = 0 is no start.
+    """
+    in1, out1, place_in1, place_out1, in2, out2, place_in2, place_out2, some, more = spans
+    first = may_pass_start(in1, place_in1 == own, t_min, off) | may_pass_start(out1, place_out1 == own, t_min, off)
+    second = may_pass_start(in2, place_in2 == own, t_min, off) | may_pass_start(out2, place_out2 == own, t_min, off)
+    return (some & first) | (more & second)
 
 
 @inline
@@ -246,7 +250,7 @@ def slab_of(
     # `unsure` is ignored later if the slab is certainly empty, `lost` never
     slab, unsure, lost = PlaneSlab(-math.inf, math.inf, whole(NO_PLACE), whole(NO_PLACE)), False, False
     for place in range(begin, end):
-        slab, close, doubtful = _cut_slab(geometry, slab, place, ray, inverse, nearness)
+        slab, close, _, doubtful = _cut_slab(geometry, slab, place, ray, inverse, nearness)
         unsure |= close
         lost |= doubtful
         if slab.t_in == math.inf:
@@ -258,10 +262,14 @@ def slab_of(
 def slab_of_many(
     geometry: Geometry, cell: int, ray: Ray, inverse: float, nearness: Nearness
 ) -> tuple[PlaneSlab, bool, bool]:
-    """`slab_of` for a cell of many planes."""
+    """`slab_of` for a cell of many planes.
+
+    The doubt does not depend on the order in which planes cut: only planes count that may cut the slab which all leave.
+    """
     if nearness.off == 0.0:
         return _slab_of_ranks(geometry, cell, ray, inverse, nearness)
-    slab, unsure, lost = PlaneSlab(-math.inf, math.inf, whole(NO_PLACE), whole(NO_PLACE)), False, False
+    slab, lost = PlaneSlab(-math.inf, math.inf, whole(NO_PLACE), whole(NO_PLACE)), False
+    near = False, False
     ox, oy, oz, dx, dy, dz = line_of(ray)
     begin, (group, end) = integer(geometry, table.CELL_FIRST, cell), groups_of(geometry, cell)
     # First some planes in all directions, then one that is likely to cut at each end of what they leave
@@ -272,14 +280,13 @@ def slab_of_many(
             t = slab.t_in if k == FIRST_CUTS else slab.t_out
             place = begin + _likely_plane(geometry, group + FIRST_GROUPS, end, ox + t * dx, oy + t * dy, oz + t * dz)
         if (place != slab.place_in) & (place != slab.place_out):
-            slab, close, doubtful = _cut_slab(geometry, slab, place, ray, inverse, nearness)
-            unsure |= close
+            slab, near, doubtful = _cut_near_slab(geometry, slab, near, place, ray, inverse, nearness)
             lost |= doubtful
         if slab.t_in > slab.t_out + nearness.off:
-            return slab, unsure, lost  # surely empty
+            break  # surely empty
     margin = margin_of(slab, ray, nearness)
     group = next_group(geometry, group + FIRST_GROUPS, end, slab, ray, margin)
-    while group < end:
+    while (group < end) & (slab.t_in <= slab.t_out + nearness.off):
         for k in range(4):
             number = plane_of_group(geometry, group, k)
             if number < 0:
@@ -287,14 +294,56 @@ def slab_of_many(
             place = begin + number
             if (place == slab.place_in) | (place == slab.place_out) | is_beside(geometry, slab, place, ray, margin):
                 continue
-            slab, close, doubtful = _cut_slab(geometry, slab, place, ray, inverse, nearness)
-            unsure |= close
+            slab, near, doubtful = _cut_near_slab(geometry, slab, near, place, ray, inverse, nearness)
             lost |= doubtful
             margin = margin_of(slab, ray, nearness)
-        if slab.t_in > slab.t_out + nearness.off:
-            break
         group = next_group(geometry, group + 1, end, slab, ray, margin)
-    return slab, unsure, lost
+    if lost:
+        lost = slab.t_in <= slab.t_out + nearness.off and _is_lost(geometry, cell, slab, ray, inverse, nearness)
+    return slab, near[0] | near[1], lost
+
+
+@inline
+def _cut_near_slab(
+    geometry: Geometry, slab: PlaneSlab, near: tuple[bool, bool], place: int, ray: Ray, inverse: float,
+    nearness: Nearness,
+) -> tuple[PlaneSlab, tuple[bool, bool], bool]:  # fmt: skip
+    """`_cut_slab`; a plane whose crossing is unknown cuts nothing.
+
+    `near` holds whether another plane may cut the ray at t_in, and whether at t_out.
+    """
+    cut, close, enters, doubtful = _cut_slab(geometry, slab, place, ray, inverse, nearness)
+    if doubtful:
+        return slab, near, True
+    # Planes near an end that has moved are no nearer to the new end than the old end is
+    near_in = (close & enters) | (near[0] & (cut.t_in == slab.t_in))
+    near_out = (close & (not enters)) | (near[1] & (cut.t_out == slab.t_out))
+    return cut, (near_in, near_out), False
+
+
+@helper
+def _is_lost(geometry: Geometry, cell: int, slab: PlaneSlab, ray: Ray, inverse: float, nearness: Nearness) -> bool:
+    """True if a plane whose crossing is unknown may cut the slab that the other planes leave.
+
+    The crossing with a plane along the ray is unknown, and does not matter far beside the plane.
+    """
+    begin, (group, end) = integer(geometry, table.CELL_FIRST, cell), groups_of(geometry, cell)
+    margin, first = margin_of(slab, ray, nearness), group + FIRST_GROUPS
+    while group < end:
+        for k in range(4):
+            number = plane_of_group(geometry, group, k)
+            if number < 0:
+                break
+            surface = integer(geometry, table.PLANE_SURFACE, begin + number)
+            if (
+                not is_beside(geometry, slab, begin + number, ray, margin)
+                and plane_values(geometry, surface, ray, inverse)[2]
+            ):
+                return True
+        group += 1
+        if group >= first:
+            group = next_group(geometry, group, end, slab, ray, margin)
+    return False
 
 
 @inline
@@ -333,7 +382,7 @@ def _slab_of_ranks(
         surface = integer(geometry, table.PLANE_SURFACE, place)
         plane = load_plane(geometry, integer(geometry, table.SURFACE_ROW, surface))
         if (plane.nx != 0.0) | (plane.ny != 0.0):
-            slab, _, doubtful = _cut_slab(geometry, slab, place, ray, inverse, nearness)
+            slab, _, _, doubtful = _cut_slab(geometry, slab, place, ray, inverse, nearness)
             lost |= doubtful
             if slab.t_in == math.inf:
                 break
@@ -372,12 +421,12 @@ def is_beside(geometry: Geometry, slab: PlaneSlab, place: int, ray: Ray, margin:
 @inline
 def _cut_slab(
     geometry: Geometry, slab: PlaneSlab, place: int, ray: Ray, inverse: float, nearness: Nearness
-) -> tuple[PlaneSlab, bool, bool]:
-    """Cut the slab by the plane of a place: (slab, rounding might change it, crossing unknown)."""
+) -> tuple[PlaneSlab, bool, bool, bool]:
+    """Cut the slab by the plane of a place: (slab, rounding might change it, ray enters there, crossing unknown)."""
     surface, inner = integer(geometry, table.PLANE_SURFACE, place), plane_side(geometry, place) > 0
     height, rate, doubtful = plane_values(geometry, surface, ray, inverse)
     slab, close = clip_slab(slab, height, rate, inner, whole(place), nearness.off)
-    return slab, close, doubtful
+    return slab, close, (rate < 0.0) == inner, doubtful
 
 
 @helper

@@ -149,7 +149,7 @@ def plane_lanes(geometry: Geometry, lanes: Floats, lengths: Nearness, place: int
     # Most packets come from a camera, where no ray starts on a surface
     if lanes[SOME_START] != 0.0:
         for i in range(first, last):
-            lanes[OWN + i] = choose(lanes[START + i] == surface, 1.0, lanes[OWN + i])
+            lanes[OWN + i] = choose(lanes[START + i] == surface, float(place), lanes[OWN + i])
 
 
 @inline
@@ -281,7 +281,7 @@ def _many_planes(geometry: Geometry, lanes: Floats, lengths: Nearness, cell: int
         for i in range(first, last):
             for place in (lanes[PLACE_IN + i], lanes[PLACE_OUT + i]):
                 if place >= 0.0 and integer(geometry, table.PLANE_SURFACE, whole(place)) == lanes[START + i]:
-                    lanes[OWN + i] = 1.0
+                    lanes[OWN + i] = place
 
 
 # First crossings of balls and cells
@@ -389,7 +389,7 @@ def _sphere_lanes(lanes: Floats, sphere: SphereRecord, surface: int, first: int,
 def put_whole_lane(lanes: Floats, i: int) -> None:
     """Reset a lane to the whole line without doubt, as a cell without faces leaves it."""
     put_slab(lanes, i, PlaneSlab(-math.inf, math.inf, float(NO_PLACE), float(NO_PLACE)))
-    lanes[UNSURE + i], lanes[OWN + i], lanes[FLAG + i] = 0.0, 0.0, 1.0
+    lanes[UNSURE + i], lanes[OWN + i], lanes[FLAG + i] = 0.0, math.inf, 1.0
     lanes[DISCRIMINANT + i] = 0.0
 
 
@@ -498,8 +498,8 @@ def _end_of_lane(lanes: Floats, i: int, cell: _LaneCell, one: bool) -> None:
     t = in1 if c1 else (out1 if c2 else (in2 if c3 else (out2 if c4 else math.inf)))
     place = a1 if c1 else (b1 if c2 else (a2 if c3 else b2))
     nearness = lane_nearness(lanes, i, cell.lengths)
-    starts = (lanes[OWN + i] != 0.0) | (lanes[START + i] == cell.quadric)
-    near = spans_at_start(spans, starts, t_min, nearness.off)
+    own = choose(lanes[START + i] == cell.quadric, float(cell.curved), lanes[OWN + i])
+    near = spans_at_start(spans, own, t_min, nearness.off)
     unsure = unsure_lane(lanes, i, nearness) | near | is_too_far(t, nearness)
     keep_nearer(lanes, i, Hit(t, cell.body, cell.entry, place, 1.0, c1 | (~c2 & c3), nearness.off, unsure))
 
@@ -570,8 +570,8 @@ def put_lane_spans(
     leaves[second + OUT + i] = choose(more, out2, -math.inf)
     leaves[second + PLACE_OF_IN + i] = a2
     leaves[second + PLACE_OF_OUT + i] = b2
-    starts = (lanes[OWN + i] != 0.0) | (lanes[START + i] == quadric)
-    near = spans_at_start(spans, starts, lanes[T_MIN + i], nearness.off)
+    own = choose(lanes[START + i] == quadric, float(curved), lanes[OWN + i])
+    near = spans_at_start(spans, own, lanes[T_MIN + i], nearness.off)
     unsure = unsure_lane(lanes, i, nearness) | (from_start & near)
     lanes[DOUBT + i] = choose(unsure, 1.0, lanes[DOUBT + i])
     return 1 if more else 0

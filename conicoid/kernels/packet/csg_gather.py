@@ -306,7 +306,7 @@ def cut_planes(geometry: Geometry, bodies: BodyQueue, number: int, side: int, pl
                 put_careful_plane(lanes, i, _plane(lanes, i), _plane_limits(lanes, i))
     for i in range(first, last):
         cut_lane(lanes, i, cell_limits(lanes, i), lanes[SURFACE + i], side > 0, place, False)
-        lanes[OWN + i] = 1.0 if lanes[START + i] == lanes[SURFACE + i] else lanes[OWN + i]
+        lanes[OWN + i] = float(place) if lanes[START + i] == lanes[SURFACE + i] else lanes[OWN + i]
 
 
 @inline

@@ -74,10 +74,7 @@ def settle_first(
 
 @kernel(t="n", entry="n", limits="out n")
 def limits_of_hits(geometry: Geometry, rays: RayArrays, t: Floats, entry: Ints, limits: Floats) -> None:
-    """Write limits[k], the t up to which another crossing of ray k may be the first one, or the end of its interval.
-
-    `rays.starts` must be surface numbers, since error limits are widest for rays that start on surfaces.
-    """
+    """Write limits[k], the `cull_limit` of ray k's hit, or the end of its interval: every route goes as far as that."""
     for k in range(len(limits)):
         whole_ray = load_ray(rays, k)
         ray, scale = scale_ray(whole_ray)
@@ -252,7 +249,7 @@ def filter_doubtful(scene: PreparedScene, rays: RayArrays, which: Any, found: Hi
     some = rays.some(which)
     t, entry, limits = found.t[which], found.entry[which], np.empty(len(which))
     # Up to the hit and its error: what lies beyond cannot make this hit doubtful
-    limits_of_hits(scene.geometry, some._replace(starts=entry), t, entry, limits)
+    limits_of_hits(scene.geometry, some, t, entry, limits)
     second, count = HitBuffers.new(len(which)), len(which)
     work = KernelRange(trace_first_alone, (some._replace(t_max=limits),), (second,))
     run_on(scene.geometry, work, count, chunk_size(count, 16 * _DOUBTFUL_CHUNK), count)

@@ -159,7 +159,8 @@ def refine_points(
 ) -> None:  # fmt: skip
     """Move far points to their exact crossings, and write bounds on their errors; NaN for points that stay.
 
-    `turn` is that of hits, `faces` as `faces_of` writes them.
+    `turn` is that of hits, `faces` as `faces_of` writes them. Where `turn` is 0, the crossing is the nearer of
+    two: either t is rounded by less than half their distance, or they are as near to each other as t can show.
     """
     for i in range(begin, end):
         errors[i] = math.nan
@@ -172,6 +173,9 @@ def refine_points(
         # A ray enters against the outward normal, which is the gradient on side 1
         rises = ((turn[i] == 2) | (turn[i] == -2)) != (faces[2, i] > 0)
         onward = _rest_of_way(geometry, rest, faces[0, i], ray, at, rises)
+        if turn[i] == 0:
+            other = _rest_of_way(geometry, rest, faces[0, i], ray, at, not rises)
+            onward = other if abs(other.high) < abs(onward.high) else onward
         x = plus(point_offset(ray.ox, 0.0, 0.0, at, ray.dx), times_float(onward, ray.dx))
         y = plus(point_offset(ray.oy, 0.0, 0.0, at, ray.dy), times_float(onward, ray.dy))
         z = plus(point_offset(ray.oz, 0.0, 0.0, at, ray.dz), times_float(onward, ray.dz))

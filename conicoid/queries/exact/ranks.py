@@ -149,13 +149,13 @@ def _list_near(geometry: Geometry, ranks: Ranks, cell: int, ray: Ray) -> bool:
     """Append the planes of a cell of many that may end the spans of a ray. False if these are not known.
 
     The slab has errors of `nearness.off`, and so have the crossings of its planes; what `is_beside` excludes is inside
-    all of them. If the slab is surely empty its two planes decide.
+    all of them. If the slab is surely empty its two planes decide, unless a plane along the ray left nothing of it.
     """
     inverse = span_inverse(ray)
     nearness = nearness_of(geometry, table.CELL_LIMITS, cell, ray, inverse)
     slab, _, lost = slab_of_many(geometry, cell, ray, inverse, nearness)
     t_in, t_out, place_in, place_out = slab
-    known = (place_in >= 0) & (place_out >= 0) & (not lost) & (nearness.far >= 0.0)
+    known = (place_in >= 0) & (place_out >= 0) & (t_in < math.inf) & (not lost) & (nearness.far >= 0.0)
     if not known or is_too_far(t_in, nearness) or is_too_far(t_out, nearness):
         return False
     _list(ranks, integer(geometry, table.PLANE_SURFACE, place_in))
