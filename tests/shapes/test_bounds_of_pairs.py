@@ -20,6 +20,7 @@ from ..reference.random_shapes import Random, generator, pick
 from ..reference.solids import bodies
 from ..reference.trace import body_at, truth
 from ..reference.whole_items import SOLIDS, motion, plain, whole_motion
+from .motions import climb
 
 FAST, DEEP = 30, 100_000
 
@@ -107,13 +108,7 @@ def extreme_points(pair: Item, there: Any, r: Random) -> list[list[float]]:
     found = points[:3].tolist()
     for row in there.rows if len(points) > 3 else ():
         for direction in np.array([*map(float, row)]) * [[1], [-1]]:
-            people = points[np.argsort(-(points @ direction))][:20]
-            for _ in range(12):
-                others = people[r.integers(len(people), size=(3, len(people)))]
-                tries = others[0] + r.uniform(0.3, 1.1, (len(people), 1)) * (others[1] - others[2])
-                better = seems(tries) & (tries @ direction > people @ direction)
-                people = np.where(better[:, None], tries, people)
-            found.append(people[np.argmax(people @ direction)].tolist())
+            found.append(climb(seems, direction, points, r, 12, 20).tolist())
     inside = body_at(table, np.array(found)) if found else ()
     return [point for point, body in zip(found, inside, strict=True) if body == 0]
 
