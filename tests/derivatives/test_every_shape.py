@@ -45,8 +45,11 @@ def wrong(name: str, motion: str, numbers: int) -> tuple[list[str], int]:
     hits = hits[hits.hit]
     ways = random.normal(size=(2, *hits.point.shape))
     values, found, compared = np.array(parameters.values), [], 0
-    for which in random.permutation(len(values))[:numbers]:
-        change = np.eye(len(values))[which]
+    changes = list(np.eye(len(values))[random.permutation(len(values))[:numbers]])
+    if isinstance(shape, co.Polygon):  # which stays flat where all corners move alike
+        changes += [np.array([name.endswith(f"[{k}]") for name in parameters.names], float) for k in range(3)]
+    for change in changes:
+        which = int(change.argmax())
         try:
             scenes = {side: parameters.scene(values + side * STEP * change) for side in (1, -1, 2, -2)}
         except ValueError:
