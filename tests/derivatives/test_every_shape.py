@@ -18,13 +18,14 @@ from ..samples import sampled
 
 EXAMPLES = dict(every_example())
 FIELDS = ("t", "point", "normal", "uv")
-STEP = 2.0**-14
-SMOOTH, KINK, SHARE, CLOSE = 1e-4, 1e-2, 0.05, 1e-8
+STEP = 2.0**-16
+SMOOTH, KINK, SHARE, CLOSE = 1e-4, 1e-4, 0.05, 1e-8
 """Differences of both orders, and of both sides, are so near; derivatives are nearer to those of fourth order, by a share."""
 ANGLES = ("angle", "polar_range")
 """Numbers of walls that become one, or planes, where they are half a turn or a right angle."""
-OPEN = ("Conic-4", "Lens-4", "Polycone", "Revolution", "SphereSection-6")
-"""Walls that are one, or level, for their numbers alone, and a rim at an equator: some have no derivative."""
+OPEN = {"Conic-4": ("",), "Lens-4": ("",), "SphereSection-6": ("",), "Revolution": ("[1]",), "Polycone": ("",)}
+"""Ends of the names of numbers that have no derivative: of walls that are one for these numbers alone, of heights by which a
+level wall becomes a cone, of a rim at an equator."""
 
 
 def rays_at(shape: Any, count: int, seed: int) -> tuple[Any, Any]:
@@ -49,7 +50,6 @@ def wrong(name: str, motion: str, numbers: int) -> tuple[list[str], int]:
     if isinstance(shape, co.Polygon):  # which stays flat where all corners move alike
         changes += [np.array([name.endswith(f"[{k}]") for name in parameters.names], float) for k in range(3)]
     for change in changes:
-        which = int(change.argmax())
         try:
             scenes = {side: parameters.scene(values + side * STEP * change) for side in (1, -1, 2, -2)}
         except ValueError:
@@ -62,20 +62,20 @@ def wrong(name: str, motion: str, numbers: int) -> tuple[list[str], int]:
         }
         same = np.all([(end.face == hits.face) & (end.body == hits.body) for end in ends.values()], axis=0)
         own = hits.jvp(parameters, change, d_origins=ways[0], d_directions=ways[1])
-        angle = name.startswith(OPEN) or any(angle in parameters.names[which] for angle in ANGLES)
+        number = parameters.names[int(change.argmax())]
+        ends_open = [end for start, end in OPEN.items() if name.startswith(start)]
+        is_open = any(number.endswith(end) for end in ends_open) or any(angle in number for angle in ANGLES)
         for field in FIELDS:
             at = {side: getattr(end, field)[same] for side, end in ({0: hits} | ends).items()}
             one, two = ((at[k] - at[-k]) / (2 * k * STEP) for k in (1, 2))
             slope, derived = (4 * one - two) / 3, getattr(own, field)[same]
             size_of, apart = 1 + np.abs(slope), np.abs(slope - one)
             smooth = (apart < SMOOTH * size_of) & (np.abs(at[1] - 2 * at[0] + at[-1]) < KINK * STEP * size_of)
-            undefined = np.isnan(derived) & (field == "uv" or angle)
+            undefined = np.isnan(derived) & (field == "uv" or is_open)
             bad = smooth & ~undefined & ~(np.abs(derived - slope) <= SHARE * apart + CLOSE * size_of)
             compared += int((smooth & ~undefined).sum())
             if bad.any():
-                found.append(
-                    f"{field} by {parameters.names[which]}: {derived[bad][:2]}, by differences {slope[bad][:2]}"
-                )
+                found.append(f"{field} by {number}: {derived[bad][:2]}, by differences {slope[bad][:2]}")
     return found, compared
 
 
@@ -83,7 +83,7 @@ def wrong(name: str, motion: str, numbers: int) -> tuple[list[str], int]:
 def test_by_some_numbers(name):
     found, compared = wrong(name, sorted(MOTIONS)[len(name) % len(MOTIONS)], 4)
     assert not found
-    assert compared or name.startswith(OPEN)
+    assert compared or name.startswith(tuple(OPEN))
 
 
 @pytest.mark.deep
@@ -92,4 +92,4 @@ def test_by_some_numbers(name):
 def test_by_every_number(name, motion):
     found, compared = wrong(name, motion, 1000)
     assert not found
-    assert compared or name.startswith(OPEN)
+    assert compared or name.startswith(tuple(OPEN))
