@@ -75,23 +75,18 @@ def test_a_ball_of_moved_balls_is_where_it_was_hit():
         assert abs(hit.t - same.t) <= 4 * (hit.t_error + same.t_error) + 1e-14
 
 
-@pytest.mark.parametrize("number", [-1, -2, 5, 10**30, np.int32(-1)])
-def test_numbers_that_there_are_not(number):
-    with pytest.raises(IndexError, match=r"body: number must be at least 0 and below 5"):
-        SCENE.body(number)
-    with pytest.raises(IndexError, match=r"body: number must be at least 0 and below 5"):
-        SCENE[number]
+BEYOND, NO_NUMBER = "body: number must be at least 0 and below 5", "body: number must be one integer, got"
 
 
-@pytest.mark.parametrize("number", [1.0, None, True, np.array([1, 2]), [1]])
-def test_what_is_no_number(number):
-    with pytest.raises(TypeError, match="body: number must be one integer, got"):
-        SCENE.body(number)
-
-
-def test_a_miss_is_told_as_one():
-    with pytest.raises(IndexError, match="-1 stands for a miss"):
-        SCENE.body(SCENE.first_hit((20, 0, 5), DOWN).body)
+@pytest.mark.parametrize("ask", [SCENE.body, SCENE.__getitem__])
+@pytest.mark.parametrize(("number", "error", "message"), [
+    *((number, IndexError, BEYOND) for number in (-1, -2, 5, 10**30, np.int32(-1))),
+    (SCENE.first_hit((20, 0, 5), DOWN).body, IndexError, "-1 stands for a miss"),
+    *((number, TypeError, NO_NUMBER) for number in (1.0, None, True, np.array([1, 2]), [1])),
+])  # fmt: skip
+def test_what_is_no_number_of_a_body(ask, number, error, message):
+    with pytest.raises(error, match=message if ask == SCENE.body or error is IndexError else "Scene: index must be"):
+        ask(number)
 
 
 def test_all_count_alike():
@@ -119,15 +114,6 @@ def test_every_hit_of_a_random_mixture_is_named_rightly():
             at += len(centers)
         hits = co.Scene(entries).first_hit([(3.0 * i, 0.0, 5.0) for i in range(at)], DOWN)
         assert hits.name.tolist() == owners
-
-
-def test_names_and_bodies_that_a_scene_holds():
-    ball = co.Body(co.Sphere(), name="ball")
-    scene = co.Scene([ball, co.Box()])
-    assert "ball" in scene
-    assert "box" not in scene
-    assert ball in scene
-    assert co.Body(co.Sphere(2)) not in scene
 
 
 def test_no_body_has_no_measures():

@@ -130,20 +130,6 @@ def test_what_is_kept_is_not_pickled():
     assert len(pickle.dumps(body)) == before
 
 
-@pytest.mark.parametrize(("arguments", "error", "message"), [
-    (("no", co.Sphere()), KeyError, "no body named 'no'; named bodies: 'drilled', 'turned'"),
-    ((99, co.Sphere()), IndexError, "number must be at least 0 and below 66, got 99"),
-    ((7, co.Sphere()), ValueError, "replace: body 7 is one ball of an entry of 30; name the entry instead"),
-    (("turned", "red"), TypeError, "replace: item must be a shape or a Body, got str"),
-    (("turned",), TypeError, "replace: item must be a shape or a Body, got None"),
-    ((None, co.Sphere()), TypeError, "replace: which must be the name of an entry or the number of its body, got None"),
-    (("turned", co.Body(co.Sphere(), name="floor")), ValueError, "are both named 'floor'"),
-])  # fmt: skip
-def test_refusals(arguments, error, message):
-    with pytest.raises(error, match=message):
-        co.Scene(_things()).replace(*arguments)
-
-
 def test_moved_added_and_without():
     scene = co.Scene(_things())
     scene.prepare()
@@ -167,6 +153,13 @@ def test_moved_added_and_without():
 
 
 @pytest.mark.parametrize(("edit", "error", "message"), [
+    (lambda s: s.replace('no', co.Sphere()), KeyError, "no body named 'no'; named bodies: 'drilled', 'turned'"),
+    (lambda s: s.replace(99, co.Sphere()), IndexError, 'number must be at least 0 and below 66, got 99'),
+    (lambda s: s.replace(7, co.Sphere()), ValueError, 'replace: body 7 is one ball of an entry of 30; name the entry instead'),
+    (lambda s: s.replace('turned', 'red'), TypeError, 'replace: item must be a shape or a Body, got str'),
+    (lambda s: s.replace('turned'), TypeError, 'replace: item must be a shape or a Body, got None'),
+    (lambda s: s.replace(None, co.Sphere()), TypeError, 'replace: which must be the name of an entry or the number of its body, got None'),
+    (lambda s: s.replace('turned', co.Body(co.Sphere(), name='floor')), ValueError, "are both named 'floor'"),
     (lambda s: s.moved("no", (1, 0, 0)), KeyError, "no body named 'no'"),
     (lambda s: s.moved(7, (1, 0, 0)), ValueError, "moved: body 7 is one ball of an entry of 30; name the entry instead"),
     (lambda s: s.moved("turned", 5), TypeError, r"moved: motion must be 3 numbers, a matrix \(4, 4\) or a function, got 5"),
@@ -179,7 +172,7 @@ def test_moved_added_and_without():
     (lambda s: s.without("no"), KeyError, "no body named 'no'"),
     (lambda s: s.without(None), TypeError, "without: which must be the name of an entry or"),
 ])  # fmt: skip
-def test_refusals_of_moves(edit, error, message):
+def test_refusals_of_edits(edit, error, message):
     with pytest.raises(error, match=message):
         edit(co.Scene(_things()))
 

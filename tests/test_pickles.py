@@ -239,12 +239,6 @@ def test_trees_as_deep_as_they_may_be(through, form):
     assert WAYS[through](shape) == shape
 
 
-@pytest.mark.parametrize("thing", [lambda h: h, lambda h: h.rays, lambda h: SCENE.spans(h.rays)])
-def test_answers_are_no_arrays_of_numbers(thing):
-    with pytest.raises(TypeError, match="is no array of numbers; its fields are"):
-        np.asarray(thing(SCENE.first_hit(ORIGINS, DOWN)), dtype=float)
-
-
 def test_many_hits_are_pickled_as_arrays_and_not_one_by_one():
     def pickled(count):
         return pickle.dumps(SCENE.first_hit(np.resize(ORIGINS, (count, 3)), DOWN))
@@ -259,20 +253,6 @@ def test_what_only_the_scene_knew_is_said():
     hits = SCENE.first_hit(ORIGINS, DOWN).detached()
     with pytest.raises(ValueError, match="detached from its scene, or pickled"):
         hits._scene.geometry  # noqa: B018
-
-
-def test_detached_lists_are_indexed_with_what_has_been_worked_out():
-    """Rows of one ray of a detached list are those of the list itself, errors, places and names too."""
-    scene = co.Scene([co.Body(co.Sphere(), name="a"), co.Body(co.Box((2, -1, -1), (3, 1, 1)), name="b")])
-    rays = np.array([(-5, 0, 0), (-5, 0.5, 0), (-5, 7, 0)]), (1, 0, 0)
-    crossings, spans = scene.crossings(*rays), scene.spans(*rays)
-    for whole, fields in ((crossings, ("t", "t_error", "point", "normal")), (spans, ("t_enter", "t_exit_error"))):
-        for part, same in ((whole.detached()[1], whole[1]), (whole.detached()[1:], whole[1:])):
-            assert part.name.tolist() == same.name.tolist()
-            for field in fields:
-                assert np.array_equal(getattr(part, field), getattr(same, field))
-    assert not crossings.detached()[2]
-    assert len(crossings.detached()[0].t) == 4
 
 
 def test_pickles_of_development_versions_are_refused_with_the_version():

@@ -1,19 +1,14 @@
-"""Walls in common: one surface however it was written, and Boolean trees full of coincident faces in exact arithmetic."""
+"""Walls in common: one surface however it was written, ties, and what is in the leaves of Booleans."""
 
 from __future__ import annotations
 
-import itertools
 import math
-from fractions import Fraction
 from functools import reduce
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
 
 import conicoid as co
-
-from ..samples import size
 
 BALL, BLOCK, ROD = co.Sphere(1), co.Box(), co.Cylinder((0, 0, -2), (0, 0, 2), 1)
 
@@ -108,76 +103,3 @@ def test_contains_is_closed_on_leaves_and_exactly_boolean():
         assert co.Scene([shape]).contains(points).tolist() == [bool(x) for x in inside]
         assert co.Scene([~shape]).contains(points).tolist() == [not x for x in inside]
         assert co.Scene([BLOCK - shape]).contains(points).tolist() == [not x for x in inside]
-
-
-# Trees over boxes of integer corners: every face coincides with others. Rays of random floats tie only there.
-
-boxes = st.tuples(*[st.tuples(st.integers(-2, 2), st.integers(1, 3)) for _ in range(3)]).map(
-    lambda spans: ("box", tuple(a for a, _ in spans), tuple(a + n for a, n in spans))
-)
-trees = st.recursive(
-    boxes,
-    lambda parts: st.one_of(
-        st.tuples(st.sampled_from(["or", "and", "minus"]), parts, parts), st.tuples(st.just("not"), parts)
-    ),
-    max_leaves=7,
-)
-
-
-def shape_of(tree):
-    if tree[0] == "box":
-        return co.Box(*tree[1:])
-    parts = [shape_of(part) for part in tree[1:]]
-    return {"or": lambda a, b: a | b, "and": lambda a, b: a & b, "minus": lambda a, b: a - b, "not": lambda a: ~a}[
-        tree[0]
-    ](*parts)
-
-
-def walls_of(tree):
-    if tree[0] == "box":
-        return {(i, c) for corner in tree[1:] for i, c in enumerate(corner)}
-    return set().union(*(walls_of(part) for part in tree[1:]))
-
-
-def holds(tree, point):
-    if tree[0] == "box":
-        return all(a <= x <= b for a, x, b in zip(tree[1], point, tree[2], strict=True))
-    parts = [holds(part, point) for part in tree[1:]]
-    return {"or": any, "and": all, "minus": lambda v: v[0] and not v[1], "not": lambda v: not v[0]}[tree[0]](parts)
-
-
-def exact_spans(tree, origin, direction):
-    """Spans of the whole line in fractions: the formula between consecutive walls, merged."""
-    o, d = [Fraction(x) for x in origin], [Fraction(x) for x in direction]
-    times = sorted({(c - o[i]) / d[i] for i, c in walls_of(tree)})
-    middles = [times[0] - 1, *((a + b) / 2 for a, b in itertools.pairwise(times)), times[-1] + 1]
-    inside = [holds(tree, [x + m * v for x, v in zip(o, d, strict=True)]) for m in middles]
-    ends = [
-        -math.inf,
-        *(t for t, before, after in zip(times, inside, inside[1:], strict=False) if before != after),
-        math.inf,
-    ]
-    if not inside[0]:
-        ends = ends[1:]
-    if not inside[-1]:
-        ends = ends[:-1]
-    return list(zip(ends[::2], ends[1::2], strict=True))
-
-
-@settings(max_examples=size(60, 200), deadline=None, derandomize=True)
-@given(tree=trees, seed=st.integers(0, 10**6))
-def test_trees_of_coincident_boxes(tree, seed):
-    random = np.random.default_rng(seed)
-    origins, directions = random.uniform(-3, 4, (5, 3)), random.normal(size=(5, 3))
-    scene = co.Scene([shape_of(tree)])
-    spans = scene.spans(origins, directions, t_min=-math.inf)
-    assert scene.contains(origins).tolist() == [holds(tree, o) for o in origins.tolist()]
-    for i in range(5):
-        of = slice(spans.offsets[i], spans.offsets[i + 1])
-        expected = exact_spans(tree, origins[i], directions[i])
-        assert spans.offsets[i + 1] - spans.offsets[i] == len(expected)
-        for (low, high), enter, leave in zip(expected, spans.t_enter[of], spans.t_exit[of], strict=True):
-            assert enter == pytest.approx(float(low), rel=1e-13, abs=1e-14)
-            assert leave == pytest.approx(float(high), rel=1e-13, abs=1e-14)
-    lattice = random.integers(-3, 5, (20, 3))
-    assert scene.contains(lattice).tolist() == [holds(tree, p) for p in lattice.tolist()]

@@ -11,7 +11,7 @@ from conicoid.geometry.bulk import Bulk
 from conicoid.geometry.registry import REGISTRY
 
 from ..contract.examples import examples_of
-from ..shapes.random_pairs import flat, quadric, random_step, something_left
+from ..reference.whole_items import SOLIDS as KINDS, motion, plain
 
 NAMES = [
     n
@@ -26,16 +26,16 @@ RED = co.matte((0.9, 0.1, 0.1))
 
 
 def random_leaf(rng: np.random.Generator) -> Any:
-    """An example of the contract suite, or a quadric with nice numbers."""
-    kind = rng.random()
-    if kind < 0.5:
-        return something_left(quadric, rng).solid
-    return flat(rng).solid if kind < 0.6 else SOLIDS[int(rng.integers(len(SOLIDS)))]
+    """An example of the contract suite, or a shape of small whole numbers."""
+    if rng.random() < 0.4:
+        return SOLIDS[int(rng.integers(len(SOLIDS)))]
+    return plain(rng, str(rng.choice(KINDS))).shape(co)
 
 
 def moved(rng: np.random.Generator, shape: Any, most: int) -> Any:
-    for _ in range(int(rng.integers(most + 1))):
-        shape, _ = random_step(rng, shape)
+    """Moved, in one case of `most` + 1 not at all."""
+    for verb, *arguments in motion(rng) if rng.integers(most + 1) else ():
+        shape = getattr(shape, verb)(*arguments)
     return shape
 
 

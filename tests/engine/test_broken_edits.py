@@ -15,7 +15,7 @@ import conicoid as co
 from conicoid.prepare.edits.buffer_pool import BufferPool, SceneBuffer
 
 from ..samples import in_turn
-from .exchanges import content
+from .edits import content
 
 PACKAGE = str(Path(co.__file__).parent)
 COUNT = 24

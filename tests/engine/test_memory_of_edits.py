@@ -18,8 +18,7 @@ from conicoid.parallel.shared_state import open_scene_tables, source_version, wr
 from conicoid.prepare.edits import buffer_pool as stores
 from conicoid.prepare.edits.buffer_pool import EditState, FullEditState
 from conicoid.prepare.edits.in_place import InPlaceEdit
-from tests.engine.exchanges import bodies, content, moved, note_memory_taken
-from tests.engine.test_edited import same_answers, same_tables
+from tests.engine.edits import bodies, content, moved, note_memory_taken, same_answers, same_tables
 
 from ..samples import size
 

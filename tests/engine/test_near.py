@@ -8,8 +8,7 @@ import pytest
 import conicoid as co
 from conicoid.prepare.edits import in_place as exchange
 from conicoid.prepare.edits.neighbour_index import NeighbourFrame, find_neighbours, surface_columns
-from tests.engine.exchanges import CUBE, bodies, moved
-from tests.engine.test_edited import same_tables
+from tests.engine.edits import CUBE, bodies, moved, same_tables
 
 from ..samples import sampled
 

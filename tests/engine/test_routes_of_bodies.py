@@ -7,7 +7,8 @@ import pytest
 
 import conicoid as co
 
-from ..booleans.trees import tree
+from ..reference.random_shapes import generator
+from ..reference.whole_items import tree
 from .test_routes import FIELDS, assert_same, reordered
 
 COUNT = 16
@@ -55,11 +56,8 @@ KINDS = (
 def scene_of(kind, depth=4):
     """A scene of bodies of a kind, prepared once for all tests of a process; trees have so many levels at most."""
     rng = np.random.default_rng(len(kind))
-    if kind == "trees on a grid":
-        trees = [tree(np.random.default_rng(seed), 1 + seed % depth, grid=True).shape for seed in range(COUNT)]
-        return co.Scene([shape.scale(0.12).translate(rng.uniform(-1, 1, 3)) for shape in trees])
-    if kind == "random trees":
-        trees = [tree(np.random.default_rng(seed), 1 + seed % depth).shape for seed in range(COUNT)]
+    if kind == "trees":
+        trees = [tree(generator("routes", seed), 1 + seed % depth).shape(co) for seed in range(COUNT)]
         return co.Scene([shape.scale(0.12).translate(rng.uniform(-1, 1, 3)) for shape in trees])
     placed = [
         bodies(kind, rng, 0.2).rotate(rng.normal(size=3), 360 * rng.random()).translate(rng.uniform(-1, 1, 3))
@@ -78,7 +76,7 @@ def rays_of(width):
     return camera, co.Rays(grid, np.broadcast_to([0.0, 0.0, 1.0], grid.shape))
 
 
-@pytest.mark.parametrize("kind", [*KINDS, "trees on a grid", "random trees"])
+@pytest.mark.parametrize("kind", [*KINDS, "trees"])
 @pytest.mark.parametrize("width", [48, pytest.param(1024, marks=pytest.mark.deep)])
 def test_every_route_agrees_to_the_bit(kind, width):
     scene, singles = scene_of(kind, 4 if width < 100 else 6), 50

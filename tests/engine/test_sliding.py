@@ -11,15 +11,10 @@ import pytest
 import conicoid as co
 from conicoid.kernels.tables import PLANE
 from conicoid.prepare.edits import scene_edit as edited
-from tests.engine.exchanges import content, note_memory_taken
-from tests.engine.nodes import Nodes
-from tests.engine.test_edited import same_answers
-from tests.engine.test_exchanged import written_anew
-from tests.engine.test_walls_in_common import same
 
 from ..samples import sampled
+from .edits import UNIT, checked, content, note_memory_taken, same_answers
 
-CUBE = co.Box((0, 0, 0), (1, 1, 1))
 TURNED = [lambda s: s, lambda s: s.rotate((1, 2, 3), 25), lambda s: s.scale((1, 2, 0.7)).rotate("x", 10)]
 STEPS = [
     (0.25, 0.5, 0),
@@ -43,14 +38,6 @@ def exchanged(monkeypatch):
 
 def named(shapes):
     return co.Scene([co.Body(shape, name=str(number)) for number, shape in enumerate(shapes)])
-
-
-def checked(scene):
-    """The scene is what it is from the beginning."""
-    same(scene)
-    Nodes(scene).check()
-    before, after = written_anew(scene)
-    assert before == after
 
 
 def steps(shapes, which, motions, turn=lambda s: s):
@@ -78,8 +65,8 @@ def test_a_box_on_a_floor(turn, which, exchanged):
 
 def test_a_wall_of_three(exchanged):
     """Two boxes that stand on a third, which sees the wall from the other side."""
-    shapes = [CUBE, CUBE.translate((3, 0.5, 0)), co.Box((6, 0.25, -1), (7, 2, 0)), co.Sphere(0.5, (9, 9, 9)),
-              co.Sphere(0.5, (9, 7, 9)), CUBE.translate((20, 0.125, 7))]  # fmt: skip
+    shapes = [UNIT, UNIT.translate((3, 0.5, 0)), co.Box((6, 0.25, -1), (7, 2, 0)), co.Sphere(0.5, (9, 9, 9)),
+              co.Sphere(0.5, (9, 7, 9)), UNIT.translate((20, 0.125, 7))]  # fmt: skip
     for which in range(3):
         steps(shapes, which, [(0.5, 0.75, 0), (0, 0, 4), (0, 0, -4), (-12, -3, 0), (0, 0, -4)])
     assert len(exchanged) == 15
@@ -103,7 +90,7 @@ def test_a_wall_that_reaches_farther_since_another_came(which, exchanged):
 
 def pin_in_a_block(at):
     pin = co.Cylinder((0.5, 0.5, 0), (0.5, 0.5, 1), 0.25)
-    return [(CUBE - pin).translate(at), pin.translate(at)]
+    return [(UNIT - pin).translate(at), pin.translate(at)]
 
 
 @pytest.mark.parametrize(("which", "turn"), sampled([(which, turn) for which in range(4) for turn in TURNED], 4))
@@ -118,7 +105,7 @@ def test_balls_that_are_one_and_part(which, exchanged):
     """Balls are traced without their cell, by the number of their surface: each number behind is another."""
     ball = co.Sphere(0.5, (1, 1, 1))
     many = co.Spheres([(1, 1, 1), (2, 2, 2), (4, 4, 4)], 0.5)
-    shapes = [co.Sphere(0.5, (7, 7, 7)), ball, CUBE - ball, many, co.Sphere(0.5, (5, 5, 5)), ball, CUBE]
+    shapes = [co.Sphere(0.5, (7, 7, 7)), ball, UNIT - ball, many, co.Sphere(0.5, (5, 5, 5)), ball, UNIT]
     steps(shapes, which, [(1, 1, 1), (1, 1, 1), (1, 1, 1), (1, 1, 1), (-4, -4, -4), (0.5, 0, 0)])
     assert len(exchanged) == 6
 
@@ -130,7 +117,7 @@ def test_walls_whose_records_are_turned_over():
         return co.Quadric(coefficients={name: sign * value for name, value in coefficients.items()})
 
     ball, tube = dict(xx=1, yy=1, zz=1, constant=-0.25), dict(xx=1, yy=1, constant=-0.25)
-    wide, others = co.Box((-1, -2, -3), (1, 2, 3)), [CUBE.translate((7, 7, 7)), CUBE.translate((11, 17, 27))]
+    wide, others = co.Box((-1, -2, -3), (1, 2, 3)), [UNIT.translate((7, 7, 7)), UNIT.translate((11, 17, 27))]
     for first in (
         [wide & quadric(1, **tube), wide & quadric(-1, **tube)], [wide - quadric(-1, **ball), co.Sphere(0.5)],
         [quadric(-1, **ball), co.Sphere(0.5)], [~quadric(-1, **ball), quadric(-1, **ball)],
@@ -157,61 +144,6 @@ def test_items_of_leaves_in_a_tree_that_stays(exchanged):
         scene = scene.replace(str(number), TURNED[1](shapes[number].translate(step)))
         checked(scene)
     assert len(exchanged) == 24
-
-
-def wall_to_wall(rng):
-    """Blocks, pins and balls on a grid of eighths, so that walls are in common now and then."""
-    at = tuple((rng.integers(-8, 9, 3) / 8).tolist())
-    many = CUBE
-    for corner in (rng.integers(0, 9, (3, 3)) / 8).tolist():
-        many = many - co.Sphere(0.25, corner)
-    pin = co.Cylinder((0.5, 0.5, 0), (0.5, 0.5, 1), 0.25)
-    kinds = [
-        lambda: CUBE.translate(at), lambda: many.translate(at), lambda: (CUBE - pin).translate(at),
-        lambda: pin.translate(at), lambda: co.Sphere(0.25, at), lambda: CUBE.rotate("z", 30).translate(at),
-        lambda: co.Disc(at, (0, 0, 1), 2) - co.Sphere(1, at), lambda: co.Polygon([(0, 0, 0), (1, 0, 0), (0, 1, 0)]).translate(at),
-        lambda: co.HalfSpace((0, 0, -1), at[2]) & co.Sphere(2, at), lambda: co.Ellipsoid((0.25,) * 3).rotate("z", 7).translate(at),
-    ]  # fmt: skip
-    return kinds[rng.integers(0, len(kinds))]()
-
-
-def chain(seed, edits, count):
-    """Bodies moved by eighths, and turned, and exchanged, of scenes held or not; half of them along a wall."""
-    rng = np.random.default_rng(seed)
-    more = [(), (co.Plane((0, 0, 1), 0),), (co.Spheres(rng.integers(-8, 9, (9, 3)) / 8, 0.25),)][seed % 3]
-    scene = co.Scene([*(co.Body(wall_to_wall(rng), name=str(k)) for k in range(count)), *more])
-    scene.prepare()
-    held = [(scene, content(scene))]
-    for number in range(edits):
-        scene = scene if rng.random() < 0.85 else held[rng.integers(0, len(held))][0]
-        for _ in range(rng.integers(1, 3)):
-            name, what = str(rng.integers(0, count)), rng.random()
-            step = rng.integers(-4, 5, 3) / 8 * (rng.random(3) < 0.5)
-            if what < 0.1:
-                scene = scene.moved(name, lambda shape: shape.rotate("z", 90))
-            elif what < 0.15:
-                scene = scene.replace(name, wall_to_wall(rng))
-            else:
-                scene = scene.moved(name, tuple(step.tolist()))
-        checked(scene)
-        if rng.random() < 0.2:
-            held = [*held[-2:], (scene, content(scene))]
-        assert all(content(one) == numbers for one, numbers in held)
-        if number % 10 == 0:
-            same_answers(scene, co.Scene(scene.bodies), rng, 60)
-
-
-@pytest.mark.parametrize("seed", sampled(range(3), 3))
-def test_chains_of_blocks_and_pins(seed, monkeypatch):
-    taken = note_memory_taken(monkeypatch)
-    chain(seed, 30, 20)
-    assert sum(taken) > 10
-
-
-@pytest.mark.deep
-@pytest.mark.parametrize("seed", range(3, 33))
-def test_long_chains_of_blocks_and_pins(seed):
-    chain(seed, 200, 10 + 30 * (seed % 4))
 
 
 def test_a_wall_that_stays_goes_from_one_wall_of_a_body_to_the_other():

@@ -10,22 +10,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from tests.engine.exchanges import note_memory_taken
-from tests.engine.neighbours import neighbours, rearranged
-from tests.engine.test_edited import same_answers, same_tables
 
-from ..samples import sampled
-
-
-def same(scene):
-    """The tables are those of the scene from the beginning, and what the next edit is told of surfaces that are one."""
-    fresh = co.Scene(scene.bodies)
-    same_tables(scene, fresh)
-    ours, others = scene._prepared.lowered.layout, fresh._prepared.lowered.layout
-    for name in ("kinds", "input_senses", "senses", "first", "ids", "first_body"):
-        one, other = getattr(ours, name), getattr(others, name)
-        assert (one is None) == (other is None), name
-        assert one is None or np.array_equal(one, other), name
+from .edits import note_memory_taken, same, same_answers
 
 
 @pytest.fixture
@@ -80,29 +66,3 @@ def test_a_wall_that_stays_in_common_with_the_next_body(exchanged):
         scene = scene.moved("0", (0.1, 0.2 * step, 0.3)).moved("1", (0.1, 0.2 * step, 0.3))
         same(scene)
     assert exchanged == 5 * [True]
-
-
-def chain(seed, edits):
-    rng, rays = np.random.default_rng(seed), np.random.default_rng(seed)
-    scene, kinds = neighbours(rng)
-    scene.prepare()
-    held = scene
-    for number in range(edits):
-        scene = rearranged(scene if rng.random() < 0.95 else held, rng, kinds)
-        same(scene)
-        if number % 10 == 0:
-            same_answers(scene, co.Scene(scene.bodies), rays, 60)
-        held = scene if rng.random() < 0.2 else held
-
-
-@pytest.mark.parametrize("seed", sampled(range(5), 5))
-def test_groups_that_touch_in_ever_other_ways(seed, exchanged):
-    chain(seed, 80)
-    assert len(exchanged) > 3
-
-
-@pytest.mark.deep
-@pytest.mark.parametrize("seed", range(5, 25))
-def test_groups_that_touch_in_ever_other_ways_for_long(seed, exchanged):
-    chain(seed, 400)
-    assert len(exchanged) > 10

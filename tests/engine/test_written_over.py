@@ -7,44 +7,15 @@ import pytest
 
 import conicoid as co
 from conicoid.prepare.edits import buffer_pool as stores, in_place as exchange
-from tests.engine.exchanges import anywhere, bodies, moved, note_memory_taken, slid, standing
-from tests.engine.nodes import Nodes
-from tests.engine.test_edited import same_answers, same_tables
-from tests.engine.test_exchanged import written_anew
 
-from ..samples import deep, sampled
+from ..samples import deep
+from .edits import bodies, moved, note_memory_taken, same_answers, same_tables, slid, written_anew
+from .nodes import Nodes
 
 
 @pytest.fixture
 def taken(monkeypatch):
     return note_memory_taken(monkeypatch)
-
-
-@pytest.mark.parametrize(
-    ("change", "seed"), sampled([(change, seed) for change in (moved, slid) for seed in range(4)], 3)
-)
-def test_a_chain_written_over_that_nobody_holds(seed, change, taken):
-    """As a scene that is changed again and again, without a look at it between; now and then an answer is held."""
-    rng = np.random.default_rng(seed)
-    floor = (co.Box((-9, -9, -1), (9, 9, 0)), co.Plane((0, 0, 1), -3))
-    scene = standing_and_others(rng, floor[: 1 + seed % 2])
-    scene.prepare()
-    for number in range(20):
-        scene = change(scene, rng)
-        hits = scene.first_hit((0, 0, 9), (0, 0.1, -1))
-        if number % 7:
-            del hits
-        anew = co.Scene(scene.bodies)
-        same_tables(scene, anew)
-        if number % 10 == 9:
-            same_answers(scene, anew, rng, 40)
-    assert sum(taken) > 5
-
-
-def standing_and_others(rng, more):
-    """Bodies of all kinds, some of which have walls in common."""
-    shapes = [standing(rng) if k % 2 else anywhere(rng) for k in range(20)]
-    return co.Scene([*(co.Body(shape, name=str(k)) for k, shape in enumerate(shapes)), *more])
 
 
 @pytest.mark.parametrize("holds", [deep(False), True])

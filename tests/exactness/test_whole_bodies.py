@@ -9,6 +9,7 @@ import conicoid as co
 
 from ..reference.suite import total, whole_score
 from ..reference.whole_items import SCENES
+from ..samples import deep
 
 
 @pytest.mark.parametrize("kind", SCENES)
@@ -24,6 +25,28 @@ def test_a_million_rays(kind):
     score = total([whole_score(kind, number, 500) for number in range(100, 144)])
     score.check(doubts=False)
     assert score.rays > 1_000_000 / len(SCENES)
+
+
+TURNED = (
+    "Boolean",
+    "Fan",
+    "Siblings",
+    "Abutting",
+    "Shared",
+    "ClippedSheet",
+    "Cylinder",
+    "Cone",
+    "Polyhedron",
+    "Triangle",
+)
+
+
+@pytest.mark.parametrize("numbers", [range(1), deep(range(100, 160))], ids=["sample", "deep"])
+@pytest.mark.parametrize("kind", TURNED)
+def test_scenes_turned_by_any_angle(kind, numbers):
+    score = total([whole_score(kind, number, 40 if len(numbers) < 2 else 400, turned=True) for number in numbers])
+    assert score.rays
+    score.check(doubts=False)
 
 
 @pytest.mark.deep

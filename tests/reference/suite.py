@@ -15,16 +15,18 @@ from .intervals import Interval, ends
 from .items import Item
 from .judge import Comparison, Judge
 from .random_items import extreme, ordinary
-from .random_shapes import LEAST, MOST, Random, generator
+from .random_shapes import LEAST, MOST, Random, generator, pick
 from .routes import Routes
 from .score import Score
 from .trace import Array
-from .whole_items import SCENES
+from .whole_items import SCENES, axis
 from .whole_rays import directions, nudged, picture, whole_points, whole_rays
 
 BOUNCES = 2
 BATCH = 500
 LEAST_LIMIT = 1e-200
+ODD_ANGLES = (1.0, 7.5, 22.5, 33.3, 89.999, 120.5, -0.001, 1e-9, 179.0, 37.0)
+"""Their sines are no sums of square roots."""
 
 
 def compare(r: Random, rays: Comparison, grid: Array | None = None) -> Any:
@@ -46,13 +48,15 @@ def compare(r: Random, rays: Comparison, grid: Array | None = None) -> Any:
     return hits
 
 
-def whole_score(kind: str, number: int, count: int) -> Score:
-    """`count` rays of whole numbers and some more: pictures, rays nearly whole, bounces."""
-    r = generator(kind, number)
-    judge = Judge(co, SCENES[kind](r))
-    origins, d = whole_rays(r, judge.items, count)
+def whole_score(kind: str, number: int, count: int, turned: bool = False) -> Score:
+    """`count` rays of whole numbers and some more: pictures, rays nearly whole, bounces; bodies may all be turned alike."""
+    r = generator(f"{kind}, turned" if turned else kind, number)
+    items = SCENES[kind](r)
+    turn = (("rotate", axis(r), float(pick(r, ODD_ANGLES))),) if turned else ()
+    judge = Judge(co, [item.moved(*turn) for item in items])
+    origins, d = whole_rays(r, items, count)
     side = max(8, int(np.sqrt(count / 4)))
-    more = picture(r, judge.items, side)
+    more = picture(r, items, side)
     rays = judge.rays(*(np.concatenate(pair) for pair in zip((origins, d), more, strict=True)))
     hits = compare(r, rays, len(origins) + np.arange(side * side).reshape(side, side))
     judge.membership(

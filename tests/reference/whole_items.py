@@ -205,6 +205,16 @@ def boolean(r: Random) -> Item:
     return joined(r, [part(r) for _ in range(r.integers(2, 4))])
 
 
+def tree(r: Random, depth: int) -> Item:
+    """A Boolean of at most some levels, each part moved by steps of its own; here and there a part stands in it twice."""
+    if depth == 0 or r.random() < 0.12:
+        return plain(r, str(pick(r, PARTS))).moved(*whole_motion(r))
+    kind = str(pick(r, ("Union", "Union", "Intersection", "Difference", "Complement")))
+    parts = [tree(r, depth - 1) for _ in range(1 if kind == "Complement" else r.integers(2, 4))]
+    again = [parts[0].moved(*whole_motion(r))] if len(parts) > 1 and r.random() < 0.2 else []
+    return combined(kind, *parts, *again).moved(*whole_motion(r))
+
+
 def cut_sheet(r: Random) -> Item:
     sheet, keep = plain(r, str(pick(r, FLAT))), str(pick(r, ("inside", "outside")))
     solid = pick(r, (part, boolean))(r)
@@ -317,6 +327,7 @@ SCENES: dict[str, Callable[[Random], list[Item]]] = {
     "Fan": lambda r: [joined(r, fan(r, int(r.integers(2, 5)))) for _ in range(r.integers(1, 3))],
     "Planes": lambda r: [half_spaces(r) for _ in range(r.integers(1, 4))],
     "Complement": lambda r: [combined("Complement", part(r))],
+    "Tree": lambda r: [tree(r, int(r.integers(2, 6)))],
     "Shared": lambda r: [joined(r, shared(r))],
     "Siblings": shared,
     "ClippedSheet": lambda r: [cut_sheet(r)],

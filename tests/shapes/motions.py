@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 
 from conicoid.geometry.transform import IDENTITY_MOTION, Motion
@@ -25,6 +28,24 @@ def random_motion(rng: np.random.Generator) -> Motion:
     matrix[:3, :3] = rng.normal(size=(3, 3)) + np.diag(rng.choice([-1.0, 1.0], 3))
     matrix[:3, 3] = rng.normal(size=3) * 3
     return IDENTITY_MOTION.transform(matrix)
+
+
+def climb(
+    inside: Callable[[Any], Any],
+    direction: Any,
+    start: np.ndarray,
+    rng: np.random.Generator,
+    rounds: int,
+    count: int = 60,
+) -> np.ndarray:
+    """The point that is furthest along a direction, by differential evolution: points move by differences of others."""
+    people = start[np.argsort(-(start @ direction))][:count]
+    for _ in range(rounds):
+        others = people[rng.integers(len(people), size=(3, len(people)))]
+        tries = others[0] + rng.uniform(0.3, 1.1, (len(people), 1)) * (others[1] - others[2])
+        better = inside(tries) & (tries @ direction > people @ direction)
+        people = np.where(better[:, None], tries, people)
+    return people[np.argmax(people @ direction)]
 
 
 def carried(motion: Motion, points: np.ndarray) -> np.ndarray:

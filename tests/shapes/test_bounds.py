@@ -29,7 +29,7 @@ from conicoid.geometry.quadrics import (
 
 from ..samples import sampled, size
 from .catalogue import SAMPLES, Sample
-from .motions import carried, random_motion
+from .motions import carried, climb, random_motion
 
 INF = math.inf
 R2, R3 = math.sqrt(2), math.sqrt(3)
@@ -49,21 +49,10 @@ def test_bounds_hold_and_touch_the_solid(sample: Sample) -> None:
         for axis in range(3):
             for sign, side in ((1, high[axis]), (-1, -low[axis])):
                 direction = sign * motion.matrix[axis, :3]
-                reached = climb(sample, direction, start, rng) + sign * motion.matrix[axis, 3]
+                reached = climb(lambda p: sample.inside(*p.T), direction, start, rng, 250, 100) @ direction
+                reached += sign * motion.matrix[axis, 3]
                 assert reached <= side + 1e-14 * (high - low).max()
                 assert side - reached <= 1e-4 * (high - low).max()
-
-
-def climb(sample: Sample, direction: np.ndarray, start: np.ndarray, rng: np.random.Generator) -> float:
-    """sup of direction·p by differential evolution: points move by differences of other points."""
-    people = start[np.argsort(-(start @ direction))][:100]
-    count = len(people)
-    for _ in range(250):
-        others = people[rng.integers(count, size=(3, count))]
-        tries = others[0] + rng.uniform(0.3, 1, (count, 1)) * (others[1] - others[2])
-        better = sample.inside(*tries.T) & (tries @ direction > people @ direction)
-        people = np.where(better[:, None], tries, people)
-    return float((people @ direction).max())
 
 
 @pytest.mark.parametrize("sample", [s for s in SAMPLES if not s.bounded], ids=lambda sample: sample.name)

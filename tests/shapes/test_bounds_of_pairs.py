@@ -12,11 +12,17 @@ import pytest
 
 import conicoid as co
 
-from .random_pairs import DIGITS, Pair, random_pair
+from ..reference.forms import PAIRS, chain
+from ..reference.items import Item, combined
+from ..reference.numbers import number
+from ..reference.quadratics import Table
+from ..reference.random_shapes import Random, generator, pick
+from ..reference.solids import bodies
+from ..reference.trace import body_at, truth
+from ..reference.whole_items import SOLIDS, motion, plain, whole_motion
+from .motions import climb
 
 FAST, DEEP = 30, 100_000
-SIZE = 1e7
-"""No term of a place is larger where the place itself is small."""
 
 
 def test_a_residue_is_no_height() -> None:
@@ -57,41 +63,54 @@ def prepared_bounds(solid: Any) -> Any:
     return box[:3], box[3:]
 
 
+def random_pair(r: Random) -> Item:
+    """Two shapes, the second moved against the first, and the part of the one that is in the other, or is not."""
+    parts = [plain(r, str(pick(r, SOLIDS))) for _ in range(2)]
+    return combined(
+        str(pick(r, ("Intersection", "Intersection", "Difference"))), parts[0], parts[1].moved(*whole_motion(r))
+    )
+
+
 def check_pairs(seed: int, count: int, bounds: Callable[[Any], Any] = exact_bounds) -> int:
     """How many points were held against bounds."""
     checked = 0
     for k in range(count):
-        rng = np.random.default_rng([seed, k])
-        pair = random_pair(rng)
-        low, high = bounds(pair.solid)
-        assert not np.isnan([low, high]).any(), (seed, k)
-        for point in extreme_points(pair, rng):
-            place = pair.world(point)
-            # Turns that are rational together are so to 120 digits here
-            slack = max(map(abs, place)) * DIGITS.mpf(10) ** -110 + DIGITS.mpf(10) ** -110 * SIZE
-            for i in range(3):
-                assert low[i] - slack <= place[i] <= high[i] + slack, (seed, k, point, i)
+        r = generator(f"pairs {seed}", k)
+        pair = random_pair(r)
+        moved = pair.moved(*motion(r))
+        low, high = bounds(moved.shape(co))
+        assert not np.isnan([low, high]).any(), moved
+        there = chain(moved.exact_steps)
+        for point in extreme_points(pair, there, r):
+            for x, least, most in zip(there.point(point), low.tolist(), high.tolist(), strict=True):
+                assert least == -math.inf or (x - number(least)).sign >= 0, (moved, point)
+                assert most == math.inf or (number(most) - x).sign >= 0, (moved, point)
             checked += 1
     return checked
 
 
-def extreme_points(pair: Pair, rng: np.random.Generator) -> list[list[float]]:
-    """Points that are inside in rational arithmetic, far out along the world's axes."""
-    grid = rng.integers(-8, 9, (300, 3)) / 4
-    points = np.concatenate([np.zeros((1, 3)), grid, rng.normal(size=(500, 3)) * 10 ** rng.uniform(-1, 1, (500, 1))])
-    points = points[pair.seems(points)]
-    found = []
-    for axis in range(3) if len(points) > 3 else ():
-        row = np.array([float(pair.rows[axis, j]) for j in range(3)])
-        for direction in (row, -row):
-            people = points[np.argsort(-(points @ direction))][:20]
-            for _ in range(12):
-                others = people[rng.integers(len(people), size=(3, len(people)))]
-                tries = others[0] + rng.uniform(0.3, 1.1, (len(people), 1)) * (others[1] - others[2])
-                better = pair.seems(tries) & (tries @ direction > people @ direction)
-                people = np.where(better[:, None], tries, people)
-            found.append(people[np.argmax(people @ direction)].tolist())
-    return [point for point in [*found, *points[:3].tolist()] if pair.holds(point)]
+def extreme_points(pair: Item, there: Any, r: Random) -> list[list[float]]:
+    """Points that are inside in exact arithmetic, far out along the world's axes."""
+    table = Table(bodies([pair]))
+
+    def seems(points: np.ndarray) -> np.ndarray:
+        """Inside in floats."""
+        whole = np.concatenate([points, np.ones((len(points), 1))], axis=1).T
+        products = np.array([whole[i] * whole[j] for i, j in PAIRS])
+        return truth(
+            table.bodies[0].formula,
+            lambda forms: np.all([np.array([*map(float, form.k)]) @ products <= 0 for form in forms], axis=0),
+        )
+
+    grid = r.integers(-8, 9, (300, 3)) / 4
+    points = np.concatenate([np.zeros((1, 3)), grid, r.normal(size=(500, 3)) * 10 ** r.uniform(-1, 1, (500, 1))])
+    points = points[seems(points)]
+    found = points[:3].tolist()
+    for row in there.rows if len(points) > 3 else ():
+        for direction in np.array([*map(float, row)]) * [[1], [-1]]:
+            found.append(climb(seems, direction, points, r, 12, 20).tolist())
+    inside = body_at(table, np.array(found)) if found else ()
+    return [point for point, body in zip(found, inside, strict=True) if body == 0]
 
 
 def test_bounds_hold_what_is_inside() -> None:
@@ -110,7 +129,8 @@ def test_prepared_bounds_hold_what_is_inside() -> None:
 
 
 def test_prepared_bounds_are_as_tight_as_exact_ones() -> None:
-    solids = [random_pair(np.random.default_rng([12, k])).solid for k in range(FAST)]
+    drawn = [generator("pairs 12", k) for k in range(FAST)]
+    solids = [random_pair(r).moved(*motion(r)).shape(co) for r in drawn]
     boxes = co.Scene(solids)._prepared.lowered.boxes
     finite = np.isfinite(boxes).all(axis=1)
     assert finite.sum() > FAST // 2

@@ -27,7 +27,7 @@ from conicoid.geometry.transform import IDENTITY_MOTION
 
 from ..samples import in_turn, sampled
 from .evaluate import contains
-from .motions import random_motion
+from .motions import climb, random_motion
 
 INF = math.inf
 R2, R3, H3 = math.sqrt(2), math.sqrt(3), math.sqrt(3) / 2
@@ -196,23 +196,12 @@ def test_random_cuts_hold_the_solid_and_touch_it(quadric, seed: int) -> None:
     for axis in range(3):
         for sign, end in ((1, high[axis]), (-1, -low[axis])):
             direction, shift = sign * motion.matrix[axis, :3], sign * motion.matrix[axis, 3]
-            reached = climb(inside, direction, points, rng, 250 if math.isfinite(end) else 60) + shift
+            reached = climb(inside, direction, points, rng, 250 if math.isfinite(end) else 60) @ direction + shift
             assert reached <= end + 1e-13 * (abs(reached) + 1)
             if quadric in CONVEX and math.isfinite(end):
                 assert end - reached <= 1e-6 * (1 + abs(end))
             if quadric in CONVEX and math.isinf(end):
                 assert reached > 30
-
-
-def climb(inside, direction, start, rng, rounds: int) -> float:
-    """sup of direction·p by differential evolution."""
-    people = start[np.argsort(-(start @ direction))][:60]
-    for _ in range(rounds):
-        others = people[rng.integers(len(people), size=(3, len(people)))]
-        tries = others[0] + rng.uniform(0.3, 1.1, (len(people), 1)) * (others[1] - others[2])
-        better = inside(tries) & (tries @ direction > people @ direction)
-        people = np.where(better[:, None], tries, people)
-    return float((people @ direction).max())
 
 
 @pytest.mark.parametrize("seed", sampled(range(40), 3))

@@ -121,6 +121,16 @@ def test_numbers_of_faces() -> None:
 
 
 @pytest.mark.parametrize("sample", SAMPLES, ids=lambda sample: sample.name)
+def test_cells_have_one_quadric_first_and_rising_numbers(sample: Sample) -> None:
+    tree = sample.shape.tree()
+    numbers = list(faces(tree))
+    assert numbers == sorted(numbers)
+    for cell in [tree] if hasattr(tree, "faces") else [part for part in tree.parts if hasattr(part, "faces")]:
+        quadrics = [i for i, face in enumerate(cell.faces) if hasattr(face.surface, "squares")]
+        assert quadrics in ([], [0])
+
+
+@pytest.mark.parametrize("sample", SAMPLES, ids=lambda sample: sample.name)
 def test_normals_point_out(sample: Sample) -> None:
     """Just beyond a face along its outward normal is outside, just before it inside."""
     rng = np.random.default_rng(3)

@@ -15,6 +15,8 @@ from conicoid.geometry.bounds.support import plane_uv
 from conicoid.geometry.cell import cartesian_uv
 from conicoid.geometry.surface import PlaneSurface
 
+from .test_boxes_of_half_spaces import corners
+
 
 def support(normals, offsets, direction):
     def rows(values):
@@ -51,16 +53,10 @@ def test_random_polyhedra_against_their_vertices(seed: int) -> None:
     normals = np.vstack([rng.integers(-9, 10, (8, 3)), np.array(CUBE)])
     normals = normals[normals.any(axis=1)]
     offsets = np.concatenate([rng.integers(1, 20, len(normals) - 6), [5] * 6])
-    corners = []
-    for triple in itertools.combinations(range(len(normals)), 3):
-        chosen = normals[list(triple)]
-        if abs(np.linalg.det(chosen)) > 1e-9:
-            corner = np.linalg.solve(chosen, offsets[list(triple)])
-            if (normals @ corner <= offsets + 1e-9).all():
-                corners.append(corner)
+    found = corners(list(zip(normals.tolist(), offsets.tolist(), strict=True)))
     for direction in rng.integers(-5, 6, (5, 3)).tolist():
-        expected = (np.array(corners) @ direction).max()
-        assert float(support(normals.tolist(), offsets.tolist(), direction)) == pytest.approx(expected, abs=1e-9)
+        expected = max(sum(x * d for x, d in zip(corner, direction, strict=True)) for corner in found)
+        assert support(normals.tolist(), offsets.tolist(), direction) == expected
 
 
 def test_half_spaces_along_the_axes_are_bounded_as_all_others() -> None:

@@ -18,6 +18,7 @@ from conicoid.prepare.lower_shape import compute_shape
 from conicoid.prepare.motion_batch import MotionChains
 
 from ..samples import sampled
+from .test_boxes_of_half_spaces import corners
 
 BALL = sided_ball(10.0, 16)
 
@@ -157,21 +158,6 @@ def few(kind: str, rng: np.random.Generator) -> co.Polyhedron:
     return co.Polyhedron([*block, *rng.normal(size=(4, 3))], offsets.tolist())
 
 
-def corners(shape: co.Polyhedron) -> list[tuple[Fraction, ...]]:
-    """Return all points common to three faces that are beyond none."""
-    rows = [tuple(map(Fraction, (*n, d))) for n, d in zip(shape.normals, shape.offsets, strict=True)]
-    found = []
-    for (a, b, c, p), (d, e, f, q), (g, h, i, r) in itertools.combinations(rows, 3):
-        whole = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
-        if whole:
-            x = (p * (e * i - f * h) - b * (q * i - f * r) + c * (q * h - e * r)) / whole
-            y = (a * (q * i - f * r) - p * (d * i - f * g) + c * (d * r - q * g)) / whole
-            z = (a * (e * r - q * h) - b * (d * r - q * g) + p * (d * h - e * g)) / whole
-            if all(k * x + m * y + n * z <= o for k, m, n, o in rows):
-                found.append((x, y, z))
-    return found
-
-
 MOTIONS = {
     "still": lambda shape, rng: shape,
     "moved": lambda shape, rng: shape.translate(rng.uniform(-5, 5, 3)),
@@ -183,8 +169,9 @@ MOTIONS = {
 }
 
 
-@pytest.mark.parametrize("kind", ["any", "digits", "pyramid", "odd", "open"])
-@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize(
+    ("kind", "motion"), sampled(itertools.product(["any", "digits", "pyramid", "odd", "open"], MOTIONS), 2)
+)
 def test_polyhedra_together_have_the_numbers_and_the_boxes_of_each(kind: str, motion: str):
     rng = np.random.default_rng(5)
     shapes = [MOTIONS[motion](few(kind, rng), rng) for _ in range(8)]
@@ -216,7 +203,7 @@ def test_polyhedra_together_have_the_numbers_and_the_boxes_of_each(kind: str, mo
             ]
         moved = [
             [sum(m * x for m, x in zip(row, (*point, 1), strict=True)) for row in matrix[:3]]
-            for point in corners(shape)
+            for point in corners(list(zip(shape.normals, shape.offsets, strict=True)))
         ]
         for axis, ends in enumerate(zip(*moved, strict=True)):
             assert box[axis] <= min(ends) <= box[axis] + 1e-12

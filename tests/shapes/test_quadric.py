@@ -79,7 +79,6 @@ def test_a_diagonal_quadric_keeps_its_numbers() -> None:
 
 def test_signature_of_canonical_kinds() -> None:
     """Signs of the eigenvalues of turned canonical quadrics; zeros are exact."""
-    turn = np.linalg.qr(np.array([[1.0, 2, 3], [0, 1, 4], [5, 6, 0]]))[0]
     exact_turn = np.array([[2, -2, 1], [1, 2, 2], [2, 1, -2]])  # columns orthogonal, of length 3
     for diagonal, signs in (
         ((1, 1, 1), (1, 1, 1)),
@@ -95,7 +94,6 @@ def test_signature_of_canonical_kinds() -> None:
         np.testing.assert_allclose(
             sorted(float(s) for s in surface.squares), sorted(9.0 * np.array(diagonal)), atol=1e-13
         )
-    assert turn.shape == (3, 3)
 
 
 def test_paraboloids_are_kept_about_their_vertex() -> None:
