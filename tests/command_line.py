@@ -43,6 +43,13 @@ def run(*arguments: object):
         return testing.CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
+def done(*arguments: object):
+    """Run a command that ends well."""
+    result = run(*arguments)
+    assert result.exit_code == 0, result.output
+    return result
+
+
 def arrays(path: Path) -> dict[str, np.ndarray]:
     with np.load(path, allow_pickle=False) as found:
         return {name: found[name] for name in found.files}

@@ -1,17 +1,25 @@
-"""What the commands print and write."""
+"""What commands print, measure and refuse."""
 
 from __future__ import annotations
 
+import csv
+import io
 import json
+import math
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
-from PIL import Image as PillowImage
+from PIL import Image, Image as PillowImage
 
 import conicoid as co
+from conicoid.cli import resources as working, terminal as exit_codes
+from conicoid.cli.app import app
 
-from .command_line import arrays, refused, run, written
+from .command_line import arrays, done, refused, run, written
+
+# --- What the commands print and write
 
 
 @pytest.fixture
@@ -20,8 +28,7 @@ def scene(tmp_path: Path) -> Path:
 
 
 def test_info(scene):
-    result = run("info", scene)
-    assert result.exit_code == 0, result.output
+    result = done("info", scene)
     lines = result.stdout.splitlines()
     assert lines[1].split() == ["0", "ball", "red", "Sphere", "x", "[-1,", "1]", "y", "[-1,", "1]", "z", "[-1,", "1]"]
     assert lines[3].split()[:3] == ["2-3", "-", "Spheres"]
@@ -38,8 +45,7 @@ def test_info(scene):
 
 def test_info_of_nothing_and_of_many(tmp_path):
     (tmp_path / "scene.yaml").write_text("bodies: []\n")
-    result = run("info", tmp_path / "scene.yaml")
-    assert result.exit_code == 0
+    result = done("info", tmp_path / "scene.yaml")
     assert "no bodies" in result.stdout
     assert "bounds    empty" in result.stdout
     (tmp_path / "scene.yaml").write_text("bodies:\n" + "  - shape: {Sphere: {}}\n" * 60)
@@ -47,22 +53,19 @@ def test_info_of_nothing_and_of_many(tmp_path):
 
 
 def test_schema():
-    result = run("schema")
-    assert result.exit_code == 0
+    result = done("schema")
     assert json.loads(result.stdout)["$schema"].startswith("https://json-schema.org/")
 
 
 def test_render(scene, tmp_path):
-    result = run(
+    result = done(
         "render", scene, "-o", tmp_path / "x.png", "--width", 32, "--height", 24, "--samples", 1, "--threads", 1
     )
-    assert result.exit_code == 0, result.output
     assert result.stdout == ""
     with PillowImage.open(tmp_path / "x.png") as picture:
         assert picture.size == (32, 24)
     co.set_threads(None)
-    other = run("render", scene, "-o", tmp_path / "y.png", "--width", 32, "--height", 24, "--samples", 1)
-    assert other.exit_code == 0
+    done("render", scene, "-o", tmp_path / "y.png", "--width", 32, "--height", 24, "--samples", 1)
     assert (tmp_path / "x.png").read_bytes() == (tmp_path / "y.png").read_bytes()
 
 
@@ -92,8 +95,7 @@ def test_trace_first_hits(scene, tmp_path):
 
 def test_trace_spans(scene, tmp_path):
     (tmp_path / "rays.csv").write_text("0,0,20,0,0,-2\n9,9,9,1,0,0\n")
-    result = run("trace", scene, tmp_path / "rays.csv", "-o", tmp_path / "spans.csv", "--spans")
-    assert result.exit_code == 0, result.output
+    result = done("trace", scene, tmp_path / "rays.csv", "-o", tmp_path / "spans.csv", "--spans")
     assert "4 spans of 2 rays" in result.stderr
     rows = (tmp_path / "spans.csv").read_text().splitlines()
     # along z from 20 downwards, two units at a time
@@ -129,10 +131,427 @@ def test_trace_in_pieces(scene, tmp_path, monkeypatch):
 @pytest.mark.parametrize("options", [[], ["--spans"]])
 def test_trace_no_rays(scene, tmp_path, options):
     (tmp_path / "rays.csv").write_text("")
-    done = run("trace", scene, tmp_path / "rays.csv", "-o", tmp_path / "out.csv", *options)
-    assert done.exit_code == 2
-    assert "rays.csv" in done.stderr
+    assert "rays.csv" in refused("trace", scene, tmp_path / "rays.csv", "-o", tmp_path / "out.csv", *options)
     assert not (tmp_path / "out.csv").exists()
     np.save(tmp_path / "rays.npy", np.zeros((0, 6)))
     assert run("trace", scene, tmp_path / "rays.npy", "-o", tmp_path / "out.csv", *options).exit_code == 0
     assert len((tmp_path / "out.csv").read_text().splitlines()) == 1
+
+
+# --- Lengths, line integrals and measures on the command line; findings in the exit code; options given twice
+
+LEAD, WATER = (
+    co.matte("gray", name="lead", properties={"mu": 1.5}),
+    co.matte("blue", name="water", properties={"mu": 0.5}),
+)
+MEASURED = co.Scene([
+    co.Body(co.Sphere(1), LEAD, "ball"), co.Body(co.Box((2, -1, -1), (4, 1, 1)), WATER, "a block, of water"),
+    co.Body(co.Sphere(0.5, (8, 0, 0)), LEAD), co.Body(co.Box((5, -1, -1), (6, 1, 1)), "red", "body 0"),
+])  # fmt: skip
+TABLE = np.array([[(0, 0, 9, 0, 0, -2), (-9, 0, 0, 1, 0, 0)], [(3, 0, 9, 0, 0, -1), (0, 9, 9, 0, 0, 1)]], float)
+ALONG = [2, 2, 1, 1]
+"""Of the second ray, along x through the middle of all: diameters and widths."""
+
+
+@pytest.fixture
+def files(tmp_path):
+    MEASURED.save(tmp_path / "scene.yaml")
+    np.save(tmp_path / "rays.npy", TABLE)
+    return tmp_path / "scene.yaml", tmp_path / "rays.npy"
+
+
+def _rows(path):
+    text = path.read_text(encoding="utf-8") if hasattr(path, "read_text") else path
+    return list(csv.reader(io.StringIO(text)))
+
+
+def test_lengths_inside_bodies(files, tmp_path):
+    result = done("lengths", *files, "-o", tmp_path / "lengths.npz")
+    assert "lengths of 4 rays inside 4 bodies; 3 inside any" in result.stderr
+    found = arrays(tmp_path / "lengths.npz")
+    assert found["lengths"].tolist() == [[[2, 0, 0, 0], ALONG], [[0, 2, 0, 0], [0, 0, 0, 0]]]
+    assert found["columns"].tolist() == ["ball", "a block, of water", "body 2", "body 3 (body 0)"]
+    assert run("lengths", *files, "-o", tmp_path / "lengths.csv").exit_code == 0
+    head, *rows = _rows(tmp_path / "lengths.csv")
+    assert head == found["columns"].tolist()
+    assert [[float(cell) for cell in row] for row in rows] == found["lengths"].reshape(4, 4).tolist()
+
+
+def test_lengths_inside_materials(files):
+    result = done("lengths", *files, "-o", "-", "--by", "material")
+    head, *rows = _rows(result.stdout)
+    assert head == ["lead", "water", "material 2"]
+    assert [float(cell) for cell in rows[1]] == [3, 2, 1]
+
+
+@pytest.mark.parametrize(("options", "expected"), [
+    (["--value", "lead=2", "--value", "water=10", "--otherwise", "0"], 2 * 3 + 10 * 2),
+    (["--value", "lead=2", "--value", "water=1e1", "--otherwise", "100"], 2 * 3 + 10 * 2 + 100),
+    (["--property", "mu", "--otherwise", "0"], 1.5 * 3 + 0.5 * 2),
+])  # fmt: skip
+def test_line_integrals(options, expected, files, tmp_path):
+    result = done("lengths", *files, "-o", tmp_path / "found.npz", *options)
+    assert "line integrals of 4 rays" in result.stderr
+    found = arrays(tmp_path / "found.npz")
+    assert list(found) == ["line_integrals"]
+    assert found["line_integrals"].shape == (2, 2)
+    assert found["line_integrals"][0, 1] == expected
+    result = run("lengths", *files, "-o", "-", *options)
+    assert result.stdout.splitlines()[0] == "line_integral"
+    assert float(result.stdout.splitlines()[2]) == expected
+
+
+def test_a_property_by_energy_has_columns(files, tmp_path):
+    scene = co.Scene([co.Body(co.Sphere(), co.matte(properties={"mu": [1.0, 0.25]}))])
+    scene.save(files[0])
+    result = run("lengths", *files, "-o", "-", "--property", "mu")
+    assert result.stdout.splitlines()[:3] == ["line_integral_0,line_integral_1", "2.0,0.5", "2.0,0.5"]
+    assert run("lengths", *files, "-o", tmp_path / "found.npz", "--property", "mu").exit_code == 0
+    assert arrays(tmp_path / "found.npz")["line_integrals"].shape == (2, 2, 2)
+
+
+@pytest.mark.parametrize(("options", "told"), [
+    (["--by", "bodies"], "lengths: by must be 'body' or 'material', got 'bodies' (did you mean 'body'?)"),
+    (["--otherwise", "0"], "lengths: --otherwise goes with --value or --property; it would be ignored"),
+    (["--property", "mu", "--by", "material"], "lengths: --by goes with lengths, not with --value or --property"),
+    (["--property", "mu", "--value", "lead=1"], "lengths: give either --value or --property"),
+    (["--value", "lead"], "lengths: --value must be MATERIAL=NUMBER, got 'lead'"),
+    (["--value", "=3"], "lengths: --value must be MATERIAL=NUMBER, got '=3'"),
+    (["--value", "lead=1", "--value", "lead=2"], "lengths: --value is given twice for 'lead'"),
+    (["--value", "lead=1"], "lengths: no value for material 'water'"), (["--value", "lead=1"], "--otherwise 0 would stand"),
+    (["--value", "led=1"], "no material is called 'led'"), (["--value", "lead=nan"], "must be MATERIAL=NUMBER, got 'lead=nan'"),
+])  # fmt: skip
+def test_senseless_lengths(options, told, files, tmp_path):
+    assert told in refused("lengths", *files, "-o", tmp_path / "found.csv", *options)
+    assert not (tmp_path / "found.csv").exists()
+
+
+def test_measures_of_every_body(files, tmp_path):
+    result = done("measure", files[0])
+    assert "body 1 'a block, of water'" in result.stdout
+    done("measure", files[0], "-o", tmp_path / "volumes.csv")
+    rows = list(csv.DictReader(io.StringIO((tmp_path / "volumes.csv").read_text(encoding="utf-8"))))
+    assert [(row["body"], row["name"], row["material"]) for row in rows] == [
+        ("0", "ball", "lead"), ("1", "a block, of water", "water"), ("2", "", "lead"), ("3", "body 0", ""),
+    ]  # fmt: skip
+    volumes = [4 / 3 * math.pi, 8, 4 / 3 * math.pi / 8, 4]
+    assert [float(row["volume"]) for row in rows] == pytest.approx(volumes, rel=1e-15)
+    assert [float(row["area"]) for row in rows] == pytest.approx([4 * math.pi, 24, math.pi, 16], rel=1e-15)
+    assert [float(row["centroid_x"]) for row in rows] == pytest.approx([0, 3, 8, 5.5])
+    assert float(rows[1]["inertia_xx"]) == pytest.approx(8 * (4 + 4) / 12)
+    assert float(rows[3]["inertia_xx"]) == pytest.approx(4 * (4 + 4) / 12)
+    assert float(rows[3]["inertia_yy"]) == pytest.approx(4 * (1 + 4) / 12)
+
+
+def test_senseless_measures(files, tmp_path):
+    assert "measures are written as .csv" in refused("measure", files[0], "-o", tmp_path / "found.npz")
+    assert "would be lost" in refused("measure", files[0].rename(tmp_path / "scene.csv"), "-o", tmp_path / "scene.csv")
+
+
+def test_long_names_are_not_cut(tmp_path):
+    name = "a body whose name is as long as names of imported models are, with where it stands"
+    co.Scene([
+        co.Body(co.Sphere(), co.matte("red", name=f"material of {name}"), name), co.Body(co.Box((2, 2, 2), (3, 3, 3))),
+    ]).save(tmp_path / "scene.yaml")  # fmt: skip
+    lines = run("info", tmp_path / "scene.yaml").stdout.splitlines()
+    assert f"{name} material of {name} Sphere" in lines[1]
+    assert lines[1].index("x [") == lines[2].index("x [") == lines[0].index("bounds")
+    lines = run("measure", tmp_path / "scene.yaml").stdout.splitlines()
+    assert f"material 'material of {name}' " in lines[1]
+    assert len({len(line) for line in lines}) == 1
+
+
+def test_findings_are_in_the_exit_code(files, tmp_path):
+    assert run("info", files[0], "--check").exit_code == exit_codes.EXIT_OK
+    co.Scene([co.Sphere(), co.Sphere(1, (1, 0, 0))]).save(files[0])
+    result = run("info", files[0], "--check")
+    assert result.exit_code == exit_codes.EXIT_FINDINGS == 3
+    assert "overlap: " in result.stdout
+    assert run("info", files[0]).exit_code == exit_codes.EXIT_OK
+
+
+def _options():
+    """A value-taking option, and a flag, of each command that has one."""
+    import typer.main
+
+    for name, command in typer.main.get_command(app).commands.items():
+        for option in command.params:
+            if option.param_type_name == "option" and not option.multiple and option.name != "help":
+                yield name, max(option.opts, key=len), [] if option.is_flag else ["1"] * option.nargs
+
+
+@pytest.mark.parametrize(("command", "option", "value"), list(_options()))
+def test_no_option_counts_only_the_last_time(command, option, value):
+    assert f"{option} is given twice" in " ".join(refused(command, option, *value, option, *value).split())
+
+
+@pytest.mark.parametrize("options", [
+    ["--section", "z=0", "--slice", "x=0"], ["-o", "a.png", "--output", "b.png"], ["--section", "z=0"] * 3,
+])  # fmt: skip
+def test_an_option_twice_by_its_other_name(options, files):
+    assert " is given " in refused("render", files[0], "-o", "x.png", *options)
+
+
+def test_a_section_beside_everything_is_told_of(files, tmp_path):
+    small = ("--width", "40", "--height", "30", "--samples", "1")
+    result = done("render", files[0], "-o", tmp_path / "x.png", "--section", "z=30", *small)
+    assert (
+        "note: section: no solid is cut by z = 30, so the picture is white; bodies reach from z = -1 to 1"
+        in result.stderr
+    )
+    assert "note" not in run("render", files[0], "-o", tmp_path / "x.png", "--section", "z=0.5", *small).stderr
+    with pytest.warns(UserWarning, match="no solid is cut by x = -7") as caught:
+        MEASURED.section("x", -7, 8, 6)
+    assert caught[0].filename == __file__
+    with pytest.warns(UserWarning, match="no solid is cut in the window of this camera"):
+        MEASURED.section(co.OrthographicCamera((0, 0, 9), (0, 0, 10)), width=8, height=6)
+    with pytest.warns(UserWarning, match="sheets have no inside"):
+        co.Scene(co.Disc((0, 0, 0), (0, 0, 1), 1)).section("x", 0, 8, 6)
+
+
+def test_a_view_of_nothing_is_told_of(files, tmp_path):
+    view = ("render", files[0], "-o", tmp_path / "x.png", "--width", "40", "--height", "30", "--samples", "1")
+    result = done(*view, "--position", "0,0,9", "--look-at", "0,0,10")
+    assert "note: no body is in view; --fit takes a camera that sees all that is bounded" in result.stderr
+    assert "note" not in run(*view, "--position", "0,0,9", "--look-at", "0,0,0").stderr
+    assert "note" not in run(*view, "--fit").stderr
+
+
+@pytest.mark.parametrize(("arguments", "told"), [
+    (["check", "scene.yaml"], "No such command 'check': conicoid info SCENE --check does that."),
+    (["volume", "scene.yaml"], "conicoid measure does that."),
+    (["render", "scene.yaml", "-o", "x.png", "--fov", "3"], "--field-of-view"),
+    (["render", "scene.yaml", "-o", "x.png", "--size", "3"], "--height, --width"),
+    (["trace", "scene.yaml", "rays.npy", "--out", "x.npz"], "--output"),
+])  # fmt: skip
+def test_commands_and_options_as_they_are_called_elsewhere(arguments, told):
+    result = refused(*arguments)
+    said = " ".join(result.replace("│", " ").split())
+    assert told in said
+    assert "--fit" not in said
+
+
+def test_what_other_commands_are_called_is_no_command():
+    from conicoid.cli import options as parts
+
+    commands = [command.name or command.callback.__name__ for command in app.registered_commands]
+    assert not set(parts._COMMANDS) & set(commands)
+    assert {meant.split()[0] for meant in parts._COMMANDS.values()} <= {*commands, "--version"}
+
+
+# --- What commands print, and what they refuse: lists, plans, sections, and command lines that do not fit
+
+SCENE = co.Scene(
+    [
+        co.Body(co.Box((-1, -2, -3), (1, 2, 3)) - co.Sphere(0.5), "red", "box"),
+        co.Body(co.Sphere(0.5), co.matte((0, 0, 1), name="fuel"), "ball"),
+        co.Disc((0, 0, 9), (0, 0, 1), 1),
+    ]
+)
+
+
+@pytest.fixture
+def path(tmp_path):
+    SCENE.save(tmp_path / "scene.yaml")
+    return tmp_path / "scene.yaml"
+
+
+def test_info_lists_materials(path):
+    lines = run("info", path).stdout.splitlines()
+    assert [line.split()[:4] for line in lines[:4]] == [
+        ["id", "name", "material", "shape"], ["0", "box", "red", "Difference"], ["1", "ball", "fuel", "Sphere"],
+        ["2", "-", "Disc", "x"],
+    ]  # fmt: skip
+
+
+def test_info_counts_entries(path, monkeypatch):
+    monkeypatch.setattr(working, "PATIENCE", -1)
+    SCENE.replace("box", co.Sphere(3)).save(path)
+    assert "preparing 3 entries ..." in run("info", path).stderr
+    co.save(co.Sphere(), path)
+    assert "preparing 1 entry ..." in run("info", path).stderr
+
+
+def test_info_calls_glass_clear(path):
+    SCENE.replace("ball", material=co.glass()).save(path)
+    assert run("info", path).stdout.splitlines()[2].split()[:3] == ["1", "ball", "clear"]
+
+
+@pytest.mark.parametrize(("domain", "told"), [
+    (None, ["undefined regions were not looked for: the scene has no domain for its bodies to fill"]),
+    (co.Box((-1, -2, -3), (1, 2, 3)), []),
+    (co.Box() & co.Box((2, 2, 2), (3, 3, 3)), ["undefined regions were not looked for: the scene's domain is empty"]),
+])  # fmt: skip
+def test_info_check_says_what_it_could_not_look_for(domain, told, path):
+    SCENE.replace(domain=domain).save(path)
+    result = done("info", path, "--check", "--rays", "300")
+    assert [line for line in result.stdout.splitlines() if line.startswith("undefined")] == told
+
+
+@pytest.mark.parametrize(("arguments", "what"), [
+    (("info", "-"), "scenes"), (("render", "-", "-o", "x.png"), "scenes"), (("view", "-"), "scenes"),
+    (("export", "-", "x.html"), "scenes"), (("trace", "-", "RAYS", "-o", "x.csv"), "scenes"),
+    (("trace", "SCENE", "-", "-o", "x.csv"), "rays"), (("import", "-", "-o", "x.yaml"), "files of other programs"),
+])  # fmt: skip
+def test_standard_input_is_refused(arguments, what, path, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "rays.csv").write_text("0,0,9,0,0,-1\n")
+    files = {"SCENE": path, "RAYS": tmp_path / "rays.csv"}
+    assert f"error: -: {what} are read from files, not from standard input; name a file" in refused(
+        *(files.get(argument, argument) for argument in arguments)
+    )
+
+
+def test_trace_tells_what_it_does_not_read(path, tmp_path):
+    np.savez(tmp_path / "rays.npz", origins=[[0, 0, 9.5]], directions=[[0, 0, -1.0]], wavelength=[5.0])
+    result = done("trace", path, tmp_path / "rays.npz", "-o", tmp_path / "hits.csv")
+    assert "rays.npz: not read: wavelength; arrays of rays are" in " ".join(result.stderr.split())
+    (tmp_path / "rays.csv").write_text("x,y,z,dx,dy,dz\n")
+    result = done("trace", path, tmp_path / "rays.csv", "-o", tmp_path / "hits.csv")
+    assert "rays.csv: holds no rays" in " ".join(result.stderr.split())
+
+
+def test_trace_knows_where_saved_rays_start(path, tmp_path):
+    hits = SCENE.first_hit([(0, 0.1, 12), (0, 0.2, 12), (9, 9, 9)], (0, 0, -1))
+    hits.spawn((0, 0.3, -1)).save(tmp_path / "rays.npz")
+    done("trace", path, tmp_path / "rays.npz", "-o", tmp_path / "hits.npz")
+    assert np.load(tmp_path / "hits.npz")["t"].tolist() == SCENE.first_hit(hits.spawn((0, 0.3, -1))).t.tolist()
+    assert np.load(tmp_path / "hits.npz")["t"].min() > 5  # and not 0 on the disc
+
+
+def test_render_orthographic(path, tmp_path):
+    options = ("--width", "40", "--height", "30", "--samples", "1")
+    plan = tmp_path / "plan.png"
+    done("render", path, "-o", plan, "--position", "0,0,20", "--look-at", "0,0,0", "--orthographic", "6", *options)
+    SCENE.render(40, 30, 1, camera=co.OrthographicCamera((0, 0, 20), (0, 0, 0), height=6)).save(tmp_path / "again.png")
+    assert np.array_equal(Image.open(plan), Image.open(tmp_path / "again.png"))
+    assert "--orthographic goes with --position" in refused("render", path, "-o", plan, "--orthographic", "6")
+    refused("render", path, "-o", plan, "--position", "0,0,9", "--orthographic", "6", "--field-of-view", "3")
+    result = run("render", path, "-o", plan, "--position", "0,0,9", "--orthographic", "-6")
+    assert "OrthographicCamera: height must be > 0" in result.stderr
+
+
+def test_render_slice_has_the_colours_of_bodies(path, tmp_path):
+    picture = tmp_path / "section.png"
+    done("render", path, "-o", picture, "--slice", "x=0", "--width", "80", "--height", "60", "--samples", "1")
+    pixels = np.asarray(Image.open(picture).convert("RGB"))
+    # From y = -2 to 2 and z = -3 to 9: one pixel is 1.05 * 12 / 60 = 0.21 wide, and the middle lies at (0, 3)
+    size = 1.05 * 12 / 60
+    y, z = np.meshgrid((np.arange(80) + 0.5 - 40) * size, 3 + (30 - np.arange(60) - 0.5) * size)
+    far = np.abs(np.hypot(y, z) - 0.5)
+    is_clear = (np.minimum(np.abs(np.abs(y) - 2), np.abs(np.abs(z) - 3)) > 2 * size) & (far > 2 * size)  # of lines
+    is_box = (np.abs(y) < 2) & (np.abs(z) < 3) & (np.hypot(y, z) > 0.5)
+    is_ball = np.hypot(y, z) < 0.2
+    for where, color in (
+        (is_ball, (0, 0, 255)),
+        (is_box & is_clear, (255, 0, 0)),
+        (~is_box & is_clear, (255, 255, 255)),
+    ):
+        assert where.any()
+        assert (pixels[where] == color).all()
+    assert np.array_equal(pixels, SCENE.section("x", 0, 80, 60, 1))
+
+
+def test_section_of_a_camera():
+    low, high = SCENE.extent
+    height = 1.05 * float(high[2] - low[2])
+    camera = co.OrthographicCamera((1, 0, 3), (0, 0, 3), height=height)
+    assert np.array_equal(SCENE.section(camera, width=40, height=30), SCENE.section("x", 1, 40, 30))
+
+
+@pytest.mark.parametrize(("arguments", "message"), [
+    (dict(plane="w"), "plane must be 'x', 'y', 'z' or an OrthographicCamera, got 'w'"),
+    (dict(plane=co.Camera((0, 0, 5), (0, 0, 0))), "plane must be .*, got Camera"),
+    (dict(plane=co.OrthographicCamera((0, 0, 5), (0, 0, 0)), at=3), "at goes with an axis"),
+    (dict(at=float("nan")), "section: at must be finite"),
+    (dict(samples=0), "section: samples must be a whole number from 1 to 256, got 0"),
+    (dict(width=0), "width must be a whole number of pixels"),
+])  # fmt: skip
+def test_section_refused(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        SCENE.section(**arguments)
+
+
+@pytest.mark.parametrize(("section", "more", "message"), [
+    ("z", (), "--section must be x=NUMBER, y=NUMBER or z=NUMBER, got 'z'"),
+    ("q=0", (), "--section must be"), ("z=ten", (), "--section must be"), ("z=nan", (), "at must be finite"),
+    ("z=0", ("--axes",), "--axes goes with a view, not with --section"),
+    ("z=0", ("--depth", "3"), "--depth goes with a view"), ("z=0", ("--fit",), "--fit goes with a view"),
+])  # fmt: skip
+def test_section_options_refused(section, more, message, path, tmp_path):
+    assert message in refused("render", path, "-o", tmp_path / "x.png", "--section", section, *more)
+    assert not (tmp_path / "x.png").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("validate", "x"), "conicoid info SCENE does that"),
+        (("convert", "x"), "scene.save(path) writes"),
+        (("gallery",), "make demo"),
+        (("render", "{}", "-o", "x.png", "--position", "1", "2", "3"), "written with commas, --position 1,2,3"),
+        (("render", "{}", "-o", "x.png", "--width", "64x48"), "'--width': must be a whole number, got '64x48'"),
+        (("render", "{}", "-o", "x.png", "--samples", "1.5"), "'--samples': must be a whole number, got '1.5'"),
+        (("render", "{}", "x.png"), "write -o x.png"),
+        (("trace", "{}", "--origin", "0,0,0"), "rays are read from a file"),
+        (("trace", "{}", "r.csv", "-o", "-", "--crossings"), "in Python scene.crossings(rays)"),
+    ],
+)
+def test_command_lines_refused(arguments, message, path):
+    assert message in " ".join(
+        refused(*(str(path) if word == "{}" else word for word in arguments)).replace("│", " ").split()
+    )
+
+
+def test_help_command():
+    assert run("help").stdout == run("--help").stdout
+    assert run("help", "render").stdout == run("render", "--help").stdout
+
+
+def test_export_output_option(path, tmp_path):
+    for k, order in enumerate(
+        (("export", path, "-o", "{}"), ("export", "--output", "{}", path), ("export", path, "{}"))
+    ):
+        page = tmp_path / f"{k}.html"
+        assert run(*(page if word == "{}" else word for word in order)).exit_code == 0
+        assert page.read_bytes()
+    assert "Missing argument 'FILE'" in run("export", path).stderr
+
+
+def test_rays_option_takes_exponents(path):
+    assert "mean" not in run("info", path, "--check", "--rays", "2e3").stderr
+    assert run("info", path, "--check", "--rays", "2e3").stdout == run("info", path, "--check", "--rays", "2000").stdout
+    assert "Invalid value" in run("info", path, "--check", "--rays", "-1e3").stderr
+
+
+@pytest.mark.parametrize(("command", "extra"), [("turntable", "video")])
+def test_help_shows_extras_in_brackets(command, extra):
+    words = " ".join(re.sub("[^ -~]", " ", run(command, "--help").stdout).split())
+    assert f"pip install 'conicoid[{extra}]'" in words
+
+
+@pytest.mark.parametrize("option", [(), ("--spans",)])
+def test_trace_does_not_overwrite_its_rays(tmp_path, option):
+    co.save(co.Scene(co.Sphere()), tmp_path / "scene.yaml")
+    rays = tmp_path / "mine.csv"
+    rays.write_text("x,y,z,dx,dy,dz\n20,0,0,-1,0,0\n")
+    other = tmp_path / "link.csv"
+    other.symlink_to(rays)
+    for output in (rays, other):
+        assert "is read for this and would be lost: choose another file for the results" in refused(
+            "trace", tmp_path / "scene.yaml", rays, "-o", output, *option
+        )
+    assert rays.read_text().startswith("x,y,z,dx")
+    assert run("trace", tmp_path / "scene.yaml", rays, "-o", tmp_path / "new.csv", *option).exit_code == 0
+
+
+def test_lengths_errors_do_not_speak_of_python(tmp_path):
+    co.Scene([co.Body(co.Sphere(), co.metal("gray", name="lead"), "ball")]).save(tmp_path / "s.yaml")
+    np.save(tmp_path / "r.npy", [[-5, 0, 0, 1, 0, 0.0]])
+    files = tmp_path / "s.yaml", tmp_path / "r.npy", "-o"
+    told = refused("lengths", *files, tmp_path / "x.csv", "--value", "ball=1", "--otherwise", "0")
+    assert "no material is called 'ball'; materials: 'lead'" in told
+    assert "array" not in told
+    assert "None" not in refused("lengths", *files, tmp_path / "x.csv", "--overlaps", "no")
+    assert "written as .npz, .csv, .parquet or .zarr" in refused("trace", *files, tmp_path / "x.txt")
+    assert "written as .npz or .csv" in refused("lengths", *files, tmp_path / "x.txt")

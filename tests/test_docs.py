@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import importlib.util
 import inspect
 import os
@@ -11,6 +12,7 @@ import subprocess
 import sys
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import pytest
 
@@ -23,6 +25,7 @@ from conicoid.scene import scene as scene_module
 
 from .machine_code import needs_compiler
 from .public_names import PUBLIC
+from .samples import quick
 
 ROOT = Path(__file__).resolve().parent.parent
 LETTERS = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md")
@@ -42,12 +45,24 @@ def name_of(page: Path) -> str:
     return page.relative_to(ROOT).as_posix()
 
 
+RENDER = co.Scene.render
 WITH_CODE = [page for page in PAGES if page.parent.name != "dev" and code_blocks(page)]
+
+
+def draw_small(scene: co.Scene, width: int = 640, height: int = 480, *rest: Any, **more: Any) -> co.Image:
+    """A large picture in a sixteenth of its pixels."""
+    parts = 4 if width > 320 else 1
+    return RENDER(scene, width // parts, height // parts, *rest, **more)
 
 
 @pytest.mark.parametrize("page", WITH_CODE, ids=name_of)
 def test_code_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A fast run does with fewer pixels, and with fewer rays where a page leaves their number to the package."""
     monkeypatch.chdir(tmp_path)
+    if quick():
+        monkeypatch.setattr(co.Scene, "render", draw_small)
+        monkeypatch.setattr(co, "check", functools.partial(co.check, rays=10_000))
+        monkeypatch.setattr(importlib.import_module("conicoid.apps.measures.measure"), "RAYS", 50_000)
     namespace: dict[str, object] = {"__name__": "documentation"}
     for block in code_blocks(page):
         exec(compile(block, str(page), "exec"), namespace)

@@ -1,7 +1,11 @@
-"""`conicoid trace --chunk` and `conicoid render` with workers: what they write is what they write without."""
+"""Answers of workers are those of one process: commands, measures, pictures, lazy rays."""
 
 from __future__ import annotations
 
+import contextlib
+import errno
+import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -11,9 +15,13 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from tests.command_line import run
+from conicoid.parallel.pictures import Checkpoint
+from conicoid.parallel.workers import inline_workers
 
+from ..command_line import done, refused, run
 from . import subject
+
+# --- `conicoid trace --chunk` and `conicoid render` with workers: what they write is what they write without
 
 COMMAND = (sys.executable, "-m", "conicoid")
 
@@ -32,8 +40,7 @@ def files(tmp_path):
 
 
 def traced(files, rays, output, *options):
-    result = run("trace", files / "scene.yaml", files / rays, "-o", files / output, *options)
-    assert result.exit_code == 0, result.stderr
+    done("trace", files / "scene.yaml", files / rays, "-o", files / output, *options)
     return files / output
 
 
@@ -62,23 +69,22 @@ def test_workers_write_the_same(files):
 def test_mistakes(files):
     scene = files / "scene.yaml"
 
-    def told(*arguments):
-        result = run(*arguments)
-        assert result.exit_code == 2
-        return result.stderr
-
-    assert "--resume goes with --chunk" in told("trace", scene, files / "rays.npy", "-o", files / "x.csv", "--resume")
-    assert "give either --workers or --cluster" in told(
+    assert "--resume goes with --chunk" in refused(
+        "trace", scene, files / "rays.npy", "-o", files / "x.csv", "--resume"
+    )
+    assert "give either --workers or --cluster" in refused(
         "render", scene, "-o", files / "x.png", "--workers", 2, "--cluster", "tcp://127.0.0.1:1"
     )
     bad = np.load(files / "rays.npy")
     bad[300, 3:] = 0
     np.save(files / "bad.npy", bad)
-    assert "ray 300: direction must not be zero" in told(
+    assert "ray 300: direction must not be zero" in refused(
         "trace", scene, files / "bad.npy", "-o", files / "x.csv", "--chunk", 64
     )
-    assert "--resume goes on with it" in told("trace", scene, files / "bad.npy", "-o", files / "x.csv", "--chunk", 64)
-    assert "holds results of other rays" in told(
+    assert "--resume goes on with it" in refused(
+        "trace", scene, files / "bad.npy", "-o", files / "x.csv", "--chunk", 64
+    )
+    assert "holds results of other rays" in refused(
         "trace", scene, files / "rays.npy", "-o", files / "x.csv", "--chunk", 64, "--resume"
     )
 
@@ -110,3 +116,270 @@ def test_a_command_killed_twenty_times(tmp_path, output):
         assert found.read_bytes() == whole.read_bytes()
     else:
         assert co.Hits.load(found) == co.Hits.load(whole)
+
+
+# --- Measures on workers
+
+
+def test_measures_of_workers_are_the_same(processes):
+    scene, lens = subject.scene(), co.Sphere(1) & co.Sphere(1, (0.5, 0.5, 0)) & co.Sphere(1, (0, 0.4, 0.3))
+    far, one = (co.measure(each, rays=600, executor=processes) for each in (scene, lens))
+    near = co.measure(scene, rays=600)
+    assert np.array_equal(far.volume, near.volume)
+    assert np.array_equal(far.volume_error, near.volume_error)
+    assert [body.area for body in far] == [body.area for body in near]
+    local = co.measure(lens, rays=600)
+    assert (one.volume, one.area, one.volume_error) == (local.volume, local.area, local.volume_error)
+    assert one.volume_error > 0  # it was sampled
+
+
+LENS = (co.Sphere(1) & co.Sphere(1, (0.5, 0.5, 0)) & co.Sphere(1, (0, 0.4, 0.3))).rotate((1, 2, 3), 25)
+FIELDS = "volume area centroid inertia volume_error area_error centroid_error inertia_error rays".split()
+
+
+def told(measures):
+    return {name: np.asarray(getattr(measures, name)).tolist() for name in FIELDS}
+
+
+@pytest.mark.parametrize("count", [2, *(pytest.param(count, marks=pytest.mark.deep) for count in (1, 3, 4))])
+def test_the_rays_of_one_shape_are_shared_out(count, processes, monkeypatch):
+    """Whatever the workers and their BLAS: each piece has sums of its own, which are added in order."""
+    done, near = [], told(co.measure(LENS, rays=200_000, seed=3))
+    tasks, submit = [], co.parallel.Processes.submit
+    monkeypatch.setattr(co.parallel.Processes, "submit", lambda *of, **more: tasks.append(of) or submit(*of, **more))
+    with contextlib.nullcontext(processes) if count == 2 else co.parallel.Processes(count) as pool:
+        far = co.measure(LENS, rays=200_000, seed=3, executor=pool, progress=lambda *step: done.append(step))
+    assert told(far) == near
+    assert near["volume_error"] > 0
+    assert len(tasks) > 6
+    assert done[-1] == (200_000, 200_000)
+    assert [step for step, _ in done] == sorted(step for step, _ in done)
+
+
+@pytest.mark.deep
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="SIGKILL")
+def test_a_worker_dies_while_it_measures():
+    with co.parallel.Processes(2, retries=3) as pool:
+        killed = []
+
+        def kill(*_):
+            if not killed and pool.pids:
+                killed.append(os.kill(pool.pids[0], signal.SIGKILL))
+
+        far = co.measure(LENS, rays=60_000, executor=pool, progress=kill)
+    assert killed
+    assert told(far) == told(co.measure(LENS, rays=60_000))
+
+
+# --- Pictures in tiles on workers, and those that go on where a driver was stopped
+
+
+def test_tiles_of_workers_to_the_bit(processes):
+    scene = subject.scene()
+    local = scene.render(100, 70, samples=2, axes=True)
+    told = []
+    for chunk in (1, 5, None):
+        how = co.parallel.Workers(processes, chunk=chunk)
+        far = scene.render(100, 70, samples=2, axes=True, executor=how, progress=lambda *step: told.append(step))
+        assert np.array_equal(far.pixels, local.pixels)
+    assert told[-1] == (4 * 3, 4 * 3)  # tiles of 32 pixels
+
+
+def test_a_picture_goes_on(tmp_path):
+    scene, file = subject.scene(), tmp_path / "tiles"
+    local = scene.render(100, 70, samples=1)
+    stopped = []
+
+    def stop(done, count):
+        stopped.append(done)
+        if done == 5:
+            raise KeyboardInterrupt
+
+    workers = inline_workers()
+    workers.chunk = 1
+    with pytest.raises(KeyboardInterrupt):
+        scene.render(100, 70, samples=1, resume=file, executor=workers, progress=stop)
+    with open(file, "ab") as cut:
+        cut.write(b"what was being written when the power went")
+    told = []
+    image = scene.render(100, 70, samples=1, resume=file, executor=workers, progress=lambda *step: told.append(step))
+    assert np.array_equal(image.pixels, local.pixels)
+    assert told[0][0] == 5  # tiles 0 to 3 were kept, and one is new
+    again = []
+    image = scene.render(100, 70, samples=1, resume=file, progress=lambda *step: again.append(step))
+    assert np.array_equal(image.pixels, local.pixels)
+    assert again == []  # all of them were there
+    with pytest.raises(ValueError, match="holds parts of other work"):
+        scene.render(100, 70, samples=2, resume=file)
+
+
+def test_other_files_are_not_touched(tmp_path):
+    file = tmp_path / "letter.txt"
+    file.write_text("Dear reader, this is no checkpoint.")
+    with pytest.raises(ValueError, match="holds parts of something else"):
+        subject.scene().render(40, 40, resume=file)
+    assert file.read_text() == "Dear reader, this is no checkpoint."
+
+
+def test_damaged_parts_are_done_again(tmp_path):
+    file = tmp_path / "parts"
+    kept = Checkpoint(file, b"key")
+    for k in range(3):
+        kept.add(k, k + 1, bytes([k]) * 10)
+    kept.close()
+    data = bytearray(file.read_bytes())
+    data[-15] ^= 1  # in the last part
+    file.write_bytes(data)
+    again = Checkpoint(file, b"key")
+    assert list(again.records()) == [(0, 1, b"\0" * 10), (1, 2, b"\1" * 10)]
+    again.add(2, 3, b"new")
+    again.close()
+    last = Checkpoint(file, b"key")
+    assert list(last.records())[2] == (2, 3, b"new")
+    last.close()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="/dev/full is Linux's")
+def test_a_full_disk_is_named():
+    kept = object.__new__(Checkpoint)
+    kept.path, kept.file = "/dev/full", open("/dev/full", "wb")  # noqa: SIM115
+    with pytest.raises(OSError, match="No space left") as caught:
+        kept.add(0, 1, b"data")
+    assert (caught.value.errno, caught.value.filename) == (errno.ENOSPC, "/dev/full")
+    with pytest.raises(OSError, match="No space left"):
+        kept.close()
+
+
+DRIVER = """
+import sys
+import conicoid as co
+from tests.cluster import subject
+with co.parallel.Processes(2) as pool:
+    image = subject.scene().render(640, 480, samples=4, resume=sys.argv[1],
+                                   executor=co.parallel.Workers(pool, chunk=2))
+image.save(sys.argv[2])
+"""
+
+
+@pytest.mark.deep
+@pytest.mark.skipif(sys.platform == "win32", reason="SIGKILL")
+def test_a_driver_killed_twenty_times(tmp_path):
+    pytest.importorskip("OpenEXR")
+    tiles, picture = tmp_path / "tiles", tmp_path / "picture.exr"
+    rng, killed, sizes = np.random.default_rng(20), 0, [0]
+    while killed < 20:
+        driver = subprocess.Popen([sys.executable, "-c", DRIVER, tiles, picture])
+        wanted = sizes[-1] + int(rng.integers(1, 100_000))
+        while driver.poll() is None and not (tiles.exists() and tiles.stat().st_size > wanted):
+            time.sleep(0.005)
+        if driver.poll() is not None:
+            assert driver.returncode == 0
+            tiles.unlink()  # it was done: from the start again
+            sizes.append(0)
+            continue
+        driver.send_signal(signal.SIGKILL)
+        driver.wait()
+        killed += 1
+        sizes.append(tiles.stat().st_size)
+    subprocess.run([sys.executable, "-c", DRIVER, tiles, picture], check=True)
+    subject.scene().render(640, 480, samples=4).save(tmp_path / "local.exr")
+    assert picture.read_bytes() == (tmp_path / "local.exr").read_bytes()
+
+
+# --- Rays that are made where they are traced, and answers that are never held as a whole
+
+CAMERAS = [co.Camera((5, 1, 2), (0, 0, 0)), co.OrthographicCamera((5, 1, 2), (0, 0, 0), height=3)]
+
+
+@pytest.mark.parametrize("camera", CAMERAS)
+def test_rays_of_cameras_to_the_bit(camera):
+    lazy, rays = co.Rays.from_camera(camera, 33, 20), camera.rays(33, 20)
+    assert lazy.shape == rays.shape
+    assert lazy.to_rays() == rays
+    assert lazy.part(100, 140) == co.Rays(rays.origins.reshape(-1, 3), rays.directions.reshape(-1, 3))[100:140]
+    assert len(pickle.dumps(lazy)) < 500  # however many rays they are
+
+
+def test_queries_take_them(processes):
+    scene, lazy = subject.scene(), co.Rays.from_camera(CAMERAS[0], 33, 20)
+    rays = lazy.to_rays()
+    for how in ({}, dict(executor=co.parallel.Workers(processes, chunk=100))):
+        assert scene.first_hit(lazy, **how) == scene.first_hit(rays)
+        assert scene.spans(lazy, **how) == scene.spans(rays)
+        sums = scene.line_integral(subject.VALUES, lazy, **how)
+        assert np.array_equal(sums, scene.line_integral(subject.VALUES, rays))
+    with pytest.raises(TypeError, match="is no array of numbers"):
+        np.asarray(lazy)
+    with pytest.raises(TypeError, match="from_camera: camera must be a Camera"):
+        co.Rays.from_camera("camera", 3, 3)
+
+
+def parts_of(rays, directory):
+    """The same rays as everything that `stream` takes."""
+    flat = np.concatenate([rays.origins.reshape(-1, 3), rays.directions.reshape(-1, 3)], axis=1)
+    np.save(directory / "rays.npy", flat)
+    on_disk = np.load(directory / "rays.npy", mmap_mode="r")
+    yield "Rays", rays
+    yield "array", flat
+    yield "memory map", on_disk
+    yield "pair", (on_disk[:, :3], on_disk[:, 3:])
+    yield "generator", ((flat[a : a + 13, :3], flat[a : a + 13, 3:]) for a in range(0, len(flat), 13))
+    yield (
+        "parts of records",
+        (np.frombuffer(b"-" + flat[a : a + 50].tobytes(), offset=1).reshape(-1, 6) for a in (0, 50)),
+    )
+
+
+def test_streams_of_anything(tmp_path):
+    scene, rays = subject.scene(), subject.rays(100)
+    wanted = scene.first_hit(rays)
+    for name, given in parts_of(rays, tmp_path):
+        parts = list(scene.stream(given, chunk=17))
+        assert max(part.size for part in parts) <= 17, name
+        assert np.array_equal(np.concatenate([part.t for part in parts]), wanted.t), name
+        assert np.array_equal(np.concatenate([part.normal for part in parts]), wanted.normal, equal_nan=True), name
+
+
+def test_every_query_streams(processes):
+    scene, rays = subject.scene(), subject.rays(100)
+    for executor in (None, processes):
+        how = dict(chunk=31, executor=executor)
+        assert np.array_equal(np.concatenate(list(scene.stream(rays, "occluded", **how))), scene.occluded(rays))
+        assert np.array_equal(np.concatenate(list(scene.stream(rays, "lengths", **how))), scene.lengths(rays))
+        total = np.concatenate(list(scene.stream(rays, "line_integral", values=subject.VALUES, **how)))
+        assert np.array_equal(total, scene.line_integral(subject.VALUES, rays))
+        spans = list(scene.stream(rays, "spans", t_max=7.0, **how))
+        assert np.array_equal(np.concatenate([s.t_exit for s in spans]), scene.spans(rays, t_max=7.0).t_exit)
+        assert np.array_equal(
+            np.concatenate([s.t_exit_error for s in spans]), scene.spans(rays, t_max=7.0).t_exit_error
+        )
+        found = list(scene.stream(rays, "crossings", **how))
+        assert np.array_equal(np.concatenate([c.normal for c in found]), scene.crossings(rays).normal)
+
+
+def test_what_cannot_be_streamed():
+    scene = subject.scene()
+    with pytest.raises(ValueError, match=r"stream: query must be one of first_hit.*\(did you mean 'spans'\?\)"):
+        scene.stream(subject.rays(3), "span")
+    with pytest.raises(TypeError, match="stream: line_integral needs values="):
+        scene.stream(subject.rays(3), "line_integral")
+    with pytest.raises(TypeError, match="stream: rays must be Rays, arrays or an iterable of such"):
+        list(scene.stream(5))
+    with pytest.raises(ValueError, match=r"rays: origins must be an array of shape \(n, 6\)"):
+        list(scene.stream(np.zeros((4, 5))))
+
+
+def test_numbers_that_are_not_aligned():
+    # As they come out of messages and records: NumPy says of such that their elements are of another kind
+    def odd(values):
+        array = np.asarray(values, float)
+        return np.frombuffer(b"-" + array.tobytes(), offset=1).reshape(array.shape)
+
+    scene, rays = subject.scene(), subject.rays(50)
+    ends, points = np.linspace(3, 9, 50), np.clip(rays.origins, -1, 1)
+    assert not odd(ends).flags.aligned
+    assert scene.first_hit(odd(rays.origins), odd(rays.directions), 0, odd(ends)) == scene.first_hit(
+        rays, None, 0, ends
+    )
+    assert np.array_equal(scene.lengths(rays, None, 0, odd(ends)), scene.lengths(rays, None, 0, ends))
+    assert np.array_equal(scene.contains(odd(points)), scene.contains(points))

@@ -40,8 +40,9 @@ def test_a_connection_that_breaks(wires, broken, times):
     scene, rays = subject.scene(), subject.rays(100, 200)
     wanted, cuts = scene.first_hit(rays), []
     of_worker, of_client = (over_proxy, directly) if broken == "a worker's" else (directly, over_proxy)
-    with workers(directly, of_worker), distributed.Client(of_client) as client:
-        client.wait_for_workers(2, timeout=120)
+    addresses = {directly, of_worker}
+    with workers(*addresses), distributed.Client(of_client) as client:
+        client.wait_for_workers(len(addresses), timeout=120)
         until = time.monotonic() + 120
 
         def cut(done, count):

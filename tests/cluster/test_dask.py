@@ -97,7 +97,7 @@ def test_a_scheduler_and_its_workers():
         check_arrays(scene, rays)
         large, local = subject.large_scene(), subject.answers(scene, rays)
         assert large.first_hit(rays, executor=client) == large.first_hit(rays)
-        for chunk in (7, rays.size):  # of the grid that the deep suite goes through
+        for chunk in (70, rays.size):  # of the grid that the deep suite goes through
             how = co.parallel.Workers(client, chunk=chunk)
             assert subject.differing(local, subject.answers(scene, rays, executor=how)) == []
         picture = scene.render(70, 70, executor=client)

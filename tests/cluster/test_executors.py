@@ -22,12 +22,6 @@ from conicoid.parallel.shared_state import source_version
 from . import subject
 
 
-@pytest.fixture(scope="module")
-def processes():
-    with co.parallel.Processes(2) as pool:
-        yield pool
-
-
 @pytest.mark.parametrize("chunk", [7, 4096, None])
 def test_processes_answer_to_the_bit(processes, chunk):
     scene, rays = subject.scene(), subject.rays(5, 40)

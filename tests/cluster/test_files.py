@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from tests.command_line import run
 
+from ..command_line import done, run
 from . import subject
 
 COUNT = 500
@@ -30,8 +30,7 @@ def folder(tmp_path, rays):
 
 
 def traced(folder, rays, output, *options):
-    result = run("trace", folder / "scene.yaml", folder / rays, "-o", folder / output, *options)
-    assert result.exit_code == 0, result.stderr
+    done("trace", folder / "scene.yaml", folder / rays, "-o", folder / output, *options)
     return folder / output
 
 

@@ -17,10 +17,10 @@ def logged(caplog):
     return lambda: [r.getMessage() for r in caplog.records if "through two bodies at once" in r.getMessage()]
 
 
-@pytest.mark.parametrize("make", [lambda: co.parallel.Processes(2), lambda: ThreadPoolExecutor(2), lambda: None])
-def test_overlaps_are_told_once(make, logged):
+@pytest.mark.parametrize("kind", ["processes", "threads", "none"])
+def test_overlaps_are_told_once(kind, processes, logged):
     scene, rays = subject.scene(), subject.rays(200)  # whose ball and corners overlap
-    pool = make()
+    pool = dict(processes=processes, threads=ThreadPoolExecutor(2), none=None)[kind]
     how = None if pool is None else co.parallel.Workers(pool, chunk=20)
     scene.line_integral(subject.VALUES, rays, executor=how)
     assert len(logged()) == 1
@@ -32,5 +32,3 @@ def test_overlaps_are_told_once(make, logged):
     assert len(logged()) == 2
     subject.scene().line_integral(subject.VALUES, rays, executor=how, overlaps="both")
     assert len(logged()) == 2
-    if pool is not None:
-        pool.shutdown()

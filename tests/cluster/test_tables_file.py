@@ -86,16 +86,15 @@ def test_the_file_is_written_in_no_process_twice(kept, tmp_path):
     assert np.array_equal(edited.first_hit(rays).t, other.first_hit(rays).t)
 
 
-def test_workers_map_it(tmp_path):
+def test_workers_map_it(processes, tmp_path):
     scene, rays = crowd(), subject.rays(300)
-    with co.parallel.Processes(2) as pool:
-        how = co.parallel.Workers(pool, chunk=50, store=tmp_path)
-        assert scene.first_hit(rays, executor=how) == scene.first_hit(rays)
-        reference = recipe.shared_scene(scene).reference()
-        maps = "/proc/self/maps"
-        if os.path.exists(maps):
-            mapped = pool.submit(_reads, maps).result()
-            assert os.path.basename(reference.tables[0]) in mapped
+    how = co.parallel.Workers(processes, chunk=50, store=tmp_path)
+    assert scene.first_hit(rays, executor=how) == scene.first_hit(rays)
+    reference = recipe.shared_scene(scene).reference()
+    maps = "/proc/self/maps"
+    if os.path.exists(maps):
+        mapped = processes.submit(_reads, maps).result()
+        assert os.path.basename(reference.tables[0]) in mapped
     assert [path.suffix for path in tmp_path.iterdir()] == [".tables"]
 
 
@@ -126,7 +125,7 @@ def test_other_editions_and_damage_are_refused(kept, tmp_path):
         TablesFile(tmp_path / "damaged", source_version()).prepared(())
 
 
-def test_a_process_that_dies_while_it_writes_leaves_no_such_file(tmp_path):
+def test_a_process_that_dies_while_it_writes_leaves_no_such_file(processes, tmp_path):
     program = (
         "import os, sys\n"
         "from conicoid.parallel import shared_state\n"
@@ -143,23 +142,21 @@ def test_a_process_that_dies_while_it_writes_leaves_no_such_file(tmp_path):
     )
     assert subprocess.run([sys.executable, "-c", program, tmp_path]).returncode == 9
     assert not list(tmp_path.glob("[!.]*"))  # but for a file that has no such name
-    with co.parallel.Processes(1) as pool:
-        how, rays = co.parallel.Workers(pool, chunk=50, store=tmp_path), subject.rays(100)
-        assert crowd().first_hit(rays, executor=how) == crowd().first_hit(rays)
+    how, rays = co.parallel.Workers(processes, chunk=50, store=tmp_path), subject.rays(100)
+    assert crowd().first_hit(rays, executor=how) == crowd().first_hit(rays)
     assert len(list(tmp_path.glob("[!.]*.tables"))) == 1
 
 
-def test_without_room_each_prepares_for_itself(tmp_path, monkeypatch):
+def test_without_room_each_prepares_for_itself(processes, tmp_path, monkeypatch):
     def full(*_):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(recipe, "write_tables", full)
     scene, rays = crowd(), subject.rays(100)
-    with co.parallel.Processes(1) as pool:
-        assert scene.first_hit(rays, executor=pool) == scene.first_hit(rays)
+    assert scene.first_hit(rays, executor=processes) == scene.first_hit(rays)
     assert recipe.shared_scene(scene).reference().tables is None
     with pytest.raises(FileNotFoundError, match="no such folder"):
-        co.parallel.Workers(co.parallel.Processes(1), store=tmp_path / "nowhere")
+        co.parallel.Workers(processes, store=tmp_path / "nowhere")
 
 
 def test_a_file_that_another_program_replaced_is_not_read(kept):
@@ -173,9 +170,8 @@ def test_a_file_that_another_program_replaced_is_not_read(kept):
     assert again == scene
 
 
-def test_stretched_balls_are_prepared_by_each(tmp_path):
+def test_stretched_balls_are_prepared_by_each(processes, tmp_path):
     scene, rays = co.Scene([subject.large_scene().bodies[0].shape.scale((1, 2, 1))]), subject.rays(300)
-    with co.parallel.Processes(1) as pool:
-        how = co.parallel.Workers(pool, store=tmp_path)
-        assert scene.first_hit(rays, executor=how) == scene.first_hit(rays)
+    how = co.parallel.Workers(processes, store=tmp_path)
+    assert scene.first_hit(rays, executor=how) == scene.first_hit(rays)
     assert list(tmp_path.iterdir()) == []

@@ -1,7 +1,9 @@
-"""Sinograms: the Shepp-Logan head against its closed form, and the same bits wherever they are made."""
+"""Projections, and scans of other programs."""
 
 from __future__ import annotations
 
+import math
+import re
 import resource
 import sys
 
@@ -12,6 +14,8 @@ import conicoid as co
 from tests.adversarial.test_shepp_logan import HEAD, closed_form, head
 
 from ..samples import sampled
+
+# --- Sinograms: the Shepp-Logan head against its closed form, and the same bits wherever they are made
 
 SCANS = {
     "parallel": co.ct.parallel(np.arange(0, 180, 20.0), 24, spacing=0.09, offset=0.01),
@@ -97,3 +101,190 @@ def test_a_hundred_million_rays_in_two_gigabytes(tmp_path):
     places, sources = scan.pixels(views, rows, columns), scan.vectors[views, :3]
     wanted = [closed_form(o[None], p - o)[0] for o, p in zip(sources, places, strict=True)]
     assert np.abs(some.ravel() - np.array(wanted)).max() < 1e-12
+
+
+# --- Scans against the definitions of ASTRA and RTK: rays derived by hand, and matrices as their documents print them
+
+HALF = math.sqrt(0.5)
+
+
+def ray(scan, *index):
+    made = co.Rays.from_scan(scan).to_rays()[index]
+    return made.origins, made.directions
+
+
+def test_cone_at_the_angle_zero():
+    # ASTRA: the source at (0, -far, 0), the detector at (0, near, 0), columns along x and rows along z
+    scan = co.ct.cone([0], 3, 4, 10, 5, spacing=(2, 0.5))
+    origin, direction = ray(scan, 0, 2, 0)  # the last row is at z = +0.5, the first column at x = -1.5 · 2
+    assert origin.tolist() == [0, -10, 0]
+    assert (origin + direction).tolist() == [-3, 5, 0.5]
+    assert scan.shape == (1, 3, 4)
+
+
+def test_cone_after_a_quarter():
+    # sin 90° = 1: the source at (far, 0, 0), columns along y; the offset shifts the detector along its axes
+    scan = co.ct.cone([90], 1, 2, 10, 5, spacing=(2, 1), offset=(0.25, 3))
+    origin, direction = ray(scan, 0, 0, 1)
+    assert origin.tolist() == [10, 0, 0]
+    assert (origin + direction).tolist() == [-5, 1 + 0.25, 3]
+
+
+def test_parallel_rays():
+    # At 45° the direction is (sin, -cos), columns along (cos, sin); the middle of two is half a step from each
+    scan = co.ct.parallel([45], 2, spacing=4)
+    origin, direction = ray(scan, 0, 1)
+    assert np.allclose(direction, (HALF, -HALF, 0), rtol=1e-15)
+    assert np.allclose(origin, (2 * HALF, 2 * HALF, 0), rtol=1e-15)
+    deep = co.ct.parallel3d([90], 2, 1, spacing=(1, 6), offset=(0.5, 1))
+    origin, direction = ray(deep, 0, 1, 0)
+    assert direction.tolist() == [1, 0, 0]
+    assert origin.tolist() == [0, 0.5, 1 + 3]
+
+
+def test_helix():
+    # One turn is 360°: at -90° a quarter of the pitch below the middle
+    scan = co.ct.helical([-90, 0, 720], 1, 1, 10, 5, pitch=8)
+    assert scan.vectors[:, 2].tolist() == [-2, 0, 16]
+    origin, direction = ray(scan, 0, 0, 0)
+    assert origin.tolist() == [-10, 0, -2]
+    assert (origin + direction).tolist() == [5, 0, -2]
+
+
+def test_a_detector_about_the_source_has_equal_angles():
+    scan = co.ct.fanflat([0], 7, 4, 2, spacing=0.3, radius=6)
+    places = scan.pixels(np.zeros(7, int), 0, np.arange(7)) - (0, -4, 0)
+    assert np.allclose(np.linalg.norm(places, axis=1), 6, rtol=1e-15)
+    angles = np.arctan2(places[:, 0], places[:, 1])
+    assert np.allclose(angles, (np.arange(7) - 3) * 0.3 / 6, rtol=1e-14, atol=1e-16)
+
+
+def test_a_shifted_curved_detector_keeps_its_cylinder():
+    scan = co.ct.cone([30], 2, 5, 4, 2, spacing=(0.3, 1), offset=(0.7, 0), radius=6)
+    places = scan.pixels(np.zeros(5, int), 1, np.arange(5)) - scan.vectors[0, :3]
+    assert np.allclose(np.linalg.norm(places[:, :2], axis=1), 6, rtol=1e-14)
+    assert np.allclose(places[:, 2], 0.5)
+
+
+def astra(kind, **entries):
+    names = dict(
+        angles="ProjectionAngles", width="DetectorWidth", count="DetectorCount", rows="DetectorRowCount",
+        columns="DetectorColCount", x="DetectorSpacingX", y="DetectorSpacingY", far="DistanceOriginSource",
+        near="DistanceOriginDetector", vectors="Vectors",
+    )  # fmt: skip
+    return co.ct.from_astra({"type": kind} | {names[name]: value for name, value in entries.items()})
+
+
+def test_dictionaries_of_astra():
+    quarter = np.array([np.pi / 2])
+    pairs = [
+        (astra("parallel", angles=quarter, width=2.0, count=5), co.ct.parallel([90], 5, spacing=2)),
+        (astra("fanflat", angles=quarter, width=2.0, count=5, far=9, near=3), co.ct.fanflat([90], 5, 9, 3, spacing=2)),
+        (
+            astra("parallel3d", angles=quarter, x=2.0, y=3.0, rows=4, columns=5),
+            co.ct.parallel3d([90], 4, 5, spacing=(2, 3)),
+        ),
+        (
+            astra("cone", angles=quarter, x=2.0, y=3.0, rows=4, columns=5, far=9, near=3),
+            co.ct.cone([90], 4, 5, 9, 3, spacing=(2, 3)),
+        ),
+    ]
+    for given, ours in pairs:
+        assert given.shape == ours.shape
+        assert np.allclose(given.vectors, ours.vectors, atol=1e-14)
+        assert (given.is_parallel, given.is_plane) == (ours.is_parallel, ours.is_plane)
+    twelve = np.array([[0, -9, 0, 0, 3, 0, 2, 0, 0, 0, 0, 3.0]])
+    vec = astra("cone_vec", vectors=twelve, rows=4, columns=5)
+    assert np.array_equal(vec.vectors, co.ct.cone([0], 4, 5, 9, 3, spacing=(2, 3)).vectors)
+    six = astra("fanflat_vec", vectors=np.array([[0, -9, 0, 3, 2, 0.0]]), count=5)
+    assert np.array_equal(six.vectors, co.ct.fanflat([0], 5, 9, 3, spacing=2).vectors)
+
+
+MATRICES = [
+    # RTK's documentation prints these: gantry angle, projection offsets, and the matrix of each (sid 1000, sdd 1536)
+    (271.847274780273, (-117.056503295898, -1.01195001602173), [
+        [-166.5093078829, 0, -1531.42837748039, -117056.503295898],
+        [-1.01142410874151, -1536, 0.0326206557691505, -1011.95001602173],
+        [-0.999480303105996, 0, 0.0322354417240802, -1000],
+    ]),
+    (271.852905273438, (-117.056831359863, -1.01187002658844), [
+        [-166.660129424325, 0, -1531.41199650136, -117056.831359863],
+        [-1.01134095059569, -1536, 0.0327174625589984, -1011.87002658844],
+        [-0.999477130482326, 0, 0.0323336411615466, -1000],
+    ]),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("angle", "offset", "matrix"), MATRICES)
+def test_matrices_of_rtk(angle, offset, matrix):
+    # Every point of the ray to a pixel projects to the place of the pixel, offset aside
+    scan = co.ct.rtk([angle], 5, 7, 1000, 1536, spacing=(30, 20), projection_offset=offset)
+    rays = co.Rays.from_scan(scan).to_rays()
+    for t in (0.3, 0.9):
+        points = (rays.origins + t * rays.directions).reshape(-1, 3)
+        u, v, w = np.array(matrix) @ np.column_stack([points, np.ones(len(points))]).T
+        rows, columns = np.mgrid[:5, :7].reshape(2, -1)
+        assert np.allclose(u / w, (columns - 3) * 30, atol=1e-6)
+        assert np.allclose(v / w, (rows - 2) * 20, atol=1e-6)
+
+
+def rtk_matrix(angle, out, inside, sid, sdd, source, shift):
+    """As RTK's documentation composes it."""
+
+    def turn(degrees, i, j):
+        matrix, a = np.eye(4), math.radians(-degrees)
+        matrix[i, i] = matrix[j, j] = math.cos(a)
+        matrix[i, j], matrix[j, i] = -math.sin(a), math.sin(a)
+        return matrix
+
+    rotation = turn(inside, 0, 1) @ turn(out, 1, 2) @ turn(angle, 2, 0)
+    offset = np.eye(4)
+    offset[0, 3], offset[1, 3] = -source[0], -source[1]
+    depth = np.diag([-sdd, -sdd, 1.0])
+    depth = np.column_stack([depth, [0, 0, -sid]])
+    last = np.array([[1, 0, source[0] - shift[0]], [0, 1, source[1] - shift[1]], [0, 0, 1]])
+    return last @ depth @ offset @ rotation
+
+
+def test_nine_parameters_of_rtk():
+    given = dict(out_of_plane_angle=4, in_plane_angle=-7, source_offset=(0.3, -0.2), projection_offset=(0.5, 1.5))
+    scan = co.ct.rtk([33, 250], 4, 3, 100, 150, spacing=(2, 3), **given)
+    rays = co.Rays.from_scan(scan).to_rays()
+    rows, columns = np.mgrid[:4, :3].reshape(2, -1)
+    for k, angle in enumerate((33, 250)):
+        matrix = rtk_matrix(angle, 4, -7, 100, 150, (0.3, -0.2), (0.5, 1.5))
+        points = (rays.origins[k] + 0.6 * rays.directions[k]).reshape(-1, 3)
+        u, v, w = matrix @ np.column_stack([points, np.ones(len(points))]).T
+        assert np.allclose(u / w, (columns - 1) * 2, atol=1e-11)
+        assert np.allclose(v / w, (rows - 1.5) * 3, atol=1e-11)
+
+
+def test_parallel_rays_and_cylinders_of_rtk():
+    # Without angles the rotated axes are those of the world; the source is up z, so that rays go down
+    scan = co.ct.rtk([0], 1, 2, 100, 0, spacing=(2, 1), projection_offset=(0.5, 0))
+    origin, direction = ray(scan, 0, 0, 1)
+    assert direction.tolist() == [0, 0, -1]
+    assert origin.tolist() == [1.5, 0, -100]
+    bent = co.ct.rtk([0], 1, 3, 100, 150, spacing=(30, 1), radius=150)  # about the source
+    places = bent.pixels(np.zeros(3, int), 0, np.arange(3)) - (0, 0, 100)
+    assert np.allclose(np.linalg.norm(places, axis=1), 150, rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: co.ct.cone([0], 0, 3, 1, 1), "ScanGeometry: rows must be an integer >= 1, got 0"),
+        (lambda: co.ct.cone([0], 3, 3, -1, 1), "cone: source_origin must be > 0, got -1"),
+        (lambda: co.ct.parallel([math.nan], 3), "parallel: angles must be finite numbers of shape (views,)"),
+        (lambda: co.ct.from_astra({"type": "cone"}), "from_astra: cone must have DetectorRowCount, DetectorColCount"),
+        (lambda: co.ct.from_astra({"type": "spiral"}), "from_astra: type must be one of parallel, fanflat"),
+        (lambda: co.ct.rtk([0, 1], 3, 3, [1, 2, 3], 4), "rtk: source_to_isocenter must be a number, or for each of 2"),
+        (
+            lambda: co.ct.ScanGeometry(np.zeros((1, 12)), 3, 3, True),
+            "ScanGeometry: u and v of a view must not be parallel",
+        ),
+    ],
+)
+def test_what_makes_no_scan(make, message):
+    with pytest.raises(ValueError, match=re.escape(message)):
+        make()

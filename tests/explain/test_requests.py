@@ -12,7 +12,7 @@ import pytest
 import conicoid as co
 from conicoid.apps.explain.steps import OUTCOMES
 
-from ..command_line import refused, run, written
+from ..command_line import done, refused, run, written
 
 SCENE = co.Scene(
     [co.Body(co.Sphere(1), name="ball"), co.Box((3, -1, -1), (5, 1, 1)), co.Spheres([(0, 9, 0), (0, 12, 0)], 1)]
@@ -102,8 +102,7 @@ def test_text_has_no_line_that_is_only_blanks_at_its_end():
 
 def test_command(tmp_path):
     path = written(tmp_path)
-    result = run("explain", path, "--ray", -3, 0.6, 0, 1, 0, 0, "--body", "ball", "--html", tmp_path / "why.html")
-    assert result.exit_code == 0, result.output
+    result = done("explain", path, "--ray", -3, 0.6, 0, 1, 0, 0, "--body", "ball", "--html", tmp_path / "why.html")
     assert result.stdout == co.load(path).explain(*RAY, body="ball").text
     assert "t₀ = −B − √D = 2.2" in result.stdout
     assert (tmp_path / "why.html").read_text(encoding="utf-8").startswith("<!doctype html>")

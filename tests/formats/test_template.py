@@ -25,7 +25,7 @@ from conicoid.io.scene_file.writer import dump_json, format_number
 
 from ..samples import sampled
 from .test_body_groups import SHAPES
-from .test_schema import tree
+from .test_broken_files import tree
 
 COUNT = 12
 BODIES = {

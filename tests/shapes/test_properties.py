@@ -18,7 +18,7 @@ import conicoid as co
 from conicoid.materials.presets import CONSTRUCTORS
 from conicoid.materials.properties import Properties
 
-from ..formats.test_schema import VALIDATOR
+from ..formats.test_broken_files import VALIDATOR
 
 ENERGIES = [0.03, 0.06, 0.1]
 LEAD = co.metal(

@@ -1,8 +1,10 @@
-"""Turntables: what the file holds, what is rendered and what is taken from before."""
+"""Turntables and movies, in one process and on workers."""
 
 from __future__ import annotations
 
 import io
+import os
+import signal
 import sys
 from pathlib import Path
 
@@ -13,9 +15,14 @@ import pytest
 
 import conicoid as co
 from conicoid.io.image_codecs import _durations
+from conicoid.parallel.workers import inline_workers
+from conicoid.scene import movies as frames
 from conicoid.scene.movies import _views
 
 from ..children import ROOT, child, needs_signals
+from ..command_line import done, refused, run
+
+# --- Turntables: what the file holds, what is rendered and what is taken from before
 
 SMALL = dict(width=32, height=24, samples=1)
 POSTS = [co.Body(co.Cylinder((2, 0, 0), (2, 0, 1), 0.3), "red", "post"), co.Body(co.Sphere(1), "white", "ball")]
@@ -215,3 +222,167 @@ def test_what_is_interrupted_goes_on(tmp_path):
     for frame in folder.iterdir():
         assert PIL.Image.open(io.BytesIO(frame.read_bytes())).size == (320, 240)
     assert 1 <= len(list(folder.iterdir())) < 3
+
+
+# --- Films of scenes that move: their frames, which of them are made, and the command
+
+TINY = dict(width=32, height=24, samples=2)
+BALL = co.Scene(
+    [co.Body(co.Sphere(0.5, (-1, 0, 0)), "red", "ball"), co.Box((-3, -3, -2), (3, 3, -1))],
+    [co.AmbientLight(1)], co.Camera((0, -6, 2), (0, 0, 0)), "black",
+    animation=co.scene.BodyTrack("ball", (0, 1), translate=((0, 0, 0), (2, 0, 0))),
+)  # fmt: skip
+
+
+def frames_of(path):
+    with PIL.Image.open(path) as file:
+        return [np.asarray(frame.convert("RGB")) for frame in PIL.ImageSequence.Iterator(file)]
+
+
+@pytest.mark.parametrize("shutter", [0, 0.5])
+def test_a_film_is_its_frames(tmp_path, shutter):
+    path = tmp_path / "film.webp"
+    assert co.animate(BALL, path, frames=4, shutter=shutter, **TINY) == 4
+    for k, frame in enumerate(frames_of(path)):
+        time = k / 4
+        if shutter == 0:
+            image = BALL.at(time).render(**TINY)
+        else:
+            image = BALL.render(**TINY, shutter=(time, time + 0.125))
+        assert (frame == np.asarray(image)).all()
+
+
+def test_frames_that_are_there_are_not_made_again(tmp_path):
+    path = tmp_path / "film.gif"
+    assert co.animate(BALL, path, frames=4, **TINY) == 4
+    assert co.animate(BALL, tmp_path / "film.webp", frames=4, **TINY) == 0
+    assert co.animate(BALL, path, frames=8, shutter=1, **TINY) == 4, "every other one: the shutter is open as long"
+    assert co.animate(BALL, path, frames=8, shutter=0, **TINY) == 8
+    assert co.animate(BALL, path, frames=4, shutter=0, **TINY) == 0, "every other frame of eight"
+    other = BALL.replace(animation=co.scene.BodyTrack("ball", (0, 1), translate=((0, 0, 0), (2, 0, 0.1))))
+    assert co.animate(other, path, frames=4, shutter=0, keep=False, **TINY) == 4
+
+
+def test_only_what_moves_is_prepared_for_each_frame(monkeypatch):
+    """Every other shape of a moment is the very one that was prepared before."""
+    moved = BALL.at(0.4)
+    assert moved.bodies[1].shape is BALL.bodies[1].shape
+    assert moved.bodies[0].shape is not BALL.bodies[0].shape
+    assert BALL.at(-1)._prepared is BALL._prepared
+
+
+def test_the_command_animates(tmp_path):
+    co.save(BALL, tmp_path / "scene.yaml")
+    options = ("--width", 32, "--height", 24, "--samples", 2, "--frames", 3)
+    first = done("animate", tmp_path / "scene.yaml", "-o", tmp_path / "film.gif", *options)
+    assert "3 frames of 32 x 24 pixels" in first.output
+    again = run("animate", tmp_path / "scene.yaml", "-o", tmp_path / "film.gif", *options)
+    assert "3 of them were there" in again.output
+    done("render", tmp_path / "scene.yaml", "-o", tmp_path / "a.png", *options[:6], "--shutter", "0,0.5")
+    expected = BALL.render(32, 24, 2, shutter=(0, 0.5))
+    assert (np.asarray(PIL.Image.open(tmp_path / "a.png")) == np.asarray(expected)).all()
+    done("render", tmp_path / "scene.yaml", "-o", tmp_path / "b.png", *options[:6], "--time", "0.5")
+    assert (np.asarray(PIL.Image.open(tmp_path / "b.png")) == np.asarray(BALL.at(0.5).render(32, 24, 2))).all()
+
+
+def test_what_has_no_animation(tmp_path):
+    co.save(BALL.replace(animation=()), tmp_path / "scene.yaml")
+    assert "has no animation" in refused("animate", tmp_path / "scene.yaml", "-o", tmp_path / "film.gif")
+    with pytest.raises(ValueError, match="shutter must be in"):
+        co.animate(BALL, tmp_path / "a.gif", shutter=2)
+    with pytest.raises(ValueError, match="seconds must be given"):
+        co.animate(BALL, tmp_path / "a.gif", start=5)
+
+
+# --- Frames as tasks: the same files as without, taken where they are there, and made again where a worker died
+
+
+def contents(folder):
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def test_frames_of_workers_are_the_same(tmp_path):
+    told = []
+    co.turntable(SCENE, tmp_path / "near.gif", frames=5, **SMALL)
+    with co.parallel.Processes(2) as pool:
+        count = co.turntable(
+            SCENE, tmp_path / "far.gif", frames=5, **SMALL, executor=pool, progress=lambda *step: told.append(step)
+        )
+        assert count == 5
+        assert contents(tmp_path / "far-frames") == contents(tmp_path / "near-frames")
+        assert (tmp_path / "far.gif").read_bytes() == (tmp_path / "near.gif").read_bytes()
+        assert told == [(k + 1, 5) for k in range(5)]
+        gone = sorted((tmp_path / "far-frames").iterdir())[:2]
+        for path in gone:
+            path.unlink()
+        assert co.turntable(SCENE, tmp_path / "far.gif", frames=5, **SMALL, executor=pool) == 2
+    assert contents(tmp_path / "far-frames") == contents(tmp_path / "near-frames")
+
+
+@pytest.mark.deep
+def test_frames_of_films_too(tmp_path):
+    """With the shutter open, and without."""
+    scene = co.Scene(
+        [co.Body(co.Sphere(0.5), "red", "ball"), co.Box((-3, -3, -2), (3, 3, -1))],
+        [co.AmbientLight(0.5), co.PointLight((1, -2, 3))],
+        co.Camera((0, -6, 2), (0, 0, 0)),
+        animation=[
+            co.scene.BodyTrack("ball", (0, 1), translate=((0, 0, 0), (2, 0, 0))),
+            co.scene.LightTrack(1, (0, 1), intensity=(0, 1)),
+        ],
+    )
+    with co.parallel.Processes(2) as pool:
+        for shutter in (0, 0.5):
+            told: list[tuple[int, int]] = []
+            names = [tmp_path / f"{where}-{shutter}.gif" for where in ("near", "far")]
+            asked = dict(frames=4, shutter=shutter, **SMALL)
+            assert co.animate(scene, names[0], **asked) == 4
+            assert (
+                co.animate(scene, names[1], **asked, executor=pool, progress=lambda *step, told=told: told.append(step))
+                == 4
+            )
+            assert names[0].read_bytes() == names[1].read_bytes()
+            assert told == [(k + 1, 4) for k in range(4)]
+            assert co.animate(scene, names[1], **asked, executor=pool) == 0
+
+
+class Dying(co.parallel.Processes):
+    """Kills a process with its task, as soon as it has one, the first two times."""
+
+    left = 2
+
+    def submit(self, fn, /, *arguments, **keywords):
+        if self.left and frames.render_frame in arguments:
+            self.left -= 1
+            super().submit(os.kill, self.pids[0], signal.SIGKILL) if len(self.pids) > 1 else None
+        return super().submit(fn, *arguments, **keywords)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="SIGKILL")
+def test_a_worker_that_dies_costs_its_frame(tmp_path):
+    with Dying(2, retries=5) as pool:
+        assert co.turntable(SCENE, tmp_path / "far.gif", frames=6, **SMALL, executor=pool) == 6
+    co.turntable(SCENE, tmp_path / "near.gif", frames=6, **SMALL)
+    assert (tmp_path / "far.gif").read_bytes() == (tmp_path / "near.gif").read_bytes()
+
+
+def test_what_was_done_stays_when_one_cannot_be_made(tmp_path):
+    class Stopping(Exception):
+        pass
+
+    def stop(done, count):
+        if done == 3:
+            raise Stopping
+
+    with pytest.raises(Stopping):
+        co.turntable(SCENE, tmp_path / "far.gif", frames=5, **SMALL, executor=inline_workers(), progress=stop)
+    assert len(contents(tmp_path / "far-frames")) == 3
+    assert co.turntable(SCENE, tmp_path / "far.gif", frames=5, **SMALL) == 2
+
+
+def test_the_command_on_workers(tmp_path):
+    co.save(SCENE, tmp_path / "scene.yaml")
+    options = "--width", 32, "--height", 24, "--samples", 1, "--frames", 3
+    for name, more in (("near", ()), ("far", ("--workers", 1))):
+        done("turntable", tmp_path / "scene.yaml", "-o", tmp_path / f"{name}.gif", *options, *more)
+    assert (tmp_path / "far.gif").read_bytes() == (tmp_path / "near.gif").read_bytes()

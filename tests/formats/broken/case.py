@@ -16,12 +16,8 @@ class Broken:
     phrases: tuple[str, ...]
 
 
-CASES: list[Broken] = []
-
-
-def broken(name: str, content: str | bytes, line: int, *phrases: str) -> None:
-    data = content.encode() if isinstance(content, str) else content
-    CASES.append(Broken(name, data, line, phrases))
+def broken(name: str, content: str | bytes, line: int, *phrases: str) -> Broken:
+    return Broken(name, content.encode() if isinstance(content, str) else content, line, phrases)
 
 
 def sphere(fields: str) -> str:

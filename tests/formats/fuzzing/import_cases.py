@@ -13,16 +13,16 @@ from conicoid._util.files import SceneFileError
 from conicoid.io.importers import ImportOptions, ImportResult
 from conicoid.io.scene_file import scene_file
 
-from ..gdml import files as gdml, test_solids, test_twisted
+from ..gdml import files as gdml, test_solids
 from ..mcnp import models as mcnp
 from ..mcnp.test_reading import PIN
-from ..molecules.test_files import CIF, PDB, SALT, XYZ
+from ..molecules.test_molecules import CIF, PDB, SALT, XYZ
 from ..openmc import models as openmc
 from ..scad.test_scad import CASES
 from .mutations import NUMBERS, bytes_damaged, text_damaged
 
 MOST_BODIES = 500
-SOLIDS = {**test_solids.SOLIDS, **{f"twisted {name}": each for name, each in test_twisted.SOLIDS.items()}}
+SOLIDS = {**test_solids.SOLIDS, **{f"twisted {name}": each for name, each in test_solids.TWISTED.items()}}
 NAMES = (
     "a\nb",
     "x\rfake  material 9",

@@ -7,7 +7,7 @@ import pytest
 import conicoid as co
 from conicoid.io.importers import IMPORT_FORMATS, detect_format, find_root_element, matches_name
 
-from ...command_line import run
+from ...command_line import done, refused
 
 PIN = """<geometry>
   <surface id="1" type="z-cylinder" coeffs="0 0 0.4"/>
@@ -107,10 +107,9 @@ def test_strict_makes_an_error_of_remarks(pin):
 
 
 def test_the_command_reads_any_format_and_names_those_there_are(pin, tmp_path):
-    done = run("import", str(pin), "-o", str(tmp_path / "out.yaml"), "--only", "fuel")
-    assert done.exit_code == 0, done.stderr
+    done("import", str(pin), "-o", str(tmp_path / "out.yaml"), "--only", "fuel")
     assert len(co.load(tmp_path / "out.yaml")) == 1
     co.save(co.Sphere(1), tmp_path / "scene.yaml")
-    done = run("import", str(tmp_path / "scene.yaml"), "-o", str(tmp_path / "other.yaml"))
-    assert done.exit_code == 2
-    assert "is of no known format: OpenMC geometries" in done.stderr
+    assert "is of no known format: OpenMC geometries" in refused(
+        "import", str(tmp_path / "scene.yaml"), "-o", str(tmp_path / "other.yaml")
+    )

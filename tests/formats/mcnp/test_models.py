@@ -1,4 +1,4 @@
-"""Whole decks against an evaluator that shares no code, at 10⁴ points each; transformations by an asymmetric body."""
+"""Decks: surfaces by MCNP's manual, whole decks by an evaluator, by OpenMC, and voids around parts from CAD."""
 
 from __future__ import annotations
 
@@ -7,9 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import conicoid as co
+
 from .decks import chosen, loaded, names_at
 from .evaluator import carried
 from .models import ASYMMETRIC, MODELS, TRANSFORMS
+from .senses import BODIES, SIMPLE, Sense, beyond_any
+
+# --- Whole decks: against an evaluator, against OpenMC, and voids around parts from CAD
+
+# --- Whole decks against an evaluator that shares no code, at 10⁴ points each; transformations by an asymmetric body
 
 POINTS = chosen(2, 10_000, 3.0)
 
@@ -58,3 +65,148 @@ def test_surfaces_of_a_moved_cell_have_numbers(tmp_path: Path) -> None:
     text = "title\n5 0 -1 trcl=(2 0 0)\n6 0 5001 -2\n\n1 so 1\n2 so 4\n"
     scene = loaded(tmp_path, text)
     assert names_at(scene, [(2, 0, 0), (0, 0, 0)]) == ["cell 5", "cell 6"]
+
+
+# --- Every kind of surface, macrobody and facet against the formulas of MCNP's manual, at 10⁴ points each
+
+NEAR = chosen(1, 10_000, 3.0)
+
+
+def check(folder: Path, card: str, region: str, sense: Sense) -> None:
+    """Cell 1 on the positive side of a region, cell 2 on its other side."""
+    scene = loaded(folder, f"title\n1 0 {region}\n2 0 #1\n\n7 {card}\n")
+    expected = np.where(sense(NEAR), "cell 1", "cell 2").tolist()
+    assert 0 < expected.count("cell 1") < len(NEAR)
+    assert names_at(scene, NEAR) == expected
+
+
+@pytest.mark.parametrize(("card", "sense"), SIMPLE, ids=[card for card, _ in SIMPLE])
+def test_surfaces(tmp_path: Path, card: str, sense: Sense) -> None:
+    check(tmp_path, card, "7", sense)
+
+
+@pytest.mark.parametrize(("card", "facets"), BODIES, ids=[card for card, _ in BODIES])
+def test_macrobodies_and_facets(tmp_path: Path, card: str, facets: list[Sense]) -> None:
+    check(tmp_path, card, "7", beyond_any(*facets))
+    for number, sense in enumerate(facets, 1):
+        check(tmp_path, card, f"7.{number}", sense)
+
+
+def test_a_torus_is_refused_by_name_and_line(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"deck\.mcnp:4:1: surface 7: is a torus \(tz\)"):
+        loaded(tmp_path, "title\n1 0 -7\n\n7 tz 0 0 0 5 1 1\n")
+
+
+def test_facets_that_there_are_not(tmp_path: Path) -> None:
+    for card, region in (("rcc 0 0 0 0 0 1 1", "-7.4"), ("so 1", "-7.1"), ("ell 0 0 0 0 0 2 -1", "7.1")):
+        with pytest.raises(ValueError, match=r":2:1: cell 1: region: surface 7 has .*facets"):
+            loaded(tmp_path, f"title\n1 0 {region}\n\n7 {card}\n")
+
+
+# --- Voids around parts from CAD: what is outside of flat pieces, or in a bore of them, becomes one polyhedron less
+
+BORED = """a bored wedge in a box
+1 1 -2.0 (-1 -2 3 4 -5 7) imp:n=1
+2 0 (8 -9 10 -11 12 -13) (1 : 2 : -3 : -4 : 5 : -7) imp:n=1
+3 0 (-8 : 9 : -10 : 11 : -12 : 13) imp:n=0
+
+1 p 1 1 0 2
+2 p 1 -1 0 2
+3 px -1
+4 pz -1
+5 pz 1.5
+7 c/z 0.2 0.1 0.4
+8 px -4
+9 px 4
+10 py -5
+11 py 5
+12 pz -3
+13 pz 3
+
+m1 26056 1.0
+"""
+
+
+def test_a_void_around_a_bored_part_is_a_box_without_a_polyhedron_and_a_bore(tmp_path) -> None:
+    (tmp_path / "wedge.mcnp").write_text(BORED)
+    scene = co.load(tmp_path / "wedge.mcnp")
+    points = np.random.default_rng(0).uniform((-4, -5, -3), (4, 5, 3), (20_000, 3))
+    x, y, z = points.T
+    wedge = (x + y < 2) & (x - y < 2) & (x > -1) & (z > -1) & (z < 1.5)
+    solid = wedge & ((x - 0.2) ** 2 + (y - 0.1) ** 2 > 0.16)
+    assert solid.sum() > 500
+    assert (wedge & ~solid).sum() > 50
+    assert np.array_equal(scene.body_at(points), np.where(solid, 0, 1))
+    tables = scene._prepared.lowered.tables
+    assert np.diff(tables.cell_first).max() == 6
+    assert np.diff(tables.program_leaf).tolist() == [2, 3]  # the wedge and its bore; the box, the wedge and the bore
+
+
+# --- The same assembly as MCNP deck and as OpenMC geometry: the same spans, to the bit
+
+PITCH, PINS = 1.26, 5
+GUIDES = {(1, 1), (3, 1), (2, 2), (1, 3), (3, 3)}
+
+DECK = """\
+Five by five pins
+1 1 -10.4  -1 u=1 imp:n=1
+2 2 -6.55  1 -2 u=1 imp:n=1
+3 3 -0.7   2 u=1 imp:n=1
+4 3 -0.7   -3 u=2 imp:n=1
+5 2 -6.55  3 -4 u=2 imp:n=1
+6 3 -0.7   4 u=2 imp:n=1
+10 0 -10 u=5 lat=1 imp:n=1 fill=-2:2 -2:2 0:0
+{rows}
+20 0 -20 fill=5 imp:n=1
+99 0 20 imp:n=0
+
+1 cz 0.4096
+2 cz 0.475
+3 cz 0.561
+4 cz 0.602
+10 rpp -0.63 0.63 -0.63 0.63 -10 10
+20 rpp -3.15 3.15 -3.15 3.15 -10 10
+
+m1 92235 1
+m2 40000 1
+m3 1001 2 8016 1
+"""
+
+XML = """\
+<geometry>
+  <surface id="1" type="z-cylinder" coeffs="0 0 0.4096"/>
+  <surface id="2" type="z-cylinder" coeffs="0 0 0.475"/>
+  <surface id="3" type="z-cylinder" coeffs="0 0 0.561"/>
+  <surface id="4" type="z-cylinder" coeffs="0 0 0.602"/>
+  <surface id="5" type="x-plane" coeffs="-3.15"/> <surface id="6" type="x-plane" coeffs="3.15"/>
+  <surface id="7" type="y-plane" coeffs="-3.15"/> <surface id="8" type="y-plane" coeffs="3.15"/>
+  <surface id="9" type="z-plane" coeffs="-10"/> <surface id="10" type="z-plane" coeffs="10"/>
+  <cell id="1" universe="1" material="1" region="-1"/>
+  <cell id="2" universe="1" material="2" region="1 -2"/>
+  <cell id="3" universe="1" material="3" region="2"/>
+  <cell id="4" universe="2" material="3" region="-3"/>
+  <cell id="5" universe="2" material="2" region="3 -4"/>
+  <cell id="6" universe="2" material="3" region="4"/>
+  <lattice id="5" dimension="5 5" lower_left="-3.15 -3.15" pitch="1.26 1.26" universes="{rows}"/>
+  <cell id="20" fill="5" region="5 -6 7 -8 9 -10"/>
+</geometry>
+"""
+
+
+def test_the_same_spans(tmp_path: Path) -> None:
+    rows = [" ".join("2" if (i, j) in GUIDES else "1" for i in range(PINS)) for j in range(PINS)]
+    deck = loaded(tmp_path, DECK.format(rows="\n".join("     " + row for row in rows)))
+    path = tmp_path / "geometry.xml"
+    path.write_text(XML.format(rows=" ".join(reversed(rows))), encoding="utf-8")
+    model = co.load(path)
+    assert len(deck.bodies) == len(model.bodies) == 75
+    points, ends = chosen(3, 3000, 4.0), chosen(4, 3000, 4.0)
+    mine, other = (scene.spans(points, ends - points) for scene in (deck, model))
+    assert len(mine.t_enter) > 10_000
+    np.testing.assert_array_equal(mine.t_enter, other.t_enter)
+    np.testing.assert_array_equal(mine.t_exit, other.t_exit)
+    cells = [
+        [body.name.split(" @ ")[0] for body in (scene.bodies[int(n)] for n in spans.body[:2000])]
+        for scene, spans in ((deck, mine), (model, other))
+    ]
+    assert cells[0] == cells[1]

@@ -67,7 +67,7 @@ def test_materials_importances_and_notes(tmp_path: Path) -> None:
 def test_a_gap_is_found(tmp_path: Path) -> None:
     """What is outside of the cells of importance 0 must be filled."""
     text = PIN.replace("2 2 0.05   1 -2 imp:n=1\n", "")
-    assert [finding.kind for finding in co.check(loaded(tmp_path, text))] == ["undefined"]
+    assert [finding.kind for finding in co.check(loaded(tmp_path, text), rays=20_000)] == ["undefined"]
 
 
 def test_importances_in_the_data_block(tmp_path: Path) -> None:

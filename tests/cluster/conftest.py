@@ -1,0 +1,14 @@
+"""Processes that the tests of one folder share."""
+
+from __future__ import annotations
+
+import pytest
+
+import conicoid as co
+
+
+@pytest.fixture(scope="package")
+def processes():
+    """Two worker processes: each takes a second of processor time to start."""
+    with co.parallel.Processes(2) as pool:
+        yield pool

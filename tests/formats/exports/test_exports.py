@@ -1,0 +1,491 @@
+"""Scenes in the files of other programs: every solid, round trips, refusals, one assembly in three formats."""
+
+from __future__ import annotations
+
+import copy
+import itertools
+import logging
+import math
+import pickle
+import re
+from pathlib import Path
+from typing import Any
+
+import hypothesis
+import numpy as np
+import pytest
+from hypothesis import strategies as st
+
+import conicoid as co
+from conicoid.io.export import csg_pieces as lowered
+from conicoid.io.export.exporters import EXPORT_FORMATS, find_export_format
+from conicoid.io.export.openmc_regions import EmptinessTest, ExportSurfaceTable, RegionWriter
+
+from ...command_line import done, refused, run
+from ...samples import deep, in_turn, sampled
+from ..gdml.files import placed, text_of, volume
+from ..mcnp.decks import chosen, loaded
+from ..mcnp.test_models import DECK, GUIDES, PINS, PITCH, XML
+from ..openmc.models import EXAMPLE_FILES, KINDS, TURNS
+from ..strategies import SOLIDS, moved, primitive
+from . import models
+from .comparison import assert_close_answers, assert_same_answers, written_and_read
+
+# --- Every solid of Conicoid, moved and combined: a format says it so that it answers as before, or refuses it by name
+
+SUFFIXES = [each.suffixes[0] for each in EXPORT_FORMATS]
+FEW = hypothesis.settings(
+    max_examples=5,
+    deadline=None,
+    derandomize=True,
+    phases=[hypothesis.Phase.generate],
+    suppress_health_check=list(hypothesis.HealthCheck),
+)
+_NUMBER = re.compile(r"-?\d+\.?\d*(?:e[-+]?\d+)?")
+CUT = co.Box((-3, -3, -3), (3, 3, 3))
+
+
+def said_or_refused(scene: co.Scene, path: Path) -> None:
+    """What comes back answers alike but for the rounding of numbers; a refusal names the body."""
+    try:
+        notes = co.export(scene, path)
+    except ValueError as error:
+        assert "\nthing: " in str(error)
+        return
+    try:
+        back = co.load(path)
+    except ValueError:  # of numbers that are out of bounds once they are written in the format's own way
+        assert not _is_moderate(scene)
+        return
+    is_empty = any(note.startswith("with nothing in it") for note in notes)
+    if _is_moderate(scene) and not is_empty:
+        assert len(back) == 1
+        assert_close_answers(scene, back, 1e-7)
+
+
+def _is_moderate(scene: co.Scene) -> bool:
+    """Do no numbers of the shape differ by so much that rounding one in OpenSCAD or GDML moves others out of sight?"""
+    numbers = [abs(float(word)) for word in _NUMBER.findall(repr(scene.bodies[0].shape))]
+    low, high = scene.bounds
+    return (
+        max(numbers, default=1) < 1e3 and min((n for n in numbers if n), default=1) > 1e-3 and (high - low).min() > 0.01
+    )
+
+
+@pytest.mark.parametrize(("name", "suffix"), in_turn(SOLIDS, SUFFIXES))
+@FEW
+@hypothesis.given(st.data())
+def test_every_kind(name: str, suffix: str, tmp_path_factory: pytest.TempPathFactory, data: st.DataObject) -> None:
+    """As it is, cut by a box, and cut from one."""
+    shape = data.draw(moved(primitive(name)))
+    kind = data.draw(st.sampled_from(["alone", "within", "without"]))
+    shape = {"alone": shape, "within": CUT & shape, "without": CUT - shape}[kind]
+    said_or_refused(co.Scene([co.Body(shape, name="thing")]), tmp_path_factory.mktemp("x") / f"out{suffix}")
+
+
+# --- What a format cannot say is refused by name, all of it in one message; what it says less of is told
+
+SOLID_FORMATS = (".gdml", ".scad", ".xml")
+SADDLE = co.HyperbolicParaboloid(1, 1, within=co.Box())
+
+
+@pytest.mark.parametrize("suffix", SOLID_FORMATS)
+def test_sheets_are_refused_by_name(suffix: str, tmp_path: Path) -> None:
+    bodies = [co.Body(co.Disc((0, 0, k), (0, 0, 1), 1), name=f"pane {k}") for k in range(40)]
+    with pytest.raises(ValueError, match="40 bodies cannot be written as ") as error:
+        co.export(co.Scene([*bodies, co.Sphere(9)]), tmp_path / f"out{suffix}")
+    lines = str(error.value).splitlines()
+    assert lines[1] == "pane 0: Disc is a sheet, and such files have solids only"
+    assert lines[-1] == "... and 32 more like this"
+    assert len(lines) <= 22
+    assert max(map(len, lines)) <= 200
+    assert not (tmp_path / f"out{suffix}").exists()
+
+
+@pytest.mark.parametrize(
+    ("suffix", "shape", "message"),
+    [
+        (".gdml", co.HalfSpace((0, 0, 1), 0), "thing: it has no end on some side: intersect it with a Box"),
+        (".scad", ~co.Sphere(), "thing: it has no end on some side"),
+        (".gdml", SADDLE, "thing: a quadric of it is no ellipsoid, cylinder, cone, paraboloid or hyperboloid"),
+        (".scad", co.EllipticParaboloid(1, 1, (0, 2)), "thing: a part of it is a paraboloid or hyperboloid"),
+        (".gdml", co.Sphere().transform([[1, 0.5, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]) - co.Box((0, 0, 0), (9, 9, 9)),
+         "thing: a motion of it (Transform) is no chain of turns, shifts and scalings along the axes"),
+        (".xml", co.Sphere(1) - co.Sphere(1), None),
+        (".gdml", co.Sphere(1) & co.Sphere(1, (5, 0, 0)), "thing: there is nothing in it"),
+    ],
+)  # fmt: skip
+def test_solids_that_cannot_be_said(suffix: str, shape: co.Union, message: str | None, tmp_path: Path) -> None:
+    path = tmp_path / f"out{suffix}"
+    scene = co.Scene([co.Body(shape, name="thing"), co.Body(co.Sphere(0.5, (9, 0, 0)), name="ball")])
+    if message is None:
+        co.export(scene, path)
+        return
+    with pytest.raises(ValueError, match="1 body cannot be written as ") as error:
+        co.export(scene, path)
+    assert message in str(error.value)
+    assert "ball" not in str(error.value)
+    assert not path.exists()
+
+
+def test_the_saddle_is_a_quadric_in_openmc(tmp_path: Path) -> None:
+    assert_same_answers(co.Scene([SADDLE]), written_and_read(co.Scene([SADDLE]), tmp_path / "out.xml"))
+
+
+def test_what_is_narrowed_is_told(tmp_path: Path) -> None:
+    turned = co.Body(co.Cylinder((0, 0, 0), (1, 2, 3), 1), "red", "rod")
+    scene = co.Scene([turned], lights=[co.AmbientLight(1)], camera=co.Camera((9, 0, 0), (0, 0, 0)))
+    told = {suffix: "\n".join(co.export(scene, tmp_path / f"out{suffix}")) for suffix in SOLID_FORMATS}
+    for suffix, word in ((".gdml", "numbers"), (".scad", "numbers"), (".xml", "surfaces")):
+        assert f"{word} are rounded to float64: rod" in told[suffix]
+        assert "not written: lights, camera" in told[suffix]
+        assert_close_answers(scene, co.load(tmp_path / f"out{suffix}"))
+        with pytest.raises(ValueError, match="would not hold all of the scene, and strict is set:\nnot written"):
+            co.export(scene, tmp_path / f"strict{suffix}", strict=True)
+        assert not (tmp_path / f"strict{suffix}").exists()
+
+
+def test_cells_of_openmc_do_not_overlap(tmp_path: Path) -> None:
+    """What two bodies share belongs to the one that is listed first, as `body_at` says."""
+    scene = co.Scene([co.Body(co.Sphere(1), name="a"), co.Body(co.Sphere(1, (1, 0, 0)), name="b")])
+    notes = co.export(scene, tmp_path / "out.xml")
+    assert any("cut by bodies before them, as cells must not overlap: b" in note for note in notes)
+    back = co.load(tmp_path / "out.xml")
+    points = [(0, 0, 0), (0.5, 0, 0), (0.9, 0, 0), (1.5, 0, 0), (2.5, 0, 0)]
+    assert back.body_at(points).tolist() == scene.body_at(points).tolist() == [0, 0, 0, 1, -1]
+    assert back.spans((-5, 0, 0), (1, 0, 0)).t_enter.tolist() == [4, 6]
+
+
+def test_many_bodies_in_one_entry(tmp_path: Path) -> None:
+    balls = co.Spheres([(0, 0, 0), (5, 0, 0)], [1, 2])
+    scene = co.Scene([co.Body(balls, name="pebbles", materials=["red", "blue"])])
+    for suffix in SOLID_FORMATS:
+        back = written_and_read(scene, tmp_path / f"out{suffix}")
+        assert len(back) == 2
+        assert back.first_hit((5, 0, 9), (0, 0, -1)).t == 7
+    assert [body.name for body in co.load(tmp_path / "out.gdml").bodies] == ["pebbles[0]", "pebbles[1]"]
+
+
+def test_names_with_what_xml_and_gdml_mean_otherwise(tmp_path: Path) -> None:
+    names = ['a<b>&"c"\'', "x\ny", "ring[i]", "core/fuel[3]", "core/fuel[4]"]
+    bodies = [co.Body(co.Sphere(1, (3 * k, 0, 0)), name=name) for k, name in enumerate(names)]
+    for suffix in SOLID_FORMATS:
+        co.export(co.Scene(bodies), tmp_path / f"out{suffix}")
+    back = [body.name for body in co.load(tmp_path / "out.gdml").bodies]
+    assert back == ['a<b>&"c"\'', "x\\ny", "ring(i)", "core/fuel[3]", "core/fuel[4]"]
+
+
+def test_formats_are_known_by_suffix(tmp_path: Path) -> None:
+    assert [find_export_format(f"a{suffix.upper()}") for suffix in SOLID_FORMATS] == [
+        EXPORT_FORMATS[0],
+        EXPORT_FORMATS[1],
+        EXPORT_FORMATS[2],
+    ]
+    assert find_export_format("a.yaml") is None
+    with pytest.raises(
+        ValueError, match=r"scenes are exported as a page, .html, or as models: .gdml, .scad, .csg, .xml"
+    ):
+        co.export(co.Sphere(), tmp_path / "a.step")
+    with pytest.raises(ValueError, match="title means nothing for GDML"):
+        co.export(co.Sphere(), tmp_path / "a.gdml", title="x")
+
+
+# ---- The command ----
+
+
+@pytest.fixture
+def scene_file(tmp_path: Path) -> Path:
+    co.save(co.Scene([co.Body(co.Box() - co.Sphere(0.5), "red", "die")]), tmp_path / "scene.yaml")
+    return tmp_path / "scene.yaml"
+
+
+@pytest.mark.parametrize("suffix", SOLID_FORMATS)
+def test_the_command(scene_file: Path, suffix: str) -> None:
+    output = scene_file.with_name(f"out{suffix}")
+    for order in ((scene_file, output), ("-o", output, scene_file), (scene_file, "--output", output)):
+        result = done("export", *map(str, order))
+        assert f"{output}: " in result.stderr
+        assert_same_answers(co.load(scene_file), co.load(output))
+        output.unlink()
+
+
+def test_mistakes_of_the_command(scene_file: Path, tmp_path: Path) -> None:
+    for arguments, message in (
+        ((scene_file, tmp_path / "x.step"), "pages are saved as .html, models as .gdml, .scad, .csg, .xml"),
+        ((scene_file, tmp_path / "none" / "x.gdml"), "no such folder"),
+        ((scene_file, tmp_path / "x.html", "--strict"), "--strict goes with models"),
+        ((tmp_path / "none.yaml", tmp_path / "x.gdml"), "no such file"),
+        (("-", tmp_path / "x.gdml"), "scenes are read from files"),
+    ):
+        told = refused("export", *map(str, arguments))
+        assert message in told.lower() or message in told
+    co.export(co.Sphere(), tmp_path / "in.gdml")
+    before = (tmp_path / "in.gdml").read_bytes()
+    assert run("export", str(tmp_path / "in.gdml"), str(tmp_path / "in.gdml")).exit_code == 2
+    assert (tmp_path / "in.gdml").read_bytes() == before
+
+
+def test_the_command_names_what_it_refuses(tmp_path: Path) -> None:
+    co.save(co.Scene([co.Body(co.Plane((0, 0, 1), 0), name="floor"), co.Sphere()]), tmp_path / "scene.yaml")
+    assert "1 body cannot be written as GDML:\nfloor: Plane is a sheet" in refused(
+        "export", str(tmp_path / "scene.yaml"), str(tmp_path / "x.gdml")
+    )
+    assert not (tmp_path / "x.gdml").exists()
+
+
+# --- Import, export, import: the same answers to the bit, for all that each format has
+
+OPENMC = {"kinds": KINDS, "turns": TURNS}
+
+
+def read_text(folder: Path, text: str, name: str) -> co.Scene:
+    path = folder / name
+    path.write_text(text, encoding="utf-8")
+    return co.load(path)
+
+
+def same(one: co.Scene, other: co.Scene) -> None:
+    """Bodies as well as answers."""
+    assert [body.name for body in one.bodies] == [body.name for body in other.bodies]
+    assert [body.material for body in one.bodies] == [body.material for body in other.bodies]
+    assert_same_answers(one, other)
+
+
+@pytest.mark.parametrize("name", sampled(models.GDML_SOLIDS, 4))
+def test_solids_of_gdml(name: str, tmp_path: Path) -> None:
+    """As it stands, turned by odd angles, and turned by a quarter."""
+    thrice = {f"{name} {k}": models.GDML_SOLIDS[name] for k in range(3)}
+    scene = read_text(tmp_path, models.detector(thrice), "in.gdml")
+    assert len(scene) == 1 + 3 + 2 * 5
+    same(scene, written_and_read(scene, tmp_path / "out.gdml"))
+
+
+def test_booleans_of_gdml(tmp_path: Path) -> None:
+    others = ("bored", "both", "common", "many", "long", "mirrored")
+    scene = read_text(tmp_path, models.detector({}, models.BOOLEANS, others), "in.gdml")
+    assert len(scene) == 1 + len(others) + 2 * 5
+    same(scene, written_and_read(scene, tmp_path / "out.gdml"))
+
+
+def test_a_second_export_is_the_same_text(tmp_path: Path) -> None:
+    """So nothing grows from trip to trip."""
+    for text, name in ((models.detector(models.GDML_SOLIDS), "a.gdml"), (models.SCAD, "a.csg"), (KINDS, "a.xml")):
+        scene, texts = read_text(tmp_path, text, name), []
+        for k in range(3):
+            path = tmp_path / f"{k}{Path(name).suffix}"
+            scene = written_and_read(scene, path)
+            texts.append(path.read_text())
+        assert texts[1] == texts[2]
+
+
+def test_openscad(tmp_path: Path) -> None:
+    scene = read_text(tmp_path, models.SCAD, "in.csg")
+    assert len(scene) == 3
+    same(scene, written_and_read(scene, tmp_path / "out.scad", strict=True))
+
+
+@pytest.mark.parametrize("name", ["kinds", deep("turns")])
+def test_openmc(name: str, tmp_path: Path) -> None:
+    scene = read_text(tmp_path, OPENMC[name], "in.xml")
+    back = written_and_read(scene, tmp_path / "out.xml")
+    assert [body.material for body in scene.bodies] == [body.material for body in back.bodies]
+    assert_same_answers(scene, back)
+
+
+@pytest.mark.parametrize("name", ["pin", deep("assembly")])
+def test_the_examples(name: str, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    with caplog.at_level(logging.ERROR, "conicoid"):
+        scene = co.load(EXAMPLE_FILES[name])
+        back = written_and_read(scene, tmp_path / "out.xml")
+    assert [body.shape for body in scene.bodies] == [body.shape for body in back.bodies]
+    assert [body.material for body in scene.bodies] == [body.material for body in back.bodies]
+    assert scene.domain is not None
+    assert np.array_equal(scene.domain.bounds, back.domain.bounds)
+    if name == "pin":
+        assert_same_answers(scene, back)
+
+
+TAPERED = """<xtru name="{}" lunit="mm"><twoDimVertex x="0" y="0"/><twoDimVertex x="10" y="0"/><twoDimVertex x="0" y="20"/>
+<section zOrder="0" zPosition="0" xOffset="0" yOffset="0" scalingFactor="1"/>
+<section zOrder="1" zPosition="20" xOffset="0" yOffset="0" scalingFactor="0.5"/></xtru>"""
+STEPPED = """<polyhedra name="{}" startphi="7" deltaphi="200" numsides="3" aunit="deg" lunit="mm">
+<zplane z="-5" rmin="0" rmax="4.1"/><zplane z="0" rmin="0" rmax="7.3"/><zplane z="6" rmin="0" rmax="3.7"/></polyhedra>"""
+
+
+def test_tapered_outlines_of_gdml(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """As in Geant4's example of scaled volumes; a convex one is planes from the beginning."""
+    scene = read_text(tmp_path, models.detector({f"tapered {k}": TAPERED for k in range(3)}), "in.gdml")
+    same(scene, written_and_read(scene, tmp_path / "out.gdml"))
+    assert "compute planes from corners" not in caplog.text
+
+
+def test_polyhedra_of_several_sections(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """Sides are floats of sines, which readers get from the same element only."""
+    scene = read_text(tmp_path, models.detector({f"stepped {k}": STEPPED for k in range(3)}), "in.gdml")
+    same(scene, written_and_read(scene, tmp_path / "out.gdml", strict=True))
+
+
+COMPUTED = """<define><constant name="r" value="1+2*3"/><quantity name="ell" value="30.5" unit="mm"/></define>"""
+
+
+def test_elements_are_written_with_the_values_of_their_expressions(tmp_path: Path) -> None:
+    """A third is no decimal: it is written as a quotient. Units of the file become their values in mm."""
+    solid = '<paraboloid name="{}" rlo="r/3" rhi="r" dz="10/r" lunit="ell"/>'
+    text = models.detector({"bowl": solid}).replace("<materials>", f"{COMPUTED}<materials>", 1)
+    scene = read_text(tmp_path, text, "in.gdml")
+    back = written_and_read(scene, tmp_path / "out.gdml", strict=True)
+    assert ' rlo="7/3" rhi="7" dz="10/7" lunit="30.5"/>' in (tmp_path / "out.gdml").read_text()
+    same(scene, back)
+
+
+def test_moved_and_copied_solids_keep_their_element(tmp_path: Path) -> None:
+    scene = read_text(tmp_path, models.detector({"prism": models.GDML_SOLIDS["prism"]}), "in.gdml")
+    prism = scene["W/Vs0"].shape.rotate("x", 30).translate((1, 2, 3))
+    co.export(co.Scene([pickle.loads(pickle.dumps(prism))]), tmp_path / "out.gdml", strict=True)
+    assert "<polyhedra" in (tmp_path / "out.gdml").read_text()
+    scene = read_text(tmp_path, models.detector({"tube": models.GDML_SOLIDS["cutTube"]}), "tube.gdml")  # a Boolean
+    for same in (pickle.loads(pickle.dumps(scene)), copy.deepcopy(scene), copy.copy(scene)):
+        co.export(same, tmp_path / "tube_out.gdml", strict=True)
+        assert "<cutTube" in (tmp_path / "tube_out.gdml").read_text()
+    ball = read_text(tmp_path, "sphere($fn = 7, $fa = 12, $fs = 2, r = 0.8);", "in.csg")
+    co.export(ball, tmp_path / "out.scad", strict=True)
+    assert "sphere($fn = 7, $fa = 3, $fs = 0.01, r = 0.8);" in (tmp_path / "out.scad").read_text()
+
+
+def test_planes_that_readers_get_from_corners_are_told(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """Sides of a prism that are floats of sines; those of a tessellated solid come from corners."""
+    turns = [2 * math.pi * k / 7 for k in range(7)]
+    normals = [(math.cos(t), math.sin(t), 0.0) for t in turns] + [(0, 0, -1), (0, 0, 1)]
+    scene = co.Scene([co.Polyhedron(normals, [1.3] * 9)])
+    again = written_and_read(scene, tmp_path / "out.gdml")
+    assert "the last digits may differ" in caplog.text
+    assert_close_answers(scene, again, 1e-12)
+
+
+def test_many_bodies_that_are_one_moved_take_the_time_of_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where it is known again, and cut out of planes, once for all."""
+    calls = []
+    worked_out = lowered._polyhedron_faces
+    monkeypatch.setattr(lowered, "_polyhedron_faces", lambda *given: calls.append(1) or worked_out(*given))
+    one = co.Polyhedron(((1, 2, 0), (-1, 2, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)), (1, 1, 1, 1.5, 1.25))
+    scene = co.Scene([one.rotate((0, 0, 1), 7.0 * k).translate((9.0 * k, 0, 0)) for k in range(20)])
+    co.export(scene, tmp_path / "out.gdml")
+    assert len(calls) <= 1
+
+
+def test_another_order_is_told(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """A hole of the first body is the third, which a volume's daughter comes before the second."""
+    hole = co.Box((-1, -1, -1), (1, 1, 1))
+    whole = co.Difference((co.Box((-5, -5, -5), (5, 5, 5)), hole))
+    bodies = [co.Body(whole, name="a"), co.Body(co.Sphere(1, (9, 0, 0)), name="b"), co.Body(hole, name="c")]
+    again = written_and_read(co.Scene(bodies), tmp_path / "out.gdml")
+    assert sorted(body.name.removeprefix("a/") for body in again.bodies) == ["a", "b", "c"]
+    assert "bodies come back in another order" in caplog.text
+    caplog.clear()
+    written_and_read(co.Scene([bodies[0], bodies[2], bodies[1]]), tmp_path / "out.gdml")
+    assert "another order" not in caplog.text
+
+
+# --- One assembly as OpenMC geometry, as MCNP deck and as GDML file, the latter two written by hand: the same spans
+
+
+def rows() -> list[str]:
+    return [" ".join("2" if (i, j) in GUIDES else "1" for i in range(PINS)) for j in range(PINS)]
+
+
+def gdml() -> str:
+    """Pins of a pellet in a cladding, guide tubes of water in a wall, each in a box of water; lengths as in the deck."""
+    tube = '<tube name="{}" rmin="{}" rmax="{}" z="20" deltaphi="360" aunit="deg" lunit="mm"/>'
+    sizes = {"pellet": (0, 0.4096), "cladding": (0.4096, 0.475), "inside": (0, 0.561), "wall": (0.561, 0.602)}
+    solids = "".join(tube.format(name, *radii) for name, radii in sizes.items())
+    solids += f'<box name="element" x="{PITCH}" y="{PITCH}" z="20"/><box name="w" x="9" y="9" z="30"/>'
+
+    def place(name: str, at: str = "") -> str:
+        return placed(name, at, f'name="{name}"')
+
+    structure = "".join(volume(name, name) for name in sizes)
+    structure += volume("pin", "element", place("pellet") + place("cladding"), "air")
+    structure += volume("guide", "element", place("inside") + place("wall"), "air")
+    places = ""
+    for j, i in itertools.product(range(PINS), range(PINS)):
+        at = f'<position x="{(i - 2) * 126 / 100}" y="{(j - 2) * 126 / 100}" z="0"/>'
+        places += place("guide" if (i, j) in GUIDES else "pin", at)
+    return text_of(solids, structure + volume("world", "w", places, "air"))
+
+
+CELLS = {"pellet": 1, "cladding": 2, "pin": 3, "inside": 4, "wall": 5, "guide": 6}
+"""What is the cell of each volume, in the other two."""
+
+
+def spans_of(scene: co.Scene, rays: co.Rays) -> np.ndarray[Any, Any]:
+    """Ray, t_enter, t_exit and number of the cell of each span in the assembly, in that order."""
+    spans = scene.spans(rays)
+    kinds = np.array([_cell(body.name or "") for body in scene.bodies])[spans.body]
+    ray = np.repeat(np.arange(len(rays)), np.diff(spans.offsets))
+    rows = np.stack([ray, spans.t_enter, spans.t_exit, kinds])[:, kinds > 0]
+    return rows[:, np.lexsort(rows[::-1])]
+
+
+def _cell(name: str) -> int:
+    found = re.match(r"cell (\d+)", name)
+    if found:
+        return int(found[1])
+    return CELLS.get(re.sub("[#[].*", "", name.split("/")[-1]), 0)
+
+
+@pytest.fixture(scope="module")
+def scenes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, co.Scene]:
+    folder = tmp_path_factory.mktemp("assembly")
+    deck = loaded(folder, DECK.format(rows="\n".join("     " + row for row in rows())))
+    (folder / "geometry.xml").write_text(XML.format(rows=" ".join(reversed(rows()))), encoding="utf-8")
+    (folder / "pins.gdml").write_text(gdml(), encoding="utf-8")
+    return {"MCNP": deck, "OpenMC": co.load(folder / "geometry.xml"), "GDML": co.load(folder / "pins.gdml")}
+
+
+@pytest.fixture(scope="module")
+def rays() -> co.Rays:
+    points, ends = chosen(3, 3000, 4.0), chosen(4, 3000, 4.0)
+    return co.Rays(points, ends - points)
+
+
+def test_the_same_spans(scenes: dict[str, co.Scene], rays: co.Rays) -> None:
+    found = {name: spans_of(scene, rays) for name, scene in scenes.items()}
+    assert found["OpenMC"].shape[1] > 10_000
+    np.testing.assert_array_equal(found["MCNP"], found["OpenMC"])
+    np.testing.assert_array_equal(found["GDML"], found["OpenMC"])
+
+
+@pytest.mark.parametrize(("suffix", "name"), in_turn([".gdml", ".xml"], ["MCNP", "OpenMC", "GDML"]))
+def test_written_in_another_format(
+    scenes: dict[str, co.Scene], rays: co.Rays, name: str, suffix: str, tmp_path: Path
+) -> None:
+    """Ends of spans are the same bits in whatever format they were said last."""
+    back = written_and_read(scenes[name], tmp_path / f"out{suffix}")
+    a, b = scenes[name].spans(rays), back.spans(rays)
+    np.testing.assert_array_equal(a.offsets, b.offsets)
+    np.testing.assert_array_equal(a.t_enter, b.t_enter)
+    np.testing.assert_array_equal(a.t_exit, b.t_exit)
+
+
+def test_regions_that_are_translated_are_as_empty_as_each_by_itself():
+    """Pairs of cells of a lattice, near and far, with surfaces that are disjoint, nested or the same."""
+    table = ExportSurfaceTable()
+    regions, tests = RegionWriter(table), EmptinessTest(table)
+    solids = [
+        solid.translate((1.25 * x, 0.1 * y, 0))
+        for x, y in itertools.product(range(3), range(3))
+        for solid in (
+            co.Cylinder((0, 0, -1), (0, 0, 1), 0.4),
+            co.Cylinder((0, 0, -1), (0, 0, 1), 0.6) - co.Cylinder((0, 0, -2), (0, 0, 2), 0.5),
+            co.Box((-0.625, -0.625, -1), (0.625, 0.625, 1)) - co.Sphere(0.6),
+            co.HalfSpace((1, 1, 0), 0.3) & co.Sphere(0.5),
+        )
+    ]
+    found = {
+        (i, j): tests.are_disjoint(regions.of(solids[i]), regions.of(solids[j]))
+        for i, j in itertools.combinations(range(len(solids)), 2)
+    }
+    assert {True, False} == set(found.values())
+    for (i, j), disjoint in found.items():
+        assert disjoint == EmptinessTest(table).are_disjoint(regions.of(solids[i]), regions.of(solids[j]))
+    assert len(tests._known) < len(found) / 2

@@ -1,0 +1,195 @@
+"""Broken scene files: mistakes with their places, the schema, and files that chance makes."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+from hypothesis import HealthCheck, given, settings, strategies as st
+
+import conicoid as co
+from conicoid._util.files import SceneFileError
+from conicoid.geometry.registry import REGISTRY
+from conicoid.io.scene_file.nodes import Node, ScalarNode, SequenceNode, is_null, is_text, parse_bool, parse_float
+from conicoid.io.scene_file.scene_file import read_scene
+from conicoid.io.scene_file.schema import scene_schema
+from conicoid.io.scene_file.writer import dump_yaml
+from conicoid.io.scene_file.yaml_parser import parse_yaml
+
+from ..samples import size
+from .broken import CASES
+from .strategies import scenes
+
+# --- Every broken scene file is refused with its line, what is wrong and what was expected; the command says so too
+
+
+def test_there_are_enough():
+    assert len(CASES) >= 60
+    assert len({case.name for case in CASES}) == len(CASES)
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_refused_with_line_and_reason(case, tmp_path):
+    path = tmp_path / "scene.yaml"
+    path.write_bytes(case.content)
+    with pytest.raises(SceneFileError) as caught:
+        read_scene(path)
+    message = str(caught.value)
+    for phrase in case.phrases:
+        assert phrase in message
+    matching = [line for line in message.splitlines() if case.phrases[0] in line]
+    place = f"{re.escape(str(path))}:{case.line}:\\d+: " if case.line else f"{re.escape(str(path))}: "
+    assert any(re.match(place, line) for line in matching), message
+    assert len(message) < 20_000
+
+
+# --- The published schema: valid itself, accepts what loads, rejects what editors should mark
+
+ROOT = Path(__file__).resolve().parents[2]
+VALIDATOR = jsonschema.Draft202012Validator(scene_schema())
+
+TYPES = (
+    "a word", "a list", "a number", "no bodies", "unknown section", "bodies as a word", "a body without shape",
+    "misspelt key", "name is a number", "material is a number", "unknown shape", "lower case", "shape is a number",
+    "two shapes in one", "no shape at all", "unknown field", "radius is text", "radius is a list", "center is short",
+    "missing field", "range of one", "flag is a text", "matrix is small", "Boolean of nothing", "Boolean of a number",
+    "Boolean with a mistake inside", "Boolean of a sheet", "sheet clipped by a sheet", "side that does not exist",
+    "paint without a material", "paint on a list", "paint on a sheet", "paint is a color", "paint with a mistake inside", "unknown step", "short step",
+    "rotate without axis", "balls without radii", "balls and a file", "unknown look", "unknown highlight", "lights as a mapping",
+    "unknown light", "light without a place", "camera is a word", "camera misspelt", "background is half a color",
+)  # fmt: skip
+
+
+def plain(node: Node) -> Any:
+    """What a YAML 1.2 reader makes of a node."""
+    if isinstance(node, SequenceNode):
+        return [plain(item) for item in node.items]
+    if not isinstance(node, ScalarNode):
+        return {key: plain(item) for key, item in node.entries.items()}
+    if is_null(node):
+        return None
+    if is_text(node):
+        return node.text
+    flag = parse_bool(node)
+    return parse_float(node) if flag is None else flag
+
+
+def tree(text: str) -> Any:
+    root, problems = parse_yaml(text)
+    assert root is not None
+    assert not problems
+    return plain(root)
+
+
+@pytest.mark.deep
+def test_the_schema_is_one():
+    jsonschema.Draft202012Validator.check_schema(scene_schema())
+    json.dumps(scene_schema(), allow_nan=False)
+
+
+def test_every_shape_stands_in_it():
+    assert set(REGISTRY) <= set(scene_schema()["$defs"])
+
+
+@given(scenes())
+@settings(max_examples=size(15, 40), deadline=None, suppress_health_check=list(HealthCheck))
+def test_what_is_saved_is_valid(scene):
+    with tempfile.TemporaryDirectory() as folder:
+        co.save(scene, Path(folder) / "scene.yaml")
+        VALIDATOR.validate(tree((Path(folder) / "scene.yaml").read_text(encoding="utf-8")))
+
+
+def test_examples_are_valid():
+    for path in sorted((ROOT / "examples").rglob("*.yaml")):
+        VALIDATOR.validate(tree(path.read_text(encoding="utf-8")))
+        co.load(path)
+
+
+@pytest.mark.parametrize("name", TYPES)
+def test_mistakes_of_type_are_invalid(name):
+    (case,) = (case for case in CASES if case.name == name)
+    assert not VALIDATOR.is_valid(tree(case.content.decode()))
+
+
+def test_infinities_are_numbers():
+    data = {"bodies": [{"shape": {"Ellipsoid": {"z_range": [-math.inf, 0.5]}}}]}
+    assert VALIDATOR.is_valid(data)
+
+
+# --- Whatever stands in a file: it loads, or it is refused as a scene file; nothing else is ever raised
+
+EXAMPLES = sorted((Path(__file__).resolve().parents[2] / "examples").rglob("*.yaml"))
+TOKENS = ["{", "}", "[", "]", ":", ",", "- ", "\n", "  ", "&a ", "*a", "!x ", "'", '"', "#", "|", ">", "%", "~", ".nan", ".inf",
+          "-1", "0", "1e999", "true", "Sphere", "Union", "move", "shape", "\0", "\ud7ff", "🙂", "\x85", "\u2028", "<<", "? "]  # fmt: skip
+FUZZ = settings(max_examples=size(50, 150), deadline=None)
+
+
+def survives(content: bytes) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "scene.yaml"
+        path.write_bytes(content)
+        try:
+            read_scene(path)
+        except SceneFileError as error:
+            assert str(error)
+            assert all(problem.message for problem in error.problems)
+
+
+@FUZZ
+@given(st.binary(max_size=200))
+def test_any_bytes(content):
+    survives(content)
+
+
+@FUZZ
+@given(st.lists(st.sampled_from(TOKENS), max_size=40).map("".join))
+def test_any_tokens(text):
+    survives(text.encode())
+
+
+@FUZZ
+@given(st.data())
+def test_scenes_with_random_edits(data):
+    text = data.draw(st.sampled_from(EXAMPLES)).read_text(encoding="utf-8")
+    for _ in range(data.draw(st.integers(1, 4))):
+        begin = data.draw(st.integers(0, len(text)))
+        end = min(len(text), begin + data.draw(st.integers(0, 12)))
+        text = text[:begin] + data.draw(st.sampled_from([*TOKENS, ""])) + text[end:]
+    survives(text.encode())
+
+
+words = st.sampled_from([*REGISTRY, *scene_schema()["properties"], "name", "shape", "move", "material", "radius", "center", "file",
+                         "operands", "translate", "scale", "phong", "Checker", "a", "b"])  # fmt: skip
+leaves = st.one_of(
+    st.none(),
+    st.booleans(),
+    st.integers(),
+    st.floats(allow_nan=False),
+    words,
+    st.text(st.characters(exclude_categories=("Cs",)), max_size=5),
+)
+trees = st.recursive(
+    leaves, lambda inner: st.lists(inner, max_size=4) | st.dictionaries(words, inner, max_size=3), max_leaves=20
+)
+
+
+@FUZZ
+@given(st.dictionaries(st.sampled_from(["bodies", "shapes", "materials", "lights", "camera", "background"]), trees))
+def test_any_tree(tree):
+    survives(dump_yaml(tree).encode())
+
+
+@FUZZ
+@given(st.sampled_from(sorted(REGISTRY)), st.data())
+def test_any_arguments_of_any_shape(name, data):
+    fields = scene_schema()["$defs"][name]["properties"][name].get("properties", {"operands": None})
+    values = st.one_of(trees, st.lists(st.floats(-2, 2), max_size=4), st.floats(-2, 2))
+    names = sorted(fields) or ["operands"]  # `Nowhere` has no field: one that it does not know
+    arguments: dict[str, Any] = data.draw(st.dictionaries(st.sampled_from(names), values))
+    survives(dump_yaml({"bodies": [{"shape": {name: arguments}, "move": data.draw(trees)}]}).encode())

@@ -1,0 +1,405 @@
+"""Files of rays, hits and tables."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import pickle
+import zipfile
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from conicoid._util.files import replace_file
+from conicoid.cli import app
+from conicoid.io.array_file import check_output, write_arrays, write_columns
+from conicoid.io.ray_file import read_rays
+from conicoid.io.result_file import table_columns
+
+from ..command_line import done, run
+
+# --- Files of rays and results: formats as documented in docs/files.md
+
+RNG = np.random.default_rng(3)
+ROWS = RNG.normal(size=(5, 6))
+
+
+def test_npy(tmp_path):
+    np.save(tmp_path / "rays.npy", ROWS)
+    table = read_rays(tmp_path / "rays.npy")
+    assert (table.rays.origins == ROWS[:, :3]).all()
+    assert (table.rays.directions == ROWS[:, 3:]).all()
+    assert (table.t_min, table.t_max) == (None, None)
+
+
+def test_npy_keeps_the_leading_shape_and_takes_other_numbers(tmp_path):
+    np.save(tmp_path / "rays.npy", np.arange(24, dtype=np.float32).reshape(2, 2, 6))
+    table = read_rays(tmp_path / "rays.npy")
+    assert table.rays.origins.shape == (2, 2, 3)
+    assert table.rays.directions.dtype == np.float64
+    assert table.rays.directions[1, 1].tolist() == [21, 22, 23]
+
+
+def test_npz(tmp_path):
+    np.savez(tmp_path / "rays.npz", origins=ROWS[:, :3], directions=ROWS[0, 3:], t_min=np.full(5, -1.0), other=["x"])
+    table = read_rays(tmp_path / "rays.npz")
+    assert (table.rays.directions == ROWS[0, 3:]).all()
+    assert table.t_min.tolist() == [-1] * 5
+    assert table.t_max is None
+
+
+@pytest.mark.parametrize("header", ["", "ox,oy,oz,dx,dy,dz\n", "# rays\n\n"])
+def test_csv(tmp_path, header):
+    lines = "".join(",".join(map(repr, row)) + "\n" for row in ROWS.tolist())
+    (tmp_path / "rays.csv").write_text("\ufeff" + header + lines, encoding="utf-8")
+    table = read_rays(tmp_path / "rays.csv")
+    assert (table.rays.origins == ROWS[:, :3]).all()
+    assert (table.rays.directions == ROWS[:, 3:]).all()
+
+
+def test_csv_of_nothing(tmp_path):
+    (tmp_path / "rays.csv").write_text("ox,oy,oz,dx,dy,dz\n")
+    assert read_rays(tmp_path / "rays.csv").rays.origins.shape == (0, 3)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "phrase"),
+    [
+        ("rays.txt", b"1 2 3 4 5 6\n", "are read from .npy, .npz, .csv, .parquet or .zarr files"),
+        ("rays.csv", b"1,2,3,4,5\n", "rays.csv: 1: must be 6 numbers"),
+        ("rays.csv", b"\x00\xff", "not a text in UTF-8"),
+        ("rays.npy", b"no", "is not a .npy file"),
+        ("rays.npz", b"no", "is not a .npz file"),
+        ("rays.npz", b"PK\x03\x04", "is not a .npz file"),
+    ],
+)
+def test_bad_files(tmp_path, name, content, phrase):
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(ValueError, match=phrase.replace(".", r"\.")):
+        read_rays(tmp_path / name)
+
+
+@pytest.mark.parametrize(
+    ("array", "phrase"),
+    [(np.ones((3, 5)), r"shape \(\.\.\., 6\)"), (np.array("x"), "is not|must be"), (np.array(1.0), r"shape \(\.\.\., 6\)"),
+     (np.ones((2, 6), complex), "must be numbers")],
+)  # fmt: skip
+def test_bad_arrays(tmp_path, array, phrase):
+    np.save(tmp_path / "rays.npy", array)
+    with pytest.raises(ValueError, match=phrase):
+        read_rays(tmp_path / "rays.npy")
+
+
+def test_bad_npz(tmp_path):
+    np.savez(tmp_path / "rays.npz", origin=ROWS[:, :3])
+    with pytest.raises(ValueError, match=r"must hold the arrays origins and directions.*got origin"):
+        read_rays(tmp_path / "rays.npz")
+    np.savez(tmp_path / "rays.npz", origins=np.array(["a"]), directions=ROWS[:, 3:])
+    with pytest.raises(ValueError, match="origins must hold numbers"):
+        read_rays(tmp_path / "rays.npz")
+
+
+def test_missing_file_and_folder(tmp_path):
+    with pytest.raises(FileNotFoundError):
+        read_rays(tmp_path / "rays.npy")
+    (tmp_path / "folder.csv").mkdir()
+    with pytest.raises(IsADirectoryError):
+        read_rays(tmp_path / "folder.csv")
+
+
+HITS = {
+    "t": np.array([[1.5, np.inf]]),
+    "point": np.array([[[1, 2, 3], [np.nan] * 3]]),
+    "normal": np.array([[[0, 0, 1.0], [np.nan] * 3]]),
+    "uv": np.array([[[0.25, 0.1], [np.nan] * 2]]),
+    "body": np.array([[0, -1]], np.int32),
+    "face": np.array([[2, -1]], np.int32),
+    "surface": np.array([[7, -1]], np.int32),
+    "entering": np.array([[True, False]]),
+}
+SPANS = {
+    "offsets": np.array([0, 2, 2, 3]),
+    "t_enter": np.array([0.1, 0.2, -np.inf]),
+    "t_exit": np.array([1.0, 2.0, 3.0]),
+    "body": np.array([0, 1, 0], np.int32),
+    "enter_clipped": np.array([False, False, True]),
+    "exit_clipped": np.array([False, True, False]),
+}
+
+
+def test_hits_as_csv(tmp_path):
+    write_columns(tmp_path / "hits.csv", table_columns("first_hit", SimpleNamespace(**HITS), False))
+    assert (tmp_path / "hits.csv").read_text() == (
+        "t,x,y,z,normal_x,normal_y,normal_z,u,v,body,face,surface,entering\n"
+        "1.5,1.0,2.0,3.0,0.0,0.0,1.0,0.25,0.1,0,2,7,1\n"
+        "inf,nan,nan,nan,nan,nan,nan,nan,nan,-1,-1,-1,0\n"
+    )
+
+
+def test_spans_as_csv(tmp_path):
+    write_columns(tmp_path / "spans.csv", table_columns("spans", SimpleNamespace(**SPANS), False))
+    assert (tmp_path / "spans.csv").read_text() == (
+        "ray,body,t_enter,t_exit,enter_clipped,exit_clipped\n0,0,0.1,1.0,0,0\n0,1,0.2,2.0,0,1\n2,0,-inf,3.0,1,0\n"
+    )
+
+
+@pytest.mark.parametrize("arrays", [HITS, SPANS])
+def test_npz_keeps_everything(tmp_path, arrays):
+    write_arrays(tmp_path / "out.npz", arrays)
+    with np.load(tmp_path / "out.npz", allow_pickle=False) as found:
+        assert set(found.files) == set(arrays)
+        for name, array in arrays.items():
+            assert np.array_equal(found[name], array, equal_nan=array.dtype.kind == "f")
+            assert found[name].dtype == array.dtype
+
+
+def test_results_of_other_kinds_are_refused(tmp_path):
+    with pytest.raises(ValueError, match=r"written as \.npz or \.csv"):
+        check_output(tmp_path / "hits.txt")
+
+
+def test_a_failed_output_leaves_the_old_one(tmp_path):
+    path = tmp_path / "out.txt"
+    path.write_text("old")
+    path.chmod(0o640)
+    with contextlib.suppress(RuntimeError), replace_file(path) as partial:
+        partial.write_text("half")
+        raise RuntimeError
+    assert path.read_text() == "old"
+    with replace_file(path) as partial:
+        partial.write_text("new")
+    assert path.read_text() == "new"
+    assert path.stat().st_mode & 0o777 == 0o640
+    assert [p.name for p in tmp_path.iterdir()] == ["out.txt"]
+
+
+def test_outputs_that_cannot_be(tmp_path):
+    for path, error in (
+        (tmp_path, IsADirectoryError),
+        (tmp_path / "no" / "x", FileNotFoundError),
+        ("/dev/null", OSError),
+    ):
+        with pytest.raises(error), replace_file(path):
+            pass
+
+
+def test_a_link_stays_a_link(tmp_path):
+    (tmp_path / "real.txt").write_text("old")
+    (tmp_path / "link.txt").symlink_to("real.txt")
+    with replace_file(tmp_path / "link.txt") as partial:
+        partial.write_text("new")
+    assert (tmp_path / "link.txt").is_symlink()
+    assert (tmp_path / "real.txt").read_text() == "new"
+
+
+# --- Hits in files: all fields come back, to the bit, and nothing else is read
+
+FIELDS = (
+    "t", "body", "face", "surface", "hit", "entering", "doubtful", "t_error", "point_error", "point", "local_point",
+    "normal", "uv", "name", "material",
+)  # fmt: skip
+BALLS = co.Spheres([(0, 0, 3), (0, 3, 0)], 0.5)
+SCENE = co.Scene([
+    co.Body(co.Sphere(1) - co.Box((0, 0, 0), (2, 2, 2)), co.phong("tomato", 0.3), "bitten \x1b ü"),
+    co.Body(BALLS, (0.1, 0.2, 1 / 3), "balls"), co.Disc((0, 0, -3), (0, 0, 1), 2),
+    co.Body(co.Sphere(0.5, (5, 0, 0)), co.matte(co.Checker("red", "blue", 3)), "never hit"),
+])  # fmt: skip
+CHANCE = np.random.default_rng(7)
+RAYS = co.Rays(CHANCE.normal(size=(6, 50, 3)) * 4, CHANCE.normal(size=(6, 50, 3)))
+ANSWERS = {
+    "many": SCENE.first_hit(RAYS),
+    "one": SCENE.first_hit((0.1, 0.2, 9), (0, 0, -1)),
+    "a miss": SCENE.first_hit((9, 9, 9), (0, 0, 1)),
+    "none": SCENE.first_hit(np.zeros((0, 3)), (0, 0, 1)),
+    "some": SCENE.first_hit(RAYS)[2:4, ::3],
+    "spawned": SCENE.first_hit(SCENE.first_hit(RAYS).spawn((0, 0, 1))),
+}
+
+
+@pytest.mark.parametrize("name", ANSWERS)
+@pytest.mark.parametrize("detached", [False, True])
+def test_round_trip(name, detached, tmp_path):
+    hits = ANSWERS[name]
+    path = tmp_path / "hits.npz"
+    (hits.detached() if detached else hits).save(path)
+    again = co.Hits.load(path)
+    for field in FIELDS:
+        a, b = getattr(hits, field), getattr(again, field)
+        assert np.shape(a) == np.shape(b), field
+        assert getattr(a, "dtype", None) == getattr(b, "dtype", None), field
+        if np.asarray(a).dtype.kind in "OU":
+            assert np.all(a == b), field
+        else:
+            assert np.array_equal(a, b, equal_nan=True), field
+    assert np.array_equal(again.rays.origins, hits.rays.origins, equal_nan=True)
+    onward = SCENE.first_hit(again.spawn((0, 0, 1)))
+    assert np.array_equal(onward.t, SCENE.first_hit(hits.spawn((0, 0, 1))).t)
+    assert np.array_equal(SCENE.first_hit(again.rays).t, hits.t)
+    assert len(pickle.dumps(again)) > 0
+    assert [entry.name for entry in tmp_path.iterdir()] == ["hits.npz"]
+
+
+def test_what_numpy_reads_needs_no_pickle(tmp_path):
+    ANSWERS["many"].save(tmp_path / "hits.npz")
+    with np.load(tmp_path / "hits.npz", allow_pickle=False) as arrays:
+        assert np.array_equal(arrays["t"], ANSWERS["many"].t)
+        assert np.array_equal(arrays["body"], ANSWERS["many"].body)
+        assert all(arrays[name].dtype != object for name in arrays.files)
+
+
+def test_indexing_after_loading(tmp_path):
+    hits = ANSWERS["many"]
+    hits.save(tmp_path / "hits.npz")
+    again = co.Hits.load(tmp_path / "hits.npz")
+    for index in (3, (2, slice(4, 9)), hits.hit):
+        assert np.array_equal(again[index].normal, hits[index].normal, equal_nan=True)
+        assert (again[index].name == hits[index].name).all()
+
+
+def _with(path, **changes):
+    """The bytes of a file with some arrays changed, or left out where None."""
+    with np.load(path) as arrays:
+        content = {name: arrays[name] for name in arrays.files} | changes
+    stream = io.BytesIO()
+    np.savez(stream, **{name: array for name, array in content.items() if array is not None})
+    return stream.getvalue()
+
+
+@pytest.mark.parametrize(("change", "message"), [
+    (dict(t=None), "is not a file of hits.save: it lacks t"),
+    (dict(t=np.zeros((3, 3))), r"t_error must have shape \(3, 3\), got \(6, 50\)"),
+    (dict(normal=np.zeros((6, 50))), r"normal must have shape \(6, 50, 3\)"),
+    (dict(body=np.full((6, 50), 0.5)), "body must hold integers from -1"),
+    (dict(body=np.full((6, 50), np.nan)), "body must hold integers"),
+    (dict(body=np.full((6, 50), 2**40)), "body must hold integers"),
+    (dict(hit=np.full((6, 50), 7)), "hit must hold integers from 0 to 1"),
+    (dict(starts=np.zeros(7)), r"starts must have shape \(1,\) or \(300,\)"),
+    (dict(labels=np.frombuffer(b"bodies: 3", np.uint8)), "labels are damaged: "),
+    (dict(labels=np.frombuffer(b"\xff\xfe", np.uint8)), "utf-8"),
+    (dict(directions=np.zeros((6, 50, 3))), "Rays: direction must not be zero"),
+    (dict(labels=np.array([1000.0])), "labels must hold integers from 0 to 255"),
+    (dict(first_bodies=np.array([3, 2])), "first_bodies must be 2 rising numbers"),
+    (dict(first_bodies=np.array([2, 3])), "first_bodies must not be above"),
+    (dict(home=np.array([object()])), "home is not an array of numbers"),
+])  # fmt: skip
+def test_damaged_files(change, message, tmp_path):
+    path = tmp_path / "hits.npz"
+    ANSWERS["many"].save(path)
+    path.write_bytes(_with(path, **change))
+    with pytest.raises(ValueError, match=f"hits.npz: .*{message}") as told:
+        co.Hits.load(path)
+    assert len(str(told.value)) < 500
+
+
+def test_what_is_no_file_of_hits(tmp_path):
+    path = tmp_path / "x.npz"
+    path.write_bytes(b"no archive")
+    with pytest.raises(ValueError, match=r"x.npz: is not a .npz file"):
+        co.Hits.load(path)
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("t.npy", b"\x93NUMPY\x01\x00 and so on")
+    with pytest.raises(ValueError, match="it lacks t_error"):
+        co.Hits.load(path)
+    ANSWERS["many"].save(path)
+    whole = path.read_bytes()
+    for length in (100, len(whole) // 2, len(whole) - 1):
+        path.write_bytes(whole[:length])
+        with pytest.raises(ValueError, match=r"x.npz: "):
+            co.Hits.load(path)
+    with pytest.raises(FileNotFoundError):
+        co.Hits.load(tmp_path / "none.npz")
+    for wrong, kind in (("x.npy", ValueError), (3, TypeError)):
+        with pytest.raises(kind, match="path"):
+            co.Hits.load(wrong)
+        with pytest.raises(kind, match="path"):
+            ANSWERS["one"].save(wrong)
+
+
+# --- What `conicoid trace` writes, Python loads; what Python saves, `conicoid trace` reads; others are told what reads them
+
+SHELLS = co.Scene([
+    co.Body(co.Sphere(1) - co.Sphere(0.5), co.matte("red", name="shell"), "ball"), co.Disc((0, 0, -3), (0, 0, 1), 2),
+    co.Body(co.Spheres([(0, 3, 0), (3, 0, 0)], 0.5), "blue", "two"),
+])  # fmt: skip
+RANDOM = np.random.default_rng(3)
+FEW_RAYS = co.Rays(RANDOM.normal(size=(6, 5, 3)) * 4, RANDOM.normal(size=(6, 5, 3)))
+
+
+@pytest.fixture
+def scene(tmp_path, monkeypatch):
+    monkeypatch.setattr(app, "PIECE", 7)
+    SHELLS.save(tmp_path / "scene.yaml")
+    return tmp_path / "scene.yaml"
+
+
+@pytest.mark.parametrize("spawned", [False, True])
+def test_hits_of_trace_are_hits(spawned, scene, tmp_path):
+    rays = SHELLS.first_hit(FEW_RAYS).spawn((0, 0.1, 1)) if spawned else FEW_RAYS
+    rays.save(tmp_path / "rays.npz")
+    done("trace", scene, tmp_path / "rays.npz", "-o", tmp_path / "hits.npz")
+    hits, expected = co.Hits.load(tmp_path / "hits.npz"), SHELLS.first_hit(rays).detached()
+    assert hits == expected
+    assert hits.rays == rays
+    assert hits.name.tolist() == expected.name.tolist()
+    assert SHELLS.first_hit(hits.spawn((0, 0, 1))) == SHELLS.first_hit(expected.spawn((0, 0, 1)))
+    with np.load(tmp_path / "hits.npz") as arrays:
+        assert arrays["entering"].dtype == bool  # as docs/files.md says: it selects
+        assert np.array_equal(arrays["t"][arrays["entering"]], expected.t[expected.entering])
+
+
+def test_spans_of_trace_are_spans(scene, tmp_path):
+    FEW_RAYS.save(tmp_path / "rays.npz")
+    assert run("trace", scene, tmp_path / "rays.npz", "-o", tmp_path / "spans.npz", "--spans").exit_code == 0
+    spans = co.Spans.load(tmp_path / "spans.npz")
+    expected = SHELLS.spans(FEW_RAYS.origins.reshape(-1, 3), FEW_RAYS.directions.reshape(-1, 3))
+    assert spans == expected.detached()
+    assert np.array_equal(spans.lengths(by="material"), expected.lengths(by="material"))
+
+
+@pytest.mark.parametrize("rays", [np.zeros((0, 6)), np.array([9, 9, 9, 0, 0, 1.0])])
+def test_hits_of_no_rays_and_of_one(rays, scene, tmp_path):
+    np.save(tmp_path / "rays.npy", rays)
+    assert run("trace", scene, tmp_path / "rays.npy", "-o", tmp_path / "hits.npz").exit_code == 0
+    assert co.Hits.load(tmp_path / "hits.npz") == SHELLS.first_hit(rays[..., :3], rays[..., 3:]).detached()
+    assert run("trace", scene, tmp_path / "rays.npy", "-o", tmp_path / "spans.npz", "--spans").exit_code == 0
+    assert len(co.Spans.load(tmp_path / "spans.npz").body) == 0
+
+
+def test_rays_load_what_trace_reads(tmp_path):
+    table = np.concatenate([FEW_RAYS.origins, FEW_RAYS.directions], axis=-1)
+    np.save(tmp_path / "rays.npy", table)
+    (tmp_path / "rays.csv").write_text("\n".join(",".join(map(repr, row)) for row in table.reshape(-1, 6).tolist()))
+    np.savez(tmp_path / "rays.npz", origins=FEW_RAYS.origins, directions=FEW_RAYS.directions)
+    assert co.Rays.load(tmp_path / "rays.npy") == co.Rays.load(tmp_path / "rays.npz") == FEW_RAYS
+    assert co.Rays.load(tmp_path / "rays.csv") == co.Rays(table.reshape(-1, 6)[:, :3], table.reshape(-1, 6)[:, 3:])
+    np.savez(tmp_path / "rays.npz", origins=FEW_RAYS.origins, directions=FEW_RAYS.directions, t_min=0.5)
+    with pytest.raises(
+        ValueError, match=r"rays.npz: .* also holds t_min; rays have no intervals: numpy.load reads them"
+    ):
+        co.Rays.load(tmp_path / "rays.npz")
+    np.save(tmp_path / "rays.npy", [[0, 0, 0, 0, 0, 0.0]])
+    with pytest.raises(ValueError, match=r"rays.npy: ray 0: direction must not be zero"):
+        co.Rays.load(tmp_path / "rays.npy")
+
+
+def test_other_files_are_told_what_reads_them(tmp_path):
+    answers = {
+        "hits": SHELLS.first_hit(FEW_RAYS),
+        "spans": SHELLS.spans(FEW_RAYS),
+        "crossings": SHELLS.crossings(FEW_RAYS),
+        "rays": FEW_RAYS,
+    }
+    for kind, answer in answers.items():
+        answer.save(tmp_path / f"{kind}.npz")
+    np.savez(tmp_path / "lengths.npz", lengths=SHELLS.lengths(FEW_RAYS))
+    for kind in answers:
+        load = getattr(co, kind.capitalize()).load
+        for other in answers:
+            if other != kind:
+                with pytest.raises(ValueError, match=rf"{other}.npz: is not a file of {kind}.save: .*; co.{other.capitalize()}"
+                                   r".load reads it$"):  # fmt: skip
+                    load(tmp_path / f"{other}.npz")
+        with pytest.raises(ValueError, match=rf"is not a file of {kind}.save: .*; numpy.load reads any .npz file$"):
+            load(tmp_path / "lengths.npz")
