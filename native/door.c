@@ -5,6 +5,7 @@
  * tables of a geometry lie within its arrays. What is wrong raises TypeError or ValueError with the argument's name. Not
  * tested is what index arrays hold. Kernels run without the interpreter's lock.
  */
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -531,6 +532,14 @@ static PyObject *module_keep_threads(PyObject *module, PyObject *most)
     return PyLong_FromLongLong(pool_size());
 }
 
+/* Whoever has read a mark of an item sees behind this what its thread wrote before the mark (pool.c). */
+static PyObject *module_acquire(PyObject *module, PyObject *nothing)
+{
+    (void)module, (void)nothing;
+    atomic_thread_fence(memory_order_acquire);
+    return new_reference(Py_None);
+}
+
 static PyObject *module_names(PyObject *module, PyObject *nothing)
 {
     (void)module, (void)nothing;
@@ -589,6 +598,7 @@ static PyMethodDef functions[] = {
     {"pieces", module_pieces, METH_VARARGS, "A call of a kernel over a range, for several threads (native/pieces.h)."},
     {"calls", module_calls, METH_VARARGS, "Many calls of a kernel, for several threads."},
     {"keep_threads", module_keep_threads, METH_O, "Let idle threads beyond so many end; how many there are."},
+    {"acquire", module_acquire, METH_NOARGS, "See what threads wrote before the marks that were read."},
     {"room", module_room, METH_O, "So many bytes of memory, for an array."},
     {"single", module_single, METH_VARARGS, "A call of a kernel on the numbers of one ray or point (native/single.h)."},
     {"kernels", module_names, METH_NOARGS, "The names of all kernels."},

@@ -294,6 +294,14 @@ def _with_geometry(work: Any, geometry: Geometry) -> Callable[[int, int], Any]:
     return lambda begin, end: work(geometry, begin, end)
 
 
+def marked_items(marks: Marks) -> npt.NDArray[np.int64]:
+    """Return the items with a mark; what threads wrote for them is seen from now on."""
+    items = np.flatnonzero(marks)
+    if SHIPPED is not None:
+        SHIPPED.acquire()
+    return items
+
+
 def chunk_of_rays(geometry: Geometry, count: int, most: int, rays: int) -> int:
     """Return `chunk_size` for `count` packets of `rays` rays in all; `count` if the work is too brief for threads."""
     # A line through many bodies takes about the square root of the steps that it could take at most: squares of both

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from .._util.arrays import FloatArray
-from ..kernels.threads import KernelRange, chunk_size, has_ended, run_on
+from ..kernels.threads import KernelRange, chunk_size, has_ended, marked_items, run_on
 from . import tiles
 from .camera_rays import lower_view
 from .film import COUNT, STEP, SUMS, mean_pixels, next_end, pixel_errors
@@ -155,7 +155,7 @@ class Exposure:
         if is_end:
             new = self._changed | self._unreported
         else:
-            new = self._changed.intersection((self.begin + np.flatnonzero(self._marks)).tolist())
+            new = self._changed.intersection((self.begin + marked_items(self._marks)).tolist())
         self._saved = monotonic()
         if new:
             keep(tile_ranges(sorted(new)))

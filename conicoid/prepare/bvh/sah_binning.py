@@ -29,7 +29,9 @@ NEGATED_LOW, COST, HIGH, ITEM = 0, 3, 4, 7
 BINS = 16
 FEW_BINS = 8
 MANY = 16  # groups of more records get all bins
-BOXES = 3 * BINS * SIZE + SIZE + BINS  # floats of the bins of three axes, a box, and areas
+_LAST = 3 * BINS * SIZE  # behind the bins of three axes: a box for each axis, and areas on both sides of borders
+_BEFORE, _BEYOND = _LAST + 3 * SIZE, _LAST + 3 * SIZE + 3 * BINS
+BOXES = _BEYOND + 3 * BINS
 Counts = npt.NDArray[np.int64]
 Cut = tuple[int, int, float, float]
 """(axis, bin) that split a group (axis -1: no split), and half the areas of both parts"""
@@ -75,7 +77,7 @@ def _bin(center: float, low: float, scale: float, bins: int) -> Any:
     return max(0, min(np.int64((center - low) * scale), bins - 1))
 
 
-@kernel(records="8*n", begin="0..end", end="0..n", bins="1..16", boxes="out 408", counts="out 48")
+@kernel(records="8*n", begin="0..end", end="0..n", bins="1..16", boxes="out 504", counts="out 48")
 def fill_bins(
     records: Floats, begin: int, end: int, lows: tuple[float, float, float], scales: tuple[float, float, float],
     bins: int, boxes: Floats, counts: Counts,
@@ -97,41 +99,56 @@ def fill_bins(
         counts[c] += 1
 
 
-@kernel(bins="1..16", boxes="out 408", counts="48")
+@kernel(bins="1..16", boxes="out 504", counts="48")
 def best_cut(scales: tuple[float, float, float], bins: int, boxes: Floats, counts: Counts) -> Cut:
-    """Return the cut with the least sum of area times count; `boxes` has room for a vector behind the bins."""
-    best, axis, border, left_area, right_area = math.inf, -1, 0, 0.0, 0.0
-    last, areas = SIZE * 3 * BINS, SIZE * 3 * BINS + SIZE
+    """Return the cut with the least sum of area times count; what is behind the bins is overwritten."""
+    # The axes side by side, so that no sum of boxes waits for the one before, and without branches to guess wrongly
     for k in range(3):
-        if scales[k] == 0.0:
-            continue
-        first = k * BINS
-        clear(boxes, last)
-        total = 0
-        for b in range(first, first + bins):
-            total += counts[b]
-        right = 0
-        # One sweep from the right stores the areas behind each border; the sweep from the left then compares costs.
-        for step in range(bins - 1):
-            b = first + bins - 1 - step
-            if counts[b] > 0:
-                join(boxes, last, boxes, SIZE * b)
-            right += counts[b]
-            boxes[areas + b - first] = half_area(boxes, last) if right > 0 else 0.0
-        clear(boxes, last)
-        left = 0
-        for b in range(first, first + bins - 1):
-            if counts[b] == 0:
-                continue
-            join(boxes, last, boxes, SIZE * b)
-            left += counts[b]
-            if left == total:
-                break
-            area, beyond = half_area(boxes, last), boxes[areas + b + 1 - first]
-            cost = area * left + beyond * (total - left)
-            if cost < best:
-                best, axis, border, left_area, right_area = cost, k, b + 1 - first, area, beyond
-    return axis, border, left_area, right_area
+        clear(boxes, _LAST + SIZE * k)
+    for step in range(1, bins):
+        for k in range(3):
+            _join_next(boxes, k, bins - step, _BEYOND)
+    for k in range(3):
+        clear(boxes, _LAST + SIZE * k)
+    total = 0
+    for b in range(bins):
+        total += counts[b]
+    x = y = z = (math.inf, 0)
+    i = j = k = 0
+    for b in range(bins - 1):
+        i, j, k = i + counts[b], j + counts[b + BINS], k + counts[b + 2 * BINS]
+        x = _lesser(boxes, 0, b, i, total - i, x)
+        y = _lesser(boxes, 1, b, j, total - j, y)
+        z = _lesser(boxes, 2, b, k, total - k, z)
+    axis, best = -1, (math.inf, 0)
+    if scales[0] != 0.0 and x[0] < best[0]:
+        axis, best = 0, x
+    if scales[1] != 0.0 and y[0] < best[0]:
+        axis, best = 1, y
+    if scales[2] != 0.0 and z[0] < best[0]:
+        axis, best = 2, z
+    if axis < 0:
+        return -1, 0, 0.0, 0.0
+    at = axis * BINS + best[1]
+    return axis, best[1], boxes[_BEFORE + at - 1], boxes[_BEYOND + at]
+
+
+@inline
+def _join_next(boxes: Floats, k: int, b: int, areas: int) -> float:
+    """Join bin b of axis k to the box of that axis; write and return the area of both together."""
+    join(boxes, _LAST + SIZE * k, boxes, SIZE * (k * BINS + b))
+    area = half_area(boxes, _LAST + SIZE * k)
+    boxes[areas + k * BINS + b] = area
+    return area
+
+
+@inline
+def _lesser(boxes: Floats, k: int, b: int, left: int, right: int, best: tuple[float, int]) -> tuple[float, int]:
+    """Return the lesser of the best (cost, border) of an axis and that behind bin b."""
+    cost = _join_next(boxes, k, b, _BEFORE) * left + boxes[_BEYOND + k * BINS + b + 1] * right
+    # Not a number, and so not less, where there is nothing on one side
+    is_less = cost < best[0]
+    return (cost if is_less else best[0]), (b + 1 if is_less else best[1])
 
 
 @record_shapes(axis="0..2", bin="0..16")
@@ -192,7 +209,6 @@ def area_of(records: Floats, begin: int, end: int, boxes: Floats, at: int) -> fl
 @allocator
 def cut_group(records: Floats, begin: int, end: int, boxes: Floats, counts: Counts) -> tuple[int, float, float]:
     """Split a group of at least two in place: (first of the second part, half the areas of both)."""
-    last = SIZE * 3 * BINS
     if end - begin > 2:
         bins = BINS if end - begin > MANY else FEW_BINS
         ax, ay, az, bx, by, bz = centers(records, begin, end)
@@ -205,8 +221,8 @@ def cut_group(records: Floats, begin: int, end: int, boxes: Floats, counts: Coun
             return middle, left, right
     # Equal middles, or two records: split in the middle.
     middle = (begin + end) // 2
-    left = area_of(records, begin, middle, boxes, last)
-    return middle, left, area_of(records, middle, end, boxes, last)
+    left = area_of(records, begin, middle, boxes, _LAST)
+    return middle, left, area_of(records, middle, end, boxes, _LAST)
 
 
 # The first branches of a large tree: all threads split its groups together, until each is one thread's work
@@ -302,13 +318,13 @@ def _plan(
 ) -> None:
     """Choose the cut of a group, and where each of its chunks writes the records before and behind it."""
     lows, scales = frame
-    joined = np.append(boxes[:, : 3 * BINS * SIZE].max(axis=0), np.empty(SIZE + BINS))
+    joined = np.append(boxes[:, :_LAST].max(axis=0), np.empty(BOXES - _LAST))
     axis, border, left_area, right_area = best_cut(scales, BINS, joined, counts.sum(axis=0))
     if axis < 0:
         # All middles are equal: any half will do.
         middle, area = (
             (group.first + group.last) // 2,
-            box_area(joined[: 3 * BINS * SIZE].reshape(-1, SIZE).max(axis=0)),
+            box_area(joined[:_LAST].reshape(-1, SIZE).max(axis=0)),
         )
         group.halves = (
             RecordGroup(group.first, middle, area, group.moved),
