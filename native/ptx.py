@@ -23,7 +23,7 @@ import llvmlite.binding as llvm
 from llvmlite import ir
 
 from conicoid._jit.sources import stamp_of
-from conicoid.kernels.device import SHARED, SIZES
+from conicoid.kernels.device import EACH, SHARED, SIZES
 
 from . import objects
 from .arithmetic import reordered, strange_functions
@@ -38,8 +38,6 @@ STAMP = "sources.stamp"
 """The file beside the kernels with the digest of their sources."""
 REGISTERS = 128
 """Of a thread: with more, fewer threads are resident, with less they spill (measured on an H200)."""
-NAMES = [f"{function.name}_{size}" for function in on_device() for size in (*SIZES, SHARED)]
-
 _I32, _I64 = ir.IntType(32), ir.IntType(64)
 _POINTER = ir.IntType(8).as_pointer()
 _PREFETCH = re.compile(r"^.*call void @llvm\.prefetch\b.*\n", re.M)
@@ -52,15 +50,22 @@ define double @sqrt(double %x) alwaysinline {
 """
 
 
+def _sizes(leaves: list[Leaf]) -> tuple[str, ...]:
+    """Return the sizes of scratch memory for which a function has kernels."""
+    return (*SIZES, SHARED) if any(leaf.name.startswith("scratch.") for leaf in leaves) else (EACH,)
+
+
+NAMES = [f"{function.name}_{size}" for function in on_device() for size in _sizes(function.leaves)]
+
+
 def _is_local(leaf: Leaf, size: str) -> bool:
     """Return whether an array is scratch memory that the entry makes."""
     return leaf.name.startswith("scratch.") and size != SHARED
 
 
-def _has_length(leaf: Leaf) -> bool:
-    """Return whether a caller passes the length of an array: where the shape does not say it."""
-    first = leaf.lengths[0]
-    return first is None or bool(first.names)
+def _open_axis(leaf: Leaf) -> int | None:
+    """Return the axis of an array whose length a caller passes: where the shape does not say it."""
+    return next((axis for axis, length in enumerate(leaf.lengths) if length is None or length.names), None)
 
 
 def _parameters(leaves: list[Leaf], size: str) -> list[Any]:
@@ -68,7 +73,9 @@ def _parameters(leaves: list[Leaf], size: str) -> list[Any]:
     kinds: list[Any] = []
     for leaf in leaves:
         if leaf.kind == "array" and not _is_local(leaf, size):
-            kinds += [_POINTER, _I64] if _has_length(leaf) else [_POINTER]
+            kinds += [_POINTER] if _open_axis(leaf) is None else [_POINTER, _I64]
+        elif leaf.kind == "int" and leaf.name not in ("begin", "step"):
+            kinds.append(_I64)
     return kinds
 
 
@@ -82,7 +89,7 @@ class _Entry:
     """The entry of a function for one size of scratch memory."""
 
     def __init__(self, module: ir.Module, name: str, kernel: dict[str, Any], inner: ir.Function, size: str) -> None:
-        self.leaves = next(each.leaves for each in on_device() if name.endswith(each.name))
+        self.leaves = next(each.leaves for each in on_device() if name == PREFIX + each.name)
         self.size = size
         kinds = [_I64, _I64, *_parameters(self.leaves, size)]
         function = ir.Function(module, ir.FunctionType(_I32, kinds), f"{name}_{size}")
@@ -97,8 +104,16 @@ class _Entry:
             if leaf.kind == "array":
                 arguments += self._array(leaf)
             elif leaf.kind == "int":
-                arguments.append(numbers[leaf.name])
+                arguments.append(numbers[leaf.name] if leaf.name in numbers else self._number(leaf))
         self.builder.ret(self.builder.call(inner, arguments))
+
+    def _number(self, leaf: Leaf) -> Any:
+        """Return a number that the caller passes; the end of rows is that of the row of this thread."""
+        number, b = self.passed.pop(0), self.builder
+        if leaf.name != "end":
+            return number
+        after = b.add(self.thread, _I64(1))
+        return b.select(b.icmp_signed("<", after, number), after, number)
 
     def _array(self, leaf: Leaf) -> list[Any]:
         """Return an array as Numba passes it."""
@@ -110,8 +125,9 @@ class _Entry:
             data = b.bitcast(room, _POINTER)
         else:
             data = self.passed.pop(0)
-            if _has_length(leaf):
-                shape[0] = self.passed.pop(0)
+            axis = _open_axis(leaf)
+            if axis is not None:
+                shape[axis] = self.passed.pop(0)
             if leaf.name.startswith("scratch."):  # the part of this thread
                 data = b.gep(data, [b.mul(b.mul(self.thread, shape[0]), _I64(bytes_each))])
         steps, count = [_I64(bytes_each)], shape[-1]
@@ -126,7 +142,7 @@ def _put_entries(module: ir.Module, name: str, kernel: dict[str, Any]) -> None:
     """Add the entries of a function, one for each size."""
     kinds = [objects.kind_of(each) for each in kernel["arguments"]]
     inner = ir.Function(module, ir.FunctionType(_I32, kinds), kernel["symbol"])
-    for size in (*SIZES, SHARED):
+    for size in _sizes(next(each.leaves for each in on_device() if name == PREFIX + each.name)):
         _Entry(module, name, kernel, inner, size)
 
 
@@ -207,6 +223,8 @@ def wrong_with_code(module: Any) -> Iterator[str]:
         yield f"calls {', '.join(strange)}"
     if reordered(str(module)):
         yield "has arithmetic that may be reordered"
+    if " frem " in str(module):
+        yield "has remainders, which NVPTX rounds twice"
 
 
 def _fused(module: Any) -> int:
@@ -227,6 +245,7 @@ def wrong_with_ptx(text: str, fused: int) -> Iterator[str]:
     strange = sorted(rounding - {f"{each}.rn.f64" for each in ("add", "sub", "mul", "fma", "div", "sqrt", "rcp")})
     if strange:
         yield f"rounds by {', '.join(strange)}"
+    yield from (f"has {each}" for each in sorted(set(re.findall(r"\.(?:approx|ftz|full|sat)\b", text))))
     if len(re.findall(r"\bfma\.rn\.f64\b", text)) > fused:
         yield "fuses what the code does not"
     called = set(re.findall(r"\bcall(?:\.uni)?\s+(?:\([^)]*\),\s*)?([^\s,;]+)", text))

@@ -235,7 +235,12 @@ def declared() -> list[Signature]:
 
 
 def on_device() -> list[Signature]:
-    """The signatures of the functions of a GPU's threads, which are no kernels of the extension."""
-    from conicoid.kernels.device import FUNCTIONS
+    """The signatures of the functions of a GPU's threads: those that are no kernels of the extension, then kernels."""
+    import importlib
 
-    return [signature(function, shapes) for function, shapes in FUNCTIONS.items()]
+    from conicoid._jit.decorators import DECLARED
+    from conicoid.kernels.device import FUNCTIONS, ROWS
+
+    for module in ROWS.values():
+        importlib.import_module(f"conicoid.queries.{module}")
+    return [*(signature(*each) for each in FUNCTIONS.items()), *(signature(*DECLARED[name]) for name in ROWS)]

@@ -68,6 +68,7 @@ class Card:
 
     def __init__(self, kernels: Kernels, size: int = 1 << 30, threads: int = 256) -> None:
         self.name, self.launches, self.sent = "emulation", list[tuple[str, int]](), 0
+        self.followed = list[int]()
         self._kernels, self._size, self._threads = kernels, size, threads
         self._rooms: dict[int, np.ndarray] = {}
 
@@ -128,6 +129,16 @@ class Card:
         self.launches.append((kernel, threads))
         blocks = -(-threads // BLOCK)
         stream.append(lambda: self._kernels.run(kernel, list(arguments[1:]), BLOCK * blocks))
+
+    def number(self, stream: deque[Callable[[], None]]) -> int:
+        return id(stream)
+
+    def follow(self, stream: deque[Callable[[], None]], other: int) -> None:
+        self.followed.append(other)
+
+    def card_of(self, address: int) -> int:
+        self._within(address, 1)
+        return 0
 
     def is_done(self, stream: deque[Callable[[], None]]) -> bool:
         if stream:

@@ -331,7 +331,7 @@ def check_npz_path(owner: str, what: str, value: Any) -> str | os.PathLike[str]:
 
 _MASK_SEARCH_DEPTH = 5
 """The depth of lists that are searched for masked entries."""
-_BELOW_ROUNDING = 2.0**-60
+BELOW_ROUNDING = 2.0**-60
 
 
 def real_array(owner: str, field: str, values: Any, expected: str = "an array of numbers") -> FloatArray:
@@ -417,6 +417,14 @@ def is_dask_array(values: Any) -> bool:
     return hasattr(type(values), "__dask_graph__") and values.__dask_graph__() is not None
 
 
+def is_on_card(values: Any) -> bool:
+    """Return whether an array lives on a GPU of NVIDIA's, as those of CuPy, PyTorch and JAX tell by their class."""
+    if hasattr(type(values), "__dlpack_device__"):
+        with contextlib.suppress(BufferError):  # an array in parts on several devices
+            return values.__dlpack_device__()[0] in (2, 13)  # memory of a card, or shared with it
+    return hasattr(type(values), "__cuda_array_interface__")
+
+
 def is_masked(values: Any) -> bool:
     """Return whether there are masked entries, also within lists, where NumPy takes them for NaN with a warning."""
     level = [values]  # the items of one depth
@@ -444,7 +452,7 @@ def zero_negligible(vectors: FloatArray) -> FloatArray:
     if not small.any():  # the usual case
         return vectors
     with np.errstate(all="ignore"):
-        trace = small & (sizes <= _BELOW_ROUNDING * sizes.max(axis=-1, keepdims=True, initial=0.0))
+        trace = small & (sizes <= BELOW_ROUNDING * sizes.max(axis=-1, keepdims=True, initial=0.0))
     return np.where(trace, 0.0, vectors) if trace.any() else vectors
 
 

@@ -1,8 +1,8 @@
 """Queries by the threads of a GPU: each takes rays or points begin, begin + step, ..., one at a time.
 
-`native/ptx.py` compiles these functions to PTX. Tests run the same code on the CPU and compare it with the kernels
-there. No extension holds it. Nothing here allocates: scratch memory is local to a thread and of a fixed size (`SIZES`),
-or a part of arrays for all threads.
+`native/ptx.py` compiles these functions to PTX, and the kernels of `ROWS`. Tests run the same code on the CPU and
+compare it with the kernels there. No extension holds it. Nothing here allocates: scratch memory is local to a thread
+and of a fixed size (`SIZES`), or a part of arrays for all threads.
 """
 
 from __future__ import annotations
@@ -11,8 +11,9 @@ import math
 from typing import NamedTuple
 
 from .._jit.decorators import helper, inline
+from .._util.validation import BELOW_ROUNDING, LARGEST, SMALLEST
 from . import tables as table
-from .body.hit import DOUBTFUL, no_hit
+from .body.hit import DOUBTFUL, Hit, no_hit
 from .body.membership import entry_holds, point_ray
 from .body.scratch import EVENT, LEAF_COUNT, TIME, Scratch
 from .bvh.walk import FEW, OWN_BEAM, leaf_range, next_leaf, push_roots, put_beam, scene_tree, way_size
@@ -20,7 +21,7 @@ from .first_hits import HitBuffers, first_crossing, put_hit
 from .programs import forget_program
 from .ray import DEAD, RayArrays, load_ray
 from .surface.exact_crossing import OPEN, RoundingRest
-from .tables import Floats, Geometry, Ints, Signs, integer, whole
+from .tables import Floats, Geometry, Ints, Longs, Signs, integer, whole
 
 
 class ScratchSize(NamedTuple):
@@ -79,16 +80,19 @@ def _open_scratch(scratch: Scratch) -> None:
     scratch.found_leaves[LEAF_COUNT] = -1
 
 
+@inline
+def _hit_of_ray(geometry: Geometry, rays: RayArrays, scratch: Scratch, i: int, any_hit: bool) -> Hit:
+    """Return the first hit of a ray, or any."""
+    ray = load_ray(rays, i)
+    return no_hit() if ray.start == DEAD else first_crossing(geometry, scratch, ray, scratch.nothing, any_hit)
+
+
 def first_hits(geometry: Geometry, rays: RayArrays, found: HitBuffers, scratch: Scratch, begin: int, step: int) -> None:
     """Write the first hits of rays begin, begin + step, ..., as `trace_first_alone` does."""
     _open_scratch(scratch)
     i = begin
     while i < len(rays.origins):
-        hit = no_hit()
-        ray = load_ray(rays, i)
-        if ray.start != DEAD:
-            hit = first_crossing(geometry, scratch, ray, scratch.nothing, False)
-        put_hit(hit, i, found)
+        put_hit(_hit_of_ray(geometry, rays, scratch, i, False), i, found)
         i += step
 
 
@@ -97,10 +101,7 @@ def any_hits(geometry: Geometry, rays: RayArrays, result: Signs, scratch: Scratc
     _open_scratch(scratch)
     i = begin
     while i < len(rays.origins):
-        hit = no_hit()
-        ray = load_ray(rays, i)
-        if ray.start != DEAD:
-            hit = first_crossing(geometry, scratch, ray, scratch.nothing, True)
+        hit = _hit_of_ray(geometry, rays, scratch, i, True)
         result[i] = (1 if hit.body >= 0 else 0) + (DOUBTFUL if hit.unsure else 0)
         i += step
 
@@ -145,9 +146,78 @@ def first_bodies(
         i += step
 
 
+# For arrays that live on a card
+
+
+def check_points(points: Floats, bad: Signs, begin: int, step: int) -> None:
+    """Set bad[0] if a coordinate of points begin, begin + step, ... is not finite or beyond the domain."""
+    i = begin
+    while i < len(points):
+        for k in range(3):
+            if not abs(points[i, k]) <= LARGEST:
+                bad[0] = 1
+        i += step
+
+
+def clear_negligible(vectors: Floats, begin: int, step: int) -> None:
+    """`zero_negligible` of vectors begin, begin + step, ..., in place."""
+    i = begin
+    while i < len(vectors):
+        most = max(abs(vectors[i, 0]), max(abs(vectors[i, 1]), abs(vectors[i, 2])))
+        for k in range(3):
+            if abs(vectors[i, k]) < SMALLEST and abs(vectors[i, k]) <= BELOW_ROUNDING * most:
+                vectors[i, k] = 0.0
+        i += step
+
+
+def are_bodies(bodies: Ints, result: Signs, begin: int, step: int) -> None:
+    """Write 1 for numbers begin, begin + step, ... that are those of bodies, else 0."""
+    i = begin
+    while i < len(bodies):
+        result[i] = 1 if bodies[i] >= 0 else 0
+        i += step
+
+
+def are_entries(turn: Signs, result: Signs, begin: int, step: int) -> None:
+    """Write 1 for certain hits begin, begin + step, ... that enter a body, else 0."""
+    i = begin
+    while i < len(turn):
+        result[i] = 1 if turn[i] == 2 or turn[i] == -2 else 0
+        i += step
+
+
+def copy_rows(source: Signs, target: Signs, which: Longs, width: int, back: int, begin: int, step: int) -> None:
+    """Copy rows of `width` bytes: which[begin], which[begin + step], ... of the source, or back to these places."""
+    i = begin
+    while i < len(which):
+        there, here = width * which[i], width * i
+        for k in range(width):
+            if back != 0:
+                target[there + k] = source[here + k]
+            else:
+                target[here + k] = source[there + k]
+        i += step
+
+
 FUNCTIONS = {
     first_hits: {"found": "out"},
     any_hits: {"result": "out n"},
     first_bodies: {"points": "n 3", "after": "n|1", "bodies": "out n", "undecided": "out n"},
+    check_points: {"points": "n 3", "bad": "out 1"},
+    clear_negligible: {"vectors": "out n 3"},
+    are_bodies: {"bodies": "n", "result": "out n"},
+    are_entries: {"turn": "n", "result": "out n"},
+    copy_rows: {"source": "*", "target": "out *", "which": "n"},
 }
 """What the threads of a GPU run, with the shapes of arguments as `kernel` declares them."""
+ROWS = {
+    "check_rays": "hit_fields",
+    "faces_of": "hit_fields",
+    "hit_points": "hit_fields",
+    "normals_of": "hit_fields",
+    "uvs_of": "hit_fields",
+    "refine_points": "exact.error_bounds",
+}
+"""Kernels of the CPU, by their modules in `queries`, that a thread runs on one row each."""
+EACH = "each"
+"""In place of a size: of functions without scratch memory."""

@@ -18,6 +18,7 @@ from .._util.validation import describe_kind, is_dask_array, replace_default
 from .._util.value_objects import align_array, freeze_arrays
 from ..kernels.first_hits import HitBuffers
 from ..queries import points as at_points, points as distances, ray_queries
+from ..queries.device import device_of
 from ..queries.hits import Hits
 from ..queries.line_integrals import trailing_axes
 from ..queries.points import BodiesAt, Distances, Nearest
@@ -239,7 +240,8 @@ def _lists(scene: SceneLike, query: str, request: RayRequest, workers: Workers) 
 @prepare_first
 def _bodies_part(scene: SceneLike, points: Any, after: Any) -> Any:
     """Return the first body after `after` at each point of a share."""
-    return at_points.first_after(scene._prepared, points, after)
+    gpu = device_of("body_at", None, len(points) == 1)  # as CONICOID_DEVICE of the worker says
+    return at_points.first_after(scene._prepared, points, after, gpu=gpu)
 
 
 def body_at(

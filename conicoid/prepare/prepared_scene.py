@@ -114,11 +114,6 @@ class PreparedScene:
         return {}
 
     @cached_property
-    def tables_on_devices(self) -> dict[int, Any]:
-        """The tables in the memory of GPUs (`queries.device`)."""
-        return {}
-
-    @cached_property
     def single_calls(self) -> dict[str, Callable[..., Any]]:
         """Functions (scene, *numbers) that answer queries of few rays or points, by names of queries."""
         return {}

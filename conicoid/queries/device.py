@@ -14,7 +14,7 @@ import os
 import threading
 import time
 import weakref
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
@@ -36,6 +36,7 @@ CHUNK = 1 << 19
 LANES = 3
 """Chunks on their way."""
 _LINE = 256  # bytes to which arrays in a card's memory are aligned
+_PIECE = 1 << 22  # rays or points that live on a card, between two looks for Ctrl-C
 _SHARE = 2  # scratch memory that threads share takes up to one part in so many of a card's free memory
 _NAP = 5e-5  # seconds between two looks at a stream
 
@@ -70,14 +71,12 @@ def device_of(query: str, device: str | None, are_few: bool = False) -> Device |
 
     The CPU answers for few rays or points sooner than they travel, so they go to a card only if the call names it.
     """
-    if device is None and are_few:
-        return None
-    if device is None:
-        device = _default_device[-1] if _default_device else read_device()
-    elif not isinstance(device, str) or device not in DEVICES:
+    named = device if device is not None else _default_device[-1] if _default_device else read_device()
+    if not isinstance(named, str) or named not in DEVICES:
         names = " or ".join(map(repr, DEVICES))
         raise ValueError(f"{query}: device must be {names}, got {format_value(device)}")
-    return None if device == "cpu" else _first_device()
+    found = None if named == "cpu" else _first_device()  # also for few: what is missing is named at once
+    return None if device is None and are_few else found
 
 
 class GpuDriver(Protocol):
@@ -113,11 +112,20 @@ class GpuDriver(Protocol):
     def is_done(self, stream: Any) -> bool:
         """Return whether all that was put into a stream is done."""
 
+    def number(self, stream: Any) -> int:
+        """Return the number by which other libraries know a stream."""
+
+    def follow(self, stream: Any, other: int) -> None:
+        """Let what is put into a stream from now on wait for what is in another library's."""
+
+    def card_of(self, address: int) -> int:
+        """Return the number of the card in whose memory an address is. Raise RuntimeError if it is in none."""
+
 
 # The work of a query
 
 
-class _Memory:
+class CardMemory:
     """Memory of a card, which is given back with this object."""
 
     def __init__(self, driver: GpuDriver, size: int) -> None:
@@ -139,7 +147,11 @@ class _Room(NamedTuple):
 
     size: str
     numbers: tuple[int, ...] = ()  # for the kernel: address and length of each array that its threads share
-    threads: int = 0  # for which there is memory; 0 for any number
+    most: int = 0  # threads for which there is memory; 0 for any number
+
+    def threads(self, count: int) -> int:
+        """Return the number of threads for so many rays or points."""
+        return min(self.most, count) if self.most else count
 
 
 class _Lane:
@@ -158,23 +170,36 @@ class Device:
     def __init__(self, driver: GpuDriver) -> None:
         self.driver, self.lock = driver, threading.Lock()
         self.lanes = [_Lane(driver) for _ in range(LANES)]
-        self._scratch: _Memory | None = None
+        self._scratch: CardMemory | None = None
+        self._tables: dict[int, CardMemory] = {}
+        self._status = CardMemory(driver, _LINE)
 
     def wait(self, lane: _Lane) -> None:
         """Wait for what is in a lane."""
         while not self.driver.is_done(lane.stream):
             time.sleep(_NAP)
 
-    def put(self, arrays: Sequence[Any]) -> tuple[_Memory, list[int]]:
-        """Copy tables to the card; return their memory, and the address and length of each."""
-        ends = np.cumsum([-(-array.nbytes // _LINE) * _LINE for array in arrays]).tolist()
-        memory, numbers = _Memory(self.driver, ends[-1]), list[int]()
-        for array, begin in zip(arrays, [0, *ends], strict=False):
-            if array.size:
-                self.driver.send(memory.address + begin, array, self.lanes[0].stream)
-            numbers += [memory.address + begin, array.size]
-        self.wait(self.lanes[0])
-        return memory, numbers
+    def tables(self, scene: PreparedScene | None, function: str) -> list[int]:
+        """Return what kernels of a function take first: addresses of a scene's tables, and lengths."""
+        if scene is None:
+            return []
+        tables: list[Any]
+        places, *tables = scene.geometry
+        tables += scene.rest if function in ("first_bodies", "refine_points") else ()
+        return [self._sent(places), *(n for table in tables for n in (self._sent(table), table.size))]
+
+    def _sent(self, table: Any) -> int:
+        """Return the address of a table, which is sent once: scenes that share it share that memory too.
+
+        No table changes as long as it lives; an edited scene that takes over its memory has arrays of its own.
+        """
+        if id(table) not in self._tables:
+            self._tables[id(table)] = memory = CardMemory(self.driver, table.nbytes)
+            weakref.finalize(table, self._tables.pop, id(table)).atexit = False
+            if table.size:
+                self.driver.send(memory.address, table, self.lanes[0].stream)
+                self.wait(self.lanes[0])
+        return self._tables[id(table)].address
 
     def run(self, scene: PreparedScene, function: str, inputs: Sequence[Any], outputs: Sequence[Any]) -> bool:
         """Run a function of `kernels.device` on all rays or points, into `outputs`.
@@ -190,9 +215,9 @@ class Device:
             if room is None:
                 return False
             try:
-                tables = _Tables.of(scene, self)
+                tables = self.tables(scene, function)
                 # Kernels that share scratch memory follow each other
-                lanes = self.lanes[:1] if room.threads else self.lanes
+                lanes = self.lanes[:1] if room.most else self.lanes
                 for number, first in enumerate(range(0, count, CHUNK)):
                     lane = lanes[number % len(lanes)]
                     self._end(lane, outputs)
@@ -203,6 +228,54 @@ class Device:
                 for lane in self.lanes:
                     lane.chunk = None
                     self.wait(lane)
+        return True
+
+    def send(self, address: int, array: Any) -> None:
+        """Copy an array to the card, and wait for it."""
+        with self._alone() as lane:
+            self.driver.send(address, array, lane.stream)
+
+    def fetch(self, array: Any, address: int) -> None:
+        """Copy from the card into an array, and wait for it."""
+        with self._alone() as lane:
+            self.driver.fetch(array, address, lane.stream)
+
+    @contextlib.contextmanager
+    def _alone(self) -> Iterator[_Lane]:
+        """Yield a lane while no other query runs, and wait for what was put into it."""
+        with self.lock:
+            for each in self.lanes:
+                self.wait(each)
+            try:
+                yield self.lanes[0]
+            finally:
+                self.wait(self.lanes[0])
+
+    def run_there(
+        self, function: str, numbers: Callable[[int, int], list[int]], count: int, scene: PreparedScene | None = None
+    ) -> bool:
+        """Run a function of `kernels.device`, or a kernel of `ROWS`, on arrays that live on the card.
+
+        numbers: the arguments for rows first..last. Returns False, and does nothing, if the scene needs more scratch
+        memory than the card has.
+        """
+        from ..kernels.device import EACH, ROWS
+
+        status = np.zeros(1, np.int64)
+        with self._alone() as lane:
+            room = _Room(EACH) if scene is None or function in ROWS else self._room(scene, function)
+            tables = self.tables(scene, function)
+            if room is None:
+                return False
+            self.driver.send(self._status.address, status, lane.stream)
+            piece = max(1, count) if room.size == EACH else _PIECE
+            for first in range(0, count, piece):
+                last = min(count, first + piece)
+                arguments = [self._status.address, *tables, *numbers(first, last), *room.numbers]
+                self.driver.launch(f"{function}_{room.size}", arguments, room.threads(last - first), lane.stream)
+                self.wait(lane)
+            self.driver.fetch(status, self._status.address, lane.stream)
+        _check_status(status)
         return True
 
     def _room(self, scene: PreparedScene, function: str) -> _Room | None:
@@ -222,13 +295,13 @@ class Device:
         sizes = [-(-threads * WIDTHS[name] * length // _LINE) * _LINE for name, length in lengths.items()]
         if self._scratch is None or held < sum(sizes):
             self._scratch = None
-            self._scratch = _Memory(driver, sum(sizes))
+            self._scratch = CardMemory(driver, sum(sizes))
         begins = np.cumsum([self._scratch.address, *sizes]).tolist()
         numbers = (n for pair in zip(begins, lengths.values(), strict=False) for n in pair)
         return _Room(size, tuple(numbers), threads)
 
     def _begin(
-        self, lane: _Lane, tables: _Tables, room: _Room, function: str, inputs: Sequence[Any], outputs: Sequence[Any],
+        self, lane: _Lane, tables: list[int], room: _Room, function: str, inputs: Sequence[Any], outputs: Sequence[Any],
         first: int, last: int,
     ) -> None:  # fmt: skip
         """Put a chunk into a lane."""
@@ -237,7 +310,7 @@ class Device:
         ends = np.cumsum([0, *(-(-part.nbytes // _LINE) * _LINE for part in (*parts, *results))]).tolist()
         if lane.memory is None or lane.memory.size < ends[-1]:
             lane.memory = None  # before the new memory, which may not have room beside it
-            lane.memory, lane.pinned = _Memory(self.driver, ends[-1]), self.driver.pinned(ends[-1])
+            lane.memory, lane.pinned = CardMemory(self.driver, ends[-1]), self.driver.pinned(ends[-1])
         views = [
             lane.pinned[begin : begin + part.nbytes].view(part.dtype).reshape(part.shape)
             for part, begin in zip((*parts, *results), ends, strict=False)
@@ -250,11 +323,10 @@ class Device:
         status, rays, rest = numbers[2 * len(parts)], numbers[: 2 * len(parts)], numbers[2 * len(parts) + 2 :]
         driver = self.driver
         driver.send(base, lane.pinned[: middle + _LINE], lane.stream)
-        threads = min(room.threads, last - first) if room.threads else last - first
         driver.launch(
             f"{function}_{room.size}",
-            [status, *tables.numbers(function), *rays, *rest, *room.numbers],
-            threads,
+            [status, *tables, *rays, *rest, *room.numbers],
+            room.threads(last - first),
             lane.stream,
         )
         driver.fetch(lane.pinned[middle : ends[-1]], base + middle, lane.stream)
@@ -266,40 +338,15 @@ class Device:
             return
         self.wait(lane)
         (first, last, (status, *results)), lane.chunk = lane.chunk, None
-        if status[0]:
-            raise RuntimeError(f"device='cuda': a kernel ended with status {status[0]}")
+        _check_status(status)
         for array, result in zip(outputs, results, strict=True):
             array[first:last] = result
 
 
-class _Tables:
-    """A scene's tables in a card's memory."""
-
-    def __init__(self, scene: PreparedScene, device: Device) -> None:
-        self._device, self._scene = device, weakref.ref(scene)
-        places, integers, floats = scene.geometry
-        self._memory, numbers = device.put([places, integers, floats])
-        self._geometry = [numbers[0], *numbers[2:]]  # `places` has one length
-        self._rest: Any = None
-
-    @classmethod
-    def of(cls, scene: PreparedScene, device: Device) -> _Tables:
-        """Return the tables of a scene, which are sent once."""
-        known = scene.tables_on_devices.get(id(device))
-        if known is None:
-            known = scene.tables_on_devices[id(device)] = cls(scene, device)
-        tables: _Tables = known
-        return tables
-
-    def numbers(self, function: str) -> list[int]:
-        """Return what the kernels of a function take first."""
-        if function != "first_bodies":
-            return self._geometry
-        if self._rest is None:
-            scene = self._scene()
-            assert scene is not None
-            self._rest = self._device.put(scene.rest)
-        return [*self._geometry, *self._rest[1]]
+def _check_status(status: Any) -> None:
+    """Raise RuntimeError if a kernel has failed."""
+    if status[0]:
+        raise RuntimeError(f"device='cuda': a kernel ended with status {status[0]}")
 
 
 # NVIDIA's cards
@@ -334,8 +381,15 @@ def _kernels() -> Path:
     return folder
 
 
+_LOST = frozenset((214, 220, 700, 702, 709, 710, *range(714, 720)))
+"""Errors after which the driver answers each call of the process with an error: NVIDIA's list of `CUresult`."""
+
+
 class NvidiaDriver:
-    """The first card that NVIDIA's driver shows (CUDA_VISIBLE_DEVICES chooses), in its primary context."""
+    """The first card that NVIDIA's driver shows (CUDA_VISIBLE_DEVICES chooses), in its primary context.
+
+    The context is current during a call alone, so that CuPy or PyTorch in the same thread keep the card that is theirs.
+    """
 
     OLDEST = 7, 5
 
@@ -345,74 +399,94 @@ class NvidiaDriver:
         except ImportError:
             raise ImportError("device='cuda' needs NVIDIA's cuda-bindings: pip install 'conicoid[cuda]'") from None
         self._folder, self._driver, self._process = _kernels(), driver, os.getpid()
-        self._context: Any = None
         self._functions: dict[str, Any] = {}
         try:
-            driver.cuInit(0)
+            (state,) = driver.cuInit(0)
         except Exception as error:  # the package has errors of its own for a library that it does not find
             raise RuntimeError("device='cuda' needs NVIDIA's driver, and none was found here") from error
-        state, *count = driver.cuDeviceGetCount()
-        if int(state) != 0 or count[0] == 0:
+        if state == driver.CUresult.CUDA_ERROR_NOT_INITIALIZED:
+            raise RuntimeError("device='cuda': a process that was forked from one that uses a card cannot use it")
+        count = self._result("cuDeviceGetCount") if int(state) == 0 else 0
+        if count == 0:
             raise RuntimeError(f"device='cuda' needs a card of NVIDIA's; the driver finds none ({self._text(state)})")
-        device = self._call("cuDeviceGet", 0)
+        device = self._result("cuDeviceGet", 0)
         kinds = driver.CUdevice_attribute
-        major, minor, self._units = (
-            self._call("cuDeviceGetAttribute", kind, device)
+        major, minor, self._units, self._threads = (
+            self._result("cuDeviceGetAttribute", getattr(kinds, f"CU_DEVICE_ATTRIBUTE_{kind}"), device)
             for kind in (
-                kinds.CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MAJOR,
-                kinds.CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MINOR,
-                kinds.CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT,
+                "COMPUTE_CAPABILITY_MAJOR",
+                "COMPUTE_CAPABILITY_MINOR",
+                "MULTIPROCESSOR_COUNT",
+                "MAX_THREADS_PER_MULTIPROCESSOR",
             )
         )
-        self.name = self._call("cuDeviceGetName", 100, device).partition(b"\0")[0].decode()
+        self.name = self._result("cuDeviceGetName", 100, device).partition(b"\0")[0].decode()
         if (major, minor) < self.OLDEST:
             needed = ".".join(map(str, self.OLDEST))
             raise RuntimeError(f"device='cuda' needs compute capability {needed}; {self.name} has {major}.{minor}")
-        self._context = self._call("cuDevicePrimaryCtxRetain", device)
+        self._family = f"sm_{major}0"
+        self._context = self._result("cuDevicePrimaryCtxRetain", device)
 
     def _text(self, error: Any) -> str:
         found = self._driver.cuGetErrorString(error)[1]
         return found.decode() if found else str(error)
 
+    def _check(self, name: str, error: Any) -> None:
+        """Raise MemoryError or RuntimeError for what a function of the driver returned, unless it succeeded."""
+        if error == self._driver.CUresult.CUDA_ERROR_OUT_OF_MEMORY:
+            raise MemoryError(f"device='cuda': {name}: {self.name} has too little memory")
+        if int(error) != 0:
+            lost = "; this process cannot use the card any more" if int(error) in _LOST else ""
+            raise RuntimeError(f"device='cuda': {name}: {self._text(error)}{lost}")
+
+    def _result(self, name: str, *arguments: Any) -> Any:
+        """Call the driver; return its result."""
+        error, *results = getattr(self._driver, name)(*arguments)
+        self._check(name, error)
+        return results[0] if results else None
+
     def _call(self, name: str, *arguments: Any) -> Any:
         """Call the driver, in the card's context; return its result."""
-        if self._context is not None:
-            self._driver.cuCtxSetCurrent(self._context)
-        error, *results = getattr(self._driver, name)(*arguments)
-        if error == self._driver.CUresult.CUDA_ERROR_OUT_OF_MEMORY:
-            raise MemoryError(f"device='cuda': {self.name} has too little memory")
-        if int(error) != 0:
-            raise RuntimeError(f"device='cuda': {name}: {self._text(error)}")
-        return results[0] if results else None
+        self._result("cuCtxPushCurrent", self._context)
+        try:
+            return self._result(name, *arguments)
+        finally:
+            self._driver.cuCtxPopCurrent()
 
     def free_memory(self) -> int:
         return int(self._call("cuMemGetInfo"))
 
-    def allocate(self, size: int) -> int:
+    def _with_room(self, size: int, name: str, *arguments: Any) -> Any:
+        """Call the driver for what takes so many bytes of the card. Raise MemoryError with these."""
         try:
-            return int(self._call("cuMemAlloc", size))
+            return self._call(name, *arguments)
         except MemoryError:
             raise MemoryError(
                 f"device='cuda': {size:,} bytes are needed, {self.free_memory():,} are free on {self.name}"
             ) from None
 
+    def allocate(self, size: int) -> int:
+        return int(self._with_room(size, "cuMemAlloc", size))
+
     def release(self, address: int) -> None:
+        self._give_back("cuMemFree", address)
+
+    def _give_back(self, name: str, address: int) -> None:
+        """Free memory, if it is of this process, and its card is not lost."""
         if os.getpid() == self._process:
             with contextlib.suppress(RuntimeError):
-                self._call("cuMemFree", address)
+                self._call(name, address)
 
     def pinned(self, size: int) -> Any:
         import ctypes
 
-        address = self._call("cuMemHostAlloc", size, 0)
+        try:
+            address = self._call("cuMemHostAlloc", size, 0)
+        except MemoryError:
+            raise MemoryError(f"device='cuda': {size:,} bytes of the CPU's memory cannot be pinned") from None
         room = (ctypes.c_uint8 * size).from_address(address)
-        weakref.finalize(room, self._unpin, address).atexit = False  # the array below holds it
+        weakref.finalize(room, self._give_back, "cuMemFreeHost", address).atexit = False  # the array below holds it
         return np.ctypeslib.as_array(room)
-
-    def _unpin(self, address: int) -> None:
-        """Give back what `pinned` took."""
-        if os.getpid() == self._process:
-            self._call("cuMemFreeHost", address)
 
     def stream(self) -> Any:
         return self._call("cuStreamCreate", self._driver.CUstream_flags.CU_STREAM_NON_BLOCKING)
@@ -424,12 +498,19 @@ class NvidiaDriver:
         self._call("cuMemcpyDtoHAsync", array.ctypes.data, address, array.nbytes, stream)
 
     def _function(self, kernel: str) -> Any:
-        """Return a kernel; the driver translates its PTX once, and keeps that on disk."""
+        """Return a kernel: machine code for cards of this family, or PTX, which the driver translates and keeps."""
         if kernel not in self._functions:
             import ctypes
 
-            text = ctypes.create_string_buffer((self._folder / f"{kernel}.ptx").read_bytes())
-            module = self._call("cuModuleLoadData", ctypes.addressof(text))
+            files = (self._folder / f"{kernel}.{kind}" for kind in (f"{self._family}.cubin", "ptx"))
+            code = ctypes.create_string_buffer(next(file for file in files if file.exists()).read_bytes())
+            try:
+                module = self._call("cuModuleLoadData", ctypes.addressof(code))
+            except RuntimeError as error:
+                version = self._result("cuDriverGetVersion")
+                raise RuntimeError(
+                    f"{error}; the driver for CUDA {version // 1000}.{version % 1000 // 10} cannot load {kernel}"
+                ) from None
             self._functions[kernel] = self._call("cuModuleGetFunction", module, kernel.encode())
         return self._functions[kernel]
 
@@ -438,18 +519,34 @@ class NvidiaDriver:
         return int(blocks * self._units * BLOCK)
 
     def launch(self, kernel: str, arguments: Sequence[int], threads: int, stream: Any) -> None:
-        values = np.array(arguments, np.int64)
+        function, values = self._function(kernel), np.array(arguments, np.int64)
         places = np.uint64(values.ctypes.data) + np.arange(0, values.nbytes, 8, dtype=np.uint64)
-        blocks = -(-threads // BLOCK)
-        self._call(
-            "cuLaunchKernel", self._function(kernel), blocks, 1, 1, BLOCK, 1, 1, 0, stream, places.ctypes.data, 0
-        )
+        blocks, kind = -(-threads // BLOCK), self._driver.CUfunction_attribute.CU_FUNC_ATTRIBUTE_LOCAL_SIZE_BYTES
+        # A card reserves local memory for all threads that its multiprocessors can hold, at the first launch
+        local = self._call("cuFuncGetAttribute", kind, function) * self._threads * self._units
+        sizes = blocks, 1, 1, BLOCK, 1, 1, 0
+        self._with_room(local, "cuLaunchKernel", function, *sizes, stream, places.ctypes.data, 0)
+
+    def number(self, stream: Any) -> int:
+        return int(stream)
+
+    def follow(self, stream: Any, other: int) -> None:
+        event = self._call("cuEventCreate", self._driver.CUevent_flags.CU_EVENT_DISABLE_TIMING)
+        self._call("cuEventRecord", event, self._driver.CUstream(other))
+        self._call("cuStreamWaitEvent", stream, event, 0)
+        self._call("cuEventDestroy", event)
+
+    def card_of(self, address: int) -> int:
+        kind = self._driver.CUpointer_attribute.CU_POINTER_ATTRIBUTE_DEVICE_ORDINAL
+        return int(self._call("cuPointerGetAttribute", kind, address))
 
     def is_done(self, stream: Any) -> bool:
-        self._driver.cuCtxSetCurrent(self._context)
-        (error,) = self._driver.cuStreamQuery(stream)
+        self._result("cuCtxPushCurrent", self._context)
+        try:
+            (error,) = self._driver.cuStreamQuery(stream)
+        finally:
+            self._driver.cuCtxPopCurrent()
         if error == self._driver.CUresult.CUDA_ERROR_NOT_READY:
             return False
-        if int(error) != 0:
-            raise RuntimeError(f"device='cuda': {self._text(error)}")
+        self._check("cuStreamQuery", error)
         return True

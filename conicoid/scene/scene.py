@@ -33,6 +33,7 @@ from .._util.validation import (
     describe_kind,
     format_value,
     is_dask_array,
+    is_on_card,
 )
 from ..geometry.body import Body
 from ..geometry.bounds.aabb import Bounds
@@ -728,6 +729,11 @@ class Scene:
     ) -> Any:  # fmt: skip
         """Answer a query of rays here, on a device, or by workers; `options` are arguments beyond rays and interval."""
         check_callback(query, "progress", progress)
+        if is_on_card(origins) or is_on_card(directions):
+            from ..queries import device_arrays
+
+            given = origins, directions, t_min, t_max
+            return device_arrays.along_rays(self._prepared, query, executor, device, *given)
         if _is_remote(executor, origins, directions):
             _refuse_device(query, device)
             from ..parallel.queries import dispatch_rays
@@ -791,6 +797,10 @@ class Scene:
     @ignore_fp_errors
     def _at_many_points(self, query: str, executor: Any, points: Any, device: str | None) -> Any:
         """Answer a query of points here, on a device, or by workers."""
+        if is_on_card(points):
+            from ..queries import device_arrays
+
+            return device_arrays.there_at_points(self._prepared, query, executor, device, points)
         if _is_remote(executor, points):
             _refuse_device(query, device)
             from ..parallel.queries import dispatch_points

@@ -5,16 +5,19 @@ from __future__ import annotations
 import copy
 import ctypes
 import gc
+import inspect
+import os
 import pickle
 import sys
 import types
 from concurrent.futures import ThreadPoolExecutor
+from typing import ClassVar
 
 import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.queries import device
+from conicoid.queries import device, device_arrays
 from native import ptx
 
 from ..emulation import Card, device_kernels
@@ -132,12 +135,16 @@ def test_queries_of_several_threads_take_turns(card):
 
 
 def test_tables_are_sent_once_and_again_after_an_edit(card):
-    scene = co.Scene([co.Spheres(np.random.default_rng(1).uniform(-1, 1, (2000, 3)), 0.02)])
+    balls = co.Spheres(np.random.default_rng(1).uniform(-1, 1, (2000, 3)), 0.02)
+    scene = co.Scene([co.Body(balls, name="balls")])
     points = np.zeros((1, 3))
     scene.contains(points, device="cuda")
     before = card.sent
     scene.contains(points, device="cuda")
     assert card.sent - before < 2000
+    before = card.sent
+    assert not scene.replace("balls", name="dots").contains(points, device="cuda")
+    assert card.sent - before < 2000  # names and materials share all tables
     edited = scene.added(co.Sphere(0.5))
     for query in (scene.contains, edited.contains):
         assert query(points, device="cuda") == query(points, device="cpu")
@@ -179,6 +186,9 @@ def test_a_device_for_all_queries(card, monkeypatch):
     monkeypatch.setenv("CONICOID_DEVICE", "cuda")
     same_hits(scene.first_hit(rays), expected)
     assert len(card.launches) == 2
+    with ThreadPoolExecutor(1) as pool:
+        assert np.array_equal(scene.body_at(rays.origins, executor=pool), scene.body_at(rays.origins, device="cpu"))
+    assert {name for name, _ in card.launches[2:]} == {"first_bodies_few"}
     monkeypatch.setenv("CONICOID_DEVICE", "gpu")
     with pytest.raises(ValueError, match="CONICOID_DEVICE must be 'cpu' or 'cuda', got 'gpu'"):
         scene.first_hit(rays)
@@ -201,6 +211,148 @@ def test_ctrl_c_leaves_no_chunk_behind(card, monkeypatch):
     same_hits(scene.first_hit(rays, device="cuda"), expected)
 
 
+class OnCard:
+    """An array on the emulated card, as Numba shows it, or by its DLPack alone."""
+
+    def __init__(self, card, array, **changes):
+        self.address = card.allocate(max(array.nbytes, 8))
+        ctypes.memmove(self.address, array.ctypes.data, array.nbytes)
+        data = self.address, False
+        self.face = dict(shape=array.shape, typestr=array.dtype.str, data=data, version=3, stream=7) | changes
+
+    @property
+    def __cuda_array_interface__(self):
+        return self.face
+
+
+def here(array):
+    """A copy of an array on the emulated card, by its interface."""
+    face = array.__cuda_array_interface__
+    kind = np.dtype(face["typestr"])
+    size = int(np.prod(face["shape"])) * kind.itemsize
+    return np.frombuffer(ctypes.string_at(face["data"][0], size), kind).reshape(face["shape"])
+
+
+ON_CARD = ("t", "body", "face", "surface", "hit", "entering", "doubtful", "point", "normal", "uv")
+
+
+def same_there(card, scene, origins, directions, **limits):
+    """Assert that arrays on the card give the bits of the CPU, in all fields, and stay there."""
+    there = [OnCard(card, each) for each in (origins, directions)]
+    found, expected = scene.first_hit(*there, **limits), scene.first_hit(origins, directions, **limits, device="cpu")
+    for field in ON_CARD:
+        mine, right = getattr(found, field), getattr(expected, field)
+        assert (mine.shape, mine.dtype) == (np.shape(right), np.asarray(right).dtype), field
+        assert np.asarray(mine).tobytes() == here(mine).tobytes() == np.asarray(right).tobytes(), field
+    same_hits(found.to_host(), expected)
+    occluded = scene.occluded(*there, **limits)
+    assert np.array_equal(occluded, scene.occluded(origins, directions, **limits, device="cpu"))
+    for query in (scene.body_at, scene.contains):
+        assert np.array_equal(query(there[0]), query(origins, device="cpu"))
+        if expected.hit.all():
+            assert np.array_equal(query(found.point), query(expected.point, device="cpu"))
+    return found
+
+
+def test_arrays_that_live_on_the_card(card, monkeypatch):
+    monkeypatch.setattr(device, "_PIECE", 700)
+    rays = camera(48)
+    same_there(card, crowded_scene(), rays.origins, rays.directions, t_max=6.0)
+    same_there(card, crowded_scene(), rays.origins[3, 4], rays.directions[3, 4])
+    same_there(card, crowded_scene(), rays.origins[:0], rays.directions[:0])
+    same_there(card, co.Scene([carved(150)]), rays.origins[20:30], rays.directions[20:30], t_min=np.linspace(0, 4, 48))
+    assert set(card.followed) == {7}
+
+
+def test_doubtful_and_far_rays_on_the_card(card):
+    scene = co.Scene([co.Box((0, 0, 0), (1, 1, 1)), co.Sphere(1).translate((3, 0, 0)), co.Sphere(1e-7)])
+    origins = np.array([[2.0, 0.25, 2.0], [0.5, 0.5, 3.0], [2.0, 0.0, 5.0], [0.0, 0.0, -1.0]] * 40)
+    directions = np.array([[-1.0, 0, -1], [0, 0, -1], [0, 0, -1], [1e-9, 0, 1]] * 40)
+    found = same_there(card, scene, origins, directions)
+    assert 0 < np.asarray(found.doubtful).sum() < 160
+    far = same_there(card, co.Scene([co.Sphere(1)]), np.array([[3e8, 0.1, 0.2]]), np.array([[-1.0, 0, 0]]))
+    assert np.asarray(far.hit).all()
+
+
+def test_small_whole_numbers_on_the_card(card):
+    r = np.random.default_rng(3)
+    scene = co.Scene([co.Box((0, 0, 0), (2, 2, 2)) - co.Sphere(1), co.Sphere(2).translate((1, 1, 0))])
+    origins = r.integers(-3, 4, (300, 3)).astype(float)
+    directions = r.integers(-2, 3, (300, 3)).astype(float)
+    directions[(directions == 0).all(axis=1)] = 1
+    same_there(card, scene, origins, directions)
+
+
+def test_a_body_beyond_the_memory_of_a_card_and_arrays_there(card):
+    scene, rays = co.Scene([carved(150)]), camera(16)
+    scene.first_hit(rays, device="cuda")
+    device._devices[os.getpid()]._scratch = None
+    card._size, launches = sum(map(len, card._rooms.values())) + (1 << 20), len(card.launches)
+    same_there(card, scene, rays.origins, rays.directions)
+    assert not any(name.startswith(("first_hits", "any_hits", "first_bodies")) for name, _ in card.launches[launches:])
+
+
+def test_dlpack_in_and_out(card, monkeypatch):
+    """The emulated card's memory is the CPU's, so that NumPy can be the other library."""
+    scene, rays = crowded_scene(), camera(24)
+    hits = scene.first_hit(OnCard(card, rays.origins), OnCard(card, rays.directions))
+    used = len(device_arrays._lent)
+    with pytest.raises(BufferError):
+        hits.t.__dlpack__(copy=True)
+    monkeypatch.setattr(device_arrays, "_CUDA", 1)
+    for field in ON_CARD:
+        shared = np.from_dlpack(getattr(hits, field))
+        assert shared.tobytes() == np.asarray(getattr(hits, field)).tobytes()
+        assert shared.shape == getattr(hits, field).shape
+        del shared
+    capsule = hits.t.__dlpack__(stream=3)
+    assert len(device_arrays._lent) == used + 1
+    del capsule
+    gc.collect()
+    assert len(device_arrays._lent) == used
+    given = rays.origins.copy()
+    address, kind, shape, steps, _ = device_arrays._by_dlpack(NumPy(given[:, ::2]), device._first_device())
+    assert (address, kind, shape) == (given.ctypes.data, "f8", (24, 12, 3))
+    assert steps == (72, 6, 1)
+
+
+class NumPy:
+    """An array of NumPy's, which takes the number of a stream."""
+
+    def __init__(self, array):
+        self.array = array
+
+    def __dlpack__(self, *, stream):
+        assert isinstance(stream, int)
+        return self.array.__dlpack__()
+
+
+def test_what_arrays_on_a_card_must_be(card):
+    scene, lines = co.Scene([co.Sphere()]), np.ones((4, 3))
+    good = OnCard(card, lines)
+    wrong = [
+        (lambda: scene.first_hit(good, lines), "first_hit: directions must be an array on the card"),
+        (lambda: scene.first_hit(good, OnCard(card, lines.astype("f4"))), "must be of float64, got one of f4"),
+        (lambda: scene.first_hit(good, OnCard(card, lines[:, :2])), r"of shape \(\.\.\., 3\), got \(4, 2\)"),
+        (lambda: scene.first_hit(good, OnCard(card, lines[:2])), r"must have one shape, got \(4, 3\) and \(2, 3\)"),
+        (lambda: scene.contains(OnCard(card, lines, strides=(8, 32))), "contiguous, in C order, got strides of"),
+        (lambda: scene.contains(OnCard(card, lines, mask=good)), "must be of float64, got one of <f8, or masked"),
+        (lambda: scene.first_hit(good, good, device="cpu"), "device must be 'cuda' for arrays on a card, got 'cpu'"),
+        (lambda: scene.first_hit(good, good, t_max=good), "t_max must be a number or an array of NumPy's"),
+        (lambda: scene.spans(good, good), "spans: arrays on a card are not taken; copy them to NumPy"),
+        (lambda: scene.bodies_at(good), "bodies_at: arrays on a card are not taken"),
+        (lambda: scene.contains(good, executor=ThreadPoolExecutor(1)), "executor must be left out for arrays on a"),
+        (lambda: scene.first_hit(good, OnCard(card, 0 * lines)), "direction must not be zero"),
+        (lambda: scene.contains(OnCard(card, np.inf * lines)), "points.* must be finite"),
+    ]
+    for call, text in wrong:
+        with pytest.raises((TypeError, ValueError), match=text):
+            call()
+    card.card_of = lambda address: 1
+    with pytest.raises(ValueError, match="must be on the first card, which Conicoid uses"):
+        scene.contains(good)
+
+
 def test_another_name_is_refused():
     for query in (lambda: co.Scene([]).first_hit((0, 0, 0), (0, 0, 1), device="gpu"), lambda: co.set_device("gpu")):
         with pytest.raises(ValueError, match="device must be 'cpu' or 'cuda', got 'gpu'"):
@@ -208,98 +360,160 @@ def test_another_name_is_refused():
 
 
 class Driver:
-    """NVIDIA's module, as far as it goes without a card; kernels and memory are those of an emulated one."""
+    """NVIDIA's module, as far as it goes without a card; kernels and memory are those of an emulated one.
+
+    Parameters have the names of cuda-bindings. What needs a context fails without one; `failures` are what functions
+    return in place of working.
+    """
 
     CUdevice_attribute = types.SimpleNamespace(
         CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MAJOR="major",
         CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MINOR="minor",
         CU_DEVICE_ATTRIBUTE_MULTIPROCESSOR_COUNT="units",
+        CU_DEVICE_ATTRIBUTE_MAX_THREADS_PER_MULTIPROCESSOR="threads",
     )
-    CUresult = types.SimpleNamespace(CUDA_ERROR_OUT_OF_MEMORY=2, CUDA_ERROR_NOT_READY=600)
+    CUfunction_attribute = types.SimpleNamespace(CU_FUNC_ATTRIBUTE_LOCAL_SIZE_BYTES=3)
+    CUresult = types.SimpleNamespace(CUDA_ERROR_OUT_OF_MEMORY=2, CUDA_ERROR_NOT_INITIALIZED=3, CUDA_ERROR_NOT_READY=600)
+    CUevent_flags = types.SimpleNamespace(CU_EVENT_DISABLE_TIMING=2)
+    CUpointer_attribute = types.SimpleNamespace(CU_POINTER_ATTRIBUTE_DEVICE_ORDINAL=9)
+    CUstream = staticmethod(lambda number: types.SimpleNamespace(number=number))
     CUstream_flags = types.SimpleNamespace(CU_STREAM_NON_BLOCKING=1)
+    TEXTS: ClassVar = {
+        100: b"no CUDA-capable device is detected",
+        222: b"PTX too new",
+        700: b"an illegal memory access",
+    }
+    WITHOUT = "cuInit", "cuMemcpy", "cuLaunch", "cuStreamQuery"  # a result
+    FREE = "cuInit", "cuGetErrorString", "cuDriverGetVersion"
 
-    def __init__(self, card=None, count=1, error=0, capability=(8, 6)):
-        self.card, self.count, self.error, self.free = card, count, error, 1000
-        self.attributes = dict(zip(("major", "minor"), capability, strict=True), units=2)
-        self.current, self.pinned = None, {}
+    def __init__(self, card=None, count=1, capability=(8, 6), failures=None):
+        self.card, self.count, self.failures = card, count, failures or {}
+        self.attributes = dict(zip(("major", "minor"), capability, strict=True), units=2, threads=1536)
+        self.contexts, self.pinned, self.is_ready = ["of another library"], {}, False
 
-    def cuInit(self, flags):
-        return (self.error,)
+    def __getattribute__(self, name):
+        """Each function answers by a tuple that begins with its state."""
+        found = object.__getattribute__(self, name)
+        if not name.startswith("cu") or name.startswith("cuGet"):
+            return found
+
+        def called(*arguments):
+            if name in self.failures:
+                return (self.failures[name],) if name.startswith(self.WITHOUT) else (self.failures[name], None)
+            if not (self.is_ready or name in self.FREE):
+                return 3, None
+            if not name.startswith(("cuDevice", "cuCtx", "cuInit", "cuDriver")):
+                assert self.contexts[-1] == "context", name
+            assert not any(isinstance(each, np.generic) for each in arguments)
+            answer = found(*arguments)
+            return answer if isinstance(answer, tuple) else (0,) if answer is None else (0, answer)
+
+        return called
+
+    def cuInit(self, Flags):
+        assert Flags == 0
+        self.is_ready = True
+
+    def cuDriverGetVersion(self):
+        return 12040
 
     def cuDeviceGetCount(self):
-        return self.error, self.count
+        return self.count
 
-    def cuDeviceGet(self, number):
-        return 0, number
+    def cuDeviceGet(self, ordinal):
+        return ordinal
 
-    def cuDeviceGetAttribute(self, kind, number):
-        return 0, self.attributes[kind]
+    def cuDeviceGetAttribute(self, attrib, dev):
+        return self.attributes[attrib]
 
-    def cuDeviceGetName(self, size, number):
-        return 0, b"A card" + bytes(size - 6)
+    def cuDeviceGetName(self, length, dev):
+        return b"A card" + bytes(length - 6)
 
-    def cuDevicePrimaryCtxRetain(self, number):
-        return 0, "context"
+    def cuDevicePrimaryCtxRetain(self, dev):
+        return "context"
 
-    def cuCtxSetCurrent(self, context):
-        self.current = context
-        return (0,)
+    def cuCtxPushCurrent(self, ctx):
+        self.contexts.append(ctx)
 
-    def cuGetErrorString(self, number):
-        return 0, b"no CUDA-capable device is detected"
+    def cuCtxPopCurrent(self):
+        return self.contexts.pop()
+
+    def cuGetErrorString(self, error):
+        return 0, self.TEXTS.get(error, b"another error")
 
     def cuMemGetInfo(self):
-        return 0, self.card.free_memory() if self.card else self.free, 4000
+        return 0, self.card.free_memory() if self.card else 1000, 4000
 
-    def cuMemAlloc(self, size):
-        assert self.current == "context"
-        return (0, self.card.allocate(size)) if self.card else (2, 0)
+    def cuMemAlloc(self, bytesize):
+        assert bytesize > 0
+        return self.card.allocate(bytesize) if self.card else (2, None)
 
-    def cuMemFree(self, address):
-        self.card.release(address)
-        return (0,)
+    def cuMemFree(self, dptr):
+        self.card.release(dptr)
 
-    def cuMemHostAlloc(self, size, flags):
-        room = self.card.pinned(size)
+    def cuMemHostAlloc(self, bytesize, Flags):
+        room = self.card.pinned(bytesize)
         self.pinned[room.ctypes.data] = room
-        return 0, room.ctypes.data
+        return room.ctypes.data
 
-    def cuMemFreeHost(self, address):
-        del self.pinned[address]
-        return (0,)
+    def cuMemFreeHost(self, p):
+        del self.pinned[p]
 
-    def cuStreamCreate(self, flags):
-        return 0, self.card.stream()
+    def cuStreamCreate(self, Flags):
+        return (0, self.card.stream()) if self.card else (0, None)
 
-    def cuMemcpyHtoDAsync(self, target, source, size, stream):
-        self.card.send(target, as_array(source, size), stream)
-        return (0,)
+    def cuMemcpyHtoDAsync(self, dstDevice, srcHost, ByteCount, hStream):
+        self.card.send(dstDevice, as_array(srcHost, ByteCount), hStream)
 
-    def cuMemcpyDtoHAsync(self, target, source, size, stream):
-        self.card.fetch(as_array(target, size), source, stream)
-        return (0,)
+    def cuMemcpyDtoHAsync(self, dstHost, srcDevice, ByteCount, hStream):
+        self.card.fetch(as_array(dstHost, ByteCount), srcDevice, hStream)
 
     def cuModuleLoadData(self, image):
         text = ctypes.string_at(image).decode()
-        return 0, text.partition(".entry ")[2].partition("(")[0]
+        return text.partition(".entry ")[2].partition("(")[0]
 
-    def cuModuleGetFunction(self, module, name):
-        assert module == name.decode()
-        return 0, module
+    def cuModuleGetFunction(self, hmod, name):
+        assert hmod == name.decode()
+        return hmod
 
-    def cuOccupancyMaxActiveBlocksPerMultiprocessor(self, function, block, shared):
-        return 0, 1
+    def cuFuncGetAttribute(self, attrib, hfunc):
+        assert attrib == 3
+        return 17_288
 
-    def cuLaunchKernel(self, function, gx, gy, gz, bx, by, bz, shared, stream, parameters, extra):
-        assert (gy, gz, by, bz, shared, extra) == (1, 1, 1, 1, 0, 0)
-        assert bx == device.BLOCK
-        count = 1 + ptx.parameter_count(function)
-        places = (ctypes.c_uint64 * count).from_address(parameters)
-        self.card.launch(function, [ctypes.c_int64.from_address(place).value for place in places], gx * bx, stream)
-        return (0,)
+    def cuOccupancyMaxActiveBlocksPerMultiprocessor(self, func, blockSize, dynamicSMemSize):
+        return 1
 
-    def cuStreamQuery(self, stream):
-        return (0 if self.card.is_done(stream) else 600,)
+    def cuLaunchKernel(
+        self, f, gridDimX, gridDimY, gridDimZ, blockDimX, blockDimY, blockDimZ, sharedMemBytes, hStream, kernelParams,
+        extra,
+    ):  # fmt: skip
+        assert (gridDimY, gridDimZ, blockDimY, blockDimZ, sharedMemBytes, extra) == (1, 1, 1, 1, 0, 0)
+        assert 0 < gridDimX < 2**31
+        assert blockDimX == device.BLOCK
+        count = 1 + ptx.parameter_count(f)
+        places = (ctypes.c_uint64 * count).from_address(kernelParams)
+        values = [ctypes.c_int64.from_address(place).value for place in places]
+        self.card.launch(f, values, gridDimX * blockDimX, hStream)
+
+    def cuEventCreate(self, Flags):
+        assert Flags == 2
+        return "event"
+
+    def cuEventRecord(self, hEvent, hStream):
+        self.card.follow(None, hStream.number)
+
+    def cuStreamWaitEvent(self, hStream, hEvent, Flags):
+        assert (hEvent, Flags) == ("event", 0)
+
+    def cuEventDestroy(self, hEvent):
+        assert hEvent == "event"
+
+    def cuPointerGetAttribute(self, attribute, ptr):
+        assert attribute == 9
+        return self.card.card_of(ptr)
+
+    def cuStreamQuery(self, hStream):
+        return (0 if self.card.is_done(hStream) else 600,)
 
 
 def as_array(address, size):
@@ -314,10 +528,20 @@ def nvidia(monkeypatch, tmp_path):
         monkeypatch.setattr(device, "_kernels", lambda: tmp_path)
         bindings = types.ModuleType("cuda.bindings")
         bindings.driver = made
+        device._devices.clear()
         monkeypatch.setitem(sys.modules, "cuda", types.ModuleType("cuda"))
         monkeypatch.setitem(sys.modules, "cuda.bindings", bindings)
 
     return install
+
+
+@pytest.fixture
+def ptx_files(monkeypatch, tmp_path):
+    """Kernels by their names alone, and no card so far."""
+    for name in ptx.NAMES:
+        (tmp_path / f"{name}.ptx").write_text(f".visible .entry {name}(\n")
+    monkeypatch.setattr(device, "_devices", {})
+    monkeypatch.setattr(device, "CHUNK", 300)
 
 
 def test_what_is_missing_is_named(nvidia, monkeypatch):
@@ -329,34 +553,75 @@ def test_what_is_missing_is_named(nvidia, monkeypatch):
     nvidia(types.SimpleNamespace())
     with pytest.raises(RuntimeError, match="device='cuda' needs NVIDIA's driver, and none was found here"):
         co.set_device("cuda")
-    nvidia(Driver(count=0, error=100))
+    nvidia(Driver(failures={"cuInit": 100}))
     with pytest.raises(RuntimeError, match="needs a card of NVIDIA's; the driver finds none \\(no CUDA-capable device"):
         co.set_device("cuda")
     nvidia(Driver(capability=(6, 1)))
     with pytest.raises(RuntimeError, match=r"needs compute capability 7\.5; A card has 6\.1"):
         co.set_device("cuda")
+    nvidia(Driver(count=0))
+    with pytest.raises(RuntimeError, match="needs a card of NVIDIA's; the driver finds none"):
+        co.set_device("cuda")
+    nvidia(Driver(failures={"cuInit": 3}))
+    with pytest.raises(RuntimeError, match="a process that was forked from one that uses a card cannot use it"):
+        co.set_device("cuda")
     nvidia(Driver())
     with pytest.raises(MemoryError, match="device='cuda': 5,000 bytes are needed, 1,000 are free on A card"):
         device.NvidiaDriver().allocate(5000)
+    monkeypatch.setenv("CONICOID_DEVICE", "cuda")
+    nvidia(Driver(failures={"cuInit": 100}))
+    with pytest.raises(RuntimeError, match="the driver finds none"):  # also for one point, which the CPU answers
+        co.Scene([]).contains((0, 0, 0))
 
 
-def test_the_calls_of_the_driver(nvidia, kernels, monkeypatch, tmp_path):
+@pytest.mark.parametrize(
+    ("name", "state", "kind", "text"),
+    [
+        ("cuMemAlloc", 2, MemoryError, r"[\d,]+ bytes are needed, [\d,]+ are free on A card$"),
+        ("cuMemHostAlloc", 2, MemoryError, r"[\d,]+ bytes of the CPU's memory cannot be pinned$"),
+        ("cuLaunchKernel", 2, MemoryError, r"53,108,736 bytes are needed, [\d,]+ are free on A card$"),
+        ("cuModuleLoadData", 222, RuntimeError, r"PTX too new; the driver for CUDA 12\.4 cannot load first_hits_few$"),
+        ("cuLaunchKernel", 701, RuntimeError, "cuLaunchKernel: another error$"),
+        ("cuStreamQuery", 700, RuntimeError, "cuStreamQuery: an illegal memory access; this process cannot use"),
+    ],
+)
+def test_what_fails_on_the_way_is_named(nvidia, ptx_files, kernels, monkeypatch, name, state, kind, text):
+    made, rays = Driver(Card(kernels)), camera(24)
+    nvidia(made)
+    scene = crowded_scene.__wrapped__(60)
+    made.failures[name] = state
+    with pytest.raises(kind, match=text):
+        scene.first_hit(rays, device="cuda")
+    made.failures.clear()
+    same_answers(scene, rays)  # a lost card is lost; but what waited in its lanes is not taken for another answer
+    assert made.contexts == ["of another library"]
+
+
+def test_the_names_of_arguments_are_those_of_cuda_bindings():
+    bindings = pytest.importorskip("cuda.bindings.driver")
+    for name, function in vars(Driver).items():
+        if name.startswith("cu"):
+            mine, theirs = ([*inspect.signature(each).parameters] for each in (function, getattr(bindings, name)))
+            assert mine[1:] == theirs, name
+
+
+def test_the_calls_of_the_driver(nvidia, ptx_files, kernels):
     """Every call but the card's own work: addresses, sizes, how a kernel gets its arguments."""
-    for name in ptx.NAMES:
-        (tmp_path / f"{name}.ptx").write_text(f".visible .entry {name}(\n")
     made = Driver(Card(kernels))
     nvidia(made)
-    monkeypatch.setattr(device, "_devices", {})
-    monkeypatch.setattr(device, "CHUNK", 300)
-    points = camera(24).origins + np.linspace(0, 5, 24)[:, None]
+    points, rays = camera(24).origins + np.linspace(0, 5, 24)[:, None], camera(24)
     for scene in (crowded_scene.__wrapped__(60), co.Scene([carved(150)])):
         same_answers(scene, camera(24))
         assert np.array_equal(scene.body_at(points, device="cuda"), scene.body_at(points))
+        there = [OnCard(made.card, each) for each in rays]
+        same_hits(scene.first_hit(*there).to_host(), scene.first_hit(rays, device="cpu"))
+    assert set(made.card.followed) == {7}
     made.card.check()
     device._devices.clear()
     del scene
     gc.collect()
     assert not made.pinned
+    assert made.contexts == ["of another library"]
 
 
 def test_kernels_of_other_sources_are_refused(monkeypatch, tmp_path):
