@@ -1,4 +1,4 @@
-"""Files as other programs write them, made by script: cells from CAD, cut lattices, hexagons. And bodies under motions.
+"""Files as other programs write them, made by script: CAD cells, cut lattices, polycones. And bodies under motions.
 
 python benchmarks/decks.py             # seconds to read and prepare each file, µs a ray
 python benchmarks/decks.py --bodies    # µs a body: 200 alike and 200 all different, by the worst of three motions
@@ -161,7 +161,33 @@ def hexagons(rings: int = 12) -> str:
 <hex_lattice id="4" n_rings="{rings}" center="0 0" pitch="1.26" outer="2" universes="{named}"/></geometry>"""
 
 
-FILES = {"cad.mcnp": cad_deck, "cut_lattice.xml": cut_lattice, "hexagons.xml": hexagons}
+def polycones(count: int = 400, seed: int = 1) -> str:
+    """A GDML file of polycones, all different and turned: some hollow, some sectors."""
+    rng = np.random.default_rng(seed)
+    solids, volumes, places = ['<box name="W" x="200" y="200" z="200"/>'], [], []
+    for k in range(count):
+        size = int(rng.integers(3, 7))
+        hollow, heights = rng.uniform(0, 1, size) * (rng.random() < 0.7), np.cumsum(rng.uniform(0.5, 1.5, size))
+        rows = zip(hollow, hollow + rng.uniform(0.5, 2, size), heights, strict=True)
+        planes = "".join(f'<zplane rmin="{a:.6f}" rmax="{b:.6f}" z="{z:.6f}"/>' for a, b, z in rows)
+        start, turn = (0, 360) if rng.random() < 0.5 else (rng.uniform(0, 360), rng.uniform(30, 330))
+        angles = f'startphi="{start:.5f}" deltaphi="{turn:.5f}" aunit="deg"'
+        solids.append(f'<polycone name="P{k}" {angles}>{planes}</polycone>')
+        volumes.append(f'<volume name="L{k}"><materialref ref="M"/><solidref ref="P{k}"/></volume>')
+        spot = np.array([k % 8, k // 8 % 8, k // 64]) * 20.0 - 80 + rng.uniform(-2, 2, 3)
+        at, by = (
+            " ".join(f'{axis}="{x:.5f}"' for axis, x in zip("xyz", row, strict=True))
+            for row in (spot, rng.uniform(-180, 180, 3))
+        )
+        placed = f'<position name="p{k}" {at}/><rotation name="r{k}" unit="deg" {by}/>'
+        places.append(f'<physvol name="V{k}"><volumeref ref="L{k}"/>{placed}</physvol>')
+    material = '<material name="M" Z="26"><D value="7.8"/><atom value="55.8"/></material>'
+    world = f'<volume name="World"><materialref ref="M"/><solidref ref="W"/>{"".join(places)}</volume>'
+    return f"""<gdml><define/><materials>{material}</materials><solids>{"".join(solids)}</solids>
+<structure>{"".join(volumes)}{world}</structure><setup name="D" version="1"><world ref="World"/></setup></gdml>"""
+
+
+FILES = {"polycones.gdml": polycones, "cad.mcnp": cad_deck, "cut_lattice.xml": cut_lattice, "hexagons.xml": hexagons}
 
 
 def files(folder: Path) -> None:
@@ -211,12 +237,31 @@ def bodies() -> dict[str, Any]:
         )
         return tube & co.Sphere(8, (float(rng.uniform(5, 6)), 0, 0))
 
+    def size(rng: Any) -> float:
+        return float(rng.uniform(0.1, 1.0))
+
+    def box(rng: Any) -> Any:
+        return co.Box((-size(rng), -size(rng), -size(rng)), (size(rng), size(rng), size(rng)))
+
     return {
         "tetrahedron of half-spaces": tetrahedron,
         "slanted prism of half-spaces": prism,
         "slanted prism - ball": lambda r: prism(r) - co.Sphere(float(r.uniform(0.2, 0.4))),
         "ball cut by two planes": lambda r: co.Intersection((co.Sphere(2), *sides(r.normal(size=(2, 3)), r))),
         "tube cut by a vessel": vessel,
+        "hexagonal prism": lambda r: co.RegularPrism(6, size(r), start_angle=size(r)),
+        "wedge": lambda r: co.Wedge(size(r), size(r), size(r)),
+        "cut ellipsoid": lambda r: co.Ellipsoid((size(r), size(r), size(r)), z_range=(-0.05, size(r))),
+        "elliptic cone": lambda r: co.EllipticCone(size(r), size(r), size(r), (-size(r), size(r))),
+        "saddle in a box": lambda r: co.HyperbolicParaboloid(size(r), size(r), box(r)),
+        "sector of a polycone": lambda r: co.Polycone(
+            [(-1, 0.1, 1 + size(r)), (0, 0.3, 1 + size(r)), (1, 0, size(r))], 10, 20 + 300 * size(r)
+        ),
+        "general quadric": lambda r: co.Quadric(
+            coefficients={"xx": size(r), "yy": size(r), "zz": size(r), "xy": 0.1 * size(r), "constant": -1.0}
+        ),
+        "lens": lambda r: co.Lens(7 + size(r), -7 - size(r), thickness=1 + size(r) / 9, diameter=2.0),
+        "extrusion": lambda r: co.Extrusion([(0, 0), (1 + size(r), 0), (1, 1), (0, size(r))]),
         "polyhedron": polyhedron,
         "polyhedron - ball": lambda r: polyhedron(r) - co.Sphere(float(r.uniform(0.2, 0.4))),
     }

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import Any
 
 from .._util.arrays import Vector
@@ -58,7 +59,7 @@ def check_reach(owner: str, field: str, radius: float, conic: float, diameter: f
         raise ValueError(f"{owner}: {field} must not be over what {names}: {reason}, got {diameter:g}")
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class ConicWall:
     """One end of a solid of revolution about z: a conic, a flat ring around it, or a plane.
 
@@ -92,10 +93,15 @@ class ConicWall:
         under = ex.exact(1 - (1 + ex.rational(self.conic)) * square / radius**2)
         return ex.exact(square) / (ex.exact(radius) * (ex.ONE + ex.sqrt(under)))
 
-    @property
+    @cached_property
+    def depth(self) -> ex.BigFloat:
+        """The height of the rim above the vertex."""
+        return self.sag(self.semi)
+
+    @cached_property
     def rim(self) -> ex.BigFloat:
         """The height of the rim, and of the ring."""
-        return ex.exact(self.vertex) + self.sag(self.semi)
+        return ex.exact(self.vertex) + self.depth
 
     @property
     def center(self) -> ex.BigFloat:
@@ -114,7 +120,7 @@ class ConicWall:
     def uv(self) -> UV:
         """The map (angle / 360, share of the height of the rim); on a plane (x, y) / edge."""
         vertex = ex.rounded(self.vertex)
-        height = ex.rounded(self.sag(self.semi))
+        height = ex.rounded(self.depth)
         if self.is_plane or not height:
             return cartesian_uv((self.edge, 0, 0), (0, self.edge, 0))
         return cylindrical_uv(vertex, vertex + height) if vertex + height != vertex else PLAIN_UV
@@ -181,7 +187,7 @@ class ConicWall:
         sense = 1 if self.radius > 0 else -1
         size, steep = Fraction(abs(self.radius)), 1 + Fraction(self.conic)
         # Upwards, whichever way the conic opens
-        low, high = (sense * self.sag(distance) for distance in (hole, self.semi))
+        low, high = sense * self.sag(hole), sense * self.depth
         top = round_up(high) if steep <= 0 else min(round_up(high), round_up(ex.exact(size / steep)))
         x, y, z = direction
         cap = elliptic_support(1.0, 1.0, (0, 2 * size, -steep), -round_up(-low), top, (x, y, sense * z))
@@ -233,7 +239,7 @@ class Conic(PrimitiveSolid):
         """Return the conic as an open surface, without the flat end."""
         return ConicSheet(self.radius_of_curvature, self.conic_constant, self.aperture, motion=self.motion)
 
-    @property
+    @cached_property
     def wall(self) -> ConicWall:
         """The conic in its own frame."""
         return conic_wall(self)
@@ -274,7 +280,7 @@ class ConicSheet(PrimitiveSheet):
         if not self.hole < self.aperture:
             raise ValueError(f"ConicSheet: hole must be below aperture = {self.aperture:g}, got {self.hole:g}")
 
-    @property
+    @cached_property
     def wall(self) -> ConicWall:
         """The conic in its own frame."""
         return conic_wall(self)

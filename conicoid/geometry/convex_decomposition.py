@@ -215,8 +215,8 @@ def convex_parts(planes: Sequence[FlatPlane], facets: Sequence[Facet], most: int
 def _is_inside(facets: Sequence[Facet], at: Facet) -> bool:
     """Return True if the space about a facet that others cancel is inside, by the winding number.
 
-    A ray from the middle of the facet's corners crosses each other facet as often as the triangles about its first
-    corner, with their signs, say. A direction that meets an edge is replaced by another.
+    A ray begins in the middle of the facet's corners. It crosses another facet as often as the triangles about the
+    first corner of that facet, each with its sign. A direction that meets an edge is replaced by another.
     """
     count = len(at.corners)
     x, y, z = (sum(corner[i] for corner in at.corners) / Fraction(count) for i in range(3))

@@ -59,13 +59,13 @@ class Lens(PrimitiveSolid):
         object.__setattr__(self, "thickness", check_positive("Lens", "thickness", self.thickness))
         _check_glass(self)
 
-    @property
+    @cached_property
     def front(self) -> ConicWall:
         """The wall at z = 0."""
         semi = (self.front_aperture or self.diameter) / 2
         return ConicWall(self.front_radius, self.front_conic, 0.0, semi, self.diameter / 2, 0, 3, 5)
 
-    @property
+    @cached_property
     def back(self) -> ConicWall:
         """The wall at z = thickness."""
         semi = (self.back_aperture or self.diameter) / 2

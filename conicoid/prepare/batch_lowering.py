@@ -11,6 +11,7 @@ A Boolean body passes through these files, in this order:
 2. `csg_plan.py` splits it into its primitives and the plan by which they are combined.
 3. `motion_batch.py` computes the motions of the primitives, each once.
 4. `tape/recording_cache.py` finds or records the formulas of their kind; `tape/program.py` plays them for all at once.
+   Supports that no tape can hold are computed by the shapes, in between.
 5. `csg_batch.py` composes the rows of the primitives to the row of the body.
 6. `csg_plan.py` finds its box, by `region_extent.py` where the boxes of the parts are not enough. Polyhedra have
    theirs from `polyhedron_extent.py`.
@@ -359,7 +360,7 @@ class PrimitiveBatch:
         return results, left
 
     def _reaches(self, key: Hashable, similar: bool, of: _BatchInputs) -> tuple[Floats, Longs, Longs]:
-        """Return the supports from which the boxes of shapes follow (n, 6), of which shapes, and those that are left.
+        """Return the supports that give the boxes of shapes (n, 6), the positions of these shapes, and those left.
 
         One recording gives the directions, the shapes themselves their supports, and another recording all numbers.
         """

@@ -179,8 +179,8 @@ _THIN = 2.0**-20
 def elliptic_supports(solids: FloatArray, directions: FloatArray) -> FloatArray:
     """Return `elliptic_support` of n solids in m directions each; NaN where it takes fractions.
 
-    That is so along the axes, where the support is exact, and for thin or endless solids. Elsewhere a bound on the
-    rounding error of g raises it.
+    It does so along the axes, where the support is exact, and for thin or endless solids. In all other cases a bound
+    on the rounding error of g raises it.
 
     Parameters
     ----------
