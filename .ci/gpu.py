@@ -4,9 +4,12 @@
     .ci/gpu.py                       build both wheels, and try them (`make test-cuda`)
     .ci/gpu.py WHEEL CUDA_WHEEL      try these
     .ci/gpu.py --here                compare and measure in this environment, which has both
+    .ci/gpu.py --few                 compare few rays, without rates: for NVIDIA's compute-sanitizer
 
-Exit status: 0 if all answers are equal, 2 if something is missing. Rates are of whole calls, to NumPy arrays and back.
-The first call of a kernel is not among them: the driver translates the kernel then, and keeps that on disk.
+Exit status: 0 if all answers are equal, 2 if something is missing. Rates are of whole calls: to NumPy arrays and back,
+or with arrays that stay on the card. The first call of a kernel is not among them: the driver may translate the kernel
+then, and keeps that on disk. Who has a card for ten minutes makes the wheels before (`python -m native.wheels host
+cuda`), and passes them.
 
 This file is not called cuda.py, since Python would take it for NVIDIA's package `cuda`.
 """
@@ -24,12 +27,13 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
-SIDE = 1024
-"""Of pictures; as many random rays and points."""
+SIDE, FEW = 1024, 64
+"""Of pictures; as many random rays and points. 64 for tools that slow a card down a hundredfold."""
 DEVICES = "cuda", "cpu"
 PATIENCE = 2.0
 """Seconds of one rate."""
 FIELDS = "t", "body", "face", "surface", "entering", "doubtful"
+THERE = *FIELDS, "point", "normal", "uv"
 
 
 def built(folder: Path) -> list[Path]:
@@ -47,7 +51,11 @@ def tried(wheels: list[Path], folder: Path) -> int:
     environment = {
         name: value for name, value in os.environ.items() if not name.startswith(("CONICOID_", "PYTHONPATH"))
     }
-    return subprocess.run([python, __file__, "--here"], cwd=folder, env=environment, check=False).returncode
+    state = subprocess.run([python, __file__, "--here"], cwd=folder, env=environment, check=False).returncode
+    print("To look for reads and writes out of place, and of memory that nobody wrote, in an environment with both:")
+    for tool in ("memcheck", "initcheck"):
+        print(f"    compute-sanitizer --tool {tool} python .ci/gpu.py --few")
+    return state
 
 
 def scenes() -> dict[str, Any]:
@@ -104,6 +112,45 @@ def scenes() -> dict[str, Any]:
     }
 
 
+def alone(query: Callable[..., Any], *arrays: Any) -> str:
+    """How many millions a second a card answers where rays and answers stay there."""
+    times: list[float] = []
+    while len(times) < 9 and sum(times) < PATIENCE / 2:
+        begin = time.perf_counter()
+        query(*arrays)
+        times.append(time.perf_counter() - begin)
+    return f"{len(arrays[0]) / 1e6 / sorted(times)[len(times) // 2]:.0f}"
+
+
+def beside(scene: Any, other: Any, rays: Any) -> bool:
+    """Whether two threads with two scenes get the answers that each gets alone."""
+    from concurrent.futures import ThreadPoolExecutor
+
+    expected = [each.first_hit(rays, device="cpu").t.tobytes() for each in (scene, other)]
+    with ThreadPoolExecutor(2) as pool:
+        found = pool.map(lambda each: each.first_hit(rays, device="cuda").t.tobytes(), [scene, other] * 4)
+        return list(found) == expected * 4
+
+
+def refusal(scene: Any, rays: Any, driver: Any) -> str:
+    """What a query says on a card whose memory is taken, and that it answers afterwards."""
+    taken, size = [], 1 << 34
+    while size >= 1 << 20:
+        try:
+            taken.append(driver.allocate(size))
+        except MemoryError:
+            size //= 2
+    try:
+        scene.first_hit(rays, device="cuda")
+        said = "answered, though nearly all memory was taken"
+    except MemoryError as error:
+        said = str(error)
+    for address in taken:
+        driver.release(address)
+    scene.first_hit(rays, device="cuda")
+    return said
+
+
 def rates(query: Callable[..., Any], *arguments: Any) -> str:
     """How many millions a second each device answers: the median of up to five calls, after the ones before."""
     found = []
@@ -117,12 +164,13 @@ def rates(query: Callable[..., Any], *arguments: Any) -> str:
     return f"{found[0]:.0f} ({found[1]:.0f})"
 
 
-def here() -> int:
-    """Compare and measure."""
+def here(side: int) -> int:
+    """Compare and measure, with pictures of this side."""
     import numpy as np
 
     import conicoid as co
     from conicoid.queries.device import device_of
+    from conicoid.queries.device_arrays import _sent
 
     try:
         found = device_of("test-cuda", "cuda")
@@ -131,11 +179,13 @@ def here() -> int:
         return 2
     assert found is not None
     print(f"{getattr(found.driver, 'name', '')}; rates in millions a second, whole calls: GPU, and CPU in brackets")
-    r, count, failures = np.random.default_rng(1), SIDE * SIDE, 0
-    camera = co.Camera((0.3, -0.2, -3.2), (0, 0, 0), field_of_view=45).rays(SIDE, SIDE)
+    start, few = time.perf_counter(), side < SIDE
+    r, count, failures = np.random.default_rng(1), side * side, 0
+    camera = co.Camera((0.3, -0.2, -3.2), (0, 0, 0), field_of_view=45).rays(side, side)
     lists = {"camera": camera, "random": co.Rays(r.uniform(-1, 1, (count, 3)), r.normal(size=(count, 3)))}
     points = r.uniform(-1, 1, (count, 3))
-    for name, scene in scenes().items():
+    every = scenes()
+    for name, scene in every.items():
         for kind, rays in lists.items():
             begin = time.perf_counter()
             there, hits = (scene.first_hit(rays, device=each) for each in DEVICES)
@@ -145,17 +195,33 @@ def here() -> int:
             failures += len(wrong)
             first = f"first calls {time.perf_counter() - begin:.1f} s, {int(hits.doubtful.sum())} doubtful"
             verdict = f"DIFFERENT: {', '.join(wrong)}" if wrong else "equal to the bit"
-            print(f"{name}, {kind}: {rates(scene.first_hit, rays)}; {verdict}; {first}", flush=True)
+            arrays = [_sent(found, np.reshape(each, (-1, 3))) for each in rays]
+            stays = scene.first_hit(*arrays)
+            wrong = [x for x in THERE if np.asarray(getattr(stays, x)).tobytes() != getattr(hits, x).tobytes()]
+            failures += len(wrong)
+            verdict += f"; DIFFERENT where arrays stay: {', '.join(wrong)}" if wrong else ", also where arrays stay"
+            speeds = (
+                "" if few else f"{rates(scene.first_hit, rays)}, {alone(scene.first_hit, *arrays)} where they stay; "
+            )
+            print(f"{name}, {kind}: {speeds}{verdict}; {first}", flush=True)
         equal = np.array_equal(*(scene.body_at(points, device=each) for each in DEVICES))
         failures += not equal
-        print(f"{name}, points: {rates(scene.body_at, points)}; {'equal' if equal else 'DIFFERENT'}", flush=True)
+        speeds = "" if few else f"{rates(scene.body_at, points)}; "
+        print(f"{name}, points: {speeds}{'equal' if equal else 'DIFFERENT'}", flush=True)
+    if not few:
+        scene, other = every["100,000 balls"], every["100 Booleans of 9"]
+        equal = beside(scene, other, lists["camera"])
+        failures += not equal
+        print(f"two threads with two scenes: {'equal' if equal else 'DIFFERENT'}")
+        print(f"without memory: {refusal(co.Scene([*scene.bodies]), lists['camera'], found.driver)}")
+    print(f"{time.perf_counter() - start:.0f} s, {'all equal' if not failures else f'{failures} DIFFERENT'}")
     return int(failures > 0)
 
 
 def main() -> int:
     """As the command line says."""
-    if sys.argv[1:] == ["--here"]:
-        return here()
+    if sys.argv[1:] in (["--here"], ["--few"]):
+        return here(SIDE if sys.argv[1] == "--here" else FEW)
     with tempfile.TemporaryDirectory() as temporary:
         wheels = [Path(each).resolve() for each in sys.argv[1:]] or built(Path(temporary) / "dist")
         return tried(wheels, Path(temporary) / "environment")

@@ -14,6 +14,8 @@ from __future__ import annotations
 
 import pickle
 import re
+import shutil
+import subprocess
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -55,6 +57,8 @@ def _sizes(leaves: list[Leaf]) -> tuple[str, ...]:
     return (*SIZES, SHARED) if any(leaf.name.startswith("scratch.") for leaf in leaves) else (EACH,)
 
 
+FAMILIES = "sm_80", "sm_90"
+"""Cards that get machine code, where NVIDIA's assembler is at hand: they need not wait for the driver's."""
 NAMES = [f"{function.name}_{size}" for function in on_device() for size in _sizes(function.leaves)]
 
 
@@ -261,7 +265,10 @@ def build(folder: Path, out: Path, names: Sequence[str] = NAMES) -> None:
     module = base(code)
     (out / STAMP).write_text(stamp_of(sources_of(code).split("\n")[1:], compilers=False), encoding="utf-8")
     for name in names:
-        (out / f"{name}.ptx").write_text(ptx(module, name), encoding="ascii")
+        file = out / f"{name}.ptx"
+        file.write_text(ptx(module, name), encoding="ascii")
+        for family in FAMILIES if shutil.which("ptxas") else ():
+            subprocess.run(["ptxas", f"-arch={family}", "-o", file.with_suffix(f".{family}.cubin"), file], check=True)
 
 
 if __name__ == "__main__":

@@ -420,7 +420,7 @@ def is_dask_array(values: Any) -> bool:
 def is_on_card(values: Any) -> bool:
     """Return whether an array lives on a GPU of NVIDIA's, as those of CuPy, PyTorch and JAX tell by their class."""
     if hasattr(type(values), "__dlpack_device__"):
-        with contextlib.suppress(BufferError):  # an array in parts on several devices
+        with contextlib.suppress(BufferError, ValueError):  # in parts on several devices, or on one without a number
             return values.__dlpack_device__()[0] in (2, 13)  # memory of a card, or shared with it
     return hasattr(type(values), "__cuda_array_interface__")
 

@@ -347,6 +347,8 @@ def _rays_here(rays: Any) -> Rays:
 class DeviceHits:
     """First hits of rays on a card, shaped like the rays. Each field is a `DeviceArray`, made when it is needed.
 
+    They hold the arrays of the rays without a copy: who writes to these changes fields that are made later.
+
     Attributes
     ----------
     t : float64 (...)

@@ -532,7 +532,7 @@ class Scene:
         ----------
         origins, directions : (..., 3)
             They broadcast; or a `Rays` alone. Directions have any length but 0. Dask arrays in place of NumPy's give
-            lazy results, Dask arrays too.
+            lazy results, Dask arrays too. Arrays on a GPU give arrays there (page "On a GPU").
         t_min, t_max : float or (...)
             The interval, for all rays or for each, in units of the length of the direction. It is empty, and nothing is
             hit, where t_min is not below t_max. Default: 0 and infinity, or the limits of a scan, `co.Rays.from_scan`.

@@ -537,9 +537,11 @@ def nvidia(monkeypatch, tmp_path):
 
 @pytest.fixture
 def ptx_files(monkeypatch, tmp_path):
-    """Kernels by their names alone, and no card so far."""
+    """Kernels by their names alone, one as machine code for this card and another one, and no card so far."""
     for name in ptx.NAMES:
         (tmp_path / f"{name}.ptx").write_text(f".visible .entry {name}(\n")
+    (tmp_path / "first_hits_few.ptx").rename(tmp_path / "first_hits_few.sm_80.cubin")
+    (tmp_path / "any_hits_few.sm_90.cubin").write_text("of another card")
     monkeypatch.setattr(device, "_devices", {})
     monkeypatch.setattr(device, "CHUNK", 300)
 
