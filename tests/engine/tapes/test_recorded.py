@@ -243,8 +243,7 @@ def test_what_cannot_be_recorded_is_lowered_alone(monkeypatch):
     assert scene.first_hit((0.1, 0.1, 9), (0, 0, -1)).t == 8.0
 
 
-@pytest.mark.parametrize("motion", ["still", "shifted", "turned", "stretched"])
-@pytest.mark.parametrize("built", SOLIDS)
+@pytest.mark.parametrize(("built", "motion"), in_turn(SOLIDS, ("still", "shifted", "turned", "stretched")))
 def test_booleans_of_polyhedra(built, motion):
     """Polyhedra, bounded and not, are lowered together, and so are the bodies that they are part of."""
     rng = random.Random(f"{built} {motion} planes")
