@@ -20,7 +20,7 @@ from conicoid.geometry.instances import InstanceList
 from conicoid.geometry.shape import PrimitiveSolid
 from conicoid.prepare import body_collector as contents, instances
 
-from ...samples import in_turn
+from ...samples import in_turn, size
 from .models import put
 from .repeated_models import MODELS
 from .test_repeated import written_out
@@ -53,7 +53,7 @@ def core(tmp_path_factory: pytest.TempPathFactory) -> co.Scene:
 def asked(scene: co.Scene, low: np.ndarray, high: np.ndarray) -> list[np.ndarray]:
     """Answers of every kind to the same rays and points."""
     random = np.random.default_rng(11)
-    a, b = random.uniform(low, high, (2, 1500, 3))
+    a, b = random.uniform(low, high, (2, size(600, 1500), 3))
     rays = co.Rays(a, b - a)
     hits, spans, crossings = scene.first_hit(rays), scene.spans(rays), scene.crossings(rays)
     return [
@@ -105,7 +105,7 @@ SCENES = "core", "cubes", "turned", "core at an angle", "cubes at an angle"
 @pytest.mark.parametrize(("name", "scene"), in_turn(EDITS, SCENES), indirect=["scene"])
 def test_edits_answer_as_bodies_written_out(name: str, scene: co.Scene) -> None:
     """Made of a scene that is prepared, and of one that is not; their answers are those of one scene written out."""
-    edited = EDITS[name](pickle.loads(pickle.dumps(scene)))
+    edited = EDITS[name](co.Scene(scene.bodies, domain=scene.domain))
     scene.prepare()
     after = EDITS[name](scene)
     assert isinstance(edited.bodies, EditedInstances)

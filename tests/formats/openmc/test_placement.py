@@ -1,14 +1,20 @@
-"""Turns, rotations and placements, against plain matrices."""
+"""Where OpenMC's cells stand: placement, what a place leaves out, what it narrows."""
 
 from __future__ import annotations
 
 import itertools
+import re
 from fractions import Fraction
+from itertools import product
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import conicoid as co
 from conicoid._util.arrays import FloatArray
+from conicoid.geometry.transform import IDENTITY_MOTION, Motion
+from conicoid.io import openmc
 from conicoid.io.openmc.placement import (
     AxisTurn,
     CellRotation,
@@ -20,8 +26,17 @@ from conicoid.io.openmc.placement import (
     rotation_error,
     to_floats,
 )
+from conicoid.io.openmc.region import Conjunction, PartIntersection, PartUnion, RegionPart, SurfaceSide
+from conicoid.io.openmc.surfaces import ConeSurface, FlatSurface, RoundSurface
+from conicoid.io.openmc.universe_block import PlaceBounds, _carry_extent
+from conicoid.numerics import bigfloat as ex
 
+from ...samples import sampled
+from .broken import geometry
 from .evaluator import rotation_matrix
+from .models import EXAMPLE_FILES, NAMES, put, written
+
+# --- Turns, rotations and placements, against plain matrices
 
 
 def point(*numbers: float) -> Point:
@@ -101,3 +116,333 @@ def test_extents_move_with_their_corners() -> None:
     place = UniversePlacement(AxisTurn((2, 0, 1), (-1, 1, 1)), point(10, 20, 30))
     assert box.placed(place) == Extent((Fraction(5), Fraction(19), Fraction(32)), (Fraction(7), Fraction(24), None))
     assert box.placed(place).placed(place.back) == box
+
+
+# --- What has no volume is left out, and each kind of it is told
+
+CLADDING = re.compile(r'(<cell id="3" name="cladding".*region=")[^"]*')
+ENDS = {
+    "a smaller cylinder": ("z-cylinder", "0 0 0.3"),
+    "the same cylinder": ("z-cylinder", "0 0 0.418"),
+    "a plane below": ("z-plane", "-30"),
+    "a slanted plane beyond": ("plane", "1 1 0 -30"),
+    "a ball within": ("sphere", "0 0 0 0.2"),
+    "a cylinder far away": ("x-cylinder", "30 0 0.1"),
+}
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[] if "cylinder" in name else [pytest.mark.deep]) for name in ENDS]
+)
+def test_an_empty_cell_at_264_places_is_noted(name: str, tmp_path: Path) -> None:
+    """The cladding of the assembly's 264 rods, outside of cylinder 2 and inside of something that is all within it."""
+    kind, numbers = ENDS[name]
+    text = EXAMPLE_FILES["assembly"].read_text(encoding="utf-8")
+    text = CLADDING.sub(r"\g<1>2 -3 -15", text)
+    text = text.replace("</geometry>", f'<surface id="15" type="{kind}" coeffs="{numbers}"/></geometry>')
+    imported = openmc.read(put(text, tmp_path))
+    assert len(imported.bodies) == 1133 - 264
+    assert "869 bodies; 264 places without volume left out" in imported.notes
+    assert "cell 3 'cladding': has no volume in any of its 264 places, left out there" in imported.notes
+    assert 2 not in [entry.material for entry in imported.legend]
+
+
+@pytest.mark.parametrize("twice", ["1 -1", "-2 2", "3 -3", "4 -4", "5 -5", "4 -6", "-4 -7"])
+def test_both_sides_of_a_surface_are_nothing(twice: str, tmp_path: Path) -> None:
+    """Of each kind of surface; of the same plane written with other numbers; and of parallel planes."""
+    surfaces = (
+        '<surface id="3" type="z-cone" coeffs="0 0 0 1"/>', '<surface id="4" type="plane" coeffs="1 -2 0.5 3"/>',
+        '<surface id="5" type="quadric" coeffs="1 2 3 1 0 0 0 0 0 -1"/>', '<surface id="6" type="plane" coeffs="0.2 -0.4 0.1 0.6"/>',
+        '<surface id="7" type="plane" coeffs="-2 4 -1 -6.5"/>',
+    )  # fmt: skip
+    text = geometry(
+        *surfaces, f'<cell id="1" material="1" region="{twice}"/>', '<cell id="2" material="2" region="-2"/>'
+    )
+    imported = openmc.read(put(text, tmp_path))
+    assert [body.name for body in imported.bodies] == ["cell 2"]
+    assert "cell 1: has no volume in its only place, left out there" in imported.notes
+
+
+def test_slanted_planes_that_leave_a_slab_stay(tmp_path: Path) -> None:
+    """4: x + y > 1; 6: -2 x - 2 y > -3, that is x + y < 1.5; 7: x + y < 0.9."""
+    surfaces = [
+        f'<surface id="{i}" type="plane" coeffs="{c}"/>'
+        for i, c in ((4, "1 1 0 1"), (6, "-2 -2 0 -3"), (7, "1 1 0 0.9"))
+    ]
+    cells = (
+        '<cell id="1" material="1" region="-2 4 6"/>',
+        '<cell id="2" material="1" region="-2 4 -7"/>',
+        '<cell id="3" material="1" region="-2 -7 6"/>',
+    )
+    imported = openmc.read(put(geometry(*surfaces, *cells), tmp_path))
+    assert [body.name for body in imported.bodies] == ["cell 1", "cell 3"]
+
+
+def check_cells_made_empty(name: str, folder: Path, step: int) -> None:
+    """Cells in turn are cut down to nothing: no body of one is left, and a note says so."""
+    text = written(name, folder).read_text(encoding="utf-8")
+    cells = re.findall(r'<cell id="(\d+)"[^>]*region="', text)
+    surface = re.findall(r'<surface id="(\d+)"', text)[0]
+    path = folder / "model.xml"
+    for number in cells[::step]:
+        spoilt = re.sub(rf'(<cell id="{number}"[^>]*region=")([^"]*)', rf"\g<1>(\g<2>) {surface} -{surface}", text)
+        path.write_text(spoilt, encoding="utf-8")
+        imported = openmc.read(path)
+        assert not [body for body in imported.bodies if (body.name or "").split()[1] == number]
+        assert any(
+            re.match(rf"cell {number}\b.*: has no volume in (its only|any of its)", note) for note in imported.notes
+        )
+
+
+@pytest.mark.parametrize("name", ["kinds", "nested", "pin"])
+def test_a_cell_that_is_made_empty_is_told(name: str, tmp_path: Path) -> None:
+    check_cells_made_empty(name, tmp_path, 3)
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize("name", NAMES)
+def test_every_cell_that_is_made_empty_is_told(name: str, tmp_path: Path) -> None:
+    check_cells_made_empty(name, tmp_path, 1)
+
+
+def test_elements_beyond_the_cell_around_are_told(tmp_path: Path) -> None:
+    """A ball of radius 1 about the corner of a lattice of 3 x 3 elements of size 1: it meets only that element."""
+    text = geometry(
+        '<cell id="1" universe="1" material="1"/>',
+        f'<lattice id="4" name="grid" dimension="3 3" lower_left="0 0" pitch="1 1" universes="{"1 " * 9}"/>',
+        '<cell id="2" fill="4" region="-2"/>',
+    )
+    imported = openmc.read(put(text, tmp_path))
+    assert [body.name for body in imported.bodies] == ["cell 1 @ cell 2, lattice 4 [0, 0]"]
+    assert "in 8 of 9 elements of lattice 4 'grid' nothing lies in the cell around it, left out" in imported.notes
+
+
+def test_notes_of_a_kind_are_not_endless(tmp_path: Path) -> None:
+    cells = [f'<cell id="{i}" material="1 2" region="2 -2"/>' for i in range(1, 101)]
+    notes = openmc.read(put(geometry(*cells), tmp_path)).notes
+    assert "0 bodies; 100 places without volume left out" in notes
+    shown = sum(note.startswith("cell") and "has no volume" in note for note in notes)
+    assert 10 <= shown <= 20  # a screen
+    assert notes.count(f"... and {100 - shown} more like this") == 2
+    assert len(notes) < 50
+
+
+# --- Leaving out what says nothing new changes no point's answer
+
+ZERO, ONE = Fraction(0), Fraction(1)
+
+
+def quarter(random: np.random.Generator, reach: int = 8) -> Fraction:
+    return Fraction(int(random.integers(-reach, reach + 1)), 4)
+
+
+def side(random: np.random.Generator) -> SurfaceSide:
+    """Any kind of side, on a grid of quarters so that coincidences are common."""
+    x, y, z = (quarter(random) for _ in range(3))
+    kind, positive = random.integers(8), bool(random.integers(2))
+    if kind < 3:
+        return SurfaceSide(FlatSurface(tuple(ONE * int(i == kind) for i in range(3)), x), positive)  # type: ignore[arg-type]
+    if kind == 3:
+        return SurfaceSide(FlatSurface((ONE, quarter(random, 2), -ONE), x), positive)
+    if kind == 4:
+        return SurfaceSide(ConeSurface(2, (x, y, z), ONE), positive)
+    axis = None if kind == 5 else int(random.integers(3))
+    center = tuple(ZERO if i == axis else c for i, c in enumerate((x, y, z)))
+    return SurfaceSide(RoundSurface(axis, center, quarter(random, 6) + Fraction(7, 4)), positive)  # type: ignore[arg-type]
+
+
+def part(random: np.random.Generator, depth: int) -> RegionPart:
+    if depth == 0 or random.random() < 0.6:
+        return side(random)
+    pieces = tuple(part(random, depth - 1) for _ in range(random.integers(2, 4)))
+    return PartUnion(pieces) if random.random() < 0.6 else PartIntersection(pieces)
+
+
+def inside(item: RegionPart, points: np.ndarray) -> np.ndarray:
+    if isinstance(item, SurfaceSide):
+        surface = item.surface
+        if isinstance(surface, FlatSurface):
+            values = points @ [float(n) for n in surface.normal] - float(surface.offset)
+        elif isinstance(surface, RoundSurface):
+            own = points - [float(c) for c in surface.center]
+            values = (own[:, list(surface.cross_axes)] ** 2).sum(axis=1) - float(surface.radius) ** 2
+        else:
+            assert isinstance(surface, ConeSurface)
+            own = points - [float(c) for c in surface.apex]
+            values = own[:, 0] ** 2 + own[:, 1] ** 2 - float(surface.square) * own[:, 2] ** 2
+        return values > 0 if item.positive else values < 0
+    parts = [inside(piece, points) for piece in item.parts]
+    return np.all(parts, axis=0) if isinstance(item, PartIntersection) else np.any(parts, axis=0)
+
+
+@pytest.mark.parametrize("seed", sampled(range(150), 4))
+def test_what_is_left_says_the_same(seed: int) -> None:
+    """In one go and step by step, as a hierarchy does it; on points that are on no surface."""
+    random = np.random.default_rng(seed)
+    parts = [part(random, 2) for _ in range(random.integers(1, 9))]
+    points = random.uniform(-4, 4, (4000, 3))
+    points = np.concatenate([points, random.uniform(-1, 1, (2000, 3))])
+    expected = inside(PartIntersection(tuple(parts)), points)
+    at_once = Conjunction().and_(parts)
+    stepwise: Conjunction | None = Conjunction()
+    for item in parts:
+        stepwise = None if stepwise is None else stepwise.and_([item])
+    for found in (at_once, stepwise):
+        if found is None:
+            assert not expected.any()
+            continue
+        answer = inside(PartIntersection(found.parts), points) if found.parts else np.ones(len(points), bool)
+        assert (answer == expected).all()
+        for i in range(3):
+            low, high = found.extent.low[i], found.extent.high[i]
+            assert low is None or (points[expected, i] >= float(low)).all()
+            assert high is None or (points[expected, i] <= float(high)).all()
+
+
+def cylinder(radius: str, x: str = "0", axis: int | None = 2) -> RoundSurface:
+    return RoundSurface(axis, (Fraction(x), ZERO, ZERO), Fraction(radius))
+
+
+def planes(axis: int, low: str, high: str) -> list[SurfaceSide]:
+    normal = tuple(ONE * int(i == axis) for i in range(3))
+    return [
+        SurfaceSide(FlatSurface(normal, Fraction(low)), True),
+        SurfaceSide(FlatSurface(normal, Fraction(high)), False),
+    ]  # type: ignore[arg-type]
+
+
+def kept(*parts: RegionPart) -> set[tuple[object, bool]] | None:
+    found = Conjunction().and_(parts)
+    return None if found is None else {(s.surface, s.positive) for s in found.parts if isinstance(s, SurfaceSide)}
+
+
+def test_a_pin_in_its_element_needs_no_walls() -> None:
+    pin = SurfaceSide(cylinder("0.4"), False)
+    assert kept(pin, *planes(0, "-0.63", "0.63"), *planes(1, "-0.63", "0.63")) == {(pin.surface, False)}
+
+
+def test_walls_that_touch_stay() -> None:
+    pin = SurfaceSide(cylinder("0.63"), False)
+    assert len(kept(pin, *planes(0, "-0.63", "0.63")) or ()) == 3
+
+
+def test_a_vessel_around_an_element_vanishes_and_one_that_cuts_it_stays() -> None:
+    walls = [*planes(0, "-1", "1"), *planes(1, "-1", "1")]
+    assert len(kept(*walls, SurfaceSide(cylinder("1.5"), False)) or ()) == 4
+    assert len(kept(*walls, SurfaceSide(cylinder("1.4"), False)) or ()) == 5
+    assert kept(*walls, SurfaceSide(cylinder("1.5"), True)) is None
+    assert kept(*walls, SurfaceSide(cylinder("0.5", "1.6"), False)) is None
+    assert len(kept(*walls, SurfaceSide(cylinder("0.5", "1.6"), True)) or ()) == 4
+
+
+def test_a_vessel_that_hides_a_wall_vanishes_around_what_lies_within_it() -> None:
+    """An assembly that it cuts has no outer wall any more; the pins inside do not meet it."""
+    vessel = SurfaceSide(cylinder("10"), False)
+    assembly = Conjunction().and_([vessel, *planes(0, "5", "12"), *planes(1, "-1", "1"), *planes(2, "-3", "3")])
+    assert assembly is not None
+    assert SurfaceSide(FlatSurface((ONE, ZERO, ZERO), Fraction(12)), False) not in assembly.parts
+    inner = assembly.and_([*planes(0, "6", "7"), *planes(1, "0", "1")])
+    outer = assembly.and_([*planes(0, "9", "10"), *planes(1, "0", "1")])
+    assert inner is not None
+    assert outer is not None
+    assert vessel not in inner.parts
+    assert vessel in outer.parts
+
+
+def test_round_solids_beside_planes_are_as_fractions_say() -> None:
+    """Far from a plane floats decide; where it touches, fractions do."""
+    random = np.random.default_rng(7)
+    touching = 0
+    for _ in range(3000):
+        solid, plane = side(random).surface, side(random).surface
+        if not isinstance(solid, RoundSurface) or not isinstance(plane, FlatSurface):
+            continue
+        height = sum((n * c for n, c in zip(plane.normal, solid.center, strict=True)), -plane.offset)
+        reach = solid.radius**2 * sum(n * n for n in plane.normal)
+        beside = height**2 > reach and not (solid.axis is not None and plane.normal[solid.axis])
+        touching += height**2 == reach
+        assert solid.side_of_plane(plane) == (0 if not beside else 1 if height > 0 else -1)
+    assert touching > 10
+
+
+def test_balls_that_are_apart_or_within() -> None:
+    a, b = cylinder("1", "0", None), cylinder("0.25", "1.5", None)
+    assert kept(SurfaceSide(a, False), SurfaceSide(b, False)) is None
+    assert kept(SurfaceSide(a, False), SurfaceSide(b, True)) == {(a, False)}
+    c = cylinder("2", "0.5", None)
+    assert kept(SurfaceSide(a, False), SurfaceSide(c, False)) == {(a, False)}
+    assert kept(SurfaceSide(a, False), SurfaceSide(c, True)) is None
+
+
+def test_equal_planes_are_kept_once_and_opposite_sides_have_no_volume() -> None:
+    low, high = planes(0, "0", "1")
+    assert kept(low, high, *planes(0, "-1", "1")) == {(low.surface, True), (high.surface, False)}
+    assert kept(low, SurfaceSide(low.surface, False)) is None
+
+
+# --- What is known of places that are turned: boxes around them are never too narrow, and what they leave out is counted
+
+
+def wall(axis: int, end: Fraction, above: bool) -> SurfaceSide:
+    normal = tuple(ONE if i == axis else ZERO for i in range(3))
+    return SurfaceSide(FlatSurface(normal, end), above)  # type: ignore[arg-type]
+
+
+def ball(x: int) -> SurfaceSide:
+    return SurfaceSide(RoundSurface(None, (Fraction(x), ZERO, ZERO), ONE), False)
+
+
+@pytest.mark.parametrize("far", [1e2, 1e6, 1e8, 1e10, 1e12])
+def test_boxes_carried_between_turns_hold_their_corners(far: float) -> None:
+    """The shifts of both motions cancel; corners are carried in 3000 bits."""
+    outer = IDENTITY_MOTION.rotate((1, 2, 3), 20).translate((far, 0.3 * far, -0.7 * far))
+    inner = IDENTITY_MOTION.rotate("z", 30).translate((0.1, 0.2, 0.3)).then(outer)
+    low, high = (Fraction(-1), Fraction(-2), Fraction(-3)), (Fraction(1), Fraction(1), Fraction(2))
+    box = _carry_extent(Extent(low, high), inner, outer)
+    rows, shift = inner.affine
+    back, back_shift = outer.inverse
+    for corner in product(*zip(low, high, strict=True)):
+        there = ex.plus(ex.apply(rows, ex.exact_row(corner)), shift)
+        for place, a, b in zip(ex.plus(ex.apply(back, there), back_shift), box.low, box.high, strict=True):
+            assert a is not None
+            assert b is not None
+            assert ex.exact(a) <= place <= ex.exact(b)
+
+
+def test_parts_of_other_groups_count_as_work() -> None:
+    turn = Motion().rotate("z", 30)
+    around = PlaceBounds().and_(IDENTITY_MOTION, [ball(0), wall(0, ZERO, True)])
+    assert around is not None
+    parts = [ball(1)]
+    assert around.cost(turn, parts) == PlaceBounds().cost(turn, parts) + 2
+
+
+def test_what_is_about_the_axis_of_a_turn_is_said_before_it() -> None:
+    """A ball on the axis and a wall across it; a wall along it stays outside."""
+    entry = Motion().rotate("z", 30).translate((0.0, 0.0, 0.5))
+    height, along = wall(2, ONE / 2, False), wall(0, ONE / 2, False)
+    around = PlaceBounds().and_(IDENTITY_MOTION, [ball(0), height, along])
+    assert around is not None
+    groups = dict(around.entering(entry, IDENTITY_MOTION, entry).groups)
+    assert groups[IDENTITY_MOTION].parts == (along,)
+    shifted = RoundSurface(None, (ZERO, ZERO, Fraction(-1, 2)), ONE)
+    assert set(groups[entry].parts) == {SurfaceSide(shifted, False), wall(2, ZERO, False)}
+    beside = dict(around.entering(Motion().rotate("x", 30), IDENTITY_MOTION, Motion().rotate("x", 30)).groups)
+    assert along in beside[Motion().rotate("x", 30)].parts
+
+
+def test_bounds_of_turned_places_hold_every_body(tmp_path: Path) -> None:
+    """Along the anti-diagonal shifts cancel along an axis of the world: what rounding takes is of their length."""
+    count, x, y = 12, 4 / 7, 3 / 7
+    universes = " ".join("1" if i + j == count - 1 else "2" for i in range(count) for j in range(count))
+    text = f"""<geometry><surface id="1" type="sphere" coeffs="0 0 0 0.001"/>
+<cell id="1" universe="1" material="1" region="-1"/><cell id="2" universe="1" material="void" region="1"/>
+<cell id="3" universe="2" material="void"/>
+<lattice id="4" dimension="{count} {count}" pitch="{x} {y}" lower_left="{-6 * x} {-6 * y}" universes="{universes}"/>
+<cell id="5" universe="5" fill="4"/><cell id="6" fill="5" rotation="0.8 -0.6 0 0.6 0.8 0 0 0 1"/></geometry>"""
+    scene = co.load_openmc(put(text, tmp_path), void=False)
+    low, high = scene.bounds
+    bounds = np.array([body.shape.bounds for body in scene.bodies])
+    assert len(bounds) == count
+    assert (low <= bounds[:, 0]).all()
+    assert (high >= bounds[:, 1]).all()

@@ -1,22 +1,37 @@
-"""Surfaces: each kind as OpenMC's documentation defines it, moved exactly, and as the very solid that was written."""
+"""OpenMC's surfaces and regions, and regions without an end."""
 
 from __future__ import annotations
 
+import itertools
+import math
 import xml.etree.ElementTree as ElementTree
 from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, strategies as st
 
 import conicoid as co
 from conicoid.geometry.shape import Solid
 from conicoid.io.openmc.placement import Extent, UniversePlacement, rotation_by_angles
+from conicoid.io.openmc.region import (
+    MAX_PARENTHESES,
+    HalfSpaceNode,
+    IntersectionNode,
+    Region,
+    UnionNode,
+    list_half_spaces,
+    parse_region,
+)
 from conicoid.io.openmc.surfaces import FlatSurface, Surface, read_surface
 from conicoid.io.xml_tree import XmlElement
 
-from .evaluator import Evaluator
-from .models import written
+from ...engine.nodes import Nodes
+from .evaluator import Evaluator, evaluate_region
+from .models import endless, loaded, put, written
+
+# --- Surfaces: each kind as OpenMC's documentation defines it, moved exactly, and as the very solid that was written
 
 KINDS = {
     "x-plane": "0.7", "y-plane": "-0.3", "z-plane": "1e-3", "plane": "1 -2 0.5 1.25",
@@ -135,3 +150,183 @@ def test_elements_and_attributes_are_the_same(tmp_path: Path) -> None:
     other = tmp_path / "elements.xml"
     ElementTree.ElementTree(root).write(other)
     assert co.load_openmc(other) == co.load_openmc(path)
+
+
+# --- The grammar of regions, against Python's own operators of the same precedence, and its mistakes
+
+SURFACES = (1, 2, 3)
+
+
+def value(region: Region, negative: dict[int, bool]) -> bool:
+    if isinstance(region, HalfSpaceNode):
+        return negative[region.surface] != region.positive
+    return (all if isinstance(region, IntersectionNode) else any)(value(part, negative) for part in region.parts)
+
+
+def table(text: str) -> list[bool]:
+    """What a region says for every combination of sides."""
+    region = parse_region(text)
+    return [
+        value(region, dict(zip(SURFACES, sides, strict=True))) for sides in itertools.product([True, False], repeat=3)
+    ]
+
+
+def expected(text: str) -> list[bool]:
+    rows = []
+    for sides in itertools.product([True, False], repeat=3):
+        # -2 and -1 are ~1 and ~0: truth in the lowest bit
+        bits = {surface: int(side) for surface, side in zip(SURFACES, sides, strict=True)}
+        rows.append(bool(evaluate_region(text, bits.__getitem__) & 1))
+    return rows
+
+
+SAME = {
+    "1": "+1",
+    "1 2": "1 & 2",
+    "1 2 | 3": "(1 2) | 3",
+    "1 | 2 3": "1 | (2 3)",
+    "1 | 2 & 3": "1 | (2 & 3)",
+    "~1 2": "(~1) 2",
+    "~1 | 2": "(~1) | 2",
+    "~(1 2)": "-1 | -2",
+    "~(1 | -2)": "-1 2",
+    "~~1": "1",
+    "~(~1 ~(2 | -3))": "1 | 2 | -3",
+    "1-2": "1 & -2",
+    "1(2|3)": "1 & (2 | 3)",
+    "(1)(2)": "1 2",
+    "\t(1\n|2) -3 ": "(1 | 2) & -3",
+    "-1|~2": "-1 | -2",
+    "((((1))))": "1",
+}
+
+
+@pytest.mark.parametrize(("left", "right"), SAME.items())
+def test_these_mean_the_same(left: str, right: str) -> None:
+    assert table(left) == table(right) == expected(left) == expected(right)
+
+
+texts = st.recursive(
+    st.sampled_from(["1", "-1", "+2", "-2", "3", "-3"]),
+    lambda inner: st.one_of(
+        st.builds("({})".format, inner),
+        st.builds("~({})".format, inner),
+        st.builds("{} {}".format, inner, inner),
+        st.builds("{} & {}".format, inner, inner),
+        st.builds("{}|{}".format, inner, inner),
+    ),
+    max_leaves=20,
+)
+
+
+@given(texts)
+def test_any_region_means_what_the_precedence_says(text: str) -> None:
+    assert table(text) == expected(text)
+
+
+@given(texts)
+def test_no_complement_is_left_and_kinds_alternate(text: str) -> None:
+    def check(region: Region) -> None:
+        if not isinstance(region, HalfSpaceNode):
+            assert len(region.parts) > 1
+            for part in region.parts:
+                assert type(part) is not type(region)
+                check(part)
+
+    check(parse_region(text))
+
+
+def test_signs_and_numbers() -> None:
+    assert list(list_half_spaces(parse_region("-12 (7 | +5) ~-3"))) == [
+        HalfSpaceNode(12, False),
+        HalfSpaceNode(7, True),
+        HalfSpaceNode(5, True),
+        HalfSpaceNode(3, True),
+    ]
+    assert parse_region("1 2 | 3 -4") == UnionNode(
+        (
+            IntersectionNode((HalfSpaceNode(1, True), HalfSpaceNode(2, True))),
+            IntersectionNode((HalfSpaceNode(3, True), HalfSpaceNode(4, False))),
+        )
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("1 |", "a surface, '~' or '(' must stand here (after '1 |')"),
+        ("| 1", "a surface, '~' or '(' must stand here (after '|')"),
+        ("1 & & 2", "a surface, '~' or '(' must stand here (after '1 & &')"),
+        ("~", "a surface, '~' or '(' must stand here (after '~')"),
+        ("()", "a surface, '~' or '(' must stand here (after '()')"),
+        ("(1 2", "a ')' is missing (after '(1 2')"),
+        ("1 2)", "a ')' without its '(' (after '1 2)')"),
+        ("1 + 2", "'+ 2' is no half-space, '~', '&', '|' or parenthesis (after '1')"),
+        ("1.5", "'.5' is no half-space"),
+        ("a", "'a' is no half-space, '~', '&', '|' or parenthesis (at the beginning)"),
+        ("1 # 2", "'# 2' is no half-space"),
+        ("9" * 40, "is no half-space"),
+    ],
+)
+def test_mistakes(text: str, message: str) -> None:
+    with pytest.raises(ValueError, match="region: ") as caught:
+        parse_region(text)
+    assert message in str(caught.value)
+
+
+def test_depth_is_limited_and_length_is_not() -> None:
+    deep = "(" * (MAX_PARENTHESES + 1) + "1" + ")" * (MAX_PARENTHESES + 1)
+    with pytest.raises(ValueError, match=f"deeper than {MAX_PARENTHESES} levels"):
+        parse_region(deep)
+    with pytest.raises(ValueError, match="deeper than"):
+        parse_region("(" * 100_000)
+    assert parse_region("~" * 100_001 + "1") == HalfSpaceNode(1, False)
+    assert len(list(list_half_spaces(parse_region("1 -2 | " * 50_000 + "3")))) == 100_001
+
+
+# --- A lattice in two dimensions, its cells without ends along z: located and met by few nodes, however many pins
+
+RADIUS = 0.4
+SIDES = 8, 32
+
+
+@pytest.fixture(scope="module")
+def lattices(tmp_path_factory: pytest.TempPathFactory) -> dict[int, co.Scene]:
+    folder = tmp_path_factory.mktemp("lattices")
+    return {side: loaded(put(endless(side, RADIUS), folder)) for side in SIDES}
+
+
+def test_points_are_located_by_few_nodes(lattices: dict[int, co.Scene]) -> None:
+    """Sixteen times as many pins: hardly more nodes for a point, at any height; nothing stands beside the trees."""
+    random = np.random.default_rng(3)
+    mean = {}
+    for side, scene in lattices.items():
+        assert len(scene.bodies) == 2 * side**2
+        points = random.uniform((0, 0, -1e6), (side, side, 1e6), (400, 3))
+        element = np.floor(points[:, :2])
+        pin = ((points[:, :2] - element - 0.5) ** 2).sum(axis=1) < RADIUS**2
+        located = scene.body_at(points)
+        names = np.array([body.name for body in scene.bodies])
+        wanted = [
+            f"cell {1 if inner else 2} @ cell 3, lattice 9 [{x:.0f}, {y:.0f}]"
+            for inner, (x, y) in zip(pin, element, strict=True)
+        ]
+        assert names[located].tolist() == wanted
+        nodes = Nodes(scene)
+        nodes.check()
+        assert nodes.beside() == []
+        mean[side] = np.mean([nodes.visits(point) for point in points])
+    assert mean[32] < mean[8] + 3
+    assert mean[32] < 8
+
+
+def test_a_ray_meets_every_wall_that_arithmetic_says(lattices: dict[int, co.Scene]) -> None:
+    """Along x through the middles of pins: water, pin, water in each element, without a gap, at any height."""
+    for side, scene in lattices.items():
+        spans = scene.spans((-1.0, 2.5, 123456.0), (1, 0, 0))
+        ends = np.append(spans.t_enter, spans.t_exit[-1])
+        walls = [k + 1 + at for k in range(side) for at in (0, 0.5 - RADIUS, 0.5 + RADIUS)] + [side + 1]
+        assert (spans.t_enter[1:] == spans.t_exit[:-1]).all()
+        assert np.allclose(ends, walls, rtol=1e-12, atol=0)
+        assert scene.first_hit((-1.0, 2.5, -7e5), (1, 0, 0)).t == 1.0
+        assert scene.first_hit((0.5, 0.5, 0.0), (0, 0, 1)).t == math.inf

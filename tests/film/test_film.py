@@ -1,0 +1,280 @@
+"""Films: tone curves, filters, functions by sums and products alone, denoising."""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+import sys
+
+import mpmath
+import numpy as np
+import PIL.Image
+import pytest
+
+import conicoid as co
+from conicoid.numerics.portable_math import portable_cos, portable_exp, portable_exp2, portable_interp, portable_log2
+from conicoid.parallel.workers import inline_workers
+from conicoid.render.color_mapping import apply_tone
+from conicoid.render.film import RADII, lower_filter
+from conicoid.render.options import FILTERS
+
+# --- Tone curves and exposure: formulas evaluated here one number at a time; files that hold what is shown
+
+LIGHT = [0.0, 1e-4, 0.01, 0.18, 0.5, 1.0, 3.9, 12.3]
+
+
+def hable(x):
+    return (x * (0.15 * x + 0.05) + 0.004) / (x * (0.15 * x + 0.5) + 0.06) - 0.02 / 0.3
+
+
+def test_filmic_is_hables():
+    for light in LIGHT:
+        found = apply_tone(np.full((1, 1, 3), light), 0, "filmic")
+        assert found == pytest.approx(np.full((1, 1, 3), min(1, hable(2 * light) / hable(11.2))), abs=1e-14)
+
+
+def agx(rgb):
+    """Wrensch's minimal AgX, by hand; what it gives is encoded for the display."""
+    r, g, b = rgb
+    mixed = (
+        0.842479062253094 * r + 0.0784335999999992 * g + 0.0792237451477643 * b,
+        0.0423282422610123 * r + 0.878468636469772 * g + 0.0791661274605434 * b,
+        0.0423756549057051 * r + 0.0784336 * g + 0.879142973793104 * b,
+    )
+    y = []
+    for value in mixed:
+        x = (math.log2(max(value, 1e-30)) + 12.47393) / (4.026069 + 12.47393)
+        x = min(1, max(0, x))
+        y.append(15.5 * x**6 - 40.14 * x**5 + 31.96 * x**4 - 6.868 * x**3 + 0.4298 * x**2 + 0.1191 * x - 0.00232)
+    back = (
+        1.19687900512017 * y[0] - 0.0980208811401368 * y[1] - 0.0990297440797205 * y[2],
+        -0.0528968517574562 * y[0] + 1.15190312990417 * y[1] - 0.0989611768448433 * y[2],
+        -0.0529716355144438 * y[0] - 0.0980434501171241 * y[1] + 1.15107367264116 * y[2],
+    )
+    return [min(1, max(0, value)) for value in back]
+
+
+@pytest.mark.parametrize("rgb", [(v, v, v) for v in LIGHT] + [(1, 0.1, 0), (0.02, 0.3, 9), (0.18, 0.02, 0.5)])
+def test_agx_is_wrenschs(rgb):
+    image = co.Image(np.full((1, 1, 3), rgb, np.float32)).developed(tone="agx")
+    assert np.abs(np.asarray(image)[0, 0] - 255 * np.array(agx(rgb))).max() <= 0.5 + 1e-4
+
+
+def test_agx_keeps_grey_grey_and_rises():
+    grey = np.repeat(np.geomspace(1e-3, 10, 200)[:, None], 3, axis=1)[None]
+    found = apply_tone(grey, 0, "agx")
+    assert np.ptp(found, axis=-1).max() < 5e-3
+    assert (np.diff(found[0, :, 1]) >= 0).all()
+
+
+@pytest.mark.parametrize("stops", [-2, 0, 1, 2.5])
+def test_a_stop_is_twice_as_bright(stops):
+    light = np.array([[[0.02, 0.1, 0.05]]], np.float32)
+    assert apply_tone(light, stops, "srgb") == pytest.approx(light * 2.0**stops, rel=1e-7)
+    again = co.Image(light * np.float32(2.0**stops))
+    assert np.abs(np.asarray(co.Image(light).developed(stops)).astype(int) - np.asarray(again)).max() <= 1
+
+
+def test_what_is_shown_is_saved_and_light_stays(tmp_path):
+    pytest.importorskip("OpenEXR")
+    image = co.Image(np.random.default_rng(4).random((5, 6, 3)).astype(np.float32) * 3)
+    shown = image.developed(-0.5, "filmic")
+    assert (shown.pixels == image.pixels).all()
+    assert (np.asarray(shown) != np.asarray(image)).any()
+    for suffix in ("png", "webp"):
+        shown.save(tmp_path / f"a.{suffix}")
+        assert (np.asarray(PIL.Image.open(tmp_path / f"a.{suffix}")) == np.asarray(shown)).all()
+    shown.save(tmp_path / "a.exr")
+    assert (co.materials.ImageTexture(tmp_path / "a.exr").pixels.array == image.pixels).all()
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda image: image.developed(tone="aces"), "developed: tone must be one of srgb, filmic, agx"),
+        (lambda image: image.developed(math.inf), "developed: exposure must be finite"),
+        (lambda image: image.developed(99), "developed: exposure must be from -64 to 64 stops"),
+        (lambda image: co.Image(np.zeros((2, 2))).developed(1), "not a number per pixel"),
+        (lambda image: image.save("a.png", bits=12), r"Image: bits of .png must be 16 or 8|must be 8 or 16"),
+        (lambda image: image.save("a.webp", bits=16), r"Image: bits of .webp must be 8"),
+    ],
+)
+def test_refusals(call, message):
+    with pytest.raises(ValueError, match=message):
+        call(co.Image(np.zeros((2, 2, 3))))
+
+
+def test_png_of_16_bits(tmp_path):
+    """Read by FFmpeg in full, and by Pillow, which keeps the upper byte of each number."""
+    import av
+
+    pixels = np.random.default_rng(5).random((37, 23, 3)).astype(np.float32)
+    co.Image(pixels).save(tmp_path / "deep.png", bits=16)
+    encoded = np.where(pixels <= 0.0031308, 12.92 * pixels, 1.055 * pixels.astype(float) ** (1 / 2.4) - 0.055)
+    with av.open(str(tmp_path / "deep.png")) as file:
+        (frame,) = file.decode(video=0)
+        assert frame.format.name == "rgb48be"
+        found = frame.to_ndarray(format="rgb48le")
+    assert np.abs(found.astype(float) - 65535 * encoded).max() <= 0.5 + 1e-3
+    with PIL.Image.open(tmp_path / "deep.png") as file:
+        assert file.size == (23, 37)
+        upper = np.asarray(file.convert("RGB")).astype(int)
+    assert np.abs(upper - found / 257).max() <= 1
+
+
+# --- Reconstruction filters: samples lie as the filters' integrals say, and pictures are the same for any tiles and threads
+
+MOMENT = {
+    "box": 1 / 12,
+    "tent": 1 / 6,
+    # 2 ∫₀¹ x² (7 x³ - 12 x² + 16/3) / 6 + 2 ∫₁² x² (-7/3 x³ + 12 x² - 20 x + 32/3) / 6
+    "mitchell": (7 / 6 - 12 / 5 + 16 / 9) / 3 + (-7 / 18 * 63 + 12 / 5 * 31 - 5 * 15 + 32 / 9 * 7) / 3,
+}
+"""∫x² f / ∫f in closed form."""
+
+
+def quadrature(name, power, signed):
+    """∫xᵖ f dx, or of |f|, by the midpoint rule, of formulas written down once more."""
+    r = RADII[name]
+    x = (np.arange(200_000) + 0.5) / 200_000 * 2 * r - r
+    t = 2 * np.pi * (x + r) / (2 * r)
+    f = {
+        "box": lambda: np.ones_like(x),
+        "tent": lambda: 1 - abs(x),
+        "gaussian": lambda: np.exp(-2 * x**2) - np.exp(-4.5),
+        "mitchell": lambda: np.where(
+            abs(x) < 1, 7 * abs(x) ** 3 - 12 * x**2 + 16 / 3, -7 / 3 * abs(x) ** 3 + 12 * x**2 - 20 * abs(x) + 32 / 3
+        ) / 6,
+        "blackman-harris": lambda: 0.35875 - 0.48829 * np.cos(t) + 0.14128 * np.cos(2 * t) - 0.01168 * np.cos(3 * t),
+    }[name]()  # fmt: skip
+    return np.sum(x**power * (f if signed else abs(f))) * 2 * r / 200_000
+
+
+@pytest.mark.parametrize("name", FILTERS)
+def test_samples_lie_as_the_filter_says(name):
+    quantiles, change, scale = lower_filter(name)
+    assert (quantiles == -quantiles[::-1]).all()
+    assert (quantiles[0], quantiles[-1]) == (-RADII[name], RADII[name])
+    # x is linear between quantiles, each of which is as likely: the moments of |f|, and of f by the signs
+    a, b = quantiles[:-1], quantiles[1:]
+    second = (a * a + a * b + b * b) / 3
+    sign = np.where(np.abs((a + b) / 2) > change, -1, 1)
+    assert second.mean() == pytest.approx(
+        quadrature(name, 2, False) / quadrature(name, 0, False), rel=4e-3
+    )  # of 1024 steps
+    assert (sign * second).mean() * math.sqrt(scale) == pytest.approx(
+        quadrature(name, 2, True) / quadrature(name, 0, True), rel=4e-3, abs=4e-3
+    )
+    assert sign.mean() * math.sqrt(scale) == pytest.approx(1, abs=2e-3)
+    if name in MOMENT:
+        assert quadrature(name, 2, True) == pytest.approx(MOMENT[name], abs=1e-9)
+
+
+def test_mitchells_cubic_is_a_partition_of_unity():
+    """Its copies one pixel apart add up to 1, so that flat light stays flat (Mitchell and Netravali 1988)."""
+    from conicoid.render.film import mitchell
+
+    x = np.linspace(0, 1, 101)
+    assert sum(mitchell(x + k) for k in range(-2, 3)) == pytest.approx(np.ones(101), abs=1e-14)
+
+
+@pytest.mark.parametrize("name", FILTERS)
+def test_flat_light_stays_flat_and_an_edge_is_the_integral_of_the_filter(name):
+    wall = co.Body(co.Polygon([(0, 4, -50), (50, 4, -50), (50, 4, 50), (0, 4, 50)]), "white")
+    camera = co.OrthographicCamera((0, 0, 0), (0, 1, 0), height=16)  # a pixel is one unit
+    scene = co.Scene([wall], camera=camera, background="black", lights=[co.AmbientLight(1)])
+    rows = scene.render(16, 16, 4096, filter=name).pixels[8, :, 0]
+    x = np.arange(16) + 0.5 - 8  # of the pixels' middles
+    fine = np.linspace(-RADII[name], RADII[name], 4001)
+    middles, step = (fine[1:] + fine[:-1]) / 2, fine[1] - fine[0]
+    from conicoid.render.film import _CURVES
+
+    f = _CURVES[name](middles)
+    expected = [f[middles > -place].sum() * step for place in x] / (f.sum() * step)
+    assert np.abs(rows - expected).max() < (0.04 if name == "mitchell" else 0.01)
+
+
+@pytest.mark.parametrize("name", FILTERS)
+def test_the_same_picture_for_any_threads(name):
+    scene = co.Scene([co.Sphere(), co.Body(co.Sphere(0.5, (1, -1, 0)), co.glass())])
+    pictures = []
+    try:
+        for threads in (1, 2, 7):
+            co.set_threads(threads)
+            pictures.append(scene.render(50, 40, 3, filter=name).pixels)
+    finally:
+        co.set_threads(None)
+    assert (pictures[0] == pictures[1]).all()
+    assert (pictures[0] == pictures[2]).all()
+    assert (scene.render(50, 40, 3, filter=name, executor=inline_workers()).pixels == pictures[0]).all()
+
+
+def test_unknown_filters():
+    with pytest.raises(
+        ValueError, match=r"render: filter must be one of box, .*, got 'gausian' \(did you mean 'gaussian'"
+    ):
+        co.Scene([]).render(2, 2, filter="gausian")
+
+
+# --- Functions by sums and products alone, against mpmath at 30 digits
+
+
+def exactly(function, x):
+    with mpmath.workdps(30):
+        return np.array([float(function(mpmath.mpf(float(value)))) for value in x])
+
+
+@pytest.mark.parametrize(
+    ("found", "function", "x"),
+    [
+        (portable_exp, mpmath.exp, np.linspace(-20, 3, 301)),
+        (portable_log2, lambda v: mpmath.log(v, 2), np.concatenate([np.geomspace(1e-30, 1e30, 301), [0.7, 1.5]])),
+        (portable_cos, mpmath.cos, np.linspace(0, 2 * math.pi, 301)),
+    ],
+)
+def test_near_to_exact(found, function, x):
+    assert found(x) == pytest.approx(exactly(function, x), rel=1e-12, abs=1e-13)
+
+
+def test_powers_of_two():
+    assert [portable_exp2(k) for k in (-64, -1, 0, 1, 10)] == [2.0**k for k in (-64, -1, 0, 1, 10)]
+    assert portable_exp2(-2.5) == pytest.approx(2**-2.5, rel=1e-13)
+
+
+def test_between_values():
+    places, values = np.array([0.0, 1.0, 1.0, 3.0]), np.array([2.0, 4.0, 5.0, -1.0])
+    x = np.array([-1.0, 0.0, 0.25, 1.5, 3.0, 9.0])
+    assert portable_interp(x, places, values) == pytest.approx(np.interp(x, places, values), abs=1e-15)
+
+
+# --- Noise that is taken out: pictures come nearer to what they are without it
+
+
+def picture():
+    """Light of two colours, exactly and with noise."""
+    exact = np.zeros((64, 64, 3), np.float32)
+    exact[:, :32], exact[:, 32:] = (0.6, 0.2, 0.1), (0.1, 0.3, 0.5)
+    noise = np.random.default_rng(6).normal(0, 0.15, exact.shape).astype(np.float32)
+    return exact, np.maximum(exact * (1 + noise), 0)
+
+
+@pytest.mark.skipif(importlib.util.find_spec("pyoidn") is None, reason="pyoidn is an extra")
+def test_noise_is_taken_out_and_edges_stay():
+    exact, noisy = picture()
+    normal = np.broadcast_to(np.float32((0, 0, 1)), exact.shape).copy()
+    for layers in ({}, {"albedo": exact.copy()}, {"albedo": exact.copy(), "normal": normal}):
+        image = co.Image._of_light(noisy.copy(), layers).developed(1, "agx")
+        found = image.denoised()
+        assert np.abs(found.pixels - exact).mean() < 0.25 * np.abs(noisy - exact).mean()
+        assert (found.exposure, found.tone) == (1, "agx")
+        step = found.pixels[:, 32, 0] - found.pixels[:, 31, 0]
+        assert step.mean() < (-0.4 if layers else -0.3)  # of -0.5
+    assert (image.pixels == noisy).all()
+
+
+def test_without_the_library_it_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyoidn", None)
+    with pytest.raises(ImportError, match=r"pip install 'conicoid\[denoise\]'"):
+        co.Image._of_light(picture()[1]).denoised()
+    with pytest.raises(ValueError, match="not a number per pixel"):
+        co.Image(np.zeros((2, 2))).denoised()

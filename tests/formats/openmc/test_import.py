@@ -1,0 +1,487 @@
+"""OpenMC geometry as bodies: the command, notes, names and materials."""
+
+from __future__ import annotations
+
+import functools
+import importlib
+import itertools
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from conicoid.io import openmc
+from conicoid.io.importers import oklch_to_linear, palette_color
+from conicoid.io.scene_file import scene_file, yaml_parser
+from conicoid.materials.color import linear_rgb
+
+from ...command_line import done, refused, run
+from .broken import CASES
+from .models import EXAMPLE_FILES, EXAMPLES, loaded, written
+
+# --- Names, colours, void, notes: what an import says about itself
+
+ASSEMBLY = EXAMPLE_FILES["assembly"]
+
+
+@functools.cache
+def assembly() -> openmc.ImportResult:
+    """What is read of the assembly."""
+    return openmc.read(ASSEMBLY)
+
+
+def test_the_assembly_has_the_bodies_that_arithmetic_says() -> None:
+    """264 rods of fuel, gap, cladding and water; 24 guide tubes of 3 cells; one instrument tube of 4; the gap outside."""
+    imported = assembly()
+    assert len(imported.bodies) == 264 * 4 + 24 * 3 + 4 + 1
+    counts = {entry.material: entry.bodies for entry in imported.legend}
+    assert counts == {1: 264, 2: 264, 3: 264 + 24 * 2 + 2 + 1, 4: 25, 5: 1, None: 264}
+    assert [entry.name for entry in imported.legend][:3] == ["uranium dioxide", "zirconium alloy, cladding", "water"]
+
+
+def test_names_say_the_way_and_are_unique() -> None:
+    scene = loaded(ASSEMBLY)
+    names = [body.name for body in scene.bodies]
+    assert len(set(names)) == len(names)
+    corner = "cell 1 'fuel' @ cell 100, lattice 50 [0, 0]"
+    low, high = scene[corner].shape.bounds
+    assert low == pytest.approx([-10.08 - 0.4096, -10.08 - 0.4096, 0], abs=1e-12)
+    assert high == pytest.approx([-10.08 + 0.4096, -10.08 + 0.4096, 365.76], abs=1e-12)
+    assert scene.body_at((-10.08, -10.08, 100)) == names.index(corner)
+    assert "cell 31 'water gap' @ cell 100, lattice 50 outer" in names
+
+
+def test_walls_that_coincide_on_paper_are_one_surface() -> None:
+    """A ray across the assembly enters each cell where it leaves the one before, to the bit."""
+    scene = loaded(ASSEMBLY)
+    spans = scene.spans((-20, 0.1, 50), (1, 0, 0))
+    assert spans.t_enter[0] == 9.25
+    assert spans.t_exit[-1] == 30.75
+    assert (spans.t_enter[1:] == spans.t_exit[:-1]).all()
+    assert spans.lengths().sum() == pytest.approx(21.5, abs=1e-12)
+
+
+def test_void_is_there_and_invisible_or_left_out(tmp_path: Path) -> None:
+    with_void, without = loaded(ASSEMBLY), co.load_openmc(ASSEMBLY, void=False)
+    assert len(with_void.bodies) - len(without.bodies) == 264
+    name = "cell 2 'gap and plenum' @ cell 100, lattice 50 [3, 4]"
+    material = with_void[name].material
+    assert (material.transparency, material.refractive_index, material.specular) == (1.0, 1.0, 0.0)
+    center = (-10.71 + 3.5 * 1.26, -10.71 + 4.5 * 1.26, 370.0)
+    assert with_void.bodies[int(with_void.body_at(center))].name == name
+    assert without.body_at(center) == -1
+
+
+def test_the_same_material_has_the_same_colour_everywhere(tmp_path: Path) -> None:
+    scene = co.load_openmc(written("kinds", tmp_path))
+    pin = co.load_openmc(EXAMPLE_FILES["pin"])
+    assert scene.bodies[0].material.color == pin.bodies[0].material.color == co.matte(palette_color(1)).color
+
+
+def test_colours_are_far_apart() -> None:
+    """By their distance in OKLab, of which 0.02 is about the least that is noticed side by side."""
+    places = np.array([oklab(palette_color(number)) for number in range(1, 25)])
+    distances = [float(np.linalg.norm(a - b)) for a, b in itertools.combinations(places, 2)]
+    assert min(distances) > 0.04
+    neighbours = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    assert neighbours.min() > 0.15
+    for number in (*range(1, 300), 10**9, 10**17):
+        assert len(palette_color(number)) == 7
+
+
+def oklab(color: str) -> tuple[float, float, float]:
+    """The inverse of the palette's OKLCH colours, by Newton's method on its definition."""
+    target = np.array(linear_rgb(color))
+    point = np.array([0.6, 0.0, 0.0])
+
+    def rgb(p: np.ndarray) -> np.ndarray:
+        return np.array(oklch_to_linear(p[0], math.hypot(p[1], p[2]), math.atan2(p[2], p[1])))
+
+    for _ in range(60):
+        slopes = np.column_stack([(rgb(point + 1e-6 * e) - rgb(point - 1e-6 * e)) / 2e-6 for e in np.eye(3)])
+        point = point - np.linalg.solve(slopes, rgb(point) - target)
+    assert rgb(point) == pytest.approx(target, abs=1e-9)
+    return float(point[0]), float(point[1]), float(point[2])
+
+
+def test_oklab_of_white_and_of_red_are_the_published_ones() -> None:
+    """Björn Ottosson's page: white is (1, 0, 0); sRGB red is L 0.628, a 0.225, b 0.126."""
+    assert oklch_to_linear(1, 0, 0) == pytest.approx((1, 1, 1), abs=1e-6)
+    red = (0.6279554, math.hypot(0.2248631, 0.1258463), math.atan2(0.1258463, 0.2248631))
+    assert oklch_to_linear(*red) == pytest.approx((1, 0, 0), abs=1e-5)
+
+
+def test_notes_say_what_was_found(tmp_path: Path) -> None:
+    assert assembly().notes == (
+        "13 cells, 17 surfaces, 5 universes, 1 lattice",
+        "1,133 bodies",
+        "boundary reflective: surfaces 41, 42, 43, 44",
+        "boundary vacuum: surfaces 45, 46",
+    )
+    notes = openmc.read(written("nested", tmp_path)).notes
+    assert "lattice 6: the cell around it may reach beyond it, and there is no outer universe" in notes
+    assert not any(note.startswith("lattice 5") for note in notes)
+    assert "no list of materials: they are known by number only" in notes
+
+
+def test_notes_on_materials_for_each_place_and_on_crooked_rotations(tmp_path: Path) -> None:
+    path = tmp_path / "geometry.xml"
+    path.write_text(
+        "<geometry><cell id='1' universe='1' material='4 void 2'/>"
+        "<cell id='2' fill='1' rotation='1 0 0 0 0.7 -0.7 0 0.7 0.7'/></geometry>"
+    )
+    imported = openmc.read(path)
+    assert "cell 1: has a material for each place (4, void, 2); the first is taken for all" in imported.notes
+    assert "cell 2: its rotation matrix is 0.02 away from a rotation; it is applied as it is" in imported.notes
+    assert [entry.material for entry in imported.legend] == [4]
+    scene = co.load_openmc(path)
+    assert scene.contains([(1e9, -3, 0), (0, 0, 0)]).all()
+
+
+def test_progress_begins_with_the_number() -> None:
+    calls: list[tuple[int, int]] = []
+    openmc.read(ASSEMBLY, progress=lambda done, most: calls.append((done, most)))
+    assert calls[0] == (0, 1133)
+    assert [done // 256 for done, _ in calls[1:]] == [1, 2, 3, 4]
+
+
+def test_the_legend_reads_well() -> None:
+    lines = [str(entry) for entry in assembly().legend]
+    assert lines[0] == f"{palette_color(1)}    material 1           264 bodies  uranium dioxide"
+    assert lines[-1] == "invisible  void                 264 bodies"
+
+
+def test_it_renders(tmp_path: Path) -> None:
+    """The pin cell has no end along z; a camera that fits is found all the same."""
+    image = co.load_openmc(EXAMPLE_FILES["pin"]).render(32, 24, 1)
+    assert np.isfinite(image.pixels).all()
+    assert image.pixels.std() > 0.01
+
+
+@pytest.mark.deep
+def test_the_example_cuts_the_assembly_open(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In front the slanted plane cuts fuel; at the back one looks through the open plenum down to its top."""
+    monkeypatch.syspath_prepend(str(EXAMPLES.parent))
+    reactor_pin = importlib.import_module("reactor_pin")
+    scene = reactor_pin.scene()
+    x, rows = 1.26, (-10.08, 10.08)
+    hits = scene.first_hit([(x, y, 90) for y in rows], (0, 0, -1))
+    assert [scene.bodies[body].name.split(" @ ")[0] for body in hits.body.tolist()] == ["cell 1 'fuel'"] * 2
+    assert hits.point[:, 2] == pytest.approx([16 - 0.45 * x + 0.9 * rows[0], 365.76 - 352], abs=1e-12)
+
+
+# --- conicoid import
+
+PIN = EXAMPLE_FILES["pin"]
+
+
+def test_a_geometry_becomes_a_scene_file(tmp_path: Path) -> None:
+    output = tmp_path / "pin.yaml"
+    result = done("import", PIN, "-o", output)
+    assert co.load(output) == co.load_openmc(PIN)
+    assert "4 cells, 7 surfaces, 1 universe, 0 lattices" in result.stdout
+    assert "boundary reflective: surfaces 4, 5, 6, 7" in result.stdout
+    assert "material 1             1 body    uranium dioxide" in result.stdout
+    assert result.stderr.splitlines() == [f"{PIN}: expands into 4 bodies", f"{output}: 4 bodies"]
+
+
+def test_without_void(tmp_path: Path) -> None:
+    run("import", EXAMPLE_FILES["assembly"], "-o", tmp_path / "a.json", "--no-void")
+    assert len(co.load(tmp_path / "a.json").bodies) == 1133 - 264
+
+
+@pytest.mark.parametrize("name", ["torus", "no XML", "unknown surface", "a circle"])
+def test_mistakes_end_with_exit_code_2(name: str, tmp_path: Path) -> None:
+    path = tmp_path / "geometry.xml"
+    path.write_text(CASES[name][0])
+    result = run("import", path, "-o", tmp_path / "out.yaml")
+    assert result.exit_code == 2
+    assert all(phrase in result.stderr for phrase in CASES[name][2])
+    assert "Traceback" not in result.output
+    assert not (tmp_path / "out.yaml").exists()
+
+
+def test_limits_are_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert "expands into 4 bodies" in refused("import", PIN, "-o", tmp_path / "out.yaml", "--max-bodies", 3)
+    monkeypatch.setattr(yaml_parser, "MAX_NODES", 100)
+    assert "a scene file holds at most 100 values, this scene takes" in refused(
+        "import", PIN, "-o", tmp_path / "out.yaml"
+    )
+
+
+def test_outputs_are_checked_first(tmp_path: Path) -> None:
+    assert "scenes are saved as .yaml or .json" in run("import", PIN, "-o", tmp_path / "out.png").stderr
+    assert run("import", PIN, "-o", tmp_path / "none" / "out.yaml").exit_code == 2
+
+
+# --- What an import says of itself: names that two materials share, words it does not know, what is not looked for
+
+THREE_CELLS = """<model><materials>{}</materials><geometry>
+<surface id="1" type="sphere" coeffs="0 0 0 1"/><surface id="2" type="sphere" coeffs="0 0 0 2"/>
+<surface id="3" type="sphere" coeffs="0 0 0 3" boundary="vacuum"/>
+<cell id="1" material="1" region="-1"/><cell id="2" material="2" region="1 -2"/><cell id="3" material="7" region="2 -3"/>
+</geometry></model>"""
+
+
+def put(tmp_path: Path, *materials: str, model: str = THREE_CELLS) -> Path:
+    path = tmp_path / "model.xml"
+    path.write_text(model.format("".join(materials)), encoding="utf-8")
+    return path
+
+
+def named(number: int, name: str, density: float = 1.0) -> str:
+    return f'<material id="{number}" name="{name}"><density units="g/cm3" value="{density}"/></material>'
+
+
+def test_materials_of_one_name_are_kept_apart(tmp_path: Path) -> None:
+    path = put(tmp_path, named(1, "steel", 8), named(2, "water"), named(7, "steel", 7))
+    scene, imported = co.load_openmc(path), openmc.read(path)
+    assert [m.name for m in scene.materials] == ["steel (material 1)", "water", "steel (material 7)"]
+    rays = co.Rays((-9, 0, 0), (1, 0, 0))
+    # 2 cm of material 1 in the middle, 1 cm of 2 and 1 cm of 7 on both sides
+    assert scene.line_integral({"steel (material 1)": 1}, rays, otherwise=0) == 2
+    assert scene.line_integral({"steel (material 7)": 1}, rays, otherwise=0) == 2
+    assert scene.line_integral("density", rays) == 2 * 8 + 2 * 1 + 2 * 7
+    volume = co.measure(scene)["steel (material 7)"].volume
+    assert np.isclose(volume, 4 / 3 * np.pi * (27 - 8), rtol=1e-14)
+    with pytest.raises(KeyError, match="materials with it in their names: 'steel .material 1.', 'steel .material 7.'"):
+        co.measure(scene)["steel"]
+    assert [entry.name for entry in imported.legend] == ["steel (material 1)", "water", "steel (material 7)"]
+    assert "material 1 'steel': is called 'steel (material 1)', since another has its name" in imported.notes
+    assert "material 7 'steel': is called 'steel (material 7)', since another has its name" in imported.notes
+
+
+@pytest.mark.parametrize(("names", "expected"), [
+    (("void", "a", "b"), ["void (material 1)", "a", "b"]),
+    (("", "material 1", "b"), ["material 1 (material 1)", "material 1 (material 2)", "b"]),
+    (("a", "a", "a (material 2)"), ["a (material 1)", "a (material 2) (material 2)", "a (material 2)"]),
+    (("a", "b", "c"), ["a", "b", "c"]),
+])  # fmt: skip
+def test_no_two_names_are_alike(names: tuple[str, ...], expected: list[str], tmp_path: Path) -> None:
+    scene = co.load_openmc(put(tmp_path, *map(named, (1, 2, 7), names)))
+    assert [m.name for m in scene.materials] == expected
+
+
+def test_materials_that_no_cell_has_change_no_names(tmp_path: Path) -> None:
+    scene = co.load_openmc(put(tmp_path, named(1, "a"), named(2, "b"), named(7, "c"), named(9, "a")))
+    assert [m.name for m in scene.materials] == ["a", "b", "c"]
+
+
+def test_misspelt_words_are_told(tmp_path: Path) -> None:
+    model = THREE_CELLS.replace("boundary", "boundry").replace('<cell id="1"', '<cell id="1" temprature="600"')
+    model = model.replace("<surface id=\"1\"", "<serface/><surface id=\"1\" ID=\"4\"").replace("region=\"1 -2\"/>", "region=\"1 -2\"><Volume>3</Volume></cell>")  # fmt: skip
+    notes = openmc.read(
+        put(tmp_path, named(1, "a").replace("units", 'unit="x" units'), named(2, "b"), named(7, "c"), model=model)
+    ).notes
+    assert [note for note in notes if "is not read" in note] == [
+        "line 2: <geometry>: 'serface' is not read (did you mean 'surface'?)",
+        "line 2: <surface>: 'ID' is not read (did you mean 'id'?)",
+        "line 3: <surface>: 'boundry' is not read (did you mean 'boundary'?)",
+        "line 4: <cell>: 'temprature' is not read (did you mean 'temperature'?)",
+        "line 4: <cell>: 'Volume' is not read (did you mean 'volume'?)",
+        "line 1: <density>: 'unit' is not read (did you mean 'units'?)",
+    ]
+
+
+def test_many_unknown_words_are_counted(tmp_path: Path) -> None:
+    words = " ".join(f'x{k}="1"' for k in range(1000))
+    model = THREE_CELLS.replace('<cell id="1"', f'<cell {words} id="1"').replace('<cell id="2"', '<cell x0="1" id="2"')
+    notes = openmc.read(put(tmp_path, named(1, "a"), named(2, "b"), named(7, "c"), model=model)).notes
+    assert any(note.startswith("line 4: <cell>: 'x0' is not read, 2 times (known: ") for note in notes)
+    assert "... and 982 more names that are not read" in notes
+    assert len(notes) < 40
+
+
+@pytest.mark.parametrize("name", EXAMPLE_FILES)
+def test_every_word_of_the_examples_is_known(name: str) -> None:
+    notes = openmc.read(EXAMPLE_FILES[name]).notes
+    assert not [note for note in notes if "is not read" in note]
+
+
+@pytest.mark.parametrize(("shares", "found"), [
+    ('<nuclide name="H1" ao="0.1"/><nuclide name="O16" ao="0.2"/>', {"atom_density": 0.3}),
+    ('<nuclide name="H1" wo="1.5"/><element name="O" wo="0.25"/>', {"density": 1.75}),
+    ("", {}),
+])  # fmt: skip
+def test_densities_that_are_sums(shares: str, found: dict[str, float], tmp_path: Path) -> None:
+    """OpenMC, "Materials": shares are then densities, in atom/b-cm or g/cm3, and the total is their sum."""
+    material = f'<material id="1"><density units="sum"/>{shares}</material>'
+    properties = co.load_openmc(put(tmp_path, material, named(2, "b"), named(7, "c"))).bodies[0].material.properties
+    assert {key: properties[key] for key in ("density", "atom_density") if key in properties} == found
+
+
+def test_sums_of_two_kinds_are_mistakes(tmp_path: Path) -> None:
+    shares = '<nuclide name="H1" ao="0.1"/><nuclide name="O16" wo="0.2"/>'
+    path = put(tmp_path, f'<material id="1"><density units="sum"/>{shares}</material>', named(2, "b"), named(7, "c"))
+    with pytest.raises(co.SceneFileError, match="material 1: density: units sum needs either ao or wo of all nuclides"):
+        co.load_openmc(path)
+
+
+@pytest.mark.parametrize(("spoil", "void", "told"), [
+    (lambda text: text, True, []),
+    (lambda text: text, False, ["undefined regions (points in no cell) cannot be looked for: void is left out"]),
+    (lambda text: text.replace('boundary="vacuum"', ""), True,
+     ["undefined regions (points in no cell) cannot be looked for: boundary conditions do not enclose the model, "
+      "and no universe fills any of its cells"]),
+    (lambda text: text.replace('boundary="vacuum"', "").replace('material="7"', 'fill="5"').replace(
+        "</geometry>", '<cell id="9" universe="5" material="7"/></geometry>'), True,
+     ["undefined regions (points in no cell) can be looked for in filled cells only: boundary conditions do not enclose the model"]),
+])  # fmt: skip
+def test_an_import_says_where_undefined_regions_are_not_looked_for(spoil, void, told, tmp_path: Path) -> None:
+    path = put(tmp_path, named(1, "a"), named(2, "b"), named(7, "c"), model=spoil(THREE_CELLS))
+    assert [note for note in openmc.read(path, void=void).notes if note.startswith("undefined")] == told
+
+
+# --- Names are what the file says, whatever they hold: nothing that is printed or written obeys them
+
+HOSTILE = (
+    "fuel&#10;#ffffff    material 9             1 bodies  water",
+    "a&#13;b",
+    "\x9b31mred",
+    "\u202egnp.exe",
+    "a\u2028b",
+    "&#9;",
+    "it's",
+)
+NAMED_MODEL = """<model><materials><material id="1" name="{0}"/><material id="2" name="Zircaloy"/></materials><geometry>
+<surface id="1" type="sphere" coeffs="0 0 0 1"/><surface id="2" type="sphere" coeffs="0 0 0 2"/><surface id="3" name="{0}" type="sphere" coeffs="0 0 0 3"/>
+<cell id="1" name="{0}" material="void 1" region="-1"/><cell id="2" name="{0}" material="1" region="1 -2"/>
+<cell id="3" material="2" region="2 -3"/><cell id="4" name="{0}" material="2" region="3 -3"/>
+</geometry></model>"""
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_names_cannot_forge_what_is_printed(name: str, tmp_path: Path) -> None:
+    path = tmp_path / "model.xml"
+    path.write_text(NAMED_MODEL.format(name), encoding="utf-8")
+    imported = openmc.read(path)
+    for line in (*map(str, imported.legend), *imported.notes, *(body.name or "" for body in imported.bodies)):
+        assert line.isprintable()
+    output = tmp_path / "scene.yaml"
+    result = done("import", path, "-o", output)
+    assert len(result.stdout.splitlines()) == len(imported.notes) + len(imported.legend)
+    assert all(line.isprintable() for line in output.read_text(encoding="utf-8").splitlines())
+    assert co.load(output).bodies[1].name == imported.bodies[1].name
+
+
+def test_a_mistake_does_not_obey_its_name(tmp_path: Path) -> None:
+    path = tmp_path / "model.xml"
+    path.write_text(NAMED_MODEL.format(HOSTILE[0]).replace('coeffs="0 0 0 3"', 'coeffs="0 0 0 -3"'), encoding="utf-8")
+    with pytest.raises(co.SceneFileError) as caught:
+        co.load_openmc(path)
+    assert len(str(caught.value).splitlines()) == len(caught.value.problems) == 1
+
+
+def named_in_file(path: Path) -> dict[str, object]:
+    """What stands under `materials`, by the name there."""
+    root, problems = yaml_parser.parse_yaml(path.read_text(encoding="utf-8"))
+    assert root is not None
+    assert not problems
+    return dict(root.entries["materials"].entries)  # type: ignore[union-attr]
+
+
+def test_a_scene_file_names_materials_as_the_legend_does(tmp_path: Path) -> None:
+    """Void comes first in the file; material 2 is Zircaloy in both."""
+    path, output = tmp_path / "model.xml", tmp_path / "scene.yaml"
+    path.write_text(NAMED_MODEL.format("oxide"), encoding="utf-8")
+    imported = openmc.read(path)
+    scene_file.write_scene(imported, output, imported.material_names)
+    assert list(named_in_file(output)) == ["void", "material 1 'oxide'", "material 2 'Zircaloy'"]
+    text = output.read_text(encoding="utf-8")
+    for body, name in zip(imported.bodies, ("void", "material 1 'oxide'", "material 2 'Zircaloy'"), strict=True):
+        entry = text[text.index(str(body.name)) :].split("- name")[0]
+        assert name in entry
+    assert co.load(output).bodies == imported.bodies
+
+
+def test_a_saved_scene_calls_materials_as_they_call_themselves(tmp_path: Path) -> None:
+    """The model's names; materials without a name get letters, which cannot be taken for OpenMC's numbers."""
+    output = tmp_path / "scene.yaml"
+    co.save(co.load_openmc(EXAMPLE_FILES["pin"]), output)
+    assert list(named_in_file(output)) == ["uranium dioxide", "helium", "zirconium alloy", "water"]
+    many = co.Scene([co.Body(co.Sphere(1, (i, 0, 0)), co.matte((i / 1000, 0, 0))) for i in range(29)])
+    co.save(many, output)
+    assert list(named_in_file(output))[25:] == ["material Z", "material AA", "material AB", "material AC"]
+
+
+def test_materials_of_one_colour_are_told_apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("conicoid.io.openmc.expansion.palette_color", lambda number: "#808080")
+    path = tmp_path / "model.xml"
+    path.write_text(NAMED_MODEL.format("oxide"), encoding="utf-8")
+    imported = openmc.read(path)
+    assert sorted(imported.material_names.values()) == ["material 1 'oxide'", "material 2 'Zircaloy'", "void"]
+    assert [body.material.name for body in imported.bodies] == ["void", "oxide", "Zircaloy"]
+
+
+# --- What materials.xml says of a material is kept with it, in units that do not differ from material to material
+
+MATERIAL_MODEL = """<model><materials>{}</materials><geometry>
+<surface id="1" type="sphere" coeffs="0 0 0 1"/><surface id="2" type="sphere" coeffs="0 0 0 2"/><surface id="3" type="sphere" coeffs="0 0 0 3"/>
+<cell id="1" material="1" region="-1"/><cell id="2" material="void" region="1 -2"/><cell id="3" material="2" region="2 -3"/>
+</geometry></model>"""
+FUEL = """<material id="1" name="fuel" depletable="true" temperature="600.5">
+  <density units="kg/m3" value="10300"/><nuclide name="U235" ao="0.04"/><nuclide name="O16" ao="1.5"/>
+  <nuclide ao="0.5" name="O16"/><element><name>Gd</name><wo>1e-3</wo></element>
+</material>"""
+WATER = """<material id="2"><density units="atom/cm3" value="1e23"/><sab name="c_H_in_H2O"/></material>"""
+
+
+def model(tmp_path: Path, *materials: str) -> Path:
+    path = tmp_path / "model.xml"
+    path.write_text(MATERIAL_MODEL.format("".join(materials)), encoding="utf-8")
+    return path
+
+
+def test_what_the_file_says(tmp_path: Path) -> None:
+    scene = co.load_openmc(model(tmp_path, FUEL, WATER))
+    fuel, void, water = (body.material for body in scene.bodies)
+    assert (fuel.name, void.name, water.name) == ("fuel", "void", "material 2")
+    assert fuel.properties == {
+        "id": 1, "density": 10.3, "ao": {"U235": 0.04, "O16": 2.0}, "wo": {"Gd": 1e-3}, "temperature": 600.5, "depletable": True,
+    }  # fmt: skip
+    assert water.properties == {"id": 2, "atom_density": 0.1, "sab": ("c_H_in_H2O",)}
+    assert void.properties == {"density": 0, "atom_density": 0}
+    assert scene.first_hit((0, 0, 9), (0, 0, -1)).material is water
+
+
+def test_it_goes_through_a_scene_file(tmp_path: Path) -> None:
+    scene = co.load_openmc(model(tmp_path, FUEL, WATER))
+    co.save(scene, tmp_path / "a.yaml")
+    assert co.load(tmp_path / "a.yaml") == scene
+    assert co.load(tmp_path / "a.yaml").bodies[0].material.properties["ao"]["O16"] == 2
+
+
+def test_without_a_list_the_number_is_known(tmp_path: Path) -> None:
+    path = tmp_path / "geometry.xml"
+    path.write_text(
+        MATERIAL_MODEL.replace("<materials>{}</materials>", "").replace("model>", "x>").split("<x>")[1].split("</x>")[0]
+    )
+    assert [m.name for m in {body.material: 0 for body in co.load_openmc(path).bodies}] == [
+        "material 1",
+        "void",
+        "material 2",
+    ]
+    assert openmc.read(path).bodies[0].material.properties == {"id": 1}
+
+
+def test_the_example() -> None:
+    densities = [body.material.properties["density"] for body in co.load_openmc(EXAMPLE_FILES["pin"]).bodies]
+    assert densities == [10.3, 0.0016, 6.55, 0.74]
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        (FUEL.replace("kg/m3", "lb/gal"), "material 1 'fuel': density: units must be one of g/cm3, .*, got 'lb/gal'"),
+        (FUEL.replace("10300", "ten"), "material 1 'fuel': density: value must be a number, got 'ten'"),
+        (FUEL.replace(' value="10300"', ""), "material 1 'fuel': density: needs the attribute or element 'value'"),
+        (FUEL.replace('ao="1.5"', 'ao="x"'), "material 1 'fuel': nuclide: ao must be a number, got 'x'"),
+        (FUEL.replace(' name="U235"', ""), "material 1 'fuel': nuclide: needs the attribute or element 'name'"),
+        (FUEL.replace("600.5", "hot"), "material 1 'fuel': temperature must be a number, got 'hot'"),
+    ],
+)
+def test_mistakes_are_told_with_the_material(wrong: str, message: str, tmp_path: Path) -> None:
+    with pytest.raises(co.SceneFileError, match=message):
+        co.load_openmc(model(tmp_path, wrong, WATER))
