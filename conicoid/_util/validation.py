@@ -331,7 +331,8 @@ def check_npz_path(owner: str, what: str, value: Any) -> str | os.PathLike[str]:
 
 _MASK_SEARCH_DEPTH = 5
 """The depth of lists that are searched for masked entries."""
-_BELOW_ROUNDING = 2.0**-60
+BELOW_ROUNDING = 2.0**-60
+"""Components below this part of the largest of a vector are negligible, see `zero_negligible`."""
 
 
 def real_array(owner: str, field: str, values: Any, expected: str = "an array of numbers") -> FloatArray:
@@ -444,7 +445,7 @@ def zero_negligible(vectors: FloatArray) -> FloatArray:
     if not small.any():  # the usual case
         return vectors
     with np.errstate(all="ignore"):
-        trace = small & (sizes <= _BELOW_ROUNDING * sizes.max(axis=-1, keepdims=True, initial=0.0))
+        trace = small & (sizes <= BELOW_ROUNDING * sizes.max(axis=-1, keepdims=True, initial=0.0))
     return np.where(trace, 0.0, vectors) if trace.any() else vectors
 
 

@@ -58,7 +58,10 @@ def _answers() -> None:
 
 
 def _pictures() -> None:
-    """Render with each integrator."""
+    """Render with each integrator, and make rays of cameras and scans."""
+    import numpy as np
+
+    from ..queries.hit_fields import scan_lines
     from ..render.camera import EquirectangularCamera
     from ..render.integrators import INTEGRATORS
     from .scene import Scene
@@ -66,6 +69,8 @@ def _pictures() -> None:
     for integrator in INTEGRATORS:
         Scene([]).render(1, 1, samples=1, integrator=integrator)
     EquirectangularCamera((0.0, 0.0, 0.0), (0.0, 1.0, 0.0)).rays(1, 1)
+    lines, bad = np.zeros((2, 1, 3)), np.zeros(1, np.int8)
+    scan_lines(np.zeros((1, 12)), 0, 1, 1, True, 0, 1, *lines, bad)
 
 
 def _coherent() -> None:

@@ -109,6 +109,7 @@ def work() -> None:
     for integrator in ("whitted", "normals", "path", "occlusion", "albedo"):
         scene.render(24, 16, samples=1, integrator=integrator, layers="samples")
     co.FisheyeCamera((0, 0, 9), (0, 0, 0)).rays(5, 4)
+    co.Rays.from_scan(co.ct.cone([0, 30], 3, 4, 30, 10)).to_rays()
     co.Scene([co.Sphere(1.0, (k, 0, 0)).rotate((1, 2, 3), k + 0.5) for k in range(20)]).prepare()
     co.Scene([(co.Cone((0, 0, 0), (0, 0, 1), 1, 0.2) & co.Box()).rotate((1, 2, 3), 30)]).prepare()
     for shift in ((0, 0, 0), (2.0**-120, 0, 0)):  # beside a number halfway between two floats
