@@ -228,6 +228,32 @@ def normals_of(geometry: Geometry, faces: Ints, points: Floats, begin: int, end:
         normals[i, 0], normals[i, 1], normals[i, 2] = x, y, z
 
 
+@kernel(
+    origins="1 3", spawned="1 3", directions="1 3", t="1", entry="1", place="1", turn="1", surface="out 1",
+    face="out 1", side="out 1", x="out 1", y="out 1", z="out 1", nx="out 1", ny="out 1", nz="out 1",
+)  # fmt: skip
+def hit_alone(
+    geometry: Geometry, origins: Floats, spawned: Floats, directions: Floats, t: Floats, entry: Ints, place: Ints,
+    turn: Ints, surface: Ints, face: Ints, side: Ints, x: Floats, y: Floats, z: Floats, nx: Floats, ny: Floats,
+    nz: Floats,
+) -> int:  # fmt: skip
+    """Write the surface, point and normal of one hit; return 1 where `hit_points` finds it far. For `single` calls.
+
+    `spawned` is the direction of a ray that is to start there, which the call tests.
+    """
+    if entry[0] < 0:
+        return 1
+    sense: Any = 1 if turn[0] > 0 else -1
+    surface[0], face[0], side[0] = crossing_face(geometry, whole(entry[0]), whole(place[0]), sense)
+    points = np.empty((1, 3))
+    for k in range(3):
+        points[0, k] = fma(t[0], directions[0, k], origins[0, k])
+    x[0], y[0], z[0] = points[0, 0], points[0, 1], points[0, 2]
+    normal = normal_at(geometry, surface[0], side[0], x[0], y[0], z[0])
+    nx[0], ny[0], nz[0] = _without_negligible(normal[0], normal[1], normal[2])
+    return 1 if is_far(directions, t, points, 0) else 0
+
+
 @kernel(body="n", faces="3 n", points="n 3", begin="0..end", end="0..n", uv="out n 2")
 def uvs_of(geometry: Geometry, body: Ints, faces: Ints, points: Floats, begin: int, end: int, uv: Floats) -> None:
     """Write uv coordinates of hit points; NaN for misses."""

@@ -158,11 +158,14 @@ class Rays(ArrayRecord):
         return rays
 
     @classmethod
-    def _of_few(cls, lines: bytes, single: bool = False) -> Rays:
+    def _of_few(
+        cls, lines: bytes, single: bool = False, start: npt.NDArray[np.int32] = _NO_START, home: bytes | None = None
+    ) -> Rays:
         """Return a list of rays, or a single one, without validating them, from the bytes of origins and directions."""
+        start.flags.writeable = False
         rays = object.__new__(cls)
         origins, directions = np.frombuffer(lines).reshape((2, 3) if single else (2, -1, 3))
-        for name, value in zip(cls.__slots__, (None, _NO_START, directions, origins), strict=True):
+        for name, value in zip(cls.__slots__, (home, start, directions, origins), strict=True):
             object.__setattr__(rays, name, value)
         return rays
 
