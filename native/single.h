@@ -12,7 +12,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-enum { MOST_PARTS = 6 };
+enum { MOST_PARTS = 9 };
 
 typedef struct {
     int slot;  /* the first of the array */

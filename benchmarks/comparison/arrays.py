@@ -7,6 +7,9 @@ beyond it are checks, copies, sorting, memory that nobody has touched, and the m
 - `beyond-...`: the time of a query less that of the kernel, on all threads, beside that of the kernel.
 - `serial-...`: the intercept of Amdahl's law, T(n) = a + b / n, fitted to the time of a query on 1, 2, 4 and so on up
   to all threads, in percent of a + b. With 4 % sixteen cores are ten times as fast as one.
+- `alone-...`: what the main thread does alone, in percent of the processor time of all threads. Other programs hardly
+  change it.
+- `counter`: nanoseconds of a core for a piece of one ray, on all threads and, as the peer, on one.
 """
 
 from __future__ import annotations
@@ -18,16 +21,24 @@ from typing import Any
 
 import numpy as np
 
+from conicoid._jit.machine_code import SHIPPED, shipped_kernel
+from conicoid.apps.checks.check import check
+from conicoid.apps.ct import parallel3d, project
+from conicoid.apps.measures.measure import measure as measure_solid
+from conicoid.geometry.primitives import Box, Sphere
 from conicoid.kernels.threads import run_on, set_threads, thread_count
-from conicoid.queries import line_integrals, points, points as distances, ray_queries, spans
+from conicoid.queries import line_integrals, points, points as distances, ray_queries, spans, voxel_columns
+from conicoid.queries.hit_fields import check_rays
+from conicoid.render import exposure
 from conicoid.scene.scene import Scene
 
-from .harness import BenchRow, Measured, Peer, Size
+from .harness import Absent, BenchRow, Measured, Peer, Size
 from .limits import LIMIT
 from .scenes import balls, camera_rays, random_rays
 
+ONE_THREAD = Peer("itself", "one thread", lambda: "")
 KERNEL = Peer("itself", "the kernel alone", lambda: "")
-_MODULES = distances, line_integrals, points, ray_queries, spans
+_MODULES = distances, exposure, line_integrals, points, ray_queries, spans, voxel_columns
 _SHARE = 4.0  # percent
 
 Ask = Callable[[Scene, Any, Any], Any]
@@ -45,8 +56,18 @@ QUERIES: dict[str, tuple[str, int, Ask]] = {
     "contains": ("contains, random points", 1, lambda scene, at, _: scene.contains(at)),
     "body_at": ("body_at, random points", 1, lambda scene, at, _: scene.body_at(at)),
     "distance": ("distance, random points", 16, lambda scene, at, _: scene.distance(at).distance),
+    "voxels": ("voxels, a cube", 4, lambda scene, at, _: scene.voxels(shape=round(len(at) ** (1 / 3)))),
+    "picture": ("picture, 4 samples", 16, lambda scene, lines, _: scene.render(len(lines), len(lines), samples=4)),
+    "project": ("project, parallel rays", 4, lambda scene, lines, _: project(scene, _scan(len(lines)), np.ones(1000))),
+    "measure": ("measure of a ball less a box", 4, lambda _, at, __: measure_solid(Sphere(1.0) - Box(), rays=len(at))),
+    "check": ("check", 16, lambda scene, at, _: check(scene, rays=len(at))),
 }  # fmt: skip
 """By name: a title, by how much the number of rays is divided, and the query."""
+
+
+def _scan(width: int) -> Any:
+    """A scan with as many rays as a picture of a width, whose detector covers the balls."""
+    return parallel3d(np.linspace(0.0, 180.0, 16, endpoint=False), width // 4, width // 4, spacing=8.0 / width)
 
 
 @functools.cache
@@ -63,7 +84,7 @@ def _query(name: str, size: Size) -> tuple[Callable[[], Any], int]:
     lines: tuple[Any, Any]
     if name == "random":
         lines = random_rays(count)
-    elif name in ("contains", "body_at", "distance"):
+    elif name in ("contains", "body_at", "distance", "voxels", "measure", "check"):
         place = np.random.default_rng(5).uniform(-1, 1, (count, 3))
         lines = place, place
     else:
@@ -87,6 +108,10 @@ def kernel_of(query: Callable[[], Any]) -> Callable[[], None]:
     finally:
         for module in _MODULES:
             module.run_on = run_on  # type: ignore[attr-defined]
+    for (_, work, *_), _ in calls:
+        for array in getattr(work, "before", ()):
+            if isinstance(array, np.ndarray) and array.base is None:
+                array.flags.writeable = True  # a picture that is done is frozen
 
     def kernel() -> None:
         for arguments, named in calls:
@@ -153,6 +178,44 @@ def serial(name: str) -> Callable[[Size], Measured]:
     return measure
 
 
+def alone(name: str) -> Callable[[Size], Measured]:
+    """Measure what the main thread does while no other works, in percent: with two threads it else waits for them."""
+
+    def measure(size: Size) -> Measured:
+        query, _ = _query(name, size)
+        set_threads(2)
+        try:
+            query()
+            main, every = time.thread_time(), time.process_time()
+            for _ in range(size.runs):
+                query()
+            share = 100.0 * (time.thread_time() - main) / max(time.process_time() - every, 1e-9)
+        finally:
+            set_threads(None)
+        return Measured(share, _SHARE, _SHARE / max(share, 0.01), "%")
+
+    return measure
+
+
+def counter(size: Size) -> Measured:
+    """Measure pieces that take hardly longer than to take them from the counter."""
+    rays = np.ones(3 * size.rays)
+    calls = [(rays, rays, 0, size.rays, np.zeros(1, np.int8))]
+
+    def cost(threads: int) -> float:
+        begin = time.process_time()
+        pieces = SHIPPED.pieces(shipped_kernel(check_rays), *calls, 1, None)
+        pieces.start(threads)
+        while not pieces.wait(50):
+            pass
+        return 1e9 * (time.process_time() - begin) / size.rays
+
+    if SHIPPED is None:
+        raise Absent("no extension")
+    ours, theirs = (min(cost(threads) for _ in range(size.runs)) for threads in (max(2, thread_count()), 1))
+    return Measured(ours, theirs, theirs / ours, "ns")
+
+
 _BALLS = "1,000 balls, from arrays"
 
 ROWS = (
@@ -172,4 +235,9 @@ ROWS = (
         BenchRow(f"serial-{name}", title, f"{_BALLS}, serial share", LIMIT, 0.0, 1.0, serial(name))
         for name, (title, *_) in QUERIES.items()
     ),
+    *(
+        BenchRow(f"alone-{name}", title, f"{_BALLS}, the main thread", LIMIT, 0.0, 1.0, alone(name))
+        for name, (title, *_) in QUERIES.items()
+    ),
+    BenchRow("counter", "checks of one ray", "pieces of the threads", ONE_THREAD, 0.0, 0.9, counter),
 )  # fmt: skip

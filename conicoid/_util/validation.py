@@ -332,6 +332,7 @@ def check_npz_path(owner: str, what: str, value: Any) -> str | os.PathLike[str]:
 _MASK_SEARCH_DEPTH = 5
 """The depth of lists that are searched for masked entries."""
 BELOW_ROUNDING = 2.0**-60
+"""Components below this part of the largest of a vector are negligible, see `zero_negligible`."""
 
 
 def real_array(owner: str, field: str, values: Any, expected: str = "an array of numbers") -> FloatArray:

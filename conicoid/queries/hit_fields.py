@@ -1,4 +1,4 @@
-"""Compiled loops for arrays of queries: the check and the copy of rays; faces, points, normals and uv of hits."""
+"""Compiled loops for arrays: the check and the copy of rays, rays of scans; faces, points, normals and uv of hits."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._jit.decorators import fma, inline, kernel
-from .._util.validation import LARGEST, SMALLEST
+from .._util.validation import BELOW_ROUNDING, LARGEST, SMALLEST
 from ..kernels.body.entry import crossing_face
 from ..kernels.body.uv import from_center, uv_at
 from ..kernels.numbers.vectors import dot
@@ -54,6 +54,69 @@ _COPIED = 512  # rays that are copied, and checked while they are in the cache
 def _is_traceable(x: float) -> bool:
     """Return True if a number is 0 or within the domain of magnitudes, without branches."""
     return (x == 0.0) | ((abs(x) >= SMALLEST) & (abs(x) <= LARGEST))
+
+
+@inline
+def _without_negligible(x: float, y: float, z: float) -> tuple[float, float, float]:
+    """Return a vector as `zero_negligible` does."""
+    a, b, c = abs(x), abs(y), abs(z)
+    largest, every = max(a, b, c), a + b + c
+    limit = BELOW_ROUNDING * largest if every == every else -1.0  # nothing is negligible beside NaN
+    return (
+        0.0 if (a < SMALLEST) & (a <= limit) else x,
+        0.0 if (b < SMALLEST) & (b <= limit) else y,
+        0.0 if (c < SMALLEST) & (c <= limit) else z,
+    )
+
+
+@inline
+def put_ray(
+    origins: Floats, directions: Floats, i: int, ox: float, oy: float, oz: float, dx: float, dy: float, dz: float
+) -> int:
+    """Write a computed ray without negligible components; return 1 if `first_invalid` finds it, else 0."""
+    valid = _are_traceable(ox, oy, oz, dx, dy, dz)
+    if not valid:
+        ox, oy, oz = _without_negligible(ox, oy, oz)
+        dx, dy, dz = _without_negligible(dx, dy, dz)
+        valid = _are_traceable(ox, oy, oz, dx, dy, dz)
+    # The sum has 0 in place of -0
+    origins[i, 0], origins[i, 1], origins[i, 2] = ox + 0.0, oy + 0.0, oz + 0.0
+    directions[i, 0], directions[i, 1], directions[i, 2] = dx + 0.0, dy + 0.0, dz + 0.0
+    return 0 if valid & ((dx != 0.0) | (dy != 0.0) | (dz != 0.0)) else 1
+
+
+@inline
+def _are_traceable(ox: float, oy: float, oz: float, dx: float, dy: float, dz: float) -> bool:
+    """Return True if all numbers of a ray are 0 or within the domain of magnitudes."""
+    origin = _is_traceable(ox) & _is_traceable(oy) & _is_traceable(oz)
+    return origin & _is_traceable(dx) & _is_traceable(dy) & _is_traceable(dz)
+
+
+@kernel(
+    vectors="v 12", first="0..4611686018427387904", rows="1..2147483647", columns="1..2147483647", begin="0..end",
+    end="0..n", origins="out n 3", directions="out n 3", bad="out 1",
+)  # fmt: skip
+def scan_lines(
+    vectors: Floats, first: int, rows: int, columns: int, is_parallel: bool, begin: int, end: int,
+    origins: Floats, directions: Floats, bad: Signs,
+) -> None:  # fmt: skip
+    """Compute the rays to flat detectors: begin..end of those from number `first` on; bad[0] = 1 as `check_rays`."""
+    wrong, size = 0, rows * columns
+    for i in range(begin, end):
+        view, pixel = (first + i) // size, (first + i) % size
+        if view >= len(vectors):
+            break
+        w = vectors[view]
+        across, up = pixel % columns - (columns - 1) / 2, pixel // columns - (rows - 1) / 2
+        x = w[3] + across * w[6] + up * w[9]
+        y = w[4] + across * w[7] + up * w[10]
+        z = w[5] + across * w[8] + up * w[11]
+        if is_parallel:  # rays pass the pixel, else t = 1 there
+            wrong |= put_ray(origins, directions, i, x, y, z, w[0], w[1], w[2])
+        else:
+            wrong |= put_ray(origins, directions, i, w[0], w[1], w[2], x - w[0], y - w[1], z - w[2])
+    if wrong != 0:
+        bad[0] = 1
 
 
 @inline
@@ -163,6 +226,32 @@ def normals_of(geometry: Geometry, faces: Ints, points: Floats, begin: int, end:
         if faces[0, i] >= 0:
             x, y, z = normal_at(geometry, faces[0, i], faces[2, i], points[i, 0], points[i, 1], points[i, 2])
         normals[i, 0], normals[i, 1], normals[i, 2] = x, y, z
+
+
+@kernel(
+    origins="1 3", spawned="1 3", directions="1 3", t="1", entry="1", place="1", turn="1", surface="out 1",
+    face="out 1", side="out 1", x="out 1", y="out 1", z="out 1", nx="out 1", ny="out 1", nz="out 1",
+)  # fmt: skip
+def hit_alone(
+    geometry: Geometry, origins: Floats, spawned: Floats, directions: Floats, t: Floats, entry: Ints, place: Ints,
+    turn: Ints, surface: Ints, face: Ints, side: Ints, x: Floats, y: Floats, z: Floats, nx: Floats, ny: Floats,
+    nz: Floats,
+) -> int:  # fmt: skip
+    """Write the surface, point and normal of one hit; return 1 where `hit_points` finds it far. For `single` calls.
+
+    `spawned` is the direction of a ray that is to start there, which the call tests.
+    """
+    if entry[0] < 0:
+        return 1
+    sense: Any = 1 if turn[0] > 0 else -1
+    surface[0], face[0], side[0] = crossing_face(geometry, whole(entry[0]), whole(place[0]), sense)
+    points = np.empty((1, 3))
+    for k in range(3):
+        points[0, k] = fma(t[0], directions[0, k], origins[0, k])
+    x[0], y[0], z[0] = points[0, 0], points[0, 1], points[0, 2]
+    normal = normal_at(geometry, surface[0], side[0], x[0], y[0], z[0])
+    nx[0], ny[0], nz[0] = _without_negligible(normal[0], normal[1], normal[2])
+    return 1 if is_far(directions, t, points, 0) else 0
 
 
 @kernel(body="n", faces="3 n", points="n 3", begin="0..end", end="0..n", uv="out n 2")

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cached_property
+from struct import Struct
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -70,7 +71,7 @@ class Hits(QueryResult, HitDerivatives):
     _buffers: HitBuffers
     _doubtful: npt.NDArray[np.int64]
     _single: tuple[Any, ...]  # of one ray, see `_of_single`
-    _views = ("t", "body", "surface", "face", "entering", "doubtful", "_single")
+    _views = ("t", "body", "surface", "face", "entering", "doubtful", "_single", "_alone")
 
     def __init__(self, scene: PreparedScene, rays: Rays, found: HitBuffers, doubtful: Any = ()) -> None:
         vars(self).update(_scene=scene, rays=rays, _buffers=found, _doubtful=np.asarray(doubtful, np.int64))
@@ -136,9 +137,33 @@ class Hits(QueryResult, HitDerivatives):
             result.flags.writeable = False
         return result
 
+    def _call_alone(self, direction: Any = None) -> tuple[Any, ...] | None:
+        """Return what a call of `hit_alone` finds for a single hit near its ray; None where arrays must do.
+
+        direction: that of a ray which is to start there.
+        """
+        single, scene = vars(self).get("_single"), self._scene
+        if single is None or single[2] < 0:
+            return None
+        if scene.lacks_single_calls("hit"):
+            _keep_call_of_hit(scene)
+        call = scene.single_calls.get("hit")
+        if call is None:
+            return None
+        x, y, z, *along = _LINE.unpack(single[0])
+        found = call(scene, (x, y, z), along if direction is None else direction, along, single[1], *single[3:6])
+        return None if found is None or found[-1] else found
+
+    @cached_property
+    def _alone(self) -> tuple[Any, ...] | None:
+        """(_, surface, face, side, point, normal, _) of a single hit near its ray, else None."""
+        return self._call_alone()
+
     @cached_property
     def _faces(self) -> Any:
         """int32 (3, n): surface number, face number, side; -1, -1, 0 for a miss."""
+        if self._alone is not None:
+            return np.array(self._alone[1:4], np.int32).reshape(3, 1)
         found = self._buffers
         faces = empty_array((3, len(found.t)), np.int32)
         arguments = (self._scene.geometry, found.entry, found.place, found.turn)
@@ -190,6 +215,8 @@ class Hits(QueryResult, HitDerivatives):
     @cached_property
     def _places(self) -> tuple[FloatArray, FloatArray]:
         """Points, and bounds on the errors of those far from the origins of their rays: NaN for others, or empty."""
+        if self._alone is not None:
+            return np.array([self._alone[4:7]]), np.empty(0)
         t = self._buffers.t
         points, far, errors = empty_array((len(t), 3), np.float64), np.zeros(1, np.int8), np.empty(0)
         lines = lines_of(self.rays)
@@ -253,13 +280,17 @@ class Hits(QueryResult, HitDerivatives):
         return self._shaped(local, 3)
 
     @cached_property
-    @ignore_fp_errors
     def normal(self) -> FloatArray:
+        return self._shaped(self._normals if self._alone is None else np.array(self._alone[7:10]), 3)
+
+    @property
+    @ignore_fp_errors
+    def _normals(self) -> FloatArray:
         points = self._points
         normals = empty_array(points.shape, np.float64)
         arguments = (self._scene.geometry, self._faces, points)
         run_rows(normals_of, arguments, len(normals), normals)
-        return self._shaped(zero_negligible(normals), 3)
+        return zero_negligible(normals)
 
     @cached_property
     def uv(self) -> FloatArray:
@@ -268,7 +299,6 @@ class Hits(QueryResult, HitDerivatives):
         run_rows(uvs_of, arguments, len(uv), uv)
         return self._shaped(uv, 2)
 
-    @ignore_fp_errors
     def spawn(self, directions: npt.ArrayLike) -> Rays:
         """Return rays that start exactly on the hits. They skip the crossing at their origin, without an offset.
 
@@ -283,6 +313,15 @@ class Hits(QueryResult, HitDerivatives):
         ValueError
             For a NaN, infinite or zero direction of a hit, with its index.
         """
+        found = self._call_alone(directions)
+        if found is None:
+            return self._spawn_many(directions)
+        start = np.array(found[1:2], np.int32)
+        return Rays._of_few(_LINE.pack(*found[4:7], 0, 0, 0)[:24] + found[0][24:48], True, start, self._home)
+
+    @ignore_fp_errors
+    def _spawn_many(self, directions: Any) -> Rays:
+        """Return `spawn` of hits in arrays."""
         array = points_array("spawn", "directions", directions)
         shape = self._spawned_shape(array)
         # A copy: the rays own their directions, whatever the caller writes later
@@ -441,6 +480,22 @@ class Hits(QueryResult, HitDerivatives):
         fields = zip(*(getattr(first, name) for name in names), strict=True)
         rows = ((", ".join(map(str, ray)), *row) for ray, row in zip(rays, fields, strict=False))
         return html_table(("ray", *names), rows, count)
+
+
+_LINE = Struct("6d")
+
+
+def _keep_call_of_hit(scene: PreparedScene) -> None:
+    """Let a call of `hit_alone` answer for single hits from now on."""
+    lines, numbers = [np.ones((1, 3)) for _ in range(3)], [np.ones(1), *(np.zeros(1, np.int32) for _ in range(3))]
+    fields = [*(np.zeros(1, np.int32) for _ in range(3)), *(np.zeros(1) for _ in range(6))]
+    arguments = (scene.geometry, *lines, *numbers, *fields)
+    scene.keep_single_calls("hit", _first_call, ("hit_alone", arguments, (*lines, *numbers), tuple(fields)))
+
+
+def _first_call(calls: Sequence[Callable[..., Any]], scene: PreparedScene, *numbers: Any) -> Any:
+    """Return what the call finds."""
+    return calls[0](*numbers)
 
 
 def _format_hit(hits: Hits) -> str:

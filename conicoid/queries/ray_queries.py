@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 # it. If the list consists of such rows, a packet can be a square of neighbours instead of a stretch of one row. A wrong
 # guess costs time, never a hit.
 
-FEW_RAYS = 1 << 14
+FEW_RAYS = 1 << 12
 """Shorter lists are not examined, since this would take longer than it saves."""
 _LEAST = 32  # rays in a row; a few idle lanes at the end of such a row do not matter
 _PICTURE_SIDE = 8  # side of a square

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
@@ -158,11 +158,14 @@ class Rays(ArrayRecord):
         return rays
 
     @classmethod
-    def _of_few(cls, lines: bytes, single: bool = False) -> Rays:
+    def _of_few(
+        cls, lines: bytes, single: bool = False, start: npt.NDArray[np.int32] = _NO_START, home: bytes | None = None
+    ) -> Rays:
         """Return a list of rays, or a single one, without validating them, from the bytes of origins and directions."""
+        start.flags.writeable = False
         rays = object.__new__(cls)
         origins, directions = np.frombuffer(lines).reshape((2, 3) if single else (2, -1, 3))
-        for name, value in zip(cls.__slots__, (None, _NO_START, directions, origins), strict=True):
+        for name, value in zip(cls.__slots__, (home, start, directions, origins), strict=True):
             object.__setattr__(rays, name, value)
         return rays
 
@@ -467,27 +470,26 @@ class LazyRays(ArrayRecord):
         if not self._in_blocks:
             origins, directions = self._lines(begin, end)
             return Rays(origins.reshape(array_shape), directions.reshape(array_shape))
-        origins, directions = np.empty(array_shape), np.empty(array_shape)
-        if self._fill_all(begin, origins.reshape(-1, 3), directions.reshape(-1, 3)):
-            return Rays._spawned(origins, directions, np.array([-1], np.int32))
-        return Rays(origins, directions)  # raises for the first invalid ray
+        origins, directions = empty_array(array_shape, np.float64), empty_array(array_shape, np.float64)
+        bad = np.zeros(1, np.int8)
+        work = self._work(begin, origins.reshape(-1, 3), directions.reshape(-1, 3), bad)
+        run_chunks(work, end - begin, _CHECK_CHUNK if isinstance(work, KernelRange) else _BLOCK)
+        if bad[0]:
+            return Rays(origins, directions)  # raises for the first invalid ray
+        return Rays._spawned(origins, directions, np.array([-1], np.int32))
 
-    def _fill_all(self, begin: int, origins: FloatArray, directions: FloatArray) -> bool:
-        """Call `_fill` in blocks, on all threads. Return True if all rays are valid."""
-        wrong = []
+    def _work(
+        self, begin: int, origins: FloatArray, directions: FloatArray, bad: npt.NDArray[np.int8]
+    ) -> Callable[[int, int], Any]:
+        """Return what writes rays first..last of those from `begin` on; bad[0] = 1 if one is invalid."""
 
         def fill(first: int, last: int) -> None:
             lines = origins[first:last], directions[first:last]
-            self._fill(begin + first, *lines)
+            lines[0][:], lines[1][:] = self._lines(begin + first, begin + last)
             if find_invalid_ray(*lines) is not None:
-                wrong.append(first)
+                bad[0] = 1
 
-        run_chunks(fill, len(origins), _BLOCK)
-        return not wrong
-
-    def _fill(self, begin: int, origins: FloatArray, directions: FloatArray) -> None:
-        """Write rays from number `begin` of the flat list into arrays (n, 3)."""
-        origins[:], directions[:] = self._lines(begin, begin + len(origins))
+        return fill
 
     def _lines(self, begin: int, end: int) -> tuple[FloatArray, FloatArray]:
         """Return origins and directions (n, 3) of rays `begin` to `end` of the flat list."""

@@ -10,11 +10,12 @@ import numpy as np
 
 from .._jit.decorators import helper, inline, kernel, record_shapes
 from .._util.arrays import FloatArray
-from .._util.validation import zero_negligible
 from .._util.value_objects import compare_by_value
 from ..kernels.numbers.elementary import cos_sin_turns
 from ..kernels.numbers.vectors import normalize, quotient, unit_vector
-from ..kernels.tables import Floats
+from ..kernels.tables import Floats, Signs
+from ..kernels.threads import KernelRange
+from ..queries.hit_fields import put_ray
 from ..queries.rays import LazyRays
 from .camera_kinds import (
     CAMERA_NUMBERS,
@@ -42,13 +43,9 @@ class CameraRays(LazyRays):
     def shape(self) -> tuple[int, ...]:
         return self.height, self.width
 
-    def _lines(self, begin: int, end: int) -> tuple[FloatArray, FloatArray]:
-        origins, directions = np.empty((end - begin, 3)), np.empty((end - begin, 3))
-        self._fill(begin, origins, directions)
-        return origins, directions
-
-    def _fill(self, begin: int, origins: FloatArray, directions: FloatArray) -> None:
-        fill_lines(self._view, begin, self.width, self.height, origins, directions)
+    def _work(self, begin: int, origins: FloatArray, directions: FloatArray, bad: Signs) -> KernelRange:
+        before = self._view, begin, 0.5, 0.5, self.width, self.height
+        return KernelRange(pixel_lines, before, (origins, directions, bad))
 
     @cached_property
     def _view(self) -> CameraView:
@@ -223,34 +220,30 @@ def filtered_offset(view: CameraView, a: float) -> tuple[float, float]:
     first="0..4611686018427387904",
     width="1..2147483647",
     height="1..2147483647",
+    begin="0..end",
+    end="0..n",
     origins="out n 3",
     directions="out n 3",
+    bad="out 1",
 )
 def pixel_lines(
-    view: CameraView, first: int, a: float, b: float, width: int, height: int, origins: Floats, directions: Floats
-) -> None:
-    """Compute origins and unit directions through the centres of pixels, from number `first` on, row by row.
+    view: CameraView, first: int, a: float, b: float, width: int, height: int, begin: int, end: int, origins: Floats,
+    directions: Floats, bad: Signs,
+) -> None:  # fmt: skip
+    """Compute rays through the centres of pixels, row by row: rays begin..end of those from pixel `first` on.
 
-    All go through one point (a, b) of the lens; (1/2, 1/2) is its centre.
+    All go through one point (a, b) of the lens; (1/2, 1/2) is its centre. bad[0] = 1 where a ray cannot be traced.
     """
-    row, column = first // width, first % width
-    linear = view.kind == LINEAR
-    for i in range(len(origins)):
+    row, column = (first + begin) // width, (first + begin) % width
+    linear, wrong = view.kind == LINEAR, 0
+    for i in range(begin, end):
         if linear:  # merged into the loop
             ox, oy, oz, dx, dy, dz = camera_ray(view.lens, column + 0.5, row + 0.5, width, height)
         else:
             ox, oy, oz, dx, dy, dz, _ = general_ray(view, column + 0.5, row + 0.5, a, b, width, height)
-        origins[i, 0], origins[i, 1], origins[i, 2] = ox, oy, oz
-        directions[i, 0], directions[i, 1], directions[i, 2] = dx, dy, dz
+        wrong |= put_ray(origins, directions, i, ox, oy, oz, dx, dy, dz)
         column += 1
         if column == width:
             row, column = row + 1, 0
-
-
-def fill_lines(view: CameraView, begin: int, width: int, height: int, origins: Floats, directions: Floats) -> None:
-    """Write origins and unit directions (n, 3) of a picture's pixels from `begin` on: those that a picture traces."""
-    pixel_lines(view, begin, 0.5, 0.5, width, height, origins, directions)
-    for lines in (origins, directions):
-        without = zero_negligible(lines)
-        if without is not lines:
-            lines[:] = without
+    if wrong != 0:
+        bad[0] = 1

@@ -58,7 +58,10 @@ def _answers() -> None:
 
 
 def _pictures() -> None:
-    """Render with each integrator."""
+    """Render with each integrator, and make rays of cameras and scans."""
+    import numpy as np
+
+    from ..queries.hit_fields import scan_lines
     from ..render.camera import EquirectangularCamera
     from ..render.integrators import INTEGRATORS
     from .scene import Scene
@@ -66,6 +69,8 @@ def _pictures() -> None:
     for integrator in INTEGRATORS:
         Scene([]).render(1, 1, samples=1, integrator=integrator)
     EquirectangularCamera((0.0, 0.0, 0.0), (0.0, 1.0, 0.0)).rays(1, 1)
+    origins, directions = np.zeros((2, 1, 3))
+    scan_lines(np.zeros((1, 12)), 0, 1, 1, True, 0, 1, origins, directions, np.zeros(1, np.int8))
 
 
 def _coherent() -> None:
@@ -98,6 +103,7 @@ def _single_rays() -> None:
 
     from ..kernels.crossings import trace_rows_alone
     from ..kernels.first_hits import HitBuffers, trace_first_alone
+    from ..queries.hit_fields import hit_alone
     from ..queries.ray_queries import arrays_of
     from ..queries.rays import Rays
     from .scene import Scene
@@ -106,6 +112,9 @@ def _single_rays() -> None:
     arrays = arrays_of("warmup", scene, Rays((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), 0.0, math.inf)
     trace_first_alone(scene.geometry, arrays, 0, 1, HitBuffers.new(1))
     trace_rows_alone(scene.geometry, arrays, True, 0, 1, np.zeros(1, np.int32), np.zeros(1, np.int8))
+    line, none, real = np.ones((1, 3)), np.full(1, -1, np.int32), np.ones(1)
+    hits = line, line, line, real, none, none, none
+    hit_alone(scene.geometry, *hits, none, none, none, real, real, real, real, real, real)
 
 
 def _exact() -> None:

@@ -62,7 +62,7 @@ PICTURE = perspective(256, 128)
 OTHERS = {
     "none": lambda: co.Rays(np.zeros((0, 3)), np.zeros((0, 3))),
     "one": lambda: co.Rays((0, 0, -4), (0, 0, 1)),
-    "few": lambda: flat(perspective(64, 64)),
+    "few": lambda: flat(perspective(63, 64)),
     "one row": lambda: flat(perspective(1 << 14, 1)),
     "all the same": lambda: co.Rays(np.zeros((1 << 14, 3)), (0, 0, 1)),
     "in no order": lambda: flat(PICTURE, np.random.default_rng(0).permutation(256 * 128)),

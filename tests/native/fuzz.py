@@ -109,6 +109,7 @@ def work() -> None:
     for integrator in ("whitted", "normals", "path", "occlusion", "albedo"):
         scene.render(24, 16, samples=1, integrator=integrator, layers="samples")
     co.FisheyeCamera((0, 0, 9), (0, 0, 0)).rays(5, 4)
+    co.Rays.from_scan(co.ct.cone([0, 30], 3, 4, 30, 10)).to_rays()
     co.Scene([co.Sphere(1.0, (k, 0, 0)).rotate((1, 2, 3), k + 0.5) for k in range(20)]).prepare()
     co.Scene([(co.Cone((0, 0, 0), (0, 0, 1), 1, 0.2) & co.Box()).rotate((1, 2, 3), 30)]).prepare()
     for shift in ((0, 0, 0), (2.0**-120, 0, 0)):  # beside a number halfway between two floats
@@ -139,10 +140,13 @@ def _as_pages_ask(scene: Any) -> None:
     import conicoid as co
     from conicoid.kernels.crossings import trace_rows_alone
     from conicoid.kernels.first_hits import HitBuffers, trace_first_alone
+    from conicoid.queries.hit_fields import hit_alone
     from conicoid.queries.ray_queries import arrays_of
 
     arrays = arrays_of("fuzz", scene._prepared, co.Rays([(0, 0, 5), (1, 0, 5)], (0, 0, -1)), 0.0, np.inf)
     trace_first_alone(scene._prepared.geometry, arrays, 0, 2, HitBuffers.new(2))
+    lines, whole, real = (np.ones((1, 3)),) * 3, np.zeros(1, np.int32), np.ones(1)
+    hit_alone(scene._prepared.geometry, *lines, real, *[whole] * 6, *[real] * 6)
     for spans in (True, False):
         trace_rows_alone(scene._prepared.geometry, arrays, spans, 0, 2, np.zeros(2, np.int32), np.zeros(2, np.int8))
 

@@ -17,9 +17,9 @@ WIDTH, HEIGHT = 81, 61
 def lens_rays(camera, x, y, count=2000):
     """Rays through the middle of a pixel, (x, y), and many points of the lens: origins and directions."""
     pixel, view = int(y) * WIDTH + int(x), lower_view(camera, "box")
-    origins, directions = np.empty((2, count, 3))
+    (origins, directions), bad = np.empty((2, count, 3)), np.zeros(1, np.int8)
     for k, (a, b) in enumerate(np.random.default_rng(1).random((count, 2))):
-        pixel_lines(view, pixel, a, b, WIDTH, HEIGHT, origins[k : k + 1], directions[k : k + 1])
+        pixel_lines(view, pixel, a, b, WIDTH, HEIGHT, 0, 1, origins[k : k + 1], directions[k : k + 1], bad)
     return origins, directions
 
 

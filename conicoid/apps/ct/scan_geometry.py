@@ -31,7 +31,10 @@ from ..._util.validation import (
     zero_negligible,
 )
 from ..._util.value_objects import compare_by_value
+from ...kernels.tables import Signs
+from ...kernels.threads import KernelRange
 from ...numerics.portable_math import sin_cos_degrees
+from ...queries.hit_fields import scan_lines
 from ...queries.rays import LazyRays
 
 
@@ -197,6 +200,13 @@ class ScanRays(LazyRays):
         # From the source with t = 1 at the pixel; parallel rays pass the pixel.
         origins, directions = (places, first) if scan.is_parallel else (first, places - first)
         return zero_negligible(origins), zero_negligible(directions)
+
+    def _work(self, begin: int, origins: FloatArray, directions: FloatArray, bad: Signs) -> Any:
+        scan = self.geometry
+        if scan.radius != 0:
+            return super()._work(begin, origins, directions, bad)
+        before = np.ascontiguousarray(scan.vectors), begin, scan.rows, scan.columns, scan.is_parallel
+        return KernelRange(scan_lines, before, (origins, directions, bad))
 
     def _share(self, begin: int, end: int) -> tuple[LazyRays, int, int]:
         """Return the rays of the views that hold the flat rays `begin` to `end`, and their place among these."""
