@@ -430,12 +430,16 @@ class _TranslatedRows:
 
 def _first_records(groups: Ints, records: Floats) -> Ints:
     """Return for each row the row of its group whose record comes first, as `coincidence.py` chooses among equals."""
-    differing = [column for column in records.T[::-1] if (column != column[0]).any()]
-    order = np.lexsort((*differing, groups))
-    begins = np.concatenate([[True], np.diff(groups[order]) != 0])
-    firsts = np.empty(len(groups), np.int32)
-    firsts[order] = order[np.maximum.accumulate(np.where(begins, np.arange(len(order)), 0))]
-    return firsts
+    left, number = np.arange(len(groups), dtype=np.int32), int(groups.max()) + 1
+    # Column by column the rows with the least number of their group remain: much faster than to sort all
+    for column in np.ascontiguousarray(records.T):
+        if (column != column[0]).any():
+            some, own, least = groups[left], column[left], np.full(number, np.inf)
+            np.minimum.at(least, some, own)
+            left = left[own == least[some]]
+    firsts = np.full(number, len(groups), np.int32)
+    np.minimum.at(firsts, groups[left], left)
+    return firsts[groups]
 
 
 # Rotated copies: bodies of a lattice that one motion carries as a whole

@@ -8,6 +8,7 @@ come as an array, as a `RowTable`, or, for translated copies, as `FactoredRows`.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -306,16 +307,17 @@ class FactoredRows:
         every, columns = where
         if not isinstance(columns, slice):
             return self[every, columns : columns + 1][:, 0]
-        return self.of(np.arange(*every.indices(len(self))), columns.start, columns.stop)
+        return self.of(every, columns.start, columns.stop)
 
     def of(self, bodies: Any, first: int, last: int) -> Floats:
-        """Compute some columns of some bodies."""
-        rows = np.empty((len(bodies), last - first))
+        """Compute some columns of some bodies: a slice, or their numbers."""
+        rows = np.empty((len(self.offsets.index[0, bodies]), last - first))
         rows[:] = self.base[first:last]
         for each in self.indexed_columns:
             a, b = max(first, each.first), min(last, each.last)
             if a < b:
-                rows[:, a - first : b - first] = each.values[:, a - each.first : b - each.first][each.index[bodies]]
+                values = each.values[:, a - each.first : b - each.first]
+                rows[:, a - first : b - first] = values.take(each.index[bodies], axis=0)
         for at in self.slanted:
             if first <= at + 3 < last:
                 # The constant of an affine map after a shift: its linear part times the offset is subtracted.
@@ -368,8 +370,8 @@ class FactoredRows:
 
 def shift_boxes(box: Floats, offsets: Floats) -> Floats:
     """Shift a box (6,) low and high by each of (n, 3), and widen it."""
-    wider = _box_slack(box, np.abs(offsets).max(axis=1))[:, None]
-    return np.concatenate([box[:3] + (offsets - wider), box[3:] + (offsets + wider)], axis=1)
+    wider = _box_slack(box, functools.reduce(np.maximum, np.abs(offsets.T)))
+    return np.stack([*(box[:3, None] + (offsets.T - wider)), *(box[3:, None] + (offsets.T + wider))], axis=1)
 
 
 def _box_slack(box: Floats, distance: Any) -> Any:
