@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 from _pytest.raises import RaisesExc
+from hypothesis import HealthCheck, settings
 
 from . import messages, samples
 
@@ -35,8 +36,10 @@ collect_ignore = sorted({*OF_THE_COMPILER, *_compile()}) if find_spec("numba") i
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Let `samples` know which cases this run wants."""
+    """Let `samples` know which cases this run wants; no example of Hypothesis fails because a machine is slow."""
     samples.choose(config.option.markexpr)
+    settings.register_profile("any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+    settings.load_profile("any machine")
 
 
 def pytest_pycollect_makeitem(collector: pytest.Collector, obj: Any) -> list[pytest.Item] | None:
