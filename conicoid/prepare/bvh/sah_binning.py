@@ -101,7 +101,7 @@ def fill_bins(
 
 @kernel(bins="1..16", boxes="out 504", counts="48")
 def best_cut(scales: tuple[float, float, float], bins: int, boxes: Floats, counts: Counts) -> Cut:
-    """Return the cut with the least sum of area times count; what is behind the bins is overwritten."""
+    """Return the cut with the least sum of area times count; overwrite the room behind the bins."""
     # The axes side by side, so that no sum of boxes waits for the one before, and without branches to guess wrongly
     for k in range(3):
         clear(boxes, _LAST + SIZE * k)
