@@ -1,18 +1,14 @@
-"""Batch lowering: record the lowering of one primitive on a tape, and play it for all primitives of equal structure.
-
-Shapes are alike if their types and the structure of their fields agree (as many numbers, or none), whatever their
-motions. Each kind has a few recordings, because comparisons of numbers turn out one way or the other. What they cannot
-decide is left to `lower_shape`: numbers that four floats leave open, kinds that inspect their numbers in untraceable
-ways, and kinds with too few shapes.
+"""Batches of bodies: primitives as `primitive_batch.py` lowers them, and Boolean bodies composed of theirs.
 
 A Boolean body passes through these files, in this order:
 
 1. `body_collector.py` hands each body to `BatchLowering` here.
 2. `csg_plan.py` splits it into its primitives and the plan by which they are combined.
 3. `motion_batch.py` computes the motions of the primitives, each once.
-4. `tape/recording_cache.py` finds or records the formulas of their kind; `tape/program.py` plays them for all at once.
+4. `primitive_batch.py` finds or records the formulas of their kind (`tape/recording_cache.py`), and plays them for all
+   at once (`tape/program.py`).
    Supports that no tape can hold are computed by the shapes, in between.
-5. `csg_batch.py` composes the rows of the primitives to the row of the body.
+5. `CsgComposition` here composes the rows of the primitives to the row of the body.
 6. `csg_plan.py` finds its box, by `region_extent.py` where the boxes of the parts are not enough. Polyhedra have
    theirs from `polyhedron_extent.py`.
 7. `tables_builder.py` lays out the rows (`pattern.py`) as columns; `coincidence.py` merges equal surfaces.
@@ -23,463 +19,231 @@ A Boolean body passes through these files, in this order:
 from __future__ import annotations
 
 import dataclasses
-import itertools
-import math
 from collections.abc import Callable, Container, Hashable, Iterator, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
+from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
 from .._util.arrays import unique_first_with_inverse, unique_sorted, unique_with_inverse
 from ..geometry.bulk import Bulk
-from ..geometry.cell import Cell, Face
+from ..geometry.cell import Cell, Not, Tree
 from ..geometry.shape import Boolean, Painted, Primitive, Shape, region_bounds
-from ..geometry.transform import IDENTITY_MOTION, Motion, Step
-from ..kernels.tables import CELL, MAP_SIZE, PLANE, PLANE_SIZE, Floats, Ints, Longs, Signs
+from ..geometry.transform import IDENTITY_MOTION, Motion
+from ..kernels.tables import CELL, REGION, Floats, Ints
 from ..materials.material import Material
-from ..numerics.tracing import Tape, TracedFloat
-from .assembly import Assembly, SurfaceSlot
-from .csg_batch import CsgArray, CsgBatch, CsgComposition, exceeds_translation
-from .csg_plan import FORMS, CsgPlan, PrimitiveForm, bound_bodies, box_columns, csg_plan, is_subclass, placed_primitives
-from .lower_shape import LoweredShape, compute_shape, lower_shape
-from .motion_batch import MotionBatch, MotionChains, count_translations, input_motion
-from .pattern import BOX_NUMBERS, FRAME_NUMBERS, BodyPattern, RowTable
-from .polyhedron_extent import learn_bounds, polyhedron_boxes
-from .pytree import flatten, flatten_all, positions_by_key, unflatten
-from .tape import recording_cache
-from .tape.program import NO_INPUTS
+from .assembly import UNBOUNDED, Assembly, SurfaceSlot
+from .csg_plan import (
+    FORMS,
+    CsgPlan,
+    PrimitiveForm,
+    bound_bodies,
+    box_columns,
+    csg_plan,
+    fold_plan,
+    is_subclass,
+)
+from .lower_shape import LoweredShape, combine_trees, cullable_cells, lower_shape, widen_boxes
+from .motion_batch import MotionChains
+from .pattern import BOX_NUMBERS, FRAME_NUMBERS, BodyPattern, RowTable, row_blocks
+from .primitive_batch import LeftPrimitive, PrimitiveBatch, PrimitiveRows
+from .pytree import positions_by_key
 
-if TYPE_CHECKING:
-    from ..geometry.polyhedron import Polyhedron
+# Boolean bodies of one plan: listed one by one, or many in one entry
 
-
-class ShapeBatch(Protocol):
-    """Shapes of equal structure, with their parameters."""
-
-    def __len__(self) -> int: ...
-
-    def of(self, index: int) -> tuple[Shape, tuple[Step, ...]]:
-        """Return one of the shapes, and the steps that move it."""
-        ...
-
-    def columns(self) -> tuple[Floats, Ints, Ints]:
-        """Return the parameters (n, numbers), and for each shape its motion and its place."""
-        ...
+_IN_PLACE = np.array([1.0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0])
 
 
 @dataclass
-class _ShapeList:
-    """Shapes of single bodies, and of parts of Boolean ones, added block by block."""
+class CsgBatch:
+    """Boolean bodies of one plan.
 
-    shapes: list[Shape] = field(default_factory=list)
-    steps: list[tuple[Step, ...]] = field(default_factory=list)
-    numbers: list[Floats] = field(default_factory=list)
-    motions: list[Ints] = field(default_factory=list)
-    places: list[Ints] = field(default_factory=list)
+    Their shapes, their plans without their own motions, their numbers, the places of their first leaves, and the rows
+    of their frames.
+    """
 
-    def __len__(self) -> int:
-        return len(self.shapes)
+    shapes: list[Boolean] = field(default_factory=list)
+    plans: list[CsgPlan] = field(default_factory=list)
+    numbers: list[int] = field(default_factory=list)
+    first: Ints = field(default_factory=lambda: np.zeros(0, np.int32))
+    frames: Ints = field(default_factory=lambda: np.zeros(0, np.int32))
 
-    def add(self, shapes: Sequence[Shape], steps: list[tuple[Step, ...]], which: Longs, places: Ints) -> None:
-        """Add some of these shapes, with the steps of each."""
-        self.shapes += [shapes[k] for k in which.tolist()]
-        self.steps += steps
-        self.places.append(places[which])
+    def some(self, begin: int, end: int) -> CsgBatch:
+        """Select some of the bodies, before they have places."""
+        return CsgBatch(self.shapes[begin:end], self.plans[begin:end], self.numbers[begin:end])
 
-    def of(self, index: int) -> tuple[Shape, tuple[Step, ...]]:
-        """`ShapeBatch.of`"""
-        return self.shapes[index], self.steps[index]
+    def of(self, index: int) -> tuple[Boolean, CsgPlan]:
+        """Return one of the bodies, and its plan."""
+        plan = csg_plan(self.shapes[index])
+        assert plan is not None
+        return self.shapes[index], plan
 
-    def columns(self) -> tuple[Floats, Ints, Ints]:
-        """`ShapeBatch.columns`"""
-        return np.concatenate(self.numbers), np.concatenate(self.motions), np.concatenate(self.places)
+    def frames_of(self, rows: Ints, known: Floats) -> Floats:
+        """Return maps from world to local coordinates of the bodies (n, 12).
 
-
-@dataclass
-class _ShapeArray:
-    """One primitive of each of the many bodies of a bulk entry."""
-
-    shape: Bulk
-    leaf: int
-    steps: tuple[Step, ...]
-    numbers: Floats
-    motion: int
-    places: Ints
-
-    def __len__(self) -> int:
-        return len(self.places)
-
-    def of(self, index: int) -> tuple[Shape, tuple[Step, ...]]:
-        """`ShapeBatch.of`"""
-        return placed_primitives(self.shape.single(index))[self.leaf]
-
-    def columns(self) -> tuple[Floats, Ints, Ints]:
-        """`ShapeBatch.columns`"""
-        return self.numbers, np.full(len(self), self.motion, np.int32), self.places
-
-
-@dataclass
-class _Polyhedra:
-    """Polyhedra of equally many faces, added block by block: their faces are lowered as shapes."""
-
-    shapes: list[Polyhedron] = field(default_factory=list)
-    steps: list[tuple[Step, ...]] = field(default_factory=list)
-    motions: list[Ints] = field(default_factory=list)
-    places: list[Ints] = field(default_factory=list)
-
-    def __len__(self) -> int:
-        return len(self.shapes) * self.faces
-
-    @property
-    def faces(self) -> int:
-        """How many faces each has."""
-        return self.shapes[0]._face_count
-
-    def of(self, index: int) -> tuple[Shape, tuple[Step, ...]]:
-        """`ShapeBatch.of`"""
-        which, face = divmod(index, self.faces)
-        return self.shapes[which]._face(face), self.steps[which]
-
-    @cached_property
-    def planes(self) -> Floats:
-        """(n, 4 faces) normals and offsets."""
-        normals = np.array([shape.normals for shape in self.shapes])
-        offsets = np.array([shape.offsets for shape in self.shapes])
-        return np.concatenate([normals, offsets[:, :, None]], axis=2).reshape(len(normals), -1)
-
-    def columns(self) -> tuple[Floats, Ints, Ints]:
-        """`ShapeBatch.columns`"""
-        learn_bounds(self.shapes, self.planes)
-        motions, places = np.concatenate(self.motions), np.concatenate(self.places)
-        common = [np.array([shape.near for shape in self.shapes])]
-        if count_translations(self.steps[0]) > 0:
-            common.append(np.array([[x for step in steps for x in step.offset] for steps in self.steps]))  # type: ignore[union-attr]
-        numbers = [self.planes.reshape(-1, 4), *(np.repeat(each, self.faces, axis=0) for each in common)]
-        return np.concatenate(numbers, axis=1), np.repeat(motions, self.faces), places
-
-
-@dataclass
-class _BatchInputs:
-    """Some shapes of equal structure: which ones, their parameters, the numbers of motions, and the motion of each."""
-
-    like: ShapeBatch
-    chosen: Longs
-    numbers: Floats
-    motions_given: Floats
-    motions: Ints
-
-
-PrimitiveRows: TypeAlias = tuple[PrimitiveForm, Ints, RowTable]
-"""Primitives of one form, with a place and a row each."""
-_LeftPrimitive: TypeAlias = tuple[Shape, tuple[Step, ...], int]
-"""A primitive that is not lowered, the steps that move it, and its place."""
-
-
-class PrimitiveBatch:
-    """Primitives to be lowered together; each has a place in a common numbering."""
-
-    def __init__(self) -> None:
-        self._motions = MotionBatch()
-        self.frames = np.zeros((0, FRAME_NUMBERS))
-        """(motions, 12) the inverse of each motion that `frame` numbered; NaN where it is not known."""
-        self._like: dict[Hashable, _ShapeList] = {}
-        self._many: list[tuple[Hashable, _ShapeArray]] = []
-        self._polyhedra: dict[tuple[int, Hashable], _Polyhedra] = {}
-
-    def add_many(self, shape: Bulk, places: Ints) -> None:
-        """Add the primitives of the bodies of a bulk entry; places (bodies, primitives)."""
-        for leaf, (primitive, steps) in enumerate(placed_primitives(shape.single(0))):
-            flat = flatten(primitive)
-            assert flat is not None
-            numbers = shape.numbers(leaf)
-            key, more, row = self._motion(flat.form, steps, len(shape))
-            if more:
-                numbers = np.concatenate([numbers, np.tile(np.array(more), (len(numbers), 1))], axis=1)
-            self._many.append(
-                (key, _ShapeArray(shape, leaf, steps, numbers, row, np.ascontiguousarray(places[:, leaf])))
-            )
-
-    def _motion(self, form: Hashable, steps: tuple[Step, ...], uses: int = 1) -> tuple[Hashable, list[float], int]:
-        """Return (key of equal structure, numbers of the steps where the recording reads them, number of the motion).
-
-        Translations are recorded with their offsets as inputs; any other motion is an input itself.
+        `rows` are rows of `known`; a negative row stands for a body with a translation or no motion. Nothing is rounded
+        in a translation, so its inverse is the negated offset, as in `Motion.inverse_rows`.
         """
-        if count_translations(steps) >= 0:
-            return (form, len(steps)), [x for step in steps for x in step.offset], 0  # type: ignore[union-attr]
-        return (form, "moved"), [], self._motions.row(steps, uses)
-
-    def add(self, shapes: Sequence[Shape], chains: MotionChains, places: Ints) -> Longs:
-        """Add shapes, each moved by steps and for a place.
-
-        Return the positions of those that must be lowered singly.
-        """
-        counts_of_faces = np.array([shape._face_count for shape in shapes])
-        in_batch = counts_of_faces > 0
-        if in_batch.any():
-            self._add_polyhedra(shapes, counts_of_faces, chains, places)
-        others = np.flatnonzero(~in_batch)
-        for group in flatten_all([shapes[k] for k in others.tolist()] if len(others) < len(shapes) else shapes):
-            group = dataclasses.replace(group, which=others[group.which])
-            in_batch[group.which] = True
-            counts = chains.translations[group.which]
-            for count in sorted(set(counts.tolist())):
-                some = np.flatnonzero(counts == count)
-                which = group.which[some]
-                like = self._like.setdefault((group.form, "moved" if count < 0 else count), _ShapeList())
-                like.add(shapes, [chains.steps[k] for k in which.tolist()], which, places)
-                numbers, motions = group.numbers[some], np.zeros(len(which), np.int32)
-                if count < 0:
-                    motions = self._motions.rows(chains, which)
-                elif count:
-                    offsets = [step.offset for steps in like.steps[-len(which) :] for step in steps]  # type: ignore[union-attr]
-                    numbers = np.concatenate([numbers, np.array(offsets).reshape(len(which), -1)], axis=1)
-                like.numbers.append(numbers)
-                like.motions.append(motions)
-        return np.flatnonzero(~in_batch)
-
-    def _add_polyhedra(self, shapes: Sequence[Any], counts: Longs, chains: MotionChains, places: Ints) -> None:
-        """Add polyhedra, whose faces are lowered together."""
-        from ..geometry.polyhedron import PolyhedronFace
-
-        flat = flatten(PolyhedronFace((1.0, 0.0, 0.0), 0.0, (0.0, 0.0, 0.0)))
-        assert flat is not None
-        codes = counts * (2 + int(chains.translations.max())) + chains.translations  # translations are -1 or more
-        for code in unique_sorted(codes[counts > 0]).tolist():
-            which = np.flatnonzero(codes == code)
-            some, count = which.tolist(), int(chains.translations[which[0]])
-            key = int(counts[which[0]]), (flat.form, "moved" if count < 0 else count)
-            like = self._polyhedra.setdefault(key, _Polyhedra())
-            like.shapes += [shapes[k] for k in some]
-            like.steps += [chains.steps[k] for k in some]
-            like.places.append(places[which])
-            like.motions.append(self._motions.rows(chains, which) if count < 0 else np.zeros(len(which), np.int32))
-
-    def frames_of(self, chains: MotionChains) -> Ints:
-        """`frame` of many chains of steps; -1 for chains of at most one translation."""
-        more = np.flatnonzero((chains.translations < 0) | (chains.translations > 1))
-        found = np.full(len(chains.steps), -1, np.int32)
-        found[more] = self._motions.rows(chains, more)
+        if len(known):
+            found = known[rows]
+        else:
+            found = np.empty((len(rows), FRAME_NUMBERS))
+        plain = np.flatnonzero(rows < 0)
+        found[plain] = _IN_PLACE
+        shifted = [place for place in plain.tolist() if self.shapes[place].motion.steps]
+        found[shifted, 3::4] = -np.array([self.shapes[place].motion.shift for place in shifted]).reshape(-1, 3)
         return found
 
-    def frame(self, steps: tuple[Step, ...], uses: int = 1) -> int:
-        """Number the motion of these steps in `frames`; to be called before the primitives are lowered."""
-        return self._motions.row(steps, uses)
+    def columns(self) -> tuple[Ints, Ints, Ints]:
+        """Return body numbers, places and rows of frames as arrays."""
+        return np.array(self.numbers, np.int32), self.first, self.frames
 
-    @property
-    def places_of_polyhedra(self) -> set[int]:
-        """The places of polyhedra of many faces."""
-        if not self._polyhedra:
-            return set()
-        from ..geometry.polyhedron import MANY_FACES
 
-        many = (like for like in self._polyhedra.values() if like.faces >= MANY_FACES)
-        return {place for like in many for places in like.places for place in places.tolist()}
+@dataclass
+class CsgArray:
+    """Many Boolean bodies in one entry: number of the first body, place of its first leaf, and the frame of all."""
 
-    @property
-    def kinds(self) -> int:
-        """How many kinds of equal structure were added."""
-        return len(self._like) + len(self._many) + len(self._polyhedra)
+    shape: Bulk
+    number: int
+    first: int
+    frame: int
 
-    def lower(self, report: Callable[[int], Any] = lambda _: None) -> tuple[list[PrimitiveRows], list[_LeftPrimitive]]:
-        """Lower all primitives; `report` receives the count of kinds done.
+    def of(self, index: int) -> tuple[Boolean, CsgPlan]:
+        """`CsgBatch.of`"""
+        shape = self.shape.single(index)
+        assert isinstance(shape, Boolean)
+        plan = csg_plan(shape)
+        assert plan is not None
+        return shape, plan
 
-        Return those lowered together, and those that are left.
-        """
-        motions_given, similar, self.frames = self._motions.compute()
-        results: list[PrimitiveRows] = []
-        left: list[_LeftPrimitive] = []
-        every: list[tuple[Hashable, ShapeBatch]] = [*self._like.items(), *self._many]
-        for done, (key, like) in enumerate(every):
-            report(done)
-            numbers, motions, places = like.columns()
-            for kind, rows_of_kind in _split_by_motion(key, motions, similar):
-                given = _BatchInputs(like, rows_of_kind, numbers[rows_of_kind], motions_given, motions[rows_of_kind])
-                found, rest = self._lower_kind(key, kind, given)
-                results += [(form, places[rows_of_kind[which]], rows) for form, which, rows in found]
-                left += [(*like.of(i), int(places[i])) for i in rows_of_kind[rest].tolist()]
-        for done, ((_, key), polyhedra) in enumerate(self._polyhedra.items(), start=len(every)):
-            from ..geometry.polyhedron import MANY_FACES
+    def frames_of(self, rows: Ints, known: Floats) -> Floats:
+        """`CsgBatch.frames_of`"""
+        own = known[self.frame] if self.frame >= 0 else translation_frame(self.shape.motion)
+        return np.broadcast_to(own, (len(rows), FRAME_NUMBERS))
 
-            report(done)
-            if len(polyhedra) >= MANY_FACES:
-                results.append(self._lower_polyhedra(key, polyhedra, motions_given, similar))
-                continue
-            of_places = np.concatenate(polyhedra.places).tolist()
-            left += zip(polyhedra.shapes, polyhedra.steps, of_places, strict=True)
-        return results, left
+    def columns(self) -> tuple[Ints, Ints, Ints]:
+        """`CsgBatch.columns`"""
+        count, leaves = len(self.shape), len(self.shape.leaves)
+        every = np.arange(count, dtype=np.int32)
+        return self.number + every, self.first + leaves * every, np.full(count, self.frame, np.int32)
 
-    def _lower_polyhedra(self, key: Hashable, of: _Polyhedra, given: Floats, similar: Signs) -> PrimitiveRows:
-        """Return the rows of polyhedra, from the rows of their faces: each computed apart if it is of a rare kind."""
-        numbers, motions, places = of.columns()
-        faces = np.empty((len(of), _FACE_NUMBERS))
-        for kind, some in _split_by_motion(key, motions, similar):
-            found, rest = self._lower_kind(key, kind, _BatchInputs(of, some, numbers[some], given, motions[some]))
-            for _, which, rows in found:
-                faces[some[which]] = rows[:, :_FACE_NUMBERS]
-            for i in some[rest].tolist():
-                shape, steps = of.of(i)
-                faces[i] = compute_shape(shape._under_steps(steps)).row[:_FACE_NUMBERS]
-        count, own = len(of.shapes), motions[:: of.faces]
-        frames = np.tile(np.eye(3, 4).ravel(), (count, 1))
-        forward, translations = None, count_translations(of.steps[0])
-        if translations < 0:
-            frames = self.frames[own]
-            forward = given[own, :FRAME_NUMBERS].reshape(count, -1)
-        elif translations == 1:
-            frames[:, 3::4] = -numbers[:: of.faces, -3:]
-        for row in range(count) if translations > 1 else np.flatnonzero(np.isnan(frames[:, 0])).tolist():
-            frames[row] = np.ravel(Motion(of.steps[row]).inverse_rows)
-        parts = [
-            faces[:, :_PLANE_NUMBERS].reshape(count, -1), faces[:, _PLANE_NUMBERS:].reshape(count, -1),
-            polyhedron_boxes(of.shapes, of.steps, of.planes, forward), frames,
-        ]  # fmt: skip
-        form = _polyhedron_form(of.faces)
-        whole = np.concatenate(parts, axis=1)
-        return form, places, RowTable.of(whole, np.arange(whole.shape[1], dtype=np.int32))
 
-    def _lower_kind(
-        self, key: Hashable, similar: bool | None, of: _BatchInputs
-    ) -> tuple[list[tuple[PrimitiveForm, Longs, RowTable]], Longs]:
-        """`lower` for some shapes of equal structure, by their positions among them; and the positions that are left.
+def exceeds_translation(motion: Motion) -> bool:
+    """Return whether a motion is more than a translation."""
+    steps = motion.steps
+    return len(steps) > 1 or (len(steps) == 1 and motion.shift is None)
 
-        `similar` says whether their motions are similarities; where that is None, all are left.
-        """
-        every = np.arange(len(of.chosen))
-        if similar is None:
-            return [], every
-        if not of.like.of(int(of.chosen[0]))[0]._support_is_apart:  # type: ignore[attr-defined]
-            return self._play_kind(key, similar, of, every, np.zeros((len(every), 0)))
-        reaches, which, left = self._reaches(key, similar, of)
-        results = []
-        for some in positions_by_key(list(map(tuple, np.where(np.isfinite(reaches), 0.0, reaches).tolist()))).values():
-            found, rest = self._play_kind(key, similar, of, which[some], reaches[some])
-            results += found
-            left = np.concatenate([left, rest])
-        return results, left
 
-    def _reaches(self, key: Hashable, similar: bool, of: _BatchInputs) -> tuple[Floats, Longs, Longs]:
-        """Return the supports that give the boxes of shapes (n, 6), the positions of these shapes, and those left.
+def translation_frame(motion: Motion) -> Any:
+    """Return the map from world to local coordinates of a body with a translation, or no motion."""
+    return np.array(Motion(motion.steps).inverse_rows).ravel() if motion.steps else _IN_PLACE
 
-        One recording gives the directions, the shapes themselves their supports, and another recording all numbers.
-        """
 
-        def record(row: int, tape: Tape) -> None:
-            shape, steps = of.like.of(int(of.chosen[row]))
-            traced = _trace_shape(shape, steps, tape, _is_moved(key), similar)
+# Composition: the pattern and rows of Boolean bodies from those of their primitives
+#
+# A `CsgPlan` gives the tree of Boolean nodes with places for the primitives. The form of each primitive
+# (`PrimitiveForm`: pattern and tree of cells) and the plan give the body's pattern, and the source of each of its
+# columns.
 
-            def write(direction: Any) -> float:
-                for number in direction:
-                    tape.write(number)
-                return 1.0
 
-            object.__setattr__(traced, "support", write)
-            traced.ends(traced.under())
+@dataclass
+class CsgComposition:
+    """The pattern of bodies of one plan with primitives of these forms, and the sources of their columns."""
 
-        given = self._given(key, of)
-        results, left = recording_cache.RECORDINGS.play(
-            ("directions", key, similar), record, of.numbers, given, of.motions
+    pattern: BodyPattern
+    sources: list[tuple[int, int, int]] = field(default_factory=list)
+    """(part, first column, last column) of each piece of a row up to the boxes of leaves."""
+    boxes: list[int] = field(default_factory=list)
+    """For each leaf of the program the part whose box holds it; -1 for none."""
+    faces: list[int] = field(default_factory=list)
+    """The first face of each part."""
+
+    @classmethod
+    def of(cls, key: Sequence[Hashable], forms: Sequence[PrimitiveForm]) -> CsgComposition:
+        """Compose the trees of the forms as the plan says; recent compositions are cached."""
+        return _cached_composition(tuple(key), tuple(forms))
+
+    @classmethod
+    def compose(cls, key: Sequence[Hashable], forms: Sequence[PrimitiveForm]) -> CsgComposition:
+        """`of`, without the cache."""
+        trees, faces, count = [], [], 0
+        for part, form in enumerate(forms):
+            assert form.tree is not None
+            trees.append(_place_tree(form.tree, part, count, form.pattern))
+            faces.append(count)
+            count += len(form.pattern.angular)
+        tree = fold_plan(key, trees, combine_trees)
+        part_of_cell = {id(cell): part for part, of in enumerate(trees) for cell in cullable_cells(of)}
+        assembly = Assembly()
+        if isinstance(tree, Cell):
+            kind, index = CELL, assembly.cell(tree)
+        else:
+            kind, index = REGION, assembly.program(tree, part_of_cell)
+        angular = [bool(turns) for form in forms for turns in form.pattern.angular]
+        maps, rows, sources = [], 0, []
+        for form in forms:
+            maps += (form.pattern.maps + rows).tolist()
+            rows += form.pattern.map_rows
+        for slot in assembly.surfaces:
+            assert isinstance(slot, SurfaceSlot)
+            _, column, sense = forms[slot.part].pattern.records[slot.number]
+            sources.append((slot.part, column, sense + 1))
+        for part, form in enumerate(forms):
+            sources.append((part, form.pattern.uv_at, form.pattern.bounds_at))
+        boxes = [-1 if box is UNBOUNDED else box for box in assembly.leaf_bounds]
+        return cls(BodyPattern.of(assembly, kind, index, angular, maps), sources, boxes, faces)
+
+    def rows(self, parts: Sequence[RowTable], boxes: Floats, frames: Floats) -> RowTable:
+        """Compose rows of bodies from the rows of their parts, their boxes and their frames."""
+        grown = {part: _column_table(_widen_part_boxes(parts[part])) for part in set(self.boxes) if part >= 0}
+        if -1 in self.boxes:
+            grown[-1] = _column_table(np.broadcast_to(np.array(UNBOUNDED), (len(boxes), BOX_NUMBERS)))
+        sources = [(parts[part], first, last) for part, first, last in self.sources]
+        sources += [(grown[part], 0, BOX_NUMBERS) for part in self.boxes]
+        return RowTable.joined(
+            [*sources, (_column_table(boxes), 0, BOX_NUMBERS), (_column_table(frames), 0, FRAME_NUMBERS)]
         )
-        reaches, places = [np.zeros((0, BOX_NUMBERS))], [np.zeros(0, np.int64)]
-        for _, which, played in results:
-            shapes = [of.like.of(number)[0] for number in of.chosen[which].tolist()]
-            reaches.append(type(shapes[0])._supports(shapes, played.floats.reshape(-1, BOX_NUMBERS, 3)))  # type: ignore[attr-defined]
-            places.append(which)
-        return np.concatenate(reaches), np.concatenate(places), left
-
-    def _given(self, key: Hashable, of: _BatchInputs) -> Floats:
-        """Return the numbers of the motions where the recordings of a kind read them."""
-        return of.motions_given if _is_moved(key) else NO_INPUTS
-
-    def _play_kind(
-        self, key: Hashable, similar: bool, of: _BatchInputs, some: Longs, reaches: Floats
-    ) -> tuple[list[tuple[PrimitiveForm, Longs, RowTable]], Longs]:
-        """`_lower_kind` for some of the shapes; `reaches` (n, 6) are their supports where these are computed apart.
-
-        The same supports are infinite for all of them.
-        """
-
-        def record(row: int, tape: Tape) -> tuple[PrimitiveForm, Ints]:
-            shape, steps = of.like.of(int(of.chosen[some[row]]))
-            traced = _trace_shape(shape, steps, tape, _is_moved(key), similar)
-            if reaches.shape[1]:
-                ends = itertools.cycle([tape.input(x) if math.isfinite(x) else x for x in reaches[row].tolist()])
-                object.__setattr__(traced, "support", lambda _: next(ends))
-            part = compute_shape(traced)
-            expected = compute_shape(shape._under_steps(steps))
-            if part.pattern != expected.pattern or list(map(_float_key, part.row)) != list(
-                map(_float_key, expected.row)
-            ):
-                raise TypeError("a traced shape has another pattern or other numbers than the shape itself")
-            return FORMS.of(part.pattern, part.tree), _write_row(part, tape)
-
-        is_finite: Any = np.isfinite(reaches).all(axis=0)
-        endless = tuple(reaches[0, ~is_finite].tolist()), tuple(is_finite.tolist())
-        found, left = recording_cache.RECORDINGS.play(
-            (key, similar, endless), record, np.concatenate([of.numbers[some], reaches[:, is_finite]], axis=1),
-            self._given(key, of), of.motions[some],
-        )  # fmt: skip
-        return [
-            (form, some[which], RowTable.of(played.floats, columns)) for (form, columns), which, played in found
-        ], some[left]
 
 
-def _is_moved(key: Hashable) -> bool:
-    """Return whether shapes of a kind have motions other than translations."""
-    return isinstance(key, tuple) and key[1] == "moved"
+def _widen_part_boxes(rows: RowTable) -> Floats:
+    """Widen the boxes of parts to boxes of leaves."""
+    found = np.empty((len(rows), BOX_NUMBERS))
+    for some in row_blocks(len(rows)):
+        found[some] = widen_boxes(box_columns(rows[some]))
+    return found
 
 
-_PLANE_NUMBERS = 2 * PLANE_SIZE + 1
-"""The record of a plane, its remainders, and its sense."""
-_FACE_NUMBERS = _PLANE_NUMBERS + 2 * MAP_SIZE
+def _column_table(values: Floats) -> RowTable:
+    """Wrap an array as rows with all its columns in order."""
+    return RowTable.of(values, np.arange(values.shape[1], dtype=np.int32))
 
 
-@lru_cache(maxsize=8)
-def _polyhedron_form(count: int) -> PrimitiveForm:
-    """Return the form of a polyhedron of so many faces, each with a map of two rows of its own."""
-    assembly = Assembly([SurfaceSlot(PLANE, 0, i) for i in range(count)])
-    assembly.cells, assembly.cell_planes = [(-1, 1, -1)], [count]
-    assembly.planes = [(i, 1, i) for i in range(count)]
-    maps = [(2 * i, 2 * i + 1, 2 * i) for i in range(count)]
-    pattern = BodyPattern.of(assembly, CELL, 0, [False] * count, maps)
-    return FORMS.of(pattern, Cell(tuple(Face(i, i) for i in range(count))))  # type: ignore[arg-type]
+@lru_cache(maxsize=64)
+def _cached_composition(key: tuple[Hashable, ...], forms: tuple[PrimitiveForm, ...]) -> CsgComposition:
+    """`CsgComposition.compose`, cached: forms are unique objects, and nobody changes a composition."""
+    return CsgComposition.compose(key, forms)
 
 
-def _write_row(part: LoweredShape, tape: Tape) -> Ints:
-    """Make a tape write each number of a row once; return which of the written numbers is in each column."""
-    places: dict[int, int] = {}
-    columns = [places.setdefault(tape.plain_of(number).register, len(places)) for number in part.row]
-    tape.written += places
-    return np.array(columns, np.int32)
+def _place_tree(tree: Tree, part: int, first_face: int, pattern: BodyPattern) -> Tree:
+    """Renumber the tree of a form as one part of a body."""
+    if isinstance(tree, Cell):
+        return Cell(
+            tuple(
+                dataclasses.replace(
+                    face,
+                    surface=SurfaceSlot(int(pattern.kinds[face.surface]), part, face.surface),  # type: ignore[arg-type, call-overload]
+                    number=first_face + face.number,
+                )
+                for face in tree.faces
+            )
+        )
+    if isinstance(tree, Not):
+        return Not(_place_tree(tree.part, part, first_face, pattern))
+    return type(tree)(tuple(_place_tree(each, part, first_face, pattern) for each in tree.parts))
 
 
-def _float_key(number: Any) -> str:
-    """Return a float, traced or not, in full precision."""
-    return float(number.value if isinstance(number, TracedFloat) else number).hex()
-
-
-def _split_by_motion(key: Hashable, motions: Ints, similar: Signs) -> list[tuple[bool | None, Longs]]:
-    """Split shapes by their motions: similarities (True), other maps (False), and undecided ones (None)."""
-    if not _is_moved(key):
-        return [(True, np.arange(len(motions)))]
-    kinds = similar[motions]
-    chosen = ((kind, np.flatnonzero(kinds == number)) for kind, number in ((True, 1), (False, 0), (None, -1)))
-    return [(kind, which) for kind, which in chosen if len(which)]
-
-
-def _trace_shape(shape: Shape, steps: tuple[Step, ...], tape: Tape, moved: bool, similar: bool) -> Any:
-    """Return a shape whose numbers are those of a tape."""
-    traced = unflatten(shape, tape)
-    if not moved:
-        motion = Motion(tuple(unflatten(step, tape) for step in steps)) if steps else IDENTITY_MOTION
-    else:
-        motion = input_motion(tape, similar, Motion(steps))
-    object.__setattr__(traced, "motion", motion)
-    return traced
-
-
-# Batches of bodies: primitives as they are recorded, and Boolean bodies composed of theirs
+# Batches of bodies: primitives, and Boolean bodies composed of theirs
 
 LoweredGroup = tuple[BodyPattern, Ints, RowTable]
 ProgressCallback = Callable[[int, int], Any]
@@ -526,7 +290,7 @@ class BatchLowering:
         self._templates: dict[Hashable, tuple[Sequence[Shape], CsgPlan | None]] = {}
         self._plans: dict[Hashable, CsgBatch] = {}
         self._many: list[CsgArray] = []
-        self._left: list[_LeftPrimitive] = []  # primitives of Boolean bodies that have more than numbers
+        self._left: list[LeftPrimitive] = []  # primitives of Boolean bodies that have more than numbers
         self.paints: dict[int, dict[int, Material]] = {}
 
     def add(self, shape: Shape, number: int) -> bool:
@@ -753,7 +517,7 @@ class BatchLowering:
                 paints.setdefault(face, material)
 
 
-def _lower_parts(left: Sequence[_LeftPrimitive], places: Container[int]) -> list[PrimitiveRows]:
+def _lower_parts(left: Sequence[LeftPrimitive], places: Container[int]) -> list[PrimitiveRows]:
     """Lower primitives at these places one by one, each once for all bodies that it is part of.
 
     Bodies of one plan are composed together even if a recording cannot lower all of their primitives.

@@ -13,9 +13,9 @@ import conicoid as co
 from conicoid.geometry.bounds.linear_program import half_spaces_support
 from conicoid.geometry.polyhedron import MANY_FACES
 from conicoid.io.openscad.solids import sided_ball
-from conicoid.prepare.batch_lowering import PrimitiveBatch
 from conicoid.prepare.lower_shape import compute_shape
 from conicoid.prepare.motion_batch import MotionChains
+from conicoid.prepare.primitive_batch import PrimitiveBatch
 
 from ..samples import sampled
 from .test_boxes_of_half_spaces import corners
