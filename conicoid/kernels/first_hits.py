@@ -163,7 +163,7 @@ def put_eight_hits(lanes: Floats, lane: int, i: int, found: HitBuffers) -> None:
 
 # Kernels over chunks of rays
 
-_AHEAD = 24  # distance in rays at which `trace_ordered` prefetches
+_PREFETCH_DISTANCE = 24  # distance in rays at which `trace_ordered` prefetches
 
 
 @kernel(width="picture n", begin="0..end", end="0..n", found="out")
@@ -273,8 +273,8 @@ def trace_ordered(
             count, octant = 0, -1
             while k < last:
                 i = order[k]
-                if k + _AHEAD < len(order):
-                    ahead = 3 * whole(order[k + _AHEAD])
+                if k + _PREFETCH_DISTANCE < len(order):
+                    ahead = 3 * whole(order[k + _PREFETCH_DISTANCE])
                     prefetch(rays.origins, ahead)
                     prefetch(rays.origins, ahead + 2)
                     prefetch(rays.directions, ahead)

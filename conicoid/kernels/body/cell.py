@@ -349,8 +349,8 @@ def _is_lost(geometry: Geometry, cell: int, slab: PlaneSlab, ray: Ray, inverse: 
 @inline
 def margin_of(slab: PlaneSlab, ray: Ray, nearness: Nearness) -> float:
     """Return how far inside of a plane, whose normal has length 1, the ends of a slab are if it surely does not cut."""
-    along, away = abs(ray.dx) + abs(ray.dy) + abs(ray.dz), abs(ray.ox) + abs(ray.oy) + abs(ray.oz)
-    return along * nearness.off + SURELY * (away + along * max(abs(slab.t_in), abs(slab.t_out)))
+    along, far = abs(ray.dx) + abs(ray.dy) + abs(ray.dz), abs(ray.ox) + abs(ray.oy) + abs(ray.oz)
+    return along * nearness.off + SURELY * (far + along * max(abs(slab.t_in), abs(slab.t_out)))
 
 
 @inline

@@ -157,7 +157,7 @@ def shared_planes(geometry: Geometry, one: int, other: int, x: float, y: float, 
 # Edges and corners: two or three surfaces that meet
 
 _PARALLEL = 2.0**-40  # sine below which planes count as parallel
-_ALONG = 2.0**-44  # size below which a coefficient on a line counts as zero
+_LINE_SHARE = 2.0**-44  # size below which a coefficient on a line counts as zero
 _MORE = 1.0 + 2.0**-30  # factor to the search radius, for rounding
 _ENDED = 2.0**-36
 """Largest error, as a share of its size, of a point on several surfaces for which Newton's method has converged."""
@@ -291,8 +291,8 @@ def _try_line(
             if b * b - a * c < -(2.0**-30) * (b * b + abs(a * c)):
                 continue
             # A coefficient within rounding counts as zero: its root would lie beyond the resolution of floats
-            a = a if abs(a) > _ALONG * form.size else 0.0
-            b = b if abs(b) > _ALONG * form.steep else 0.0
+            a = a if abs(a) > _LINE_SHARE * form.size else 0.0
+            b = b if abs(b) > _LINE_SHARE * form.steep else 0.0
             # As in `roots_of`: b and the root have one sign, so that nothing cancels
             far = -(b + math.copysign(root, b))
             for which in range(2):
@@ -577,8 +577,8 @@ def _try_box(
         return False
     try_point(geometry, room, at, count, touch.x - at.x, touch.y - at.y, touch.z - at.z, math.inf, 0.0)
     if count == 2 and room.best[LOWER] < before:  # the stationary point lies beside this one
-        beside = 8.0 * half / touch.sine
-        room.best[LOWER] -= 2.0 * beside * beside / radius
+        offset = 8.0 * half / touch.sine
+        room.best[LOWER] -= 2.0 * offset * offset / radius
     return True
 
 

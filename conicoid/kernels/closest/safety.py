@@ -336,14 +336,14 @@ def _leaf_of_lanes(geometry: Geometry, bounds: LeafBounds, first: int, leaf: int
     """
     near = 0
     for i in range(EVERY):
-        away = leaf_box(geometry, bounds, leaf - first, room[X + i], room[Y + i], room[Z + i])
-        room[LEAF + i] = away
-        near += 1 if away < room[BEST + i] else 0
+        distance = leaf_box(geometry, bounds, leaf - first, room[X + i], room[Y + i], room[Z + i])
+        room[LEAF + i] = distance
+        near += 1 if distance < room[BEST + i] else 0
     if near > 0:
         cell_of_lanes(geometry, cell_of_leaf(geometry, leaf), room)
         for i in range(EVERY):
-            inner, away = room[CELL + i], room[LEAF + i]
-            room[CELL + i] = max(away, inner) if away > 0.0 else inner
+            inner, distance = room[CELL + i], room[LEAF + i]
+            room[CELL + i] = max(distance, inner) if distance > 0.0 else inner
     else:
         for i in range(EVERY):
             room[CELL + i] = room[LEAF + i]

@@ -256,7 +256,7 @@ def _between(e: Secular, low: float, high: float) -> float:
 # The result does not depend on convergence: T(s) <= f is tested at the end, and any such s is a proof.
 
 STEPS = 14
-_DONE = 2.0**-26
+_LAST_STEP = 2.0**-26
 """Largest change of the last step, which doubles the digits, as a share of w."""
 
 
@@ -329,7 +329,7 @@ def next_step(e: PositiveSecular, at: RootSearch) -> RootSearch:
     w = choose(w < low, choose(low > 0.0, math.sqrt(low) * math.sqrt(at.w), 0.125 * at.w), w)
     w = choose(w > high, math.sqrt(high) * math.sqrt(at.w), w)
     # Convergence is quadratic: a step of 2^-26 leaves an error of about 2^-52
-    near = abs(w - at.w) <= _DONE * w
+    near = abs(w - at.w) <= _LAST_STEP * w
     over = at.done == 1.0
     return RootSearch(
         choose(over, at.w, w), choose(over, at.low, low), choose(over, at.high, high), choose(over | near, 1.0, 0.0)

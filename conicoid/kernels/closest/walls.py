@@ -110,20 +110,20 @@ def project_point(geometry: Geometry, room: Neighbourhood, count: int, x: float,
     for k in range(_ROUNDS):
         one = form_at(geometry, room.surface[room.chosen[0]], x, y, z)
         a = _beyond(one, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-        go = _step(one, a, 0.0)
-        mx, my, mz = go * a.x, go * a.y, go * a.z
+        step = _step(one, a, 0.0)
+        mx, my, mz = step * a.x, step * a.y, step * a.z
         off, sine = surface_distance(one), 1.0
         if count > 1:
             two = form_at(geometry, room.surface[room.chosen[1]], x, y, z)
             b = _beyond(two, a.x, a.y, a.z, 0.0, 0.0, 0.0)
-            go = _step(two, b, _done(two, mx, my, mz))
-            mx, my, mz = mx + go * b.x, my + go * b.y, mz + go * b.z
+            step = _step(two, b, _done(two, mx, my, mz))
+            mx, my, mz = mx + step * b.x, my + step * b.y, mz + step * b.z
             off, sine = _joint_error(off + surface_distance(two), two, b.sine), min(sine, b.sine)
             if count > 2:
                 three = form_at(geometry, room.surface[room.chosen[2]], x, y, z)
                 c = _beyond(three, a.x, a.y, a.z, b.x, b.y, b.z)
-                go = _step(three, c, _done(three, mx, my, mz))
-                mx, my, mz = mx + go * c.x, my + go * c.y, mz + go * c.z
+                step = _step(three, c, _done(three, mx, my, mz))
+                mx, my, mz = mx + step * c.x, my + step * c.y, mz + step * c.z
                 off, sine = _joint_error(off + surface_distance(three), three, c.sine), min(sine, c.sine)
         if k + 1 == _ROUNDS or (k > 1 and abs(mx) + abs(my) + abs(mz) <= 2.0**-53 * (abs(x) + abs(y) + abs(z))):
             break

@@ -172,7 +172,7 @@ def _put_plane(lanes: Floats, plane: PlaneRecord, limits: PlaneLimits, first: An
 #
 # While the planes of a cell cut, row C has a lane's share of the margin, and row FOOT 1 if the lane needs no plane.
 
-_ALONE = 400
+_MANY_GROUPS = 400
 """Lanes without a common origin have little in common at a cell of so many groups: each is traced by itself."""
 _SEVERAL = 64
 """In a cell of fewer groups half of the first planes are enough."""
@@ -253,7 +253,7 @@ def _many_planes(geometry: Geometry, lanes: Floats, lengths: Nearness, cell: int
     """Cut the lanes' slabs by the planes of a cell that has many."""
     first, last = eights(first, last)
     begin, (group, end) = integer(geometry, table.CELL_FIRST, cell), groups_of(geometry, cell)
-    if lanes[SHARED] == 0.0 and end - group > _ALONE:
+    if lanes[SHARED] == 0.0 and end - group > _MANY_GROUPS:
         for i in range(first, last):
             ray, nearness = lane_ray(lanes, i, lanes[T_MAX + i]), lane_nearness(lanes, i, lengths)
             slab, unsure, lost = slab_of_many(geometry, cell, ray, lanes[INVERSE + i], nearness)

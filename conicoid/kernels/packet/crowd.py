@@ -64,7 +64,7 @@ _LEAST = 16
 _MANY_LANES = 16.0
 """Bodies that at least this many lanes may meet on average are no crowd: they are large."""
 
-_BODIES, _MET, _CROWDED, _READY, _LEAVES = 0, 1, 2, 3, 4
+_BODIES, _LANE_SUM, _CROWDED, _READY, _LEAVES = 0, 1, 2, 3, 4
 """Elements of `known`: number of Boolean bodies that the packet has seen; sum of the lanes that may meet them; 1 for a
 crowd; 1 if the packet's rays are copied; number of leaves in the current lot."""
 ITEM, HAS_MET, MET = 0, MOST_CHOSEN, 2 * MOST_CHOSEN
@@ -97,10 +97,10 @@ def open_crowd(crowd: Crowd, lanes: Floats, items: int) -> bool:
 
     That is the case if the packet before saw one. Pairs rely on rays that do not begin before their origins.
     """
-    known = crowd.known
-    is_crowd = known[_BODIES] >= _LEAST and known[_MET] < _MANY_LANES * known[_BODIES] and items > 0
-    known[_CROWDED] = 1.0 if is_crowd and lanes[BEAM_AT + FIRST] >= 0.0 else 0.0
-    known[_BODIES] = known[_MET] = known[_READY] = 0.0
+    counts = crowd.known
+    is_crowd = counts[_BODIES] >= _LEAST and counts[_LANE_SUM] < _MANY_LANES * counts[_BODIES] and items > 0
+    counts[_CROWDED] = 1.0 if is_crowd and lanes[BEAM_AT + FIRST] >= 0.0 else 0.0
+    counts[_BODIES] = counts[_LANE_SUM] = counts[_READY] = 0.0
     return is_crowded(crowd)
 
 
@@ -111,10 +111,10 @@ def is_crowded(crowd: Crowd) -> bool:
 
 
 @inline
-def note_body(crowd: Crowd, met: int) -> None:
-    """Count a Boolean body that `met` lanes may meet."""
+def note_body(crowd: Crowd, count: int) -> None:
+    """Count a Boolean body that `count` lanes may meet."""
     crowd.known[_BODIES] += 1.0
-    crowd.known[_MET] += met
+    crowd.known[_LANE_SUM] += count
 
 
 @inline
@@ -178,16 +178,16 @@ def settle_crowd(geometry: Geometry, crowd: Crowd, lanes: Floats) -> None:
 
 
 @helper
-def put_pairs(geometry: Geometry, crowd: Crowd, lanes: Floats, program: int, entry: int, met: int) -> bool:
+def put_pairs(geometry: Geometry, crowd: Crowd, lanes: Floats, program: int, entry: int, bits: int) -> bool:
     """Queue the lanes of a mask with a Boolean body; False if its form cannot be intersected in pairs."""
     form = form_of(geometry, crowd.bodies, program)
     if form < 0:
         return False
     if crowd.known[_READY] == 0.0:
         _put_rays(crowd, lanes)
-    while met != 0:
-        lane = lowest_bit(met)
-        met &= met - 1
+    while bits != 0:
+        lane = lowest_bit(bits)
+        bits &= bits - 1
         if put_body(crowd.bodies, form, lane, entry):
             _settle(geometry, crowd, lanes, form)
     return True

@@ -214,15 +214,15 @@ def _of_one_form(geometry: Geometry, p: int, q: int) -> bool:
 @helper
 def _find_form(geometry: Geometry, bodies: BodyQueue, program: int) -> int:
     """Return the form of a program that is not in the cache, or -1; a new form gets the program as its model."""
-    numbers, known = bodies.numbers, bodies.numbers[FORM_COUNT]
+    numbers, cached = bodies.numbers, bodies.numbers[FORM_COUNT]
     if fits_in_lanes(geometry, program):
-        for form in range(known):
+        for form in range(cached):
             if _of_one_form(geometry, numbers[MODELS + form], program):
                 return form
-        if known < FORMS and _of_one_form(geometry, program, program):
-            numbers[MODELS + known] = program
+        if cached < FORMS and _of_one_form(geometry, program, program):
+            numbers[MODELS + cached] = program
             numbers[FORM_COUNT] += 1
-            return known
+            return cached
     return -1
 
 
@@ -417,10 +417,10 @@ def _load_rays(geometry: Geometry, bodies: BodyQueue, form: int, rays: Floats, m
         dx, dy, dz, inverse, start = lanes[R0 + i], lanes[R1 + i], lanes[R2 + i], lanes[R3 + i], lanes[R4 + i]
         best, off = lanes[R6 + i], lanes[R7 + i]
         within, unit = best + off, ray_unit(dx, dy, dz, inverse)
-        away = ray_size(lanes[OX + i], lanes[OY + i], lanes[OZ + i], unit)
+        size = ray_size(lanes[OX + i], lanes[OY + i], lanes[OZ + i], unit)
         lanes[DX + i], lanes[DY + i], lanes[DZ + i] = dx, dy, dz
-        lanes[INVERSE + i], lanes[START + i], lanes[UNIT + i], lanes[AWAY + i] = inverse, start, unit, away
-        lanes[BESIDE + i] = away * STARTING if start >= 0.0 else away
+        lanes[INVERSE + i], lanes[START + i], lanes[UNIT + i], lanes[AWAY + i] = inverse, start, unit, size
+        lanes[BESIDE + i] = size * STARTING if start >= 0.0 else size
         nearness = lane_nearness(lanes, i, Nearness(lanes[BODY_OFF + i], lanes[BODY_FAR + i]))
         # A body entered at the best hit must not seem to be left there: `begin_lane` searches as far as a tie
         limit = within + 2.0 * nearness.off + abs(best) * END + END_LEAST

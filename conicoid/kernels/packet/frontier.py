@@ -46,7 +46,7 @@ _MOST_FOUND = MOST_ITEMS - 1024  # nodes and leaves: the rest is for the balls o
 _MOST_ROOTS = 64
 _SORTED = 64  # most items that are sorted exactly, more go into buckets
 _BUCKETS = 256
-_AHEAD = 10  # distance at which nodes are prefetched
+_PREFETCH_DISTANCE = 10  # distance at which nodes are prefetched
 
 
 ITEM_COUNT = ITEMS_SIZE
@@ -140,8 +140,8 @@ def _descend(
     found, end, nodes = level.found, other, 0
     for k in range(begin, begin + count):
         code = _code(found[k])
-        if k + _AHEAD < begin + count:
-            prefetch_node(geometry, _code(found[k + _AHEAD]))
+        if k + _PREFETCH_DISTANCE < begin + count:
+            prefetch_node(geometry, _code(found[k + _PREFETCH_DISTANCE]))
         # Room for eight children and for all that follow: a node that does not fit stays closed
         if code >= 0 and level.t[k] <= horizon and end - other + begin + count - k + 8 <= _MOST_FOUND:
             end += put_children(
@@ -196,8 +196,8 @@ def find_frontier(
     end = 0
     for k in range(here, here + count):
         code, box = _code(level.found[k]), level.found[k] >> 32
-        if k + _AHEAD < here + count:
-            prefetch_node(geometry, _code(level.found[k + _AHEAD]))
+        if k + _PREFETCH_DISTANCE < here + count:
+            prefetch_node(geometry, _code(level.found[k + _PREFETCH_DISTANCE]))
         first, n = leaf_range(code)
         n -= first
         at = leaf_at(geometry, first)

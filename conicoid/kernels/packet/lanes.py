@@ -126,10 +126,10 @@ def prepare_lanes(lanes: Floats) -> None:
         # One division for each ray; planes, spheres and quadrics multiply
         inverse = 1.0 / (dx * dx + dy * dy + dz * dz)
         unit = ray_unit(dx, dy, dz, inverse)
-        away = ray_size(lanes[OX + i], lanes[OY + i], lanes[OZ + i], unit)
-        lanes[INVERSE + i], lanes[UNIT + i], lanes[AWAY + i] = inverse, unit, away
+        size = ray_size(lanes[OX + i], lanes[OY + i], lanes[OZ + i], unit)
+        lanes[INVERSE + i], lanes[UNIT + i], lanes[AWAY + i] = inverse, unit, size
         # `choose` is a select, which vectorises; a branch would not
-        lanes[BESIDE + i] = choose(lanes[START + i] >= 0.0, away * STARTING, away)
+        lanes[BESIDE + i] = choose(lanes[START + i] >= 0.0, size * STARTING, size)
         lanes[BEST + i], lanes[WITHIN + i], lanes[DOUBT + i] = math.inf, math.inf, 0.0
         lanes[BODY + i], lanes[ENTRY + i], lanes[PLACE + i] = -1.0, -1.0, -1.0
         lanes[SENSE + i], lanes[ENTERS + i] = 1.0, 0.0
@@ -383,11 +383,11 @@ def is_ordinary(lanes: Floats) -> bool:
     surface may begin anywhere.
     """
     shortest, longest = extent(lanes, INVERSE)
-    usual = shortest > 1e-60 and longest < 1e60 and lanes[LEAST_START] != DEAD
+    in_range = shortest > 1e-60 and longest < 1e60 and lanes[LEAST_START] != DEAD
     # Before their origins rays of a pencil cross over, so that no beam of corners holds them
     if lanes[BEAM_AT + FIRST] < 0.0:
-        usual &= lanes[SOME_START] == 0.0 and lanes[SPREAD] == 0.0
-    return usual
+        in_range &= lanes[SOME_START] == 0.0 and lanes[SPREAD] == 0.0
+    return in_range
 
 
 @helper
@@ -404,7 +404,7 @@ def is_coherent(geometry: Geometry, lanes: Floats) -> bool:
     # From the first lane's origin to the far end of the scene
     ox, oy, oz = lanes[OX] - floats[at + 2], lanes[OY] - floats[at + 3], lanes[OZ] - floats[at + 4]
     reach = math.sqrt(ox * ox + oy * oy + oz * oz) + 0.5 * diagonal
-    apart = 0.0
+    spread = 0.0
     for axis in range(3):
-        apart += lanes[BEAM_AT + HIGH_O + axis] - lanes[BEAM_AT + LOW_O + axis]
-    return lanes[SPREAD] * math.sqrt(lanes[INVERSE]) * reach + apart <= _SEVERAL * cell
+        spread += lanes[BEAM_AT + HIGH_O + axis] - lanes[BEAM_AT + LOW_O + axis]
+    return lanes[SPREAD] * math.sqrt(lanes[INVERSE]) * reach + spread <= _SEVERAL * cell

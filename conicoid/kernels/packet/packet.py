@@ -66,8 +66,8 @@ def new_rows(count: int) -> Floats:
 def new_packet(geometry: Geometry) -> Packet:
     """Return memory of packets for one thread."""
     lanes, leaves, truths = new_rows(SIZE), new_rows(LEAVES_SIZE), new_rows(TRUTHS_SIZE)
-    asked = np.empty(PAIRS + 8 * MOST_CHOSEN + 8, np.int64)
-    return Packet(lanes, leaves, truths, np.zeros(MOST, np.int32), new_frontier(), asked, new_crowd(geometry))
+    pending = np.empty(PAIRS + 8 * MOST_CHOSEN + 8, np.int64)
+    return Packet(lanes, leaves, truths, np.zeros(MOST, np.int32), new_frontier(), pending, new_crowd(geometry))
 
 
 @inline
@@ -95,11 +95,11 @@ def new_lanes() -> Floats:
 
 
 @helper
-def _one_by_one(geometry: Geometry, scratch: Scratch, lanes: Floats, entry: int, met: int) -> None:
+def _one_by_one(geometry: Geometry, scratch: Scratch, lanes: Floats, entry: int, bits: int) -> None:
     """Intersect a large body or sheet with each lane that meets its box, as a single ray (`try_entry`)."""
-    while met != 0:
-        i = np.uint64(lowest_bit(met))
-        met &= met - 1
+    while bits != 0:
+        i = np.uint64(lowest_bit(bits))
+        bits &= bits - 1
         if not is_searching(lanes, i):
             continue
         # The interval of the ray, not the nearest hit: `try_entry` cuts it off itself, with room for ties
@@ -138,21 +138,21 @@ def lanes_at_ball(geometry: Geometry, lanes: Floats, at: int, stride: int) -> in
 
 @inline
 def meet_in_pairs(
-    geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, at: int, count: int, k: int, met: int
+    geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, at: int, count: int, k: int, bits: int
 ) -> None:
     """`meet_in_lanes`, or, for few lanes and a Boolean body, queue pairs that `settle_crowd` intersects."""
     kind, index, body, entry = leaf_item(geometry, at, count, k)
     # With few lanes most of a group of eight would be idle; pairs of several bodies fill it
-    waits = kind == REGION and bit_count(met) <= FEW and (len(blocks) == 0 or blocks[body] != 0)
-    if waits and put_pairs(geometry, packet.crowd, packet.lanes, index, entry, met):
-        note_body(packet.crowd, bit_count(met))
+    waits = kind == REGION and bit_count(bits) <= FEW and (len(blocks) == 0 or blocks[body] != 0)
+    if waits and put_pairs(geometry, packet.crowd, packet.lanes, index, entry, bits):
+        note_body(packet.crowd, bit_count(bits))
     else:
-        meet_in_lanes(geometry, scratch, packet, blocks, at, count, k, met)
+        meet_in_lanes(geometry, scratch, packet, blocks, at, count, k, bits)
 
 
 @inline
 def meet_in_lanes(
-    geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, at: int, count: int, k: int, met: int
+    geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, at: int, count: int, k: int, bits: int
 ) -> None:
     """Intersect item k of the leaf of `count` items at floats[at:] with at least the lanes of a mask.
 
@@ -161,7 +161,7 @@ def meet_in_lanes(
     tested.
     """
     # Eight lanes are a vector: a part of one costs as much as the whole
-    lanes, first, last = packet.lanes, lowest_bit(met) & -8, (highest_bit(met) | 7) + 1
+    lanes, first, last = packet.lanes, lowest_bit(bits) & -8, (highest_bit(bits) | 7) + 1
     item = leaf_item(geometry, at, count, k)
     kind, index, body, entry = item
     if len(blocks) > 0 and blocks[body] == 0:
@@ -171,7 +171,7 @@ def meet_in_lanes(
     elif kind == CELL:
         cell_lanes(geometry, lanes, index, entry, body, first, last)
     elif kind == REGION and fits_in_lanes(geometry, index):
-        note_body(packet.crowd, bit_count(met))
+        note_body(packet.crowd, bit_count(bits))
         region_lanes(geometry, boolean_memory(packet), item, first, last)
     else:
-        _one_by_one(geometry, scratch, lanes, entry, met)
+        _one_by_one(geometry, scratch, lanes, entry, bits)

@@ -385,12 +385,12 @@ def locate_packet(
 
     Writes the body to `bodies`, or 1 to `undecided` if it is not certain; relies on these being -1 and 0 everywhere.
     """
-    room, which, left = memory.room, memory.which, 0
+    room, which, open_lanes = memory.room, memory.which, 0
     count = entries_of_box(geometry, scratch, room)
     if count < 0:
         return False
     for i in range(LANES):
-        left += 1 if which[i] >= 0 else 0
+        open_lanes += 1 if which[i] >= 0 else 0
     for k in range(count):
         entry: Any = scratch.found[k]
         kind, index = integer(geometry, table.ENTRY_KIND, entry), integer(geometry, table.ENTRY_INDEX, entry)
@@ -398,26 +398,26 @@ def locate_packet(
         if kind > REGION:
             continue
         if kind == BALL:
-            held = ball_of_lanes(geometry, rest, index, room)
+            sides = ball_of_lanes(geometry, rest, index, room)
         elif kind == CELL:
-            held = cell_of_lanes(geometry, rest, index, room)
+            sides = cell_of_lanes(geometry, rest, index, room)
         else:
-            held = _region_of_lanes(geometry, rest, scratch, memory, index)
-        if held == NONE:
+            sides = _region_of_lanes(geometry, rest, scratch, memory, index)
+        if sides == NONE:
             continue
         for i in range(EVERY):
-            if room[SOUGHT + i] == 0.0 or float(body) <= room[AFTER + i] or (held == SOME and room[OUT + i] == 1.0):
+            if room[SOUGHT + i] == 0.0 or float(body) <= room[AFTER + i] or (sides == SOME and room[OUT + i] == 1.0):
                 continue
-            answer = INSIDE
-            if held == -1 or (held == SOME and room[UNSURE + i] == 1.0):
-                answer = _test_point(geometry, rest, scratch, entry, room[X + i], room[Y + i], room[Z + i])
-            if answer == OPEN:
+            side = INSIDE
+            if sides == -1 or (sides == SOME and room[UNSURE + i] == 1.0):
+                side = _test_point(geometry, rest, scratch, entry, room[X + i], room[Y + i], room[Z + i])
+            if side == OPEN:
                 undecided[which[i]] = 1
-            elif answer == INSIDE:
+            elif side == INSIDE:
                 bodies[which[i]] = body
-            if answer != 0:
+            if side != 0:
                 room[SOUGHT + i] = 0.0
-                left -= 1
-        if left == 0:
+                open_lanes -= 1
+        if open_lanes == 0:
             break
     return True

@@ -76,7 +76,7 @@ from .packet import PAIRS, Packet, lanes_at_ball, lanes_in_child, meet_in_lanes,
 # hit. Groups of eight lanes whose beams meet no box are left out; a beam ends where no lane of its group goes on.
 
 _ABOUT = 1e-6  # share of t: boxes that a ray enters this close to each other count as entered together
-_OFTEN = 8  # number of leaves after which the beams of groups are shortened
+_SHORTEN_EVERY = 8  # number of leaves after which the beams of groups are shortened
 
 
 @inline
@@ -111,21 +111,21 @@ def _first_pairs(packet: Packet, chosen: int) -> tuple[int, int, int]:
     Returns the numbers of leaves, of pairs, and of other items; the others become the first of the chosen items.
     EARLIEST gets the t by which each lane has entered its first leaf.
     """
-    lanes, items, asked, crowd = packet.lanes, packet.items, packet.pending, packet.crowd
+    lanes, items, pending, crowd = packet.lanes, packet.items, packet.pending, packet.crowd
     count, others, pairs, entered = 0, 0, 0, 0
     for j in range(chosen):
-        k = asked[j]
+        k = pending[j]
         if items[CODE + k] < 0.0 and items[BOX_OR_BALL + k] >= 0.0:
             crowd.queue[ITEM + count], crowd.queue[HAS_MET + count] = k, 0
             pairs = _put_leaf(packet, count, pairs)
             count += 1
             # Beams shortened on the way save tests of the leaves behind
-            if count % _OFTEN == 0:
+            if count % _SHORTEN_EVERY == 0:
                 _enter(packet, entered, pairs)
                 entered = pairs
                 end_groups(lanes, EARLIEST)
         else:
-            asked[others] = k
+            pending[others] = k
             others += 1
     _enter(packet, entered, pairs)
     for i in range(ALL):
@@ -177,14 +177,14 @@ def meet_round(
         put_lot_leaves(crowd, count)
     _find_hits(packet, pairs, again)
     for j in range(count_lot_leaves(crowd)):
-        met = crowd.queue[MET + j] & ~crowd.queue[HAS_MET + j]
-        if met == 0:
+        bits = crowd.queue[MET + j] & ~crowd.queue[HAS_MET + j]
+        if bits == 0:
             continue
-        crowd.queue[HAS_MET + j] |= met
+        crowd.queue[HAS_MET + j] |= bits
         begin, end = leaf_range(whole(items[CODE + crowd.queue[ITEM + j]]))
         at, size = leaf_at(geometry, begin), end - begin
         for item in range(size):
-            meet_in_pairs(geometry, scratch, packet, blocks, at, size, item, met)
+            meet_in_pairs(geometry, scratch, packet, blocks, at, size, item, bits)
     settle_crowd(geometry, crowd, lanes)
     if any_hit:
         retire_lanes(lanes)
@@ -235,23 +235,23 @@ def _put_pairs(geometry: Geometry, packet: Packet, chosen: int) -> int:
 
     Each step handles all balls, without branches, so that no test waits for the result of the one before.
     """
-    items, asked, count, kept = packet.items, packet.pending, 0, 0
+    items, pending, count, rest = packet.items, packet.pending, 0, 0
     split = packet.lanes[GROUP_BEAMS] != 0.0
     for j in range(chosen):
         k = packet.pending[j]
         if items[BOX_OR_BALL + k] >= -1.0:
             continue
         if split:
-            count += put_groups(items, k, k, packet.lanes, GROUPS_AT, asked, PAIRS + count)
+            count += put_groups(items, k, k, packet.lanes, GROUPS_AT, pending, PAIRS + count)
         else:
-            asked[PAIRS + count] = 8 * k
+            pending[PAIRS + count] = 8 * k
             count += 1
     if not split:
         return count
     for j in range(count):
-        asked[PAIRS + kept] = asked[PAIRS + j]
-        kept += 1 if _group_at_ball(geometry, packet, asked[PAIRS + j]) != 0 else 0
-    return kept
+        pending[PAIRS + rest] = pending[PAIRS + j]
+        rest += 1 if _group_at_ball(geometry, packet, pending[PAIRS + j]) != 0 else 0
+    return rest
 
 
 @inline
@@ -271,11 +271,11 @@ def _meet_chosen(
         pair = packet.pending[PAIRS + j]
         at, size, place = _ball_of(geometry, items, pair >> 3)
         if lanes[GROUP_BEAMS] != 0.0:
-            met = _group_at_ball(geometry, packet, pair) << 8 * (pair & 7)  # again: hits may have shortened lanes
+            bits = _group_at_ball(geometry, packet, pair) << 8 * (pair & 7)  # again: hits may have shortened lanes
         else:
-            met = lanes_at_ball(geometry, lanes, at + place, size)
-        if met != 0:
-            meet_in_lanes(geometry, scratch, packet, blocks, at, size, place, met)
+            bits = lanes_at_ball(geometry, lanes, at + place, size)
+        if bits != 0:
+            meet_in_lanes(geometry, scratch, packet, blocks, at, size, place, bits)
             if any_hit:
                 retire_lanes(lanes)
     if count > 0:
@@ -347,13 +347,13 @@ def trace_packet(geometry: Geometry, scratch: Scratch, packet: Packet, blocks: S
         if box >= 0 and is_round(geometry, at, count):
             _meet_balls(geometry, scratch, packet, blocks, any_hit, at, count)
             continue
-        met = -1  # all lanes, for a leaf without a box
+        every_lane = -1  # all lanes, for a leaf without a box
         if box >= 0:
-            met = lanes_in_child(geometry, lanes, box_at(geometry, box))
-            if met == 0:
+            every_lane = lanes_in_child(geometry, lanes, box_at(geometry, box))
+            if every_lane == 0:
                 continue
         for k in range(count):
-            meet_in_lanes(geometry, scratch, packet, blocks, at, count, k, met)
+            meet_in_lanes(geometry, scratch, packet, blocks, at, count, k, every_lane)
         if any_hit:
             retire_lanes(lanes)
         shorten_beam(lanes)
@@ -388,64 +388,64 @@ class PixelSquare(NamedTuple):
 @allocator
 def new_square() -> PixelSquare:
     """Return memory of squares for one thread."""
-    known = np.zeros(16)
-    known[_NUMBER] = -1.0
-    return PixelSquare(new_frontier(), known, np.empty(BEAM), new_level())
+    ranges = np.zeros(16)
+    ranges[_NUMBER] = -1.0
+    return PixelSquare(new_frontier(), ranges, np.empty(BEAM), new_level())
 
 
 @inline
-def _holds(known: Floats, lanes: Floats) -> bool:
+def _holds(ranges: Floats, lanes: Floats) -> bool:
     """True if the beam of a packet lies within the beam of the frontier."""
     inside = True
     for axis in range(3):
-        inside &= known[_LOW_O + axis] <= lanes[BEAM_AT + LOW_O + axis]
-        inside &= known[_HIGH_O + axis] >= lanes[BEAM_AT + HIGH_O + axis]
-        inside &= known[_LOW_D + axis] <= lanes[WAYS_AT + axis]
-        inside &= known[_HIGH_D + axis] >= lanes[WAYS_AT + 3 + axis]
+        inside &= ranges[_LOW_O + axis] <= lanes[BEAM_AT + LOW_O + axis]
+        inside &= ranges[_HIGH_O + axis] >= lanes[BEAM_AT + HIGH_O + axis]
+        inside &= ranges[_LOW_D + axis] <= lanes[WAYS_AT + axis]
+        inside &= ranges[_HIGH_D + axis] >= lanes[WAYS_AT + 3 + axis]
     return inside
 
 
 @inline
-def _widen(known: Floats, at: int, low: float, high: float, is_first: bool) -> None:
+def _widen(ranges: Floats, at: int, low: float, high: float, is_first: bool) -> None:
     """Extend two corners along one axis by an interval and its margin; `is_first` replaces them."""
     # A wider beam finds some items too many, but a new frontier costs more than these
     margin = _MARGIN * (high - low)
     low, high = low - margin, high + margin
-    known[at] = low if is_first else min(low, known[at])
-    known[at + 3] = high if is_first else max(high, known[at + 3])
+    ranges[at] = low if is_first else min(low, ranges[at])
+    ranges[at + 3] = high if is_first else max(high, ranges[at + 3])
 
 
 @helper
 def _find(geometry: Geometry, square: PixelSquare, lanes: Floats) -> None:
     """Find a frontier that holds for a packet and for those before it."""
-    known, beam = square.known, square.beam
-    is_first = known[_FOUND] == 0.0
-    known[_FOUND] += 1.0
+    ranges, beam = square.known, square.beam
+    is_first = ranges[_FOUND] == 0.0
+    ranges[_FOUND] += 1.0
     for axis in range(3):
         low, high = lanes[BEAM_AT + LOW_O + axis], lanes[BEAM_AT + HIGH_O + axis]
-        _widen(known, _LOW_O + axis, low, high, is_first)
-        _widen(known, _LOW_D + axis, lanes[WAYS_AT + axis], lanes[WAYS_AT + 3 + axis], is_first)
-        beam[LOW_O + axis], beam[HIGH_O + axis] = known[_LOW_O + axis], known[_HIGH_O + axis]
-        beam[LOW_I + axis], beam[HIGH_I + axis] = reciprocal(known[_LOW_D + axis]), reciprocal(known[_HIGH_D + axis])
+        _widen(ranges, _LOW_O + axis, low, high, is_first)
+        _widen(ranges, _LOW_D + axis, lanes[WAYS_AT + axis], lanes[WAYS_AT + 3 + axis], is_first)
+        beam[LOW_O + axis], beam[HIGH_O + axis] = ranges[_LOW_O + axis], ranges[_HIGH_O + axis]
+        beam[LOW_I + axis], beam[HIGH_I + axis] = reciprocal(ranges[_LOW_D + axis]), reciprocal(ranges[_HIGH_D + axis])
     # Later packets may see farther than this one
     beam[FIRST], beam[LAST] = 0.0, math.inf
-    find_frontier(geometry, square.items, square.level, beam, 0, scene_tree(geometry), known[_HORIZON])
+    find_frontier(geometry, square.items, square.level, beam, 0, scene_tree(geometry), ranges[_HORIZON])
 
 
 @inline
 def _follow(geometry: Geometry, square: PixelSquare, lanes: Floats, number: int) -> bool:
     """True if the square `number` has a frontier for a packet; finds one where that may pay."""
-    known = square.known
+    ranges = square.known
     # The memory is the thread's, which takes one square after the other
-    if known[_NUMBER] != number:
-        known[_NUMBER], known[_PACKETS], known[_FOUND] = number, 0.0, 0.0
-    known[_PACKETS] += 1.0
+    if ranges[_NUMBER] != number:
+        ranges[_NUMBER], ranges[_PACKETS], ranges[_FOUND] = number, 0.0, 0.0
+    ranges[_PACKETS] += 1.0
     # A square of one packet would not repay a frontier
-    if known[_PACKETS] == 1.0 or lanes[BEAM_AT + FIRST] < 0.0:
+    if ranges[_PACKETS] == 1.0 or lanes[BEAM_AT + FIRST] < 0.0:
         return False
-    if known[_FOUND] == 0.0 or not _holds(known, lanes):
+    if ranges[_FOUND] == 0.0 or not _holds(ranges, lanes):
         # Rays that scatter so much, behind a rough mirror say, share too little
-        if known[_FOUND] >= _MOST:
+        if ranges[_FOUND] >= _MOST:
             return False
         _find(geometry, square, lanes)
     return True

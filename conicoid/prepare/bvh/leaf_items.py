@@ -142,10 +142,10 @@ def cell_ball(geometry: Geometry, cell: int, x: float, y: float, z: float, reach
                 _dot_of_rows(quadric, i, i) * _dot_of_rows(quadric, j, j)
             ):
                 return best
-    away = reach + abs(x - quadric.ax) + abs(y - quadric.ay) + abs(z - quadric.az)
+    size = reach + abs(x - quadric.ax) + abs(y - quadric.ay) + abs(z - quadric.az)
     for j in range(3):
         # Any axis gives a valid ball, so the least one counts
-        ball = _along_axis(geometry, cell, quadric, j, away)
+        ball = _along_axis(geometry, cell, quadric, j, size)
         best = ball if ball.radius < best.radius else best
     return best
 

@@ -170,11 +170,11 @@ def _put_first(geometry: Geometry, values: Floats, count: int, first: int) -> No
                 j = geometry.integers[links + LINKS * (other >> 2) + (other & 3)]
                 if i == j:
                     least = -2.0  # each plane once, also where all normals are taken
-                away = 0.0
+                square = 0.0
                 for axis in range(3):
-                    apart = values[_NORMAL * i + axis] - values[_NORMAL * j + axis]
-                    away += apart * apart
-                least = min(least, away)
+                    difference = values[_NORMAL * i + axis] - values[_NORMAL * j + axis]
+                    square += difference * difference
+                least = min(least, square)
             if least > best:
                 chosen, best = i, least
         geometry.integers[links + LINKS * (k >> 2) + (k & 3)] = chosen

@@ -264,15 +264,15 @@ def _remove_entries(old: _TreeTables, woods: SceneTrees, order: Ints) -> tuple[I
     roots = old.roots[int(old.ends[len(woods.nodes) - 1]) : woods.main[2]].copy()
     children, boxes = old.children[nodes].copy(), old.boxes[nodes]
     flat = children.reshape(-1)
-    held = np.flatnonzero(flat < 0)
-    beside = np.flatnonzero(roots < 0)
-    codes = np.concatenate([flat[held], roots[beside]])
+    leaves = np.flatnonzero(flat < 0)
+    root_leaves = np.flatnonzero(roots < 0)
+    codes = np.concatenate([flat[leaves], roots[root_leaves]])
     first, count = ((-codes - 1) >> 4) - places, (-codes - 1) & 15
     # Leaves are runs of `order`: the one that holds a place begins at the last start at or before it
     by_place = np.argsort(first)
-    gone = np.flatnonzero(order < 0)
-    leaf = by_place[np.searchsorted(first[by_place], gone, side="right") - 1]
-    within = gone < first[leaf] + count[leaf]
+    removed = np.flatnonzero(order < 0)
+    leaf = by_place[np.searchsorted(first[by_place], removed, side="right") - 1]
+    within = removed < first[leaf] + count[leaf]
     found: list[int] = []
     changed: list[int] = []
     for which in unique_sorted(leaf[within]).tolist():
@@ -282,11 +282,11 @@ def _remove_entries(old: _TreeTables, woods: SceneTrees, order: Ints) -> tuple[I
         order[begin : begin + size] = -1
         order[begin : begin + len(stay)] = stay
         code = leaf_code(begin + places, len(stay)) if len(stay) else 0
-        if which < len(held):
-            flat[held[which]] = code
-            (changed if code else found).append(int(held[which]))
+        if which < len(leaves):
+            flat[leaves[which]] = code
+            (changed if code else found).append(int(leaves[which]))
         else:
-            roots[beside[which - len(held)]] = code or _NO_ROOT
+            roots[root_leaves[which - len(leaves)]] = code or _NO_ROOT
     roots = roots[roots != _NO_ROOT]
     node, emptied = nodes.start, np.array(found, np.int64)
     gone_boxes = [emptied]

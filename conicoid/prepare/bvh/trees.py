@@ -85,14 +85,14 @@ class Forest:
         found = survey_boxes(boxes)
         limits = finite_limits(found.ends)
         records: list[Floats] = []
-        usual = int(found.counts[:ENDLESS].argmax())
-        blocks = [each for each in blocks if (found.patterns[each.first : each.first + each.size] == usual).all()]
+        commonest = int(found.counts[:ENDLESS].argmax())
+        blocks = [each for each in blocks if (found.patterns[each.first : each.first + each.size] == commonest).all()]
         for pattern in np.flatnonzero(found.counts[:ENDLESS]).tolist():
-            if blocks and costs is not None and pattern == usual:
-                alone = found.patterns == usual
+            if blocks and costs is not None and pattern == commonest:
+                unblocked = found.patterns == commonest
                 for each in blocks:
-                    alone[each.first : each.first + each.size] = False
-                self._append(build_block_tree(boxes, costs, limits, MOST, blocks, np.flatnonzero(alone)))
+                    unblocked[each.first : each.first + each.size] = False
+                self._append(build_block_tree(boxes, costs, limits, MOST, blocks, np.flatnonzero(unblocked)))
                 continue
             every = found.counts[pattern] == len(boxes)
             rows = _NONE if every else np.flatnonzero(found.patterns == pattern).astype(np.int32)

@@ -187,18 +187,18 @@ def schedule_tape(tape: Tape) -> list[Operation]:
     """Return the needed operations of a tape, in the order in which they are played."""
     code, makers = tape.code, (tape.wide_makers, tape.plain_makers)
     order: list[int] = []
-    done = bytearray(len(code))
+    placed = bytearray(len(code))
 
     def take(place: int) -> None:
         """Add an operation after all that it needs, in the order of the tape."""
-        needed, done[place] = [place], 1
+        needed, placed[place] = [place], 1
         for each in needed:  # grows in the loop
             operation = code[each]
             kind, count = _READS.get(operation[0], (_PLAIN, 2))
             for register in operation[2:][:count]:
                 before = makers[kind][register]
-                if not done[before]:
-                    done[before] = 1
+                if not placed[before]:
+                    placed[before] = 1
                     needed.append(before)
         needed.sort()
         order.extend(needed)
@@ -211,6 +211,6 @@ def schedule_tape(tape: Tape) -> list[Operation]:
             take(place)
     for register in tape.written:
         place = tape.plain_makers[register]
-        if not done[place]:
+        if not placed[place]:
             take(place)
     return [code[place] for place in order]
