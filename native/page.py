@@ -22,7 +22,7 @@ from .targets import WASM
 TRIPLE = "wasm32-unknown-unknown"
 LEVEL = replace(WASM[0], name="page")
 KERNELS = (
-    "errors_of_t", "faces_of", "first_invalid", "normals_of", "points_along", "settle_first", "settle_rows",
+    "errors_of_t", "faces_of", "first_invalid", "hit_points", "normals_of", "settle_first", "settle_rows",
     "trace_first_alone", "trace_rows_alone", "uvs_of",
 )  # fmt: skip
 SOURCES = "page.c", "fma.c", "wide.c"

@@ -359,6 +359,8 @@ def real_array(owner: str, field: str, values: Any, expected: str = "an array of
                 raise TypeError
             return np.asarray(array, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
+        if is_on_card(values):
+            raise ValueError(f"{name} must be {expected}, got one on a card: copy it to NumPy") from None
         found = f"an array of {values.dtype}" if isinstance(values, np.ndarray) else format_value(values)
         raise ValueError(f"{name} must be {expected}, got {found}{_refraction_hint(values)}") from None
 
@@ -419,7 +421,7 @@ def is_dask_array(values: Any) -> bool:
 
 
 def is_on_card(values: Any) -> bool:
-    """Return whether an array lives on a GPU of NVIDIA's, as those of CuPy, PyTorch and JAX tell by their class."""
+    """Return whether an array lives on a GPU of NVIDIA's, such as one of CuPy, PyTorch or JAX, by its class."""
     if hasattr(type(values), "__dlpack_device__"):
         with contextlib.suppress(BufferError, ValueError):  # in parts on several devices, or on one without a number
             return values.__dlpack_device__()[0] in (2, 13)  # memory of a card, or shared with it

@@ -330,7 +330,6 @@ class Motion:
         return self.then(Motion((step,)))
 
     def scale(self, factors: Any) -> Motion:
-        # One number scales all axes alike
         if isinstance(factors, (int, float, np.number)):
             factors = (factors, factors, factors)
         if isinstance(factors, str):

@@ -243,7 +243,6 @@ def downsample(pixels: FloatArray, columns: int, rows: int) -> FloatArray:
     The sides keep their ratio, and images are never enlarged.
     """
     height, width = pixels.shape[:2]
-    # A small picture stays small: blocks of one pixel would be larger than the eye expects
     share = min(1.0, columns / width, rows / height)
     high, wide = max(1, int(height * share)), max(1, int(width * share))
     y, x = (np.arange(n) * size // n for n, size in ((high, height), (wide, width)))

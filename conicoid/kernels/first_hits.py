@@ -163,7 +163,7 @@ def put_eight_hits(lanes: Floats, lane: int, i: int, found: HitBuffers) -> None:
 
 # Kernels over chunks of rays
 
-_PREFETCH_DISTANCE = 24  # distance in rays at which `trace_ordered` prefetches
+_PREFETCH_DISTANCE = 24  # rays
 
 
 @kernel(width="picture n", begin="0..end", end="0..n", found="out")

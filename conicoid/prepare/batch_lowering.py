@@ -243,8 +243,6 @@ def _place_tree(tree: Tree, part: int, first_face: int, pattern: BodyPattern) ->
     return type(tree)(tuple(_place_tree(each, part, first_face, pattern) for each in tree.parts))
 
 
-# Batches of bodies: primitives, and Boolean bodies composed of theirs
-
 LoweredGroup = tuple[BodyPattern, Ints, RowTable]
 ProgressCallback = Callable[[int, int], Any]
 _AT_ONCE = 8192

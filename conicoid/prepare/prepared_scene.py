@@ -175,7 +175,7 @@ def prepare(
 def prepare_edit(
     before: list[PreparedScene], bodies: Sequence[Body], progress: Progress | None = None
 ) -> PreparedScene | None:
-    """`PreparedScene.edited` for the one scene in a list, which is removed from it; None as there."""
+    """Take the one scene out of a list and return `PreparedScene.edited` of it, or None as that does."""
     # The list held the last reference of the caller: only then may memory be overwritten
     old = before.pop()
     # Instances have shared tables, which cannot be spliced: only their labels can change.

@@ -361,7 +361,7 @@ class PrimitiveBatch:
             object.__setattr__(traced, "support", write)
             traced.ends(traced.under())
 
-        given = self._given(key, of)
+        given = self._motion_inputs(key, of)
         results, left = recording_cache.RECORDINGS.play(
             ("directions", key, similar), record, of.numbers, given, of.motions
         )
@@ -372,7 +372,7 @@ class PrimitiveBatch:
             places.append(which)
         return np.concatenate(reaches), np.concatenate(places), left
 
-    def _given(self, key: Hashable, of: _BatchInputs) -> Floats:
+    def _motion_inputs(self, key: Hashable, of: _BatchInputs) -> Floats:
         """Return the numbers of the motions where the recordings of a kind read them."""
         return of.motions_given if _is_moved(key) else NO_INPUTS
 
@@ -402,7 +402,7 @@ class PrimitiveBatch:
         endless = tuple(reaches[0, ~is_finite].tolist()), tuple(is_finite.tolist())
         found, left = recording_cache.RECORDINGS.play(
             (key, similar, endless), record, np.concatenate([of.numbers[some], reaches[:, is_finite]], axis=1),
-            self._given(key, of), of.motions[some],
+            self._motion_inputs(key, of), of.motions[some],
         )  # fmt: skip
         return [
             (form, some[which], RowTable.of(played.floats, columns)) for (form, columns), which, played in found

@@ -75,7 +75,7 @@ def device_of(query: str, device: str | None, are_few: bool = False) -> Device |
     if not isinstance(named, str) or named not in DEVICES:
         names = " or ".join(map(repr, DEVICES))
         raise ValueError(f"{query}: device must be {names}, got {format_value(device)}")
-    found = None if named == "cpu" else _first_device()  # also for few: what is missing is named at once
+    found = None if named == "cpu" else _first_device()  # for few rays too: a missing driver raises at once
     return None if device is None and are_few else found
 
 
@@ -116,7 +116,7 @@ class GpuDriver(Protocol):
         """Return the number by which other libraries know a stream."""
 
     def follow(self, stream: Any, other: int) -> None:
-        """Let what is put into a stream from now on wait for what is in another library's."""
+        """Let later work of a stream wait for the work in another library's stream."""
 
     def card_of(self, address: int) -> int:
         """Return the number of the card in whose memory an address is. Raise RuntimeError if it is in none."""
@@ -186,9 +186,9 @@ class Device:
         tables: list[Any]
         places, *tables = scene.geometry
         tables += scene.rest if function in ("first_bodies", "refine_points") else ()
-        return [self._sent(places), *(n for table in tables for n in (self._sent(table), table.size))]
+        return [self._table_address(places), *(n for table in tables for n in (self._table_address(table), table.size))]
 
-    def _sent(self, table: Any) -> int:
+    def _table_address(self, table: Any) -> int:
         """Return the address of a table, which is sent once: scenes that share it share that memory too.
 
         No table changes as long as it lives; an edited scene that takes over its memory has arrays of its own.
@@ -232,16 +232,16 @@ class Device:
 
     def send(self, address: int, array: Any) -> None:
         """Copy an array to the card, and wait for it."""
-        with self._alone() as lane:
+        with self._idle_lane() as lane:
             self.driver.send(address, array, lane.stream)
 
     def fetch(self, array: Any, address: int) -> None:
         """Copy from the card into an array, and wait for it."""
-        with self._alone() as lane:
+        with self._idle_lane() as lane:
             self.driver.fetch(array, address, lane.stream)
 
     @contextlib.contextmanager
-    def _alone(self) -> Iterator[_Lane]:
+    def _idle_lane(self) -> Iterator[_Lane]:
         """Yield a lane while no other query runs, and wait for what was put into it."""
         with self.lock:
             for each in self.lanes:
@@ -251,7 +251,7 @@ class Device:
             finally:
                 self.wait(self.lanes[0])
 
-    def run_there(
+    def run_on_card(
         self, function: str, numbers: Callable[[int, int], list[int]], count: int, scene: PreparedScene | None = None
     ) -> bool:
         """Run a function of `kernels.device`, or a kernel of `ROWS`, on arrays that live on the card.
@@ -262,7 +262,7 @@ class Device:
         from ..kernels.device import EACH, ROWS
 
         status = np.zeros(1, np.int64)
-        with self._alone() as lane:
+        with self._idle_lane() as lane:
             room = _Room(EACH) if scene is None or function in ROWS else self._room(scene, function)
             tables = self.tables(scene, function)
             if room is None:

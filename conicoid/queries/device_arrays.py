@@ -60,18 +60,18 @@ _has_name = ctypes.PYFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_char_p)(("
 _new_capsule = ctypes.PYFUNCTYPE(ctypes.py_object, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_void_p)(
     ("PyCapsule_New", ctypes.pythonapi)
 )
-_lent: dict[int, tuple[Any, ...]] = {}
-"""What other libraries use, by the address of its structure."""
+_loans: dict[int, tuple[Any, ...]] = {}
+"""Tensors that other libraries hold, by their addresses, with the arrays behind them."""
 
 
 def _end_capsule(capsule: int) -> None:
     """Forget a structure that nobody took out of its capsule."""
     if _has_name(capsule, _NAME):
-        _lent.pop(_pointer_in(capsule, _NAME), None)
+        _loans.pop(_pointer_in(capsule, _NAME), None)
 
 
 _taker = ctypes.CFUNCTYPE(None, ctypes.c_void_p)
-_on_deletion, _on_end = _taker(lambda address: _lent.pop(address, None)), _taker(_end_capsule)
+_on_deletion, _on_end = _taker(lambda address: _loans.pop(address, None)), _taker(_end_capsule)
 
 
 class DeviceArray:
@@ -110,7 +110,7 @@ class DeviceArray:
         deleter = ctypes.cast(_on_deletion, ctypes.c_void_p)
         tensor = _Tensor(self._address, _CUDA, 0, len(self.shape), kind, bits, 1, lengths, None, 0, None, deleter)
         address = ctypes.addressof(tensor)
-        _lent[address] = tensor, lengths, self
+        _loans[address] = tensor, lengths, self
         return _new_capsule(address, _NAME, ctypes.cast(_on_end, ctypes.c_void_p))
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Any:
@@ -149,7 +149,7 @@ def _new_arrays(device: Device, *kinds: tuple[tuple[int, ...], Any]) -> list[Dev
     return [DeviceArray(device, place, *kind, memory) for place, kind in zip(places, kinds, strict=False)]
 
 
-def _sent(device: Device, array: Any) -> DeviceArray:
+def _upload(device: Device, array: Any) -> DeviceArray:
     """Return a copy of an array on the card."""
     (there,) = _new_arrays(device, (array.shape, array.dtype))
     if array.size:
@@ -159,14 +159,14 @@ def _sent(device: Device, array: Any) -> DeviceArray:
 
 def _copy_rows(few: DeviceArray, many: DeviceArray, which: Any, back: bool) -> None:
     """Copy the rows `which` of an array into another one, or back."""
-    rows, width = _sent(many._device, which), many.size // many.shape[0] * many.dtype.itemsize
+    rows, width = _upload(many._device, which), many.size // many.shape[0] * many.dtype.itemsize
     pair = (few, many) if back else (many, few)
     numbers = [n for each in pair for n in (each._address, each.size * each.dtype.itemsize)]
     numbers += [rows._address, len(which), width, int(back)]
-    many._device.run_there("copy_rows", lambda first, last: numbers, len(which))
+    many._device.run_on_card("copy_rows", lambda first, last: numbers, len(which))
 
 
-def _some(array: DeviceArray, which: Any) -> Any:
+def _fetch_rows(array: DeviceArray, which: Any) -> Any:
     """Return some rows of an array on the card, here; one row stands for all."""
     if array.shape[0] == 1:
         return np.asarray(array)
@@ -177,18 +177,18 @@ def _some(array: DeviceArray, which: Any) -> Any:
 
 def _put(array: DeviceArray, which: Any, values: Any) -> None:
     """Write some rows of an array on the card."""
-    _copy_rows(_sent(array._device, values), array, which, True)
+    _copy_rows(_upload(array._device, values), array, which, True)
 
 
-# What a query takes
+# Arguments of a query
 
-_RaysThere: Any = RayArrays
-_HitsThere: Any = HitBuffers
+_CardRays: Any = RayArrays
+_CardHits: Any = HitBuffers
 """With a `DeviceArray` for each field."""
 
 
-def _taken(query: str, name: str, value: Any, device: Device) -> DeviceArray:
-    """Return an array of another library, whose work on it comes first. Raise ValueError for a wrong one."""
+def _as_card_array(query: str, name: str, value: Any, device: Device) -> DeviceArray:
+    """Return an array of another library, after that library's work on it; raise TypeError or ValueError for a wrong one."""
     if not is_on_card(value):
         raise TypeError(f"{query}: {name} must be an array on the card, as the others are, got {describe_kind(value)}")
     address, kind, shape, strides, owner = (_by_dlpack if hasattr(type(value), "__dlpack__") else _by_interface)(
@@ -234,10 +234,10 @@ def _by_interface(value: Any, device: Device) -> tuple[Any, ...]:
 
 def _flag(device: Device, function: str, *arrays: DeviceArray, count: int) -> bool:
     """Return whether a function that checks arrays has found anything."""
-    flag = _sent(device, np.zeros(1, np.int8))
+    flag = _upload(device, np.zeros(1, np.int8))
     numbers = [n for array in arrays for n in (array._address, array.shape[0])]
     numbers += [count, flag._address] if function == "check_rays" else [flag._address]
-    device.run_there(function, lambda first, last: numbers, count)
+    device.run_on_card(function, lambda first, last: numbers, count)
     return bool(np.asarray(flag)[0])
 
 
@@ -253,13 +253,13 @@ def _open(query: str, executor: Any, device: str | None) -> Device:
     return found
 
 
-def along_rays(
+def query_rays(
     scene: PreparedScene, query: str, executor: Any, device: str | None, origins: Any, directions: Any, t_min: Any,
     t_max: Any,
 ) -> DeviceHits | DeviceArray:  # fmt: skip
     """Return the first hits of rays on a card, or whether they are occluded."""
     gpu = _open(query, executor, device)
-    o, d = (_taken(query, name, x, gpu) for name, x in (("origins", origins), ("directions", directions)))
+    o, d = (_as_card_array(query, name, x, gpu) for name, x in (("origins", origins), ("directions", directions)))
     if o.shape != d.shape:
         raise ValueError(f"{query}: origins and directions on a card must have one shape, got {o.shape} and {d.shape}")
     for name, value in (("t_min", t_min), ("t_max", t_max)):
@@ -270,19 +270,19 @@ def along_rays(
         Rays(np.asarray(o), np.asarray(d))  # which raises
     limits = [ray_queries.limits_of(query, o._as(shape), name, t) for name, t in (("t_min", t_min), ("t_max", t_max))]  # type: ignore[arg-type]
     lines = o._as((count, 3)), d._as((count, 3))
-    arrays = _RaysThere(*lines, *(_sent(gpu, each) for each in (*limits, np.full(1, -1, np.int32))))
+    arrays = _CardRays(*lines, *(_upload(gpu, each) for each in (*limits, np.full(1, -1, np.int32))))
     return (_first_hit if query == "first_hit" else _occluded)(scene, gpu, arrays, shape)
 
 
 def _first_hit(scene: PreparedScene, gpu: Device, rays: Any, shape: tuple[int, ...]) -> DeviceHits:
     count = rays.origins.shape[0]
-    found = _HitsThere(*_new_arrays(gpu, *(((count,), kind) for kind in ("f8", "i4", "i4", "i4", "i1"))))
+    found = _CardHits(*_new_arrays(gpu, *(((count,), kind) for kind in ("f8", "i4", "i4", "i4", "i1"))))
     if not _trace(scene, gpu, "first_hits", rays, found):
-        hits = ray_queries.first_hit(scene, _rays_here(rays), np.asarray(rays.t_min), np.asarray(rays.t_max), "cpu")
-        return DeviceHits(scene, gpu, rays, shape, _HitsThere(*(_sent(gpu, x) for x in hits._buffers)), hits._doubtful)
+        hits = ray_queries.first_hit(scene, _host_rays(rays), np.asarray(rays.t_min), np.asarray(rays.t_max), "cpu")
+        return DeviceHits(scene, gpu, rays, shape, _CardHits(*(_upload(gpu, x) for x in hits._buffers)), hits._doubtful)
     doubtful = is_doubtful(np.asarray(found.turn)).nonzero()[0]
     if len(doubtful):
-        some, few = (tuple(_some(array, doubtful) for array in arrays) for arrays in (rays, found))
+        some, few = (tuple(_fetch_rows(array, doubtful) for array in arrays) for arrays in (rays, found))
         arrays, decided, every = RayArrays(*some), HitBuffers(*few), np.arange(len(doubtful))
         resolve_hits(scene, arrays, every, decided)
         for array, values in zip(found, decided, strict=True):
@@ -294,38 +294,38 @@ def _first_hit(scene: PreparedScene, gpu: Device, rays: Any, shape: tuple[int, .
 def _occluded(scene: PreparedScene, gpu: Device, rays: Any, shape: tuple[int, ...]) -> DeviceArray:
     (result,) = _new_arrays(gpu, (rays.origins.shape[:1], "i1"))
     if not _trace(scene, gpu, "any_hits", rays, (result,)):
-        answer = ray_queries.occluded(scene, _rays_here(rays), np.asarray(rays.t_min), np.asarray(rays.t_max), "cpu")
-        return _sent(gpu, np.asarray(answer))._as(shape)
+        answer = ray_queries.occluded(scene, _host_rays(rays), np.asarray(rays.t_min), np.asarray(rays.t_max), "cpu")
+        return _upload(gpu, np.asarray(answer))._as(shape)
     doubtful = is_doubtful(np.asarray(result)).nonzero()[0]
     if len(doubtful):
-        some = RayArrays(*(_some(array, doubtful) for array in rays))
+        some = RayArrays(*(_fetch_rows(array, doubtful) for array in rays))
         hits = HitBuffers.new(len(doubtful))
         resolve_hits(scene, some, np.arange(len(doubtful)), hits)
         _put(result, doubtful, (hits.body >= 0).astype(np.int8))
     return result._as(shape, np.bool_)
 
 
-def there_at_points(scene: PreparedScene, query: str, executor: Any, device: str | None, points: Any) -> DeviceArray:
+def query_points(scene: PreparedScene, query: str, executor: Any, device: str | None, points: Any) -> DeviceArray:
     """Return the first body at each point on a card, or whether there is one."""
     gpu = _open(query, executor, device)
-    given = _taken(query, "points", points, gpu)
+    given = _as_card_array(query, "points", points, gpu)
     shape, count = given.shape[:-1], given.size // 3
     flat = given._as((count, 3))
     if _flag(gpu, "check_points", flat, count=count):
         at_points.points_of(query, np.asarray(given))  # which raises
     bodies, undecided = _new_arrays(gpu, ((count,), "i4"), ((count,), "i1"))
-    if _trace(scene, gpu, "first_bodies", (flat, _sent(gpu, at_points.BEFORE_FIRST)), (bodies, undecided)):
+    if _trace(scene, gpu, "first_bodies", (flat, _upload(gpu, at_points.BEFORE_FIRST)), (bodies, undecided)):
         doubtful = np.asarray(undecided).nonzero()[0]
         if len(doubtful):
             found = np.empty(len(doubtful), np.int32)
-            resolve_bodies(scene, _some(flat, doubtful), at_points.BEFORE_FIRST, np.arange(len(doubtful)), found)
+            resolve_bodies(scene, _fetch_rows(flat, doubtful), at_points.BEFORE_FIRST, np.arange(len(doubtful)), found)
             _put(bodies, doubtful, found)
     else:
-        bodies = _sent(gpu, at_points.body_at(scene, np.asarray(flat), query, "cpu"))
+        bodies = _upload(gpu, at_points.body_at(scene, np.asarray(flat), query, "cpu"))
     if query == "body_at":
         return bodies._as(shape)
     (result,) = _new_arrays(gpu, ((count,), "i1"))
-    gpu.run_there("are_bodies", lambda first, last: [bodies._address, count, result._address, count], count)
+    gpu.run_on_card("are_bodies", lambda first, last: [bodies._address, count, result._address, count], count)
     return result._as(shape, np.bool_)
 
 
@@ -336,10 +336,10 @@ def _trace(scene: PreparedScene, gpu: Device, function: str, inputs: Sequence[An
     def numbers(first: int, last: int) -> list[int]:
         return [n for array in (*inputs, *outputs) for n in array._part(first, last, count)]
 
-    return gpu.run_there(function, numbers, count, scene)
+    return gpu.run_on_card(function, numbers, count, scene)
 
 
-def _rays_here(rays: Any) -> Rays:
+def _host_rays(rays: Any) -> Rays:
     """Return rays as queries of the CPU take them."""
     return Rays._spawned(np.asarray(rays.origins), np.asarray(rays.directions), np.full(1, -1, np.int32))
 
@@ -347,7 +347,7 @@ def _rays_here(rays: Any) -> Rays:
 class DeviceHits:
     """First hits of rays on a card, shaped like the rays. Each field is a `DeviceArray`, made when it is needed.
 
-    They hold the arrays of the rays without a copy: who writes to these changes fields that are made later.
+    They hold the arrays of the rays without a copy. Writing to these arrays changes fields that are computed later.
 
     Attributes
     ----------
@@ -386,12 +386,12 @@ class DeviceHits:
         n = self._count
         given, made = ([number for x in some for number in (x._address, n)] for some in (inputs, outputs))
         numbers = [*given, n, *made, *([] if flag is None else [flag._address])]
-        self._device.run_there(function, lambda first, last: numbers, n, self._scene if flag is None else None)
+        self._device.run_on_card(function, lambda first, last: numbers, n, self._scene if flag is None else None)
 
     def _flags(self, function: str, array: Any) -> DeviceArray:
         """Return a number for each ray, 0 or 1, as bool."""
         n, (result,) = self._count, _new_arrays(self._device, ((self._count,), "i1"))
-        self._device.run_there(function, lambda first, last: [array._address, n, result._address, n], n)
+        self._device.run_on_card(function, lambda first, last: [array._address, n, result._address, n], n)
         return result._as(self.shape, np.bool_)
 
     @property
@@ -414,7 +414,7 @@ class DeviceHits:
     def doubtful(self) -> DeviceArray:
         flags = np.zeros(self._count, np.bool_)
         flags[self._doubtful] = True
-        return _sent(self._device, flags)._as(self.shape)
+        return _upload(self._device, flags)._as(self.shape)
 
     @cached_property
     def _faces(self) -> DeviceArray:
@@ -436,7 +436,10 @@ class DeviceHits:
 
     @cached_property
     def _points(self) -> DeviceArray:
-        far, (points,) = _sent(self._device, np.zeros(1, np.int8)), _new_arrays(self._device, ((self._count, 3), "f8"))
+        far, (points,) = (
+            _upload(self._device, np.zeros(1, np.int8)),
+            _new_arrays(self._device, ((self._count, 3), "f8")),
+        )
         lines, found = self._rays[:2], self._found
         self._fill("hit_points", [*lines, found.t], [points], far)
         if np.asarray(far)[0]:
@@ -452,7 +455,7 @@ class DeviceHits:
     def normal(self) -> DeviceArray:
         n, (normals,) = self._count, _new_arrays(self._device, ((self._count, 3), "f8"))
         self._fill("normals_of", [self._faces, self._points], [normals])
-        self._device.run_there("clear_negligible", lambda first, last: [normals._address, n], n)
+        self._device.run_on_card("clear_negligible", lambda first, last: [normals._address, n], n)
         return normals._as((*self.shape, 3))
 
     @cached_property

@@ -186,14 +186,6 @@ def faces_of(geometry: Geometry, entry: Ints, place: Ints, turn: Signs, begin: i
             faces[0, i], faces[1, i], faces[2, i] = surface, face, side
 
 
-@kernel(origins="n 3", directions="n 3", t="n", begin="0..end", end="0..n", points="out n 3")
-def points_along(origins: Floats, directions: Floats, t: Floats, begin: int, end: int, points: Floats) -> None:
-    """Write origin + t direction, rounded once by a fused multiply-add; NaN for misses."""
-    for i in range(begin, end):
-        for k in range(3):
-            points[i, k] = fma(t[i], directions[i, k], origins[i, k]) if t[i] < math.inf else math.nan
-
-
 FAR = 2.0**17
 """A hit is far from the ray's origin if |t d| is larger than this times its own coordinates: then origin + t direction
 is farther beside the surface than culling of rays that start there allows (`culling_constants.ORIGIN_SLACK`)."""
@@ -210,7 +202,7 @@ def is_far(directions: Floats, t: Floats, points: Floats, i: int) -> bool:
 def hit_points(
     origins: Floats, directions: Floats, t: Floats, begin: int, end: int, points: Floats, far: Signs
 ) -> None:  # fmt: skip
-    """`points_along`; sets far[0] if a hit is far from the origin of its ray."""
+    """Write origin + t direction, rounded once by a fused multiply-add, NaN for misses; set far[0] for a far hit."""
     for i in range(begin, end):
         for k in range(3):
             points[i, k] = fma(t[i], directions[i, k], origins[i, k]) if t[i] < math.inf else math.nan

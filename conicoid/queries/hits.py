@@ -71,7 +71,7 @@ class Hits(QueryResult, HitDerivatives):
     _buffers: HitBuffers
     _doubtful: npt.NDArray[np.int64]
     _single: tuple[Any, ...]  # of one ray, see `_of_single`
-    _views = ("t", "body", "surface", "face", "entering", "doubtful", "_single", "_alone")
+    _views = ("t", "body", "surface", "face", "entering", "doubtful", "_single", "_single_fields")
 
     def __init__(self, scene: PreparedScene, rays: Rays, found: HitBuffers, doubtful: Any = ()) -> None:
         vars(self).update(_scene=scene, rays=rays, _buffers=found, _doubtful=np.asarray(doubtful, np.int64))
@@ -137,7 +137,7 @@ class Hits(QueryResult, HitDerivatives):
             result.flags.writeable = False
         return result
 
-    def _call_alone(self, direction: Any = None) -> tuple[Any, ...] | None:
+    def _compute_single(self, direction: Any = None) -> tuple[Any, ...] | None:
         """Return what a call of `hit_alone` finds for a single hit near its ray; None where arrays must do.
 
         direction: that of a ray which is to start there.
@@ -155,15 +155,15 @@ class Hits(QueryResult, HitDerivatives):
         return None if found is None or found[-1] else found
 
     @cached_property
-    def _alone(self) -> tuple[Any, ...] | None:
+    def _single_fields(self) -> tuple[Any, ...] | None:
         """(_, surface, face, side, point, normal, _) of a single hit near its ray, else None."""
-        return self._call_alone()
+        return self._compute_single()
 
     @cached_property
     def _faces(self) -> Any:
         """int32 (3, n): surface number, face number, side; -1, -1, 0 for a miss."""
-        if self._alone is not None:
-            return np.array(self._alone[1:4], np.int32).reshape(3, 1)
+        if self._single_fields is not None:
+            return np.array(self._single_fields[1:4], np.int32).reshape(3, 1)
         found = self._buffers
         faces = empty_array((3, len(found.t)), np.int32)
         arguments = (self._scene.geometry, found.entry, found.place, found.turn)
@@ -215,8 +215,8 @@ class Hits(QueryResult, HitDerivatives):
     @cached_property
     def _places(self) -> tuple[FloatArray, FloatArray]:
         """Points, and bounds on the errors of those far from the origins of their rays: NaN for others, or empty."""
-        if self._alone is not None:
-            return np.array([self._alone[4:7]]), np.empty(0)
+        if self._single_fields is not None:
+            return np.array([self._single_fields[4:7]]), np.empty(0)
         t = self._buffers.t
         points, far, errors = empty_array((len(t), 3), np.float64), np.zeros(1, np.int8), np.empty(0)
         lines = lines_of(self.rays)
@@ -281,7 +281,7 @@ class Hits(QueryResult, HitDerivatives):
 
     @cached_property
     def normal(self) -> FloatArray:
-        return self._shaped(self._normals if self._alone is None else np.array(self._alone[7:10]), 3)
+        return self._shaped(self._normals if self._single_fields is None else np.array(self._single_fields[7:10]), 3)
 
     @property
     @ignore_fp_errors
@@ -313,7 +313,7 @@ class Hits(QueryResult, HitDerivatives):
         ValueError
             For a NaN, infinite or zero direction of a hit, with its index.
         """
-        found = self._call_alone(directions)
+        found = self._compute_single(directions)
         if found is None:
             return self._spawn_many(directions)
         start = np.array(found[1:2], np.int32)

@@ -105,7 +105,7 @@ class Exposure:
         return int(count[self._sample_mask(self.job.samples) != 0].min(initial=self.job.samples))
 
     def _sample_mask(self, last: int) -> Any:
-        """(squares,): which get samples in a pass that ends with `last`."""
+        """Return a mask (squares,): the squares that get samples in a pass that ends with `last`."""
         across = -(-self.job.width // SIDE)
         top, bottom = self.begin // across, -(-self.end // across)
         rows, columns = -(-self.job.height // SQUARE), -(-self.job.width // SQUARE)

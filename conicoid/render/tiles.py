@@ -111,7 +111,7 @@ def luminance(r: float, g: float, b: float) -> float:
 
 @helper
 def add_samples(frame: SquareBuffers, count: int, several: int) -> None:
-    """Some samples more of each pixel of a square, one after the other: their light times what it counts."""
+    """Add some samples to the sums of each pixel of a square, one after the other, with their weights."""
     weights, colors, sums = frame.weights, frame.colors, frame.sums
     for i in range(count):
         red, green, blue, squares = sums[i, 0], sums[i, 1], sums[i, 2], sums[i, SQUARES]

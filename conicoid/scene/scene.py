@@ -546,7 +546,8 @@ class Scene:
         Returns
         -------
         Hits
-            Of the leading shape of the rays; misses have t = inf and body -1.
+            Of the leading shape of the rays; misses have t = inf and body -1. Rays on a GPU give `DeviceHits`
+            (page "On a GPU").
 
         Raises
         ------
@@ -733,7 +734,7 @@ class Scene:
             from ..queries import device_arrays
 
             given = origins, directions, t_min, t_max
-            return device_arrays.along_rays(self._prepared, query, executor, device, *given)
+            return device_arrays.query_rays(self._prepared, query, executor, device, *given)
         if _is_remote(executor, origins, directions):
             _refuse_device(query, device)
             from ..parallel.queries import dispatch_rays
@@ -800,7 +801,7 @@ class Scene:
         if is_on_card(points):
             from ..queries import device_arrays
 
-            return device_arrays.there_at_points(self._prepared, query, executor, device, points)
+            return device_arrays.query_points(self._prepared, query, executor, device, points)
         if _is_remote(executor, points):
             _refuse_device(query, device)
             from ..parallel.queries import dispatch_points

@@ -54,7 +54,7 @@ def assert_same(query, names, scene, rays, t_min=0.0, t_max=math.inf):
 
 
 @pytest.mark.parametrize(("query", "names"), QUERIES)
-@pytest.mark.parametrize("kind", [*KINDS, "trees on a grid", "random trees"])
+@pytest.mark.parametrize("kind", [*KINDS, "trees"])
 @pytest.mark.parametrize("width", [48, pytest.param(512, marks=pytest.mark.deep)])
 def test_every_kind_of_body(kind, query, names, width):
     scene = scene_of(kind, 4 if width < 100 else 6)
@@ -64,7 +64,7 @@ def test_every_kind_of_body(kind, query, names, width):
         assert len(found.body) > 0 or scene.bodies[0].shape.is_sheet
 
 
-@pytest.mark.parametrize("kind", [*KINDS, "trees on a grid", "random trees"])
+@pytest.mark.parametrize("kind", [*KINDS, "trees"])
 @pytest.mark.parametrize("width", [48, pytest.param(512, marks=pytest.mark.deep)])
 def test_parallel_lines(kind, width):
     """Lines, which begin before their origins, are packets where they are parallel: first hits too."""

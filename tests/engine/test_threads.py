@@ -19,7 +19,7 @@ from conicoid.kernels.crossings import trace_rows
 from conicoid.kernels.first_hits import HitBuffers, trace_first
 from conicoid.kernels.programs import new_counts
 from conicoid.kernels.tables import GATE_START, GATES, HALT, LEAVES, LENGTHS, STEPS
-from conicoid.queries.hit_fields import first_invalid, points_along
+from conicoid.queries.hit_fields import first_invalid, hit_points
 from conicoid.queries.ray_queries import arrays_of
 
 from ..machine_code import needs_machine_code
@@ -163,7 +163,9 @@ LENGTHS_ALONG = np.random.default_rng(2).normal(size=POINTS)
 def points(chunk: int = 7) -> np.ndarray:
     """Points along lines, by a kernel in chunks."""
     found = np.full((POINTS, 3), np.nan)
-    threads.run_chunks(threads.KernelRange(points_along, (*LINES, LENGTHS_ALONG), (found,)), POINTS, chunk)
+    threads.run_chunks(
+        threads.KernelRange(hit_points, (*LINES, LENGTHS_ALONG), (found, np.zeros(1, np.int8))), POINTS, chunk
+    )
     return found
 
 
@@ -189,32 +191,32 @@ def test_a_kernel_does_its_whole_range_on_threads_of_the_extension(count):
 
 @needs_machine_code
 def test_what_cannot_be_divided_is_refused():
-    found = np.zeros((POINTS, 3))
-    good = (*LINES, LENGTHS_ALONG, 0, POINTS, found)
+    found = np.zeros((POINTS, 3)), np.zeros(1, np.int8)
+    good = (*LINES, LENGTHS_ALONG, 0, POINTS, *found)
     refused = [
-        (points_along, (*LINES, LENGTHS_ALONG, 2, 1, found), 7), (points_along, good, 0), (points_along, good, -1),
-        (first_invalid, tuple(LINES), 7), (points_along, (*LINES, LENGTHS_ALONG, 0, POINTS + 1, found), 7),
+        (hit_points, (*LINES, LENGTHS_ALONG, 2, 1, *found), 7), (hit_points, good, 0), (hit_points, good, -1),
+        (first_invalid, tuple(LINES), 7), (hit_points, (*LINES, LENGTHS_ALONG, 0, POINTS + 1, *found), 7),
     ]  # fmt: skip
     for arguments in refused:
-        with pytest.raises(ValueError, match="^(points_along|first_invalid)"):
+        with pytest.raises(ValueError, match="^(hit_points|first_invalid)"):
             SHIPPED.pieces(*arguments, None)
     for wrong in (np.zeros(POINTS - 1, np.int8), np.zeros(POINTS), np.zeros((POINTS, 2), np.int8)[:, 0], "marks"):
         with pytest.raises((TypeError, ValueError, BufferError)):
-            SHIPPED.pieces(points_along, good, 7, wrong)
+            SHIPPED.pieces(hit_points, good, 7, wrong)
     for arguments in (
-        (points_along, good),
-        (points_along, list(good), 7, None),
+        (hit_points, good),
+        (hit_points, list(good), 7, None),
         (print, good, 7, None),
-        (points_along, good[1:], 7, None),
+        (hit_points, good[1:], 7, None),
     ):
         with pytest.raises(TypeError):
             SHIPPED.pieces(*arguments)
     for calls in ([good], (good, list(good)), (good, good[1:]), good):
         with pytest.raises(TypeError):
-            SHIPPED.calls(points_along, calls)
+            SHIPPED.calls(hit_points, calls)
     with pytest.raises(TypeError):
         SHIPPED.calls(print, (good,))
-    pieces = SHIPPED.pieces(points_along, good, 7, None)
+    pieces = SHIPPED.pieces(hit_points, good, 7, None)
     for count in (0, -1, 1 << 20):
         with pytest.raises(ValueError, match="number of threads"):
             pieces.start(count)

@@ -296,7 +296,7 @@ def test_dlpack_in_and_out(card, monkeypatch):
     """The emulated card's memory is the CPU's, so that NumPy can be the other library."""
     scene, rays = crowded_scene(), camera(24)
     hits = scene.first_hit(OnCard(card, rays.origins), OnCard(card, rays.directions))
-    used = len(device_arrays._lent)
+    used = len(device_arrays._loans)
     with pytest.raises(BufferError):
         hits.t.__dlpack__(copy=True)
     monkeypatch.setattr(device_arrays, "_CUDA", 1)
@@ -306,10 +306,10 @@ def test_dlpack_in_and_out(card, monkeypatch):
         assert shared.shape == getattr(hits, field).shape
         del shared
     capsule = hits.t.__dlpack__(stream=3)
-    assert len(device_arrays._lent) == used + 1
+    assert len(device_arrays._loans) == used + 1
     del capsule
     gc.collect()
-    assert len(device_arrays._lent) == used
+    assert len(device_arrays._loans) == used
     given = rays.origins.copy()
     address, kind, shape, steps, _ = device_arrays._by_dlpack(NumPy(given[:, ::2]), device._first_device())
     assert (address, kind, shape) == (given.ctypes.data, "f8", (24, 12, 3))

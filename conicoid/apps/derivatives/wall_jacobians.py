@@ -309,7 +309,6 @@ def _center_uv(q: list[list[Any]], anchor: tuple[Any, ...]) -> UV:
 
 def _faces_of_polyhedron(shape: Polyhedron, slopes: Any, motion: Motion) -> Iterator[tuple[int, Any, UV]]:
     """Yield the faces of a polyhedron. The derivatives of uv are unknown: the maps refer to a point near the solid."""
-    # The point lies near the middle of the box, which any face may bound.
     keys = {key for number in itertools.chain(slopes.offsets, *slopes.normals) for key in slopes_of(number)}
     for number, (own, moving) in enumerate(zip(shape.surfaces, slopes.surfaces, strict=True)):
         yield number, moving.moved(motion), transform_uv(without_uv_slopes(plane_uv(own), keys), motion)

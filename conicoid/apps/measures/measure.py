@@ -83,15 +83,25 @@ class Measures:
         printer.text(repr(self) if cycle else str(self))
 
     def __str__(self) -> str:
-        rows = [
+        return "\n".join(
+            f"{name:<11}{value:>16.9g}" + (f"  ± {error:.2g}" if error else "") for name, value, error in self._rows()
+        )
+
+    def _repr_html_(self) -> str:
+        """Return the table that a notebook shows."""
+        from ..._util.text import html_table
+
+        rows = self._rows()
+        return html_table(("measure", "value", "standard error"), rows, len(rows))
+
+    def _rows(self) -> list[tuple[str, float, float]]:
+        """Return names, values and standard errors."""
+        return [
             ("volume", self.volume, self.volume_error),
             ("area", self.area, self.area_error),
             *((f"centroid {a}", c, e) for a, c, e in zip("xyz", self.centroid, self.centroid_error, strict=True)),
             *((f"inertia {'xyz'[i]}{'xyz'[j]}", self.inertia[i, j], self.inertia_error[i, j]) for i, j in PAIRS),
         ]
-        return "\n".join(
-            f"{name:<11}{value:>16.9g}" + (f"  ± {error:.2g}" if error else "") for name, value, error in rows
-        )
 
 
 @overload

@@ -298,7 +298,8 @@ _OTHER_UNITS = {
 }  # fmt: skip
 """Pressures in pascal and masses in grams: only ratios within each matter here."""
 
-# CLHEP's system of units, that of Geant4: mm, ns, MeV, positron charge, kelvin, mole, radian
+# CLHEP's system of units, that of Geant4, but for the gram, which is 1: mm, ns, MeV, positron charge, kelvin, mole,
+# radian
 UNIT_VALUES: dict[str, Fraction] = {name: Fraction(value) for name, value in (_MM | _OTHER_UNITS).items()} | {
     "rad": Fraction(1), "radian": Fraction(1), "mrad": Fraction(1, 1000), "milliradian": Fraction(1, 1000),
     "deg": PI / 180, "degree": PI / 180, "pi": PI, "PI": PI, "twopi": 2 * PI, "TWOPI": 2 * PI, "halfpi": PI / 2,

@@ -189,7 +189,7 @@ class StructureReader:
         copy = None
         # Copy numbers are C++ ints in Geant4, so a wider one is a mistake
         if "copynumber" in element.attributes:
-            copy = GdmlValues(self.reading, element).integer("copynumber", most=2**31, least=-(2**31))
+            copy = GdmlValues(self.reading, element).integer("copynumber", most=2**31 - 1, least=-(2**31))
         self.add(volume, PhysicalVolume(strip_pointer(name), inner, shift, rotation, copy))
 
 

@@ -49,7 +49,7 @@ class CsgText:
     """The text of a file, with errors at lines and columns. Raise SceneFileError for a file that is too large."""
 
     def __init__(self, path: Path) -> None:
-        # Before the file is read
+        # A larger file would be read whole before the parser could refuse it
         size = path.stat().st_size
         if size > MAX_CSG_BYTES:
             message = f"has {size / 1e6:,.0f} MB, at most {MAX_CSG_BYTES / 1e6:,.0f} are read"

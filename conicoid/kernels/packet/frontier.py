@@ -46,7 +46,7 @@ _MOST_FOUND = MOST_ITEMS - 1024  # nodes and leaves: the rest is for the balls o
 _MOST_ROOTS = 64
 _SORTED = 64  # most items that are sorted exactly, more go into buckets
 _BUCKETS = 256
-_PREFETCH_DISTANCE = 10  # distance at which nodes are prefetched
+_PREFETCH_DISTANCE = 10  # nodes
 
 
 ITEM_COUNT = ITEMS_SIZE

@@ -215,7 +215,7 @@ def clear_ranks(ranks: Ranks) -> None:
 
 @inline
 def clear_stand(stand: Geometry, ranks: Ranks) -> None:
-    """Clear the canonical planes of a ray: for another ray those that are not listed are none. Then `clear_ranks`."""
+    """Clear the canonical planes of a ray, then its ranks, so that the next ray finds none."""
     for k in range(ranks.size[SURFACES]):
         if not is_curved(stand, ranks.surfaces[k]):
             at = stand.places[table.PLANES] + PLANE_SIZE * integer(stand, table.SURFACE_ROW, ranks.surfaces[k])

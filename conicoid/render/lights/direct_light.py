@@ -80,7 +80,7 @@ def _through_glass(
             break
         before, after = find_media(geometry, scratch, ray, t, materials.medium)
         inside, beyond = body_medium(materials, before), body_medium(materials, after)
-        # A wall between two bodies of one glass neither reflects nor absorbs
+        # All walls but those between two bodies of one glass reflect and absorb
         if materials.medium[body] == 0 or inside != beyond:
             r, g, b = absorb(materials, inside, (t - done) * length, r, g, b)
             nx, ny, nz = normal_at(geometry, surface, side, x + t * lx, y + t * ly, z + t * lz)

@@ -69,6 +69,7 @@ export class Exact {
     this.found = { t: f8(1), body: i4(1), entry: i4(1), place: i4(1), turn: array("i1", [1]) };
     this.faces = array("i4", [3, 1]);
     this.point = array("f8", [1, 3]);
+    this.far = array("i1", [1]);
     this.normal = array("f8", [1, 3]);
     this.uv = array("f8", [1, 2]);
     this.counts = i4(1);
@@ -106,7 +107,7 @@ export class Exact {
   // Point, normal and uv of what is in `found` and `faces`
   place() {
     const { engine, geometry, found } = this, one = [0n, 1n];
-    engine.call("points_along", ...this.line, found.t, ...one, this.point);
+    engine.call("hit_points", ...this.line, found.t, ...one, this.point, this.far);
     engine.call("normals_of", geometry, this.faces, this.point, ...one, this.normal);
     engine.call("uvs_of", geometry, found.body, this.faces, this.point, ...one, this.uv);
     return { point: this.read(this.point), normal: withoutTraces(this.read(this.normal)), uv: this.read(this.uv) };
