@@ -188,7 +188,7 @@ _CardHits: Any = HitBuffers
 
 
 def _as_card_array(query: str, name: str, value: Any, device: Device) -> DeviceArray:
-    """Return an array of another library, after that library's work on it; raise TypeError or ValueError for a wrong one."""
+    """Return an array of another library, after its work there; raise TypeError or ValueError for a wrong one."""
     if not is_on_card(value):
         raise TypeError(f"{query}: {name} must be an array on the card, as the others are, got {describe_kind(value)}")
     address, kind, shape, strides, owner = (_by_dlpack if hasattr(type(value), "__dlpack__") else _by_interface)(
