@@ -218,6 +218,7 @@ def elliptic_solids(rng: np.random.Generator) -> list[EllipticSolid]:
         DoubleCone(a, (low, high)),
         Ellipsoid((a, e, c), z_range=(0.9 * c * low, 0.9 * c * low + 0.05 * c * (high - low))),
         Ellipsoid((a, e, c), z_range=(c * (1 - 1e-3), 2 * c)),
+        Ellipsoid((a, 1e57 * e, 1e-58 * c), z_range=(-0.9e-58 * c, 0.9e-58 * c)),  # products overflow
     ]
 
 

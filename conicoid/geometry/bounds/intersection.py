@@ -205,7 +205,7 @@ def cut_bounds(
         Half-spaces that contain the intersection.
     share : bool
         True if the caller needs the planes, for unions in the intersection; otherwise `NO_CUTS` is returned.
-    known : KnownBoxes, optional
+    known_boxes : KnownBoxes, optional
         Bounds of primitives that the caller has computed before.
     """
     boxes = [_uncut_box(part, known_boxes) for part in parts]

@@ -173,14 +173,16 @@ def _roots(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
 
 _THIN = 2.0**-20
 """A solid whose height is less than this share of its distance has its support from fractions."""
+_LARGE = 1e70
+"""Products of four numbers below this, and above its inverse, neither overflow nor underflow."""
 
 
 @ignore_fp_errors
 def elliptic_supports(solids: FloatArray, directions: FloatArray) -> FloatArray:
     """Return `elliptic_support` of n solids in m directions each; NaN where it takes fractions.
 
-    It does so along the axes, where the support is exact, and for thin or endless solids. In all other cases a bound
-    on the rounding error of g raises it.
+    It does so along the axes, where the support is exact, and for thin, endless or extreme solids. In all other cases
+    a bound on the rounding error of g raises it.
 
     Parameters
     ----------
@@ -206,6 +208,9 @@ def elliptic_supports(solids: FloatArray, directions: FloatArray) -> FloatArray:
     best = np.where(there, reach, -np.inf).max(axis=-1)
     size = np.maximum(np.abs(low), np.abs(high))
     known = ((directions != 0).sum(axis=-1) > 1) & (high - low > _THIN * size) & np.isfinite(size) & np.isfinite(best)
+    for factor in map(np.abs, (w, uz, g0, g1, g2)):
+        # A stationary height is lost where a product of four factors overflows or underflows
+        known &= (factor == 0) | ((factor > 1 / _LARGE) & (factor < _LARGE))
     return np.where(known, best, np.nan)
 
 

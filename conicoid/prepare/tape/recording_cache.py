@@ -17,6 +17,8 @@ FEWEST = 8
 """A new recording needs at least so many shapes of a kind: it takes as long as some of them lowered singly."""
 _MOST = 48
 """Most recordings of one kind."""
+_MOST_DOUBLINGS = 4
+"""However often a kind has failed, 16 times `FEWEST` of its bodies are tried again."""
 _MOST_FAILURES = 2
 """After so many bodies without a recording, the rest of a call is left as well."""
 
@@ -68,7 +70,8 @@ class RecordingCache:
             while len(left):
                 if number == len(recordings.made):
                     # A try costs as much as some bodies lowered singly: after a failure it takes twice as many
-                    if len(left) < FEWEST << recordings.failures or number == _MOST or failed == _MOST_FAILURES:
+                    fewest = FEWEST << min(recordings.failures, _MOST_DOUBLINGS)
+                    if len(left) < fewest or number == _MOST or failed == _MOST_FAILURES:
                         break
                     try:
                         tape = Tape()
