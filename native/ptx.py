@@ -267,8 +267,11 @@ def build(folder: Path, out: Path, names: Sequence[str] = NAMES) -> None:
     for name in names:
         file = out / f"{name}.ptx"
         file.write_text(ptx(module, name), encoding="ascii")
-        for family in FAMILIES if shutil.which("ptxas") else ():
-            subprocess.run(["ptxas", f"-arch={family}", "-o", file.with_suffix(f".{family}.cubin"), file], check=True)
+        for family in FAMILIES:
+            cubin = file.with_suffix(f".{family}.cubin")
+            cubin.unlink(missing_ok=True)  # of an earlier build: drivers prefer it to the text
+            if shutil.which("ptxas"):
+                subprocess.run(["ptxas", f"-arch={family}", "-o", cubin, file], check=True)
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import time
 
 import pytest
@@ -149,18 +150,38 @@ def test_what_was_being_compiled_can_be_asked_for_again(monkeypatch):
     assert (code, rest.split()[-1], errors) == (0, "2", "")
 
 
-def test_a_second_one_while_the_first_is_seen_to():
-    work = "from conicoid.kernels.threads import run_chunks\nimport hashlib, threading\n"
-    work += "def hang(a, b):\n    print('begun\\n', end='', flush=True)\n    hashlib.pbkdf2_hmac('sha256', b'', b'', 2**31 - 1)\n"
-    with child(f"{work}run_chunks(hang, 8, 1)") as running:
+# The first comes from outside; the program itself sends the second while that is seen to, and the third on its way out
+THREE = """
+import hashlib, signal
+from conicoid.kernels import threads
+
+def hang(begin, end):
+    print("begun\\n", end="", flush=True)
+    hashlib.pbkdf2_hmac("sha256", b"", b"", 2**31 - 1)
+
+def join(crew, seconds, join=threads.join_threads):
+    print("waiting\\n", end="", flush=True)
+    signal.raise_signal(signal.SIGINT)
+    join(crew, seconds)
+
+threads.set_threads(2)
+threads.join_threads = join
+try:
+    threads.run_chunks(hang, 8, 1)
+finally:
+    signal.raise_signal(signal.SIGINT)
+"""
+
+
+def test_a_second_and_a_third_one_while_the_first_is_seen_to():
+    with child(THREE) as running:
         assert running.line() == "begun"
-        for _ in range(3):
-            running.interrupt()
-            time.sleep(0.05)
-        code, _, errors = running.end()
-    # Where the last one comes while Python prints the first, Python's own exit code is 1, and its text is cut off
-    assert code != 0
-    assert "KeyboardInterrupt" in errors
+        running.interrupt()
+        code, out, errors = running.end()
+    assert code == -signal.SIGINT
+    assert "waiting" in out
+    assert errors.count("Traceback") == 3
+    assert errors.splitlines()[-1] == "KeyboardInterrupt"
 
 
 # The command ----------------------------------------------------------------------------------------

@@ -223,7 +223,8 @@ def _by_interface(value: Any, device: Device) -> tuple[Any, ...]:
     """`_by_dlpack` by the interface of Numba and CuPy."""
     found = value.__cuda_array_interface__
     stream = found.get("stream", 1)  # older interfaces know the default stream alone
-    if stream is not None:
+    # A stream of another card cannot be followed; the caller refuses such an array
+    if stream is not None and math.prod(found["shape"]) and device.driver.card_of(found["data"][0]) == 0:
         device.driver.follow(device.lanes[0].stream, stream)
     kind = np.dtype(found["typestr"])
     strides = found.get("strides")

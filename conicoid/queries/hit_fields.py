@@ -105,6 +105,7 @@ def scan_lines(
     for i in range(begin, end):
         view, pixel = (first + i) // size, (first + i) % size
         if view >= len(vectors):
+            wrong = 1
             break
         w = vectors[view]
         across, up = pixel % columns - (columns - 1) / 2, pixel // columns - (rows - 1) / 2

@@ -313,7 +313,7 @@ class Hits(QueryResult, HitDerivatives):
         ValueError
             For a NaN, infinite or zero direction of a hit, with its index.
         """
-        found = self._compute_single(directions)
+        found = None if directions is None else self._compute_single(directions)
         if found is None:
             return self._spawn_many(directions)
         start = np.array(found[1:2], np.int32)

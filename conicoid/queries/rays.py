@@ -465,8 +465,19 @@ class LazyRays(ArrayRecord):
             The first ray, and the one after the last.
         shape : tuple of int, optional
             A shape of `end - begin` rays; (end - begin,) by default.
+
+        Raises
+        ------
+        IndexError
+            For rays that are not in the list.
+        ValueError
+            For a shape of more or fewer rays.
         """
-        array_shape = (*(shape or (end - begin,)), 3)
+        if not 0 <= begin <= end <= self.size:
+            raise IndexError(f"part: begin and end must lie within 0 and {self.size}, got {begin} and {end}")
+        if shape is not None and math.prod(shape) != end - begin:
+            raise ValueError(f"part: shape must be one of {end - begin} rays, got {shape}")
+        array_shape = (*((end - begin,) if shape is None else shape), 3)
         if not self._in_blocks:
             origins, directions = self._lines(begin, end)
             return Rays(origins.reshape(array_shape), directions.reshape(array_shape))

@@ -44,6 +44,7 @@ def check(kind: str, number: int, count: int) -> int:
     assert not len(odd), (item, origins[odd[0]], directions[odd[0]])
     assert (crossings.entering == (np.arange(len(crossings.t)) % 2 == 0)).all(), item
     spans = scene.spans(origins, directions, t_min=-math.inf)
+    assert np.array_equal(2 * spans.offsets, crossings.offsets), item
     assert np.array_equal(np.stack([spans.t_enter, spans.t_exit], axis=1).ravel(), crossings.t), item
     ahead, hits = scene.crossings(origins, directions), scene.first_hit(origins, directions)
     some = np.diff(ahead.offsets) > 0

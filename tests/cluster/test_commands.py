@@ -300,6 +300,23 @@ def test_rays_of_cameras_to_the_bit(camera):
     assert len(pickle.dumps(lazy)) < 500  # however many rays they are
 
 
+SCAN = co.ct.parallel3d([0, 90], (7, 11))
+
+
+@pytest.mark.parametrize(
+    "lazy", [co.Rays.from_camera(CAMERAS[0], 7, 11), co.Rays.from_scan(SCAN)], ids=["camera", "scan"]
+)
+def test_parts_that_are_not_in_the_list_are_refused(lazy):
+    assert lazy.part(lazy.size, lazy.size).shape == (0,)
+    for begin, end in ((lazy.size - 7, lazy.size + 1), (lazy.size, lazy.size + 1), (-3, 4), (4, 3)):
+        with pytest.raises(
+            IndexError, match=f"^part: begin and end must lie within 0 and {lazy.size}, got {begin} and"
+        ):
+            lazy.part(begin, end)
+    with pytest.raises(ValueError, match="^part: shape must be one of 10 rays"):
+        lazy.part(0, 10, (3, 3))
+
+
 def test_queries_take_them(processes):
     scene, lazy = subject.scene(), co.Rays.from_camera(CAMERAS[0], 33, 20)
     rays = lazy.to_rays()

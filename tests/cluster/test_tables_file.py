@@ -18,7 +18,10 @@ from . import subject
 
 
 def crowd(count=300):
-    """Bodies of several kinds, with names and materials, of more bytes than travel with each task."""
+    """Bodies of several kinds, with names and materials, of more bytes than travel with each task.
+
+    Workers that tests share keep scenes: where they must open or prepare one, it is of a count of its own.
+    """
     rng = np.random.default_rng(5)
     places = rng.uniform(-2, 2, (count, 3))
     made = [co.Body(co.Box(x - 0.05, x + 0.05) - co.Sphere(0.06, x), "red", f"box {k}") for k, x in enumerate(places)]
@@ -137,13 +140,13 @@ def test_a_process_that_dies_while_it_writes_leaves_no_such_file(processes, tmp_
         "    file.flush()\n"
         "    os._exit(9)\n"
         "shared_state._write_sections = half\n"
-        "scene = crowd()\n"
+        "scene = crowd(301)\n"
         "shared_state.shared_scene(scene).share_tables(source_version(), sys.argv[1])\n"
     )
     assert subprocess.run([sys.executable, "-c", program, tmp_path]).returncode == 9
     assert not list(tmp_path.glob("[!.]*"))  # but for a file that has no such name
     how, rays = co.parallel.Workers(processes, chunk=50, store=tmp_path), subject.rays(100)
-    assert crowd().first_hit(rays, executor=how) == crowd().first_hit(rays)
+    assert crowd(301).first_hit(rays, executor=how) == crowd(301).first_hit(rays)
     assert len(list(tmp_path.glob("[!.]*.tables"))) == 1
 
 
@@ -152,7 +155,7 @@ def test_without_room_each_prepares_for_itself(processes, tmp_path, monkeypatch)
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(recipe, "write_tables", full)
-    scene, rays = crowd(), subject.rays(100)
+    scene, rays = crowd(302), subject.rays(100)
     assert scene.first_hit(rays, executor=processes) == scene.first_hit(rays)
     assert recipe.shared_scene(scene).reference().tables is None
     with pytest.raises(FileNotFoundError, match="no such folder"):

@@ -46,7 +46,8 @@ for folder in sorted(Path(sys.argv[1]).iterdir()):
     try:
         with user_mistakes():
             exec(sys.argv[2 + int(folder.name)])
-    except SystemExit:
+    except SystemExit as end:
+        assert end.code
         continue
     print("written", file=sys.stderr)
 """

@@ -125,6 +125,8 @@ def test_a_single_hit_is_as_complete_as_others():
     for copy in (pickle.loads(pickle.dumps(hit)), hit.detached(), co.Hits.concatenate([hit, hit])[0], hit[None][0]):
         assert same(copy, other)
     assert scene.first_hit(hit.spawn((0, 0, 1))).t == 2.0
+    with pytest.raises(ValueError, match=r"^spawn: directions must be an array of numbers \(..., 3\), got None"):
+        hit.spawn(None)
     bound = scene.distance((0.5, 0.25, -5))
     assert pickle.loads(pickle.dumps(bound)) == scene.distance(np.array([[0.5, 0.25, -5]]))[0]
     assert repr(bound) == repr(scene.distance(np.array([[0.5, 0.25, -5]]))[0])

@@ -203,7 +203,8 @@ class ScanRays(LazyRays):
 
     def _work(self, begin: int, origins: FloatArray, directions: FloatArray, bad: Signs) -> Any:
         scan = self.geometry
-        if scan.radius != 0:
+        # The kernel counts rows and columns in 31 bits
+        if scan.radius != 0 or max(scan.rows, scan.columns) >= 2**31:
             return super()._work(begin, origins, directions, bad)
         before = np.ascontiguousarray(scan.vectors), begin, scan.rows, scan.columns, scan.is_parallel
         return KernelRange(scan_lines, before, (origins, directions, bad))

@@ -347,13 +347,13 @@ def trace_packet(geometry: Geometry, scratch: Scratch, packet: Packet, blocks: S
         if box >= 0 and is_round(geometry, at, count):
             _meet_balls(geometry, scratch, packet, blocks, any_hit, at, count)
             continue
-        every_lane = -1  # all lanes, for a leaf without a box
+        bits = -1  # all lanes, for a leaf without a box
         if box >= 0:
-            every_lane = lanes_in_child(geometry, lanes, box_at(geometry, box))
-            if every_lane == 0:
+            bits = lanes_in_child(geometry, lanes, box_at(geometry, box))
+            if bits == 0:
                 continue
         for k in range(count):
-            meet_in_lanes(geometry, scratch, packet, blocks, at, count, k, every_lane)
+            meet_in_lanes(geometry, scratch, packet, blocks, at, count, k, bits)
         if any_hit:
             retire_lanes(lanes)
         shorten_beam(lanes)
