@@ -308,6 +308,7 @@ def test_prisms_that_overlap_fill_the_cubes_of_a_grid(seed):
         faces += [tuple(len(vertices) + k for k in face[::sense]) for face in own]
         vertices += corners
         cells += sense * cubes
+    cells *= np.sign(cells.sum())  # the sense of faces that enclose a volume above 0 counts
     mesh, full = co.Mesh(vertices, faces), np.pad(cells > 0, 1)
     middles = np.indices(full.shape).reshape(3, -1).T - 0.5
     assert np.array_equal(co.Scene([mesh]).contains(middles), full.ravel())
@@ -316,3 +317,24 @@ def test_prisms_that_overlap_fill_the_cubes_of_a_grid(seed):
     assert found.centroid == pytest.approx(np.argwhere(full).mean(axis=0) - 0.5, abs=1e-9)
     area = sum(np.diff(full.astype(int), axis=axis).astype(bool).sum() for axis in range(3))
     assert found.area == pytest.approx(area, abs=5 * found.area_error + 1e-9)
+
+
+def test_a_piece_within_another_one_adds_no_part():
+    rng = np.random.default_rng(1)
+    cube = [(x, y, z) for x in (-9.0, 9.0) for y in (-9.0, 9.0) for z in (-9.0, 9.0)]
+    vertices, faces = cube, [*BLOCK]
+    for _ in range(3):
+        corners, own = convex_piece(rng)
+        faces += [tuple(len(vertices) + k for k in face) for face in own]
+        vertices = [*vertices, *(tuple(map(float, corner)) for corner in corners)]
+    assert co.Mesh(vertices, faces).tree() == co.Mesh(cube, BLOCK).tree()
+
+
+def test_a_hole_that_sticks_out_has_a_closed_form():
+    """A block of 4 by 4 by 4, and a block inside out that takes 1 by 1 by 2 of it and winds -1 times around the rest."""
+    vertices, faces = [], []
+    for sense, low, high in ((1, (2, 3, 0), (6, 7, 4)), (-1, (3, 0, 0), (4, 4, 2))):
+        faces += [tuple(len(vertices) + k for k in face[::sense]) for face in BLOCK]
+        vertices += [(x, y, z) for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
+    found = co.measure(co.Mesh(vertices, faces), rays=2000)
+    assert (found.volume, found.volume_error) == (pytest.approx(62, rel=1e-12), 0)
