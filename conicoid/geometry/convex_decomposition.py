@@ -365,18 +365,20 @@ class _WindingNumbers:
             for b, c in itertools.pairwise(facet.corners[1:])
         ]
         self._owners = np.array([plane for plane, _ in self.triangles])
-        about = _floats(corners for _, corners in self.triangles)
-        low, high = about.min(axis=(0, 1)), about.max(axis=(0, 1))
-        self._middle = low / 2 + high / 2
-        self._size = float(np.abs(high - self._middle).max())
-        # The rounding of coordinates, and of sums of three products
-        self._loose = 2.0**-42 * (1 + float(np.abs(about).max()) / self._size)
-        self._about = (about - self._middle) / self._size
+        self._origin, self._size = facets[0].corners[0], 1.0
+        about = self._floats(corners for _, corners in self.triangles)
+        self._size = float(np.abs(about).max())
+        self._about = about / self._size
+
+    def _floats(self, triangles: Iterable[Sequence[Point]]) -> FloatArray:
+        """Return the corners of triangles, (n, 3, 3), from the origin and in units of the size."""
+        rows = [[float(c) for corner in corners for c in _minus(corner, self._origin)] for corners in triangles]
+        return np.array(rows).reshape(-1, 3, 3) / self._size
 
     def at(self, probes: Sequence[_Probe]) -> list[int]:
         """Return the winding number on the side of each probe."""
         found: dict[int, int] = {}
-        points = (_floats(probe.corners for probe in probes) - self._middle) / self._size
+        points = self._floats(probe.corners for probe in probes)
         points = np.einsum("c,pcx->px", np.array(_SHARES) / sum(_SHARES), points)
         is_near = (np.abs(points) < 2).all(axis=1)  # others, which could overflow, are for fractions
         points[~is_near] = 0.0
@@ -410,14 +412,14 @@ class _WindingNumbers:
         for begin in range(0, len(points), step):
             turns = [flat[begin : begin + step] @ rows for rows in edges]
             least, most = np.minimum.reduce(turns), np.maximum.reduce(turns)
-            k, of = np.nonzero((least >= -self._loose) | (most <= self._loose))
+            k, of = np.nonzero((least >= -_LOOSE_CROSSING) | (most <= _LOOSE_CROSSING))
             is_other = self._owners[of] != own[begin + k]
             k, of = k[is_other], of[is_other]
             sense = np.sign(turns[0][k, of])
             above = sum(turns[i][k, of] * (heights[of, i] - points[begin + k, 2]) for i in range(3))
             way = ways[begin + k]
-            is_clear = ((least[k, of] > self._loose) | (most[k, of] < -self._loose)) & (
-                np.abs(above) > 32 * self._loose
+            is_clear = ((least[k, of] > _LOOSE_CROSSING) | (most[k, of] < -_LOOSE_CROSSING)) & (
+                np.abs(above) > 32 * _LOOSE_CROSSING
             )
             is_sure[begin + k[~is_clear]] = False
             np.add.at(windings, begin + k, np.where(above * sense * way > 0, sense * way, 0.0))
@@ -453,11 +455,6 @@ class _WindingNumbers:
         raise AssertionError
 
 
-def _floats(triangles: Iterable[Sequence[Point]]) -> FloatArray:
-    """Return the corners of triangles rounded, (n, 3, 3)."""
-    return np.array([[float(c) for corner in corners for c in corner] for corners in triangles]).reshape(-1, 3, 3)
-
-
 def _edge_rows(a: FloatArray, b: FloatArray) -> FloatArray:
     """Return (3, n) numbers whose product with (x, y, 1) is above 0 to the left of edges from a to b."""
     (x, y), (u, v) = a.T, (b - a).T
@@ -479,6 +476,8 @@ _SHARES = 3, 4, 5
 """The weights of three corners: no middle of an edge or a face, where other corners may be."""
 _TURNS = [_turn(7, 2, 3, 5), _turn(3, -5, 1, 4), _turn(2, 6, -1, 3)]
 """Rays run along z after these rotations."""
+_LOOSE_CROSSING = 2.0**-42
+"""Sums of three products of coordinates up to 2 are surely less wrong."""
 _PROBES = 4096
 _MOST_PAIRS = 1 << 17
 """So many winding numbers, or pairs of a ray and a triangle, are computed together."""
