@@ -1,8 +1,9 @@
 """Convex decomposition of the solid inside flat faces, by the planes of the faces, in exact fractions.
 
 The planes split space into convex regions, each completely inside or outside (binary space partition: Fuchs, Kedem and
-Naylor 1980; for solids Thibault and Naylor 1987). The regions inside are the parts. Every plane of a part is that of a
-face, so parts that touch share the plane to the bit, and there is no wall between them.
+Naylor 1980; for solids Thibault and Naylor 1987). The regions about which the faces wind more than 0 times are the
+parts. Every plane of a part is that of a face, so parts that touch share the plane to the bit, and there is no wall
+between them.
 """
 
 from __future__ import annotations
@@ -418,9 +419,8 @@ class _WindingNumbers:
             sense = np.sign(turns[0][k, of])
             above = sum(turns[i][k, of] * (heights[of, i] - points[begin + k, 2]) for i in range(3))
             way = ways[begin + k]
-            is_clear = ((least[k, of] > _LOOSE_CROSSING) | (most[k, of] < -_LOOSE_CROSSING)) & (
-                np.abs(above) > 32 * _LOOSE_CROSSING
-            )
+            is_clear = (least[k, of] > _LOOSE_CROSSING) | (most[k, of] < -_LOOSE_CROSSING)
+            is_clear &= np.abs(above) > 32 * _LOOSE_CROSSING
             is_sure[begin + k[~is_clear]] = False
             np.add.at(windings, begin + k, np.where(above * sense * way > 0, sense * way, 0.0))
         return windings, is_sure
