@@ -261,7 +261,8 @@ class Mesh(PrimitiveSolid):
     faces[i] are the indices of its corners among `vertices`, three or more, in the same sense for all, so that each
     edge belongs to two faces that run along it in opposite senses. A face of more than three corners that is not flat
     in the numbers as written is cut into triangles and stays one face. Exact fractions split the solid into convex
-    parts.
+    parts. The solid is where the winding number is above 0: pieces that overlap are united, and a piece turned inside
+    out is a hole. Walls within the union are none.
     Faces: i is face i; faces in one plane have the number of the first. uv: Cartesian coordinates on the plane as of
     `HalfSpace`.
 
@@ -277,6 +278,11 @@ class Mesh(PrimitiveSolid):
         object.__setattr__(self, "faces", _check_faces(self.faces, len(vertices)))
         _check_closed(vertices, self.faces)
         object.__setattr__(self, "_parts", _decompose_faces(*self._boundary()))
+
+    @property
+    def _pieces_overlap(self) -> bool:
+        """Whether the winding number is neither 0 nor 1 somewhere."""
+        return _cached_parts(self).overlap
 
     def _boundary(self) -> tuple[str, str, Sequence[Any], Sequence[tuple[int, ...]]]:
         """Return the arguments of `_decompose_faces`."""
@@ -377,6 +383,7 @@ class _Parts:
     numbers: tuple[int, ...]
     members: tuple[tuple[int, ...], ...]
     parts: tuple[tuple[PlaneSide, ...], ...]
+    overlap: bool
 
     def named(self) -> list[tuple[int, tuple[int, ...]]]:
         """Return for every plane (its face number, the faces that lie in it)."""
@@ -425,10 +432,10 @@ def _decompose_faces(owner: str, what: str, corners: Sequence[Any], faces: Seque
     if volume < 0:
         facets = [Facet(facet.plane, tuple(reversed(facet.corners))) for facet in facets]
     try:
-        parts = convex_parts(planes, facets, MAX_MESH_PARTS)
+        parts, overlap = convex_parts(planes, facets, MAX_MESH_PARTS)
     except ValueError as error:
         raise ValueError(f"{owner}: {error}") from None
-    return _Parts(tuple(planes), tuple(numbers), tuple(map(tuple, members)), tuple(parts))
+    return _Parts(tuple(planes), tuple(numbers), tuple(map(tuple, members)), tuple(parts), overlap)
 
 
 def _flat_pieces(corners: list[Any]) -> list[tuple[list[Any], FlatPlane | None]]:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections import Counter
+from fractions import Fraction
 
 import numpy as np
 import pytest
 
 import conicoid as co
+from conicoid.geometry import convex_decomposition
 
 from ..samples import size
 
@@ -163,29 +167,174 @@ def test_what_there_is_not(make, message):
         make()
 
 
-def block(low, high, away):
-    """Corners and faces of a block; turned round, its faces are triangles."""
-    corners = [(x, y, z) for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
-    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    return corners, quads if away else [part for a, b, c, d in quads for part in ((a, c, b), (a, d, c))]
+BLOCK = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+OCTAHEDRON = [(k, 2 + j, 4 + i)[:: 1 if (i + j + k) % 2 == 0 else -1] for i in (0, 1) for j in (0, 1) for k in (0, 1)]
+TETRAHEDRON = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
 
 
-@pytest.mark.parametrize("seed", range(size(12, 100)))
-def test_pieces_that_cancel_one_another_bound_nothing(seed):
-    """A block, and others that are there twice, once turned round: the first one alone is left."""
+def convex_piece(rng):
+    """Return the corners and faces of a block, an octahedron or a tetrahedron at whole numbers."""
+    low, kind = rng.integers(-3, 3, 3), rng.integers(3)
+    if kind == 0:
+        high = low + rng.integers(1, 4, 3)
+        return [(x, y, z) for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])], BLOCK
+    if kind == 1:
+        return [
+            tuple(low + side * rng.integers(1, 3) * axis) for axis in np.eye(3, dtype=int) for side in (1, -1)
+        ], OCTAHEDRON
+    while True:
+        corners = rng.integers(-3, 4, (4, 3))
+        volume = round(np.linalg.det(corners[1:] - corners[0]))
+        if volume:
+            return [*map(tuple, corners)], [face[:: 1 if volume > 0 else -1] for face in TETRAHEDRON]
+
+
+def half_spaces(corners, faces):
+    """Return (normals, offsets) of a convex piece in whole numbers, inside n·x <= d."""
+    points = np.array(corners)
+    a, b, c = (points[[face[k] for face in faces]] for k in range(3))
+    normals = np.cross(b - a, c - a)
+    return normals, (normals * a).sum(axis=1)
+
+
+def chord(normals, offsets, origin, direction):
+    """Return where a line enters and leaves a convex piece, in fractions; None if it misses."""
+    low, high = Fraction(-1000), Fraction(1000)
+    for normal, offset in zip(normals.tolist(), offsets.tolist(), strict=True):
+        slope = sum(n * u for n, u in zip(normal, direction, strict=True))
+        assert slope
+        t = (offset - sum(n * o for n, o in zip(normal, origin, strict=True))) / slope
+        low, high = (low, min(high, t)) if slope > 0 else (max(low, t), high)
+    return (low, high) if low < high else None
+
+
+def joined_spans(chords):
+    """Return (enter, leave) wherever the sum of senses is above 0."""
+    ends = Counter()
+    for sense, low, high in chords:
+        ends[low] += sense
+        ends[high] -= sense
+    spans, count = [], 0
+    for t in sorted(t for t, step in ends.items() if step):
+        was, count = count > 0, count + ends[t]
+        if was != (count > 0):
+            spans.append(t)
+    return list(zip(spans[::2], spans[1::2], strict=True))
+
+
+@pytest.mark.parametrize("seed", range(size(24, 300)))
+def test_a_mesh_is_where_its_pieces_wind_more_than_zero_times(seed, monkeypatch):
+    """Convex pieces that overlap, touch, lie in one another, are turned inside out, or are there twice.
+
+    The oracle knows no faces: the winding number is the sum of the senses of the pieces that contain a point.
+    """
     rng = np.random.default_rng(seed)
-    first = np.array([(0.0, 0.0, 0.0), (2.0, 2.0, 2.0)])
-    pieces = [(first, True)]
-    for k in range(1 + seed % 3):
-        low = rng.integers(-2, 4, 3).astype(float)
-        other = first if seed % 4 == k else np.array([low, low + rng.integers(1, 4, 3)])
-        pieces += [(other, True), (other, False)]
-    vertices, faces = [], []
-    for k in rng.permutation(len(pieces)).tolist():
-        (low, high), away = pieces[k]
-        corners, own = block(low.tolist(), high.tolist(), away)
-        faces += [tuple(len(vertices) + corner for corner in face) for face in own]
+    pieces = []
+    for _ in range(rng.integers(2, 6)):
+        corners, faces = pieces[-1][1:] if pieces and rng.random() < 0.25 else convex_piece(rng)
+        pieces.append((int(rng.choice([1, 1, -1])), corners, faces))
+    vertices, faces, volume = [], [], Fraction(0)
+    for sense, corners, own in pieces:
+        if rng.random() < 0.5:
+            own = [(face[0], b, c) for face in own for b, c in itertools.pairwise(face[1:])]
+        faces += [tuple(len(vertices) + k for k in face[::sense]) for face in own]
+        vertices += [tuple(map(float, corner)) for corner in corners]
+        three = [
+            np.array([corners[face[0]], corners[b], corners[c]])
+            for face in own
+            for b, c in itertools.pairwise(face[1:])
+        ]
+        volume += sense * sum(round(np.linalg.det(each)) for each in three)
+    if not volume:
+        with pytest.raises(ValueError, match="must enclose a volume"):
+            co.Mesh(vertices, faces)
+        return
+    turned = 1 if volume > 0 else -1
+    mesh = co.Mesh(vertices, faces)
+    if seed % 4 == 0:  # fractions alone find the same parts
+        monkeypatch.setattr(convex_decomposition, "_TURNS", [])
+        assert str(co.Mesh(vertices, faces).tree()) == str(mesh.tree())
+    scene = co.Scene([mesh])
+    spaces = [(turned * sense, *half_spaces(corners, own)) for sense, corners, own in pieces]
+
+    points = rng.uniform(-4, 6, (2000, 3))
+    winding = sum(sense * (points @ normals.T < offsets).all(axis=1) for sense, normals, offsets in spaces)
+    assert np.array_equal(scene.contains(points), winding > 0)
+
+    origins, directions = rng.uniform(-9, 9, (60, 3)), rng.normal(size=(60, 3))
+    hits, found = scene.first_hit(origins, directions), scene.spans(origins, directions)
+    shadows = scene.occluded(origins, directions)
+    planes = {number: half_spaces(vertices, [faces[number]]) for number, _ in mesh.planes()}
+    for k, (origin, direction) in enumerate(zip(origins, directions, strict=True)):
+        ray = [*map(Fraction, origin)], [*map(Fraction, direction)]
+        chords = [(sense, *at) for sense, *piece in spaces if (at := chord(*piece, *ray)) is not None]
+        expected = [(low, high) for low, high in joined_spans(chords) if high > 0]
+        own = found[k]
+        assert own.t_enter.tolist() == pytest.approx([float(max(low, 0)) for low, _ in expected], rel=1e-9, abs=1e-12)
+        assert own.t_exit.tolist() == pytest.approx([float(high) for _, high in expected], rel=1e-9)
+        walls = [float(t) for span in expected for t in span if t > 0]
+        assert bool(hits.hit[k]) == bool(shadows[k]) == bool(walls)
+        if walls:
+            single = scene.first_hit(origin, direction)
+            assert hits.t[k] == single.t == pytest.approx(walls[0], rel=1e-9)
+            normal, offset = planes[int(hits.face[k])]
+            assert normal @ hits.point[k] == pytest.approx(offset, abs=1e-9)
+
+
+def skyline(rng):
+    """Return the corners and faces of a prism of columns of whole size, and its cubes, up to 9 along each axis."""
+    lows, highs = rng.integers(0, 4, 5), rng.integers(5, 9, 5)
+    bottom, top = rng.integers(0, 4), rng.integers(5, 9)
+    cells = np.zeros((9, 9, 9), int)
+    for k, (low, high) in enumerate(zip(lows, highs, strict=True)):
+        cells[k + 2, low:high, bottom:top] = 1
+    steps = [[(k + 2 + end, heights[k]) for k in range(5) for end in (0, 1)] for heights in (lows, highs)]
+    outline = list(dict.fromkeys(steps[0] + steps[1][::-1]))
+    count = len(outline)
+    corners = [(x, y, z) for z in (bottom, top) for x, y in outline]
+    sides = [(k, (k + 1) % count, count + (k + 1) % count, count + k) for k in range(count)]
+    faces = [*sides, tuple(range(count))[::-1], tuple(range(count, 2 * count))]
+    turn = [int(axis) for axis in np.roll(range(3), rng.integers(3))]
+    return [tuple(float(corner[axis]) for axis in turn) for corner in corners], faces, cells.transpose(turn)
+
+
+@pytest.mark.parametrize("seed", range(size(8, 200)))
+def test_prisms_that_overlap_fill_the_cubes_of_a_grid(seed):
+    """Concave faces in common planes, one prism a hole: what is inside, volumes and areas."""
+    rng = np.random.default_rng(seed)
+    vertices, faces, cells = [], [], np.zeros((9, 9, 9), int)
+    for sense in (1, 1, -1):
+        corners, own, cubes = skyline(rng)
+        faces += [tuple(len(vertices) + k for k in face[::sense]) for face in own]
         vertices += corners
-    points = rng.uniform(-2.5, 7, (2000, 3))
-    expected = ((points > 0) & (points < 2)).all(axis=1)
-    assert np.array_equal(co.Scene([co.Mesh(vertices, faces)]).contains(points), expected)
+        cells += sense * cubes
+    cells *= np.sign(cells.sum())  # the sense of faces that enclose a volume above 0 counts
+    mesh, full = co.Mesh(vertices, faces), np.pad(cells > 0, 1)
+    middles = np.indices(full.shape).reshape(3, -1).T - 0.5
+    assert np.array_equal(co.Scene([mesh]).contains(middles), full.ravel())
+    found = co.measure(mesh, rays=2000)
+    assert found.volume == pytest.approx(full.sum(), rel=1e-12)
+    assert found.centroid == pytest.approx(np.argwhere(full).mean(axis=0) - 0.5, abs=1e-9)
+    area = sum(np.diff(full.astype(int), axis=axis).astype(bool).sum() for axis in range(3))
+    assert found.area == pytest.approx(area, abs=5 * found.area_error + 1e-9)
+
+
+def test_a_piece_within_another_one_adds_no_part():
+    rng = np.random.default_rng(1)
+    cube = [(x, y, z) for x in (-9.0, 9.0) for y in (-9.0, 9.0) for z in (-9.0, 9.0)]
+    vertices, faces = cube, [*BLOCK]
+    for _ in range(3):
+        corners, own = convex_piece(rng)
+        faces += [tuple(len(vertices) + k for k in face) for face in own]
+        vertices = [*vertices, *(tuple(map(float, corner)) for corner in corners)]
+    assert co.Mesh(vertices, faces).tree() == co.Mesh(cube, BLOCK).tree()
+
+
+def test_a_hole_that_sticks_out_has_a_closed_form():
+    """A block of 4 by 4 by 4, and a block inside out that takes 1 by 1 by 2 of it and winds -1 times around the rest."""
+    vertices, faces = [], []
+    for sense, low, high in ((1, (2, 3, 0), (6, 7, 4)), (-1, (3, 0, 0), (4, 4, 2))):
+        faces += [tuple(len(vertices) + k for k in face[::sense]) for face in BLOCK]
+        vertices += [(x, y, z) for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
+    found = co.measure(co.Mesh(vertices, faces), rays=2000)
+    assert (found.volume, found.volume_error) == (pytest.approx(62, rel=1e-12), 0)

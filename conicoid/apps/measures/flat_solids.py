@@ -35,13 +35,13 @@ _ROUNDING = 2.0**-44
 _SAME_VOLUME = 1e-9
 """The parts of a mesh fill its faces if both have the same volume, up to this share."""
 _MOST_PARTS = 500
-"""Meshes of more convex parts are not tried: nothing else shows that their faces do not cut one another."""
+"""Meshes of more convex parts are not tried: their parts show whether their faces enclose a volume once."""
 
 
 def flat_form(shape: Shape) -> tuple[Moments, float | None] | None:
     """Return the moments and the area of a polyhedron, mesh or extrusion in the world; None for other shapes.
 
-    The area is None for a mesh with faces back to back, which bound nothing.
+    The area is None for a mesh with faces back to back, which bound nothing, or with pieces that overlap.
     """
     if isinstance(shape, Polyhedron):
         faces: Polygons = convex_faces(zip(shape.normals, shape.offsets, strict=True), _own_bounds(shape))
@@ -50,21 +50,28 @@ def flat_form(shape: Shape) -> tuple[Moments, float | None] | None:
     else:
         return None
     found, matrix = polygon_moments(faces), shape.under().matrix
-    if isinstance(shape, Mesh) and not _fill_mesh(shape, found.volume):
-        return None
+    if isinstance(shape, Mesh):
+        inner = _part_faces(shape)
+        if inner is None:
+            return None
+        by_parts = polygon_moments(inner)
+        if shape._pieces_overlap:
+            return by_parts.moved(matrix), None
+        if abs(by_parts.volume - found.volume) > _SAME_VOLUME * found.volume:
+            return None
     is_wall = isinstance(shape, Mesh) and _has_inner_walls(shape, faces)
     area = None if is_wall else math.fsum(_face_area((face - face[0]) @ matrix[:3, :3].T) for face in faces)
     return found.moved(matrix), area
 
 
-def _fill_mesh(shape: Mesh, volume: float) -> bool:
-    """Return True if the convex parts of a mesh have the volume that its faces say: then no faces overlap."""
+def _part_faces(shape: Mesh) -> list[FloatArray] | None:
+    """Return the faces of all convex parts of a mesh; None for too many parts."""
     tree = shape.tree()
     cells = (tree,) if isinstance(tree, Cell) else tree.parts  # type: ignore[union-attr]
     if len(cells) > _MOST_PARTS:
-        return False
-    parts = (convex_faces(_cell_planes(cell), _own_bounds(shape)) for cell in cells)  # type: ignore[arg-type]
-    return abs(math.fsum(polygon_moments(faces).volume for faces in parts) - volume) <= _SAME_VOLUME * volume
+        return None
+    bounds = _own_bounds(shape)
+    return [face for cell in cells for face in convex_faces(_cell_planes(cell), bounds)]  # type: ignore[arg-type]
 
 
 def _own_bounds(shape: Solid) -> BoxEnds:

@@ -379,8 +379,10 @@ def _extrusion_piece(solid: Extrusion, room: BodyBox) -> PieceNode:
     return PieceLeaf(ExtrusionPiece(solid.outline, *solid.z_range, solid.scale_at_top))
 
 
-def _mesh(solid: Mesh, room: BodyBox) -> PieceNode:
+def _mesh(solid: Mesh, room: BodyBox) -> PieceNode | None:
     del room
+    if solid._pieces_overlap:  # other programs have rules of their own where faces cross
+        return None
     corners = tuple(tuple(map(Fraction, vertex)) for vertex in solid.vertices)
     return PieceLeaf(PolyhedronPiece(corners, solid.faces))  # type: ignore[arg-type]
 
