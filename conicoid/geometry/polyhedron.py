@@ -29,7 +29,8 @@ from .bounds.intersection import BoundingSurfaces
 from .bounds.linear_program import half_spaces_bounds, integer_row, integer_support, round_fraction_up
 from .bounds.support import half_space_bounds, plane_through, plane_uv, points_support, sum_up
 from .cell import Any_, Cell, Face, Tree
-from .convex_decomposition import Facet, FlatPlane, PlaneSide, convex_parts, fit_plane, side_of_plane
+from .convex_decomposition import convex_parts
+from .facets import Facet, FlatPlane, PlaneSide, fit_plane, side_of_plane
 from .shape import PrimitiveSolid
 from .sheets import check_outline, check_simple
 from .surface import PlaneSurface

@@ -300,7 +300,7 @@ def test_rays_of_cameras_to_the_bit(camera):
     assert len(pickle.dumps(lazy)) < 500  # however many rays they are
 
 
-SCAN = co.ct.parallel3d([0, 90], (7, 11))
+SCAN = co.ct.parallel3d([0, 90], 7, 11)
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.geometry import convex_decomposition
+from conicoid.geometry import facets
 
 from ..samples import size
 
@@ -252,7 +252,7 @@ def test_a_mesh_is_where_its_pieces_wind_more_than_zero_times(seed, monkeypatch)
     turned = 1 if volume > 0 else -1
     mesh = co.Mesh(vertices, faces)
     if seed % 4 == 0:  # fractions alone find the same parts
-        monkeypatch.setattr(convex_decomposition, "_TURNS", [])
+        monkeypatch.setattr(facets, "_TURNS", [])
         assert str(co.Mesh(vertices, faces).tree()) == str(mesh.tree())
     scene = co.Scene([mesh])
     spaces = [(turned * sense, *half_spaces(corners, own)) for sense, corners, own in pieces]

@@ -21,7 +21,7 @@ from ..._util.arrays import FloatArray
 from ...geometry.bounds.support import plane_through, plane_uv
 from ...geometry.bulk import Bulk
 from ...geometry.cell import UV, Cell, Face, Not, PolygonSheet, Tree, transform_uv
-from ...geometry.convex_decomposition import newell_normal
+from ...geometry.facets import newell_normal
 from ...geometry.general_quadric import Quadric
 from ...geometry.polyhedron import Extrusion, Mesh, Polyhedron
 from ...geometry.quadric_classification import _PLACES as PLACES
