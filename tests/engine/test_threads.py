@@ -224,7 +224,7 @@ def test_what_cannot_be_divided_is_refused():
     pieces.help()
     assert pieces.wait(0)
     assert pieces.done == 0
-    assert not found.any()
+    assert not found[0].any()
 
 
 @needs_machine_code
