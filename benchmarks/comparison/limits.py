@@ -22,7 +22,7 @@ from conicoid.scene.scene import Scene
 from .harness import BenchRow, Measured, Peer, Size
 from .scenes import balls, camera_rays
 
-LIMIT = Peer("asked", "at most", lambda: "")
+LIMIT = Peer("limit", "at most", lambda: "")
 
 _SCENE = """\
 bodies:

@@ -126,7 +126,7 @@ def test_the_command(tmp_path):
 def test_limits_stand_in_the_peers_place():
     found = limits.check_limit(50.0, 20.0, "µs")
     cells = harness.RowOutcome(BenchRow("latency", "one", "balls", limits.LIMIT, 1.0, 0.0, None), found).cells()
-    assert cells == ("one", "balls", "asked, at most", "20 µs", "50 µs", "2.50 ×", "1 ×", "")
+    assert cells == ("one", "balls", "limit, at most", "20 µs", "50 µs", "2.50 ×", "1 ×", "")
 
 
 SMALL = Size(runs=1, balls=1000)
