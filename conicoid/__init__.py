@@ -56,7 +56,11 @@ _MODULES = {
     ".scene.warmup": "warmup",
     ".viewer.html": "export",
 }
-"""Module -> the public names that it defines. They are imported on first use, so that `import conicoid` is quick."""
+"""Module -> the public names that it defines. They are imported on first use, so that `import conicoid` is quick.
+
+Every shape, light and background of scene files is among them, under the word of the files; the others are materials,
+what programs call most, and the classes of answers.
+"""
 _HOMES = {name: module for module, names in _MODULES.items() for name in names.split()}
 
 _PACKAGES = {
