@@ -242,7 +242,7 @@ def _place(rays: Longs, begin: int, end: int, places: Ints, ordered: Longs, orde
                 continue
             if len(ordered) > 0:
                 ordered[place] = rays[i]
-            else:
+            elif len(order) > 0:  # both may be empty where a caller is wrong
                 order[place] = whole(rays[i] & 0xFFFFFFFF)
 
 
