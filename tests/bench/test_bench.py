@@ -17,7 +17,7 @@ from benchmarks.comparison.startup import HITS, OURS, PICTURES
 
 from ..samples import sampled
 
-# --- The benchmark: its scenes are what they say, its table follows from the figures, absent peers are told
+# --- The benchmark: scenes fit their names, the table follows from the figures, and absent peers are listed
 
 HERE = Peer("Somebody", "float32", lambda: "Somebody 1")
 
@@ -236,7 +236,7 @@ def test_a_core_has_its_pins(tmp_path):
     assert not set(clad.tolist()) & set(water.tolist())
 
 
-# --- Whole processes in fresh environments: what they find, what they must answer, and what is told of those that fail
+# --- Whole processes in fresh environments: the programs found, the right answers, and the report of a failure
 
 CACHED = """
 import json, os, conicoid._util.environment

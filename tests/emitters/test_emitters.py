@@ -49,7 +49,7 @@ def test_a_loop_that_crosses_itself_is_left_alone():
     assert triangulate(np.array([(0, 0, 0), (1, 1, 0), (1, 0, 0), (0, 2, 0)], float)) is None
 
 
-# --- Images of surroundings: directions as densely as is said, and as there is light
+# --- Images of surroundings: directions have the stated density, and follow the light
 
 HEIGHT, WIDTH = 6, 10
 IMAGE = np.random.default_rng(4).random((HEIGHT, WIDTH, 3)) ** 3

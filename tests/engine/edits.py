@@ -50,7 +50,7 @@ def same_answers(a, b, rng, count=200):
 
 
 def same(scene):
-    """The tables are those of the scene from the beginning, and what the next edit is told of surfaces that are one."""
+    """Compare the tables, and the classes of equal surfaces for the next edit, with those of a scene made anew."""
     fresh = co.Scene(scene.bodies)
     same_tables(scene, fresh)
     ours, others = scene._prepared.lowered.layout, fresh._prepared.lowered.layout
@@ -277,7 +277,7 @@ _UNIT = 2.0**-20
 
 
 def _whole(rng, low, high, size=3):
-    """Random numbers of which no two are the same but by rare chance."""
+    """Random numbers, nearly always all different."""
     return rng.integers(int(low / _UNIT), int(high / _UNIT), size) * _UNIT
 
 

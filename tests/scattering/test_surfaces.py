@@ -1,4 +1,4 @@
-"""Every surface model: white furnaces, both directions alike, directions as densely as is said, Fresnel's formulas."""
+"""Every surface model: white furnaces, both directions alike, directions of the stated density, Fresnel's formulas."""
 
 from __future__ import annotations
 

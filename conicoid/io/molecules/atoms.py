@@ -412,7 +412,7 @@ def _from_mdanalysis(source: Any) -> Atoms:
     bonds = None
     if getattr(group, "bonds", None) is not None and len(group.bonds):
         place = {index: k for k, index in enumerate(np.asarray(group.indices).tolist())}
-        # Indices of the whole universe, of which a group may have a part
+        # Indices within the whole universe; a group may have only some of its atoms
         pairs = np.asarray(group.bonds.indices).tolist()
         bonds = [(place[a], place[b]) for a, b in pairs if a in place and b in place]
     size = getattr(group, "dimensions", None)
