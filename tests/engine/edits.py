@@ -265,9 +265,8 @@ def pushed(scene, rng):
     return scene
 
 
-# Groups that touch: between bodies that are moved together stand others that stay, so that what is moved is in several pieces
-# of the tables, each of which comes to its place by another step: one surface more, often, which is also as far as the two
-# sides of a box are from another.
+# Groups that touch: bodies that stay lie between those that move together. So the rows that move are in several pieces of
+# the tables, and each piece moves by another number of places. A step often equals the distance of two sides of a box.
 
 GROUPS = (("2", "4"), ("6", "8", "10"), ("12", "13"), ("15", "16"), ("18", "20"))
 """Two of these are of bodies that come one after the other, which are one piece."""
