@@ -150,3 +150,19 @@ def test_integers_are_bytes_or_no_colours():
     with pytest.raises(ValueError, match="integers up to 255 must be of uint8, sRGB bytes; got int64"):
         co.Image(np.array([[[255, 0, 0], [0, 128, 0]]], np.int64))
     assert np.asarray(co.Image(np.array([[[1, 0, 0]]]))).tolist() == [[[255, 0, 0]]]
+
+
+def test_exr_of_16_bits_holds_bright_light_and_far_depths(tmp_path):
+    """65504 is the largest number of 16 bits: light above it is as bright as that, and no depth changes."""
+    OpenEXR = pytest.importorskip("OpenEXR")
+    from conicoid.io.image_codecs import write_exr
+
+    pixels = np.array([[[1e6, 65504, 65519], [-1e6, 0.5, np.inf]]])
+    depth = np.array([[1e6, np.inf]])
+    write_exr(tmp_path / "x.exr", pixels, {"depth": depth, "albedo": np.full((1, 2, 3), 0.5)}, half=True)
+    channels = OpenEXR.File(str(tmp_path / "x.exr"), separate_channels=True).channels()
+    light = np.stack([channels[name].pixels for name in "RGB"], axis=-1)
+    assert light.dtype == np.float16
+    assert light.tolist() == [[[65504, 65504, 65504], [-65504, 0.5, np.inf]]]
+    assert channels["depth.V"].pixels.dtype == np.float32
+    assert channels["depth.V"].pixels.tolist() == depth.tolist()

@@ -55,7 +55,8 @@ def write_exr(
         Further arrays with as many pixels, written as channels such as albedo.R, normal.X, depth.V and body.V.
         Integers become unsigned integers of 32 bits, so that -1 becomes the largest number.
     half
-        Write floats of 16 bits. Numbers that are too large for them become infinite.
+        Write floats of 16 bits. Light above 65504, the largest of them, becomes 65504; a layer with such numbers has
+        32 bits.
 
     Raises
     ------
@@ -66,11 +67,15 @@ def write_exr(
     """
     openexr = import_openexr()
     kind = np.float16 if half else np.float32
-    data = _exr_float(values, kind)
+    data = np.asarray(values)
+    if half:
+        most = float(np.finfo(np.float16).max)
+        data = np.where(np.isfinite(data), np.clip(data, -most, most), data)
+    data = _exr_float(data, kind)
     channels = {"RGB" if data.ndim == 3 else "Y": data}
     for name, layer in (layers or {}).items():
         whole = np.asarray(layer).dtype.kind in "iu"
-        array = np.asarray(layer).astype(np.uint32) if whole else _exr_float(layer, kind)
+        array = np.asarray(layer).astype(np.uint32) if whole else _exr_float(layer, _layer_kind(layer, half))
         if array.ndim == 2:
             channels[f"{name}.V"] = np.ascontiguousarray(array)
             continue
@@ -82,6 +87,13 @@ def write_exr(
             openexr.File(header, channels).write(str(part))
         except RuntimeError as error:
             raise _exr_os_error(str(error)) from None
+
+
+def _layer_kind(layer: Any, half: bool) -> Any:
+    """Return the type of a layer's channels: a depth or a place that 16 bits cannot hold is not cut."""
+    values = np.asarray(layer)
+    fits = half and not (np.isfinite(values) & (abs(values) > np.finfo(np.float16).max)).any()
+    return np.float16 if fits else np.float32
 
 
 def _exr_float(values: Any, kind: Any) -> Any:
