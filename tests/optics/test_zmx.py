@@ -48,7 +48,7 @@ def test_a_telescope_of_conics():
     text = file(
         [
             dict(thickness="16"),
-            dict(curvature=c1, thickness="-16", glass=mirror, conic=-1.0, semi=10, more=["STOP", "CLAP 0 2.5 10 0"]),
+            dict(curvature=c1, thickness="-16", glass=mirror, conic=-1.0, semi=10, more=["STOP", "CLAP 2.5 10 0"]),
             dict(curvature=c2, thickness="24.0350", glass=mirror, conic=-3.236, semi=3.1),
         ],
         aperture="FNUM 4.0 0",
@@ -256,3 +256,92 @@ def test_glasses_of_the_catalogue_are_known_by_name():
     assert co.optics.prescription([(50, 6, "N-BK7"), (-50, None)], 10).media[1].index(0.4861327) == pytest.approx(
         1.52238, abs=5e-6
     )
+
+
+# --- What a file says is read or named
+
+
+def _without_indents(text):
+    return "\n".join(line.strip() for line in text.splitlines())
+
+
+def test_lines_that_are_not_indented_belong_to_their_surface():
+    """Copies from pages lose the blanks, which were the only sign of a surface's lines."""
+    text = file(SINGLET, waves=(0.5876,)) + "TOL TOFF 0 0\nMNUM 1 1\nMOFF 0 1\nEFFL 3 1 0\n"
+    plain = co.optics.read_zmx(_without_indents(text))
+    assert plain == co.optics.read_zmx(text)
+    assert plain.bodies[0].shape == co.Lens(50, -50, 6, 20)
+
+
+def test_an_aperture_has_an_inner_and_an_outer_radius():
+    """Files of a maker of parabolic mirrors have `CLAP 0 25.4 0`: no hole, and an edge at 25.4."""
+    mirror = dict(curvature=-0.01, thickness="-40", glass="MIRROR 0 0 1.5 40 0 0 0", semi=30)
+    for aperture, diameter, hole in (("0 25.4 0", 50.8, 0), ("2 25.4 0", 50.8, 4), ("0 35 0", 60, 0), ("0", 60, 0)):
+        row = co.optics.read_zmx(file([mirror | dict(more=[f"CLAP {aperture}"])])).rows[0]
+        assert (row.diameter, row.hole) == (diameter, hole)
+    lens = [SINGLET[0] | dict(more=["STOP", "CLAP 0 8 0"]), SINGLET[1]]
+    system = co.optics.read_zmx(file(lens, aperture="ENPD 18"))
+    assert (system.rows[0].diameter, system.rows[1].diameter) == (16, 20)
+    rays = co.Rays([(0, 7.9, -10), (0, 8.1, -10)], [(0, 0, 1)] * 2)
+    assert co.optics.trace(system, rays).arrived.tolist() == [True, False]
+    lens[0] = SINGLET[0] | dict(more=["STOP", "CLAP 3 8 0"])
+    assert "inner radius of an aperture (CLAP)" in " ".join(co.optics.read_zmx(file(lens)).omissions)
+
+
+def test_fields_beside_the_y_axis():
+    text = file(SINGLET, heights=(0, 0, 4)).replace("XFLN 0 0 0 0", "XFLN 0 -5 3")
+    system = co.optics.read_zmx(text)
+    slope = math.hypot(*(math.tan(math.radians(angle)) for angle in (3, 4)))
+    assert system.fields == pytest.approx((0, 5, math.degrees(math.atan(slope))), rel=1e-14)
+    assert "XFLN" in " ".join(system.omissions)
+    near = text.replace("DISZ INFINITY", "DISZ 100").replace("FTYP 0", "FTYP 1")
+    assert co.optics.read_zmx(near).fields == (0, 5, 5)
+
+
+def test_both_kinds_of_apertures_of_near_objects():
+    """A half angle in degrees, and the f-number of the rays that leave, from matrices of the tests."""
+    near = file(SINGLET, aperture="OBNA 2 1").replace("DISZ INFINITY", "DISZ 120")
+    system = co.optics.read_zmx(near)
+    assert system.aperture == pytest.approx(2 * 120 * math.tan(math.radians(2)), rel=1e-12)
+    system = co.optics.read_zmx(near.replace("OBNA 2 1", "FNUM 4 1"))
+    (_, _), (c, d) = _to(SINGLET, 0)
+    assert system.aperture == pytest.approx(2 * 120 / (2 * 4 * abs(c * 120 + d)), rel=1e-12)
+    far = file(SINGLET, aperture="OBNA 0.1 0")
+    assert "OBNA" in " ".join(co.optics.read_zmx(far).omissions)
+    far = file(SINGLET, aperture="FNUM 4 1")
+    assert co.optics.read_zmx(far).aperture == co.optics.read_zmx(far.replace("FNUM 4 1", "FNUM 4 0")).aperture
+
+
+@pytest.mark.parametrize(
+    ("line", "note"),
+    [
+        ("VDXN 0 0.1", "VDXN"), ("VDYN 0 0.1", "VDYN"), ("VCXN 0.2", "VCXN"), ("VCYN 0 0 1e-3", "VCYN"),
+        ("VANN 5", "VANN"), ("RAIM 0 2 1 1 0 1", "RAIM"), ("GFAC 1 0.5", "GFAC"), ("ENVD 60 1 1", "ENVD"),
+        ("TELE 1", "TELE"), ("MNUM 3 1", "MNUM"), ("NEWK 1 2", "'NEWK' is not known"),
+        ("VDXN 0 0", None), ("RAIM 0 0 1 1 0 1", None), ("GFAC 0 0", None), ("ENVD 60 1 0", None),
+        ("ENVD 20 1 1", None), ("MNUM 1 1", None), ("NOTE 0 OAPM", None),
+    ],
+)  # fmt: skip
+def test_a_line_of_the_system_that_changes_light_is_named(line, note):
+    notes = [one for one in co.optics.read_zmx(line + "\n" + file(SINGLET)).omissions if "X-BK7" not in one]
+    assert len(notes) == (note is not None)
+    assert note is None or note in notes[0]
+
+
+@pytest.mark.parametrize("line", ["SQAP 3 2 0", "OBDC 0 190", "SPID 1 2", "SCBD 1 0 0 0 0 90", "FILT 3"])
+def test_a_line_of_a_surface_that_changes_light_is_named(line):
+    system = co.optics.read_zmx(file([SINGLET[0] | dict(more=["STOP", line]), SINGLET[1]]))
+    assert line.split()[0] in " ".join(system.omissions)
+
+
+def test_an_extended_asphere_has_its_terms_beside():
+    more = ["STOP", "XDAT 1 2 0 0", "XDAT 2 10 0 0", "XDAT 3 0.001 0 0"]
+    rows = [SINGLET[0] | dict(kind="XASPHERE", more=more), SINGLET[1]]
+    with pytest.raises(co.SceneFileError, match="surface 1: TYPE: XASPHERE has the aspheric term XDAT 3"):
+        co.optics.read_zmx(file(rows))
+    rows[0] = rows[0] | dict(more=[*more[:3], "XDAT 3 0 0 0"])
+    assert co.optics.read_zmx(file(rows)).bodies[0].shape == co.Lens(50, -50, 6, 20)
+
+
+def test_a_file_without_bodies_says_so():
+    assert "there are no bodies" in co.optics.read_zmx(file([dict(), dict()])).omissions[0]

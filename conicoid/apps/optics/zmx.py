@@ -10,6 +10,7 @@ import os
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +36,7 @@ def build_prescription(lens: ZmxLens, medium: Callable[[ZmxSurface], Any]) -> Pr
     for surface in lens.surfaces:
         _check_kind(surface)
     # The first is the object and the last the image: neither is glass
-    rows = [_row(surface, medium) for surface in lens.surfaces[1:-1]]
+    rows = [_row(surface, medium, lens.notes) for surface in lens.surfaces[1:-1]]
     distance = lens.surfaces[0].thickness
     waves = _wavelengths(lens)
     # Aperture and fields may depend on focal length and pupil: first a system with any aperture.
@@ -45,7 +46,17 @@ def build_prescription(lens: ZmxLens, medium: Callable[[ZmxSurface], Any]) -> Pr
     result = prescription(
         rows, aperture, object_distance=_far(distance), wavelengths=waves, fields=fields, name=lens.name
     )
-    return replace(result, omissions=tuple(lens.notes))
+    if not result.bodies:
+        lens.notes.append("there are no bodies: no surface has glass, is a mirror, or is the stop")
+    return replace(result, omissions=(*lens.notes, *_unknown_keywords(lens)))
+
+
+def _unknown_keywords(lens: ZmxLens) -> list[str]:
+    """Return a note for each keyword that is not known, with its first line and the number of its lines."""
+    return [
+        f"line {line}: {key[:20]!r} is not known, and not read" + (f"; {count:,} lines begin so" if count > 1 else "")
+        for key, (line, count) in lens.unknown.items()
+    ]
 
 
 def _far(distance: float) -> float:
@@ -57,20 +68,22 @@ def _check_kind(surface: ZmxSurface) -> None:
     """Refuse surfaces that are no conics."""
     line, where = surface.kind_line or surface.line, f"surface {surface.number}: TYPE"
     # An asphere whose terms are all 0 is a conic
-    terms = [(key, line) for key, (value, line) in surface.parameters.items() if value != 0]
+    terms = [(f"PARM {key}", line) for key, (value, line) in surface.parameters.items() if value != 0]
+    # Extended aspheres hold the number of terms, a radius, and the terms
+    terms += [(f"XDAT {key}", line) for key, (value, line) in surface.extra.items() if value != 0 and key not in "12"]
     if surface.kind in _CONICS:
         return
     if surface.kind in _ASPHERES:
         if terms:
-            reason = f"has the aspheric term PARM {terms[0][0][:8]}, which makes it no conic"
+            reason = f"has the aspheric term {terms[0][0][:13]}, which makes it no conic"
             raise ZmxError(terms[0][1], where, f"{surface.kind} {reason}")
         return
     supported = f"only conics are: {', '.join((*_CONICS, *_ASPHERES))} (these without aspheric terms)"
     raise ZmxError(line, where, f"{surface.kind[:40]!r} is not supported; {supported}")
 
 
-def _row(surface: ZmxSurface, medium: Callable[[ZmxSurface], Any]) -> Row:
-    """Return the row of a surface."""
+def _row(surface: ZmxSurface, medium: Callable[[ZmxSurface], Any], notes: list[str]) -> Row:
+    """Return the row of a surface, and add notes on what it leaves out."""
     next_medium = medium(surface) if surface.glass else None
     thickness = surface.thickness
     if math.isinf(thickness):
@@ -78,9 +91,14 @@ def _row(surface: ZmxSurface, medium: Callable[[ZmxSurface], Any]) -> Row:
     # Files hold curvatures, since a plane has no radius
     radius = 1 / surface.curvature if surface.curvature else math.inf
     reflects = next_medium == "mirror"
+    if surface.hole and not reflects:
+        note = f"line {surface.clap_line}: surface {surface.number}: the inner radius of an aperture (CLAP) is skipped"
+        notes.append(f"{note}, as only mirrors have holes")
+    # An aperture stops light; beyond it there is glass, which does nothing
+    radius_of_opening = min((one for one in (abs(surface.semi), surface.opening) if one), default=0.0)
     try:
         return Row(
-            radius, thickness, next_medium, 2 * abs(surface.semi) or None, surface.conic, surface.stop,
+            radius, thickness, next_medium, 2 * radius_of_opening or None, surface.conic, surface.stop,
             2 * surface.hole if reflects else 0.0, surface.comment,
         )  # fmt: skip
     except (TypeError, ValueError) as error:
@@ -104,20 +122,35 @@ def _focal_length(system: Prescription) -> float:
 
 def _aperture(lens: ZmxLens, system: Prescription) -> float | None:
     """Return the diameter of the entrance pupil; None is that of the stop's image."""
-    kind, value = lens.aperture or ("FLOA", 0.0)
+    kind, value, option = lens.aperture or ("FLOA", 0.0, 0)
+    near = not math.isinf(system.object_distance)
     if kind == "ENPD":
         return value
     # The f-number is that of the whole system, so the focal length had to come first
-    if kind == "FNUM":
+    if kind == "FNUM" and not (option and near):
         return abs(_focal_length(system)) / value
-    if kind == "OBNA" and not math.isinf(system.object_distance) and value < 1:
-        return 2 * (system.object_distance + system.pupil) * math.tan(math.asin(value))
+    if kind == "FNUM":  # 1 / (2 u') of the ray from a near object
+        _, _, c, d = prescriptions.system_matrix(system.thin(system.wavelength))
+        slope = abs(c * system.object_distance + d)
+        return abs(system.object_distance + system.pupil) / (value * slope) if slope else None
+    if kind == "OBNA" and near and value < (90 if option else 1):
+        angle = math.radians(value) if option else math.asin(value)
+        return 2 * (system.object_distance + system.pupil) * math.tan(angle)
+    if kind == "OBNA":
+        lens.notes.append(f"the aperture at the object (OBNA {value:g} {option}) is skipped: the stop's size counts")
     return None
 
 
 def _fields(lens: ZmxLens, system: Prescription) -> tuple[float, ...]:
     """Return angles, or heights of a near object."""
-    numbers = lens.fields[: max(1, min(lens.field_count, 24))] or [0.0]
+    count = max(1, min(lens.field_count, 24))
+    numbers, across = lens.fields[:count] or [0.0], lens.x_fields[:count]
+    if any(across):
+        # tan² of an angle, or the square of a height, is the sum of those of both components
+        tan, angle_of = (_tan, _arctan) if lens.field_kind == _ANGLE else (float, float)
+        pairs = zip_longest(across, numbers, fillvalue=0.0)
+        numbers = [angle_of(math.hypot(tan(x), tan(y))) if x else y for x, y in pairs]
+        lens.notes.append("fields beside the y axis (XFLN) are turned to it about the axis of the lens")
     far = math.isinf(system.object_distance)
     if lens.field_kind == (_ANGLE if far else _HEIGHT):
         return tuple(numbers)
@@ -130,6 +163,14 @@ def _fields(lens: ZmxLens, system: Prescription) -> tuple[float, ...]:
         return tuple(-math.tan(math.radians(angle)) * (system.object_distance + system.pupil) for angle in numbers)
     lens.notes.append(f"fields of the type {lens.field_kind} are skipped")
     return (0.0,)
+
+
+def _tan(degrees: float) -> float:
+    return math.tan(math.radians(degrees))
+
+
+def _arctan(slope: float) -> float:
+    return math.degrees(math.atan(slope))
 
 
 # The parser of lens files.
@@ -166,9 +207,12 @@ class ZmxSurface:
     semi: float = 0.0
     conic: float = 0.0
     hole: float = 0.0
+    opening: float = 0.0
+    clap_line: int = 0
     stop: bool = False
     comment: str = ""
     parameters: dict[str, tuple[float, int]] = field(default_factory=dict)
+    extra: dict[str, tuple[float, int]] = field(default_factory=dict)
     kind_line: int = 0
 
 
@@ -177,16 +221,21 @@ class ZmxLens:
     """The parsed file."""
 
     surfaces: list[ZmxSurface] = field(default_factory=list)
-    aperture: tuple[str, float] | None = None
+    aperture: tuple[str, float, int] | None = None
     waves: dict[int, float] = field(default_factory=dict)
     wave_count: int = 0
     primary: int = 1
     field_kind: int = 0
     field_count: int = 1
     fields: list[float] = field(default_factory=list)
+    x_fields: list[float] = field(default_factory=list)
     name: str = ""
     unit: str = "MM"
     notes: list[str] = field(default_factory=list)
+    unknown: dict[str, tuple[int, int]] = field(default_factory=dict)
+    """Keyword -> (line of the first, number of lines)."""
+    has_end: bool = False
+    """Whether tolerances, configurations or the merit function have begun, which follow the surfaces."""
 
 
 def load_zmx(path: str | os.PathLike[str], *, glasses: Mapping[str, Any] | None = None) -> Prescription:
@@ -291,8 +340,8 @@ def _parse(text: str) -> ZmxLens:
         key, rest = words[0].upper(), words[1:]
         if key == "SURF":
             _new_surface(lens, number, rest)
-        # Indented lines belong to the last surface, others to the system.
-        elif lens.surfaces and line[:1].isspace():
+        # Zemax indents the lines of a surface; other programs and pages do not, so that the keyword decides.
+        elif lens.surfaces and not lens.has_end and (key in _SURFACE_KEYWORDS or line[:1].isspace()):
             _of_surface(lens, lens.surfaces[-1], number, key, rest)
         else:
             _of_system(lens, number, key, rest, line)
@@ -311,6 +360,7 @@ def _new_surface(lens: ZmxLens, line: int, rest: list[str]) -> None:
     if number != expected:
         raise ZmxError(line, "SURF", f"must be number {expected}, as they are counted in order, got {number}")
     lens.surfaces.append(ZmxSurface(number, line))
+    lens.has_end = False
 
 
 def _of_surface(lens: ZmxLens, surface: ZmxSurface, line: int, key: str, rest: list[str]) -> None:
@@ -336,24 +386,43 @@ def _of_surface(lens: ZmxLens, surface: ZmxSurface, line: int, key: str, rest: l
         surface.comment = " ".join(rest)[:200]
     elif key == "PARM":
         surface.parameters[rest[0] if rest else ""] = _number(line, where, rest, 1), line
+    elif key == "XDAT":
+        surface.extra[rest[0] if rest else ""] = _number(line, where, rest, 1), line
     elif key == "CLAP":
-        surface.hole = max(0.0, _number(line, where, rest, 1)) if len(rest) > 2 else 0.0
+        radii = [max(0.0, _number(line, where, rest, place)) for place in range(min(len(rest), 2))]
+        surface.hole, surface.opening = (*radii, 0.0, 0.0)[:2]
+        surface.clap_line = line
     elif key in _IGNORED_KEYWORDS:
         lens.notes.append(f"line {line}: surface {surface.number}: {_IGNORED_KEYWORDS[key]} ({key}) is skipped")
+    elif key not in _SURFACE_KEYWORDS:
+        _of_system(lens, line, key, rest, " ".join((key, *rest)))
 
 
 _IGNORED_KEYWORDS = {
     "SQAP": "a rectangular aperture", "ELAP": "an elliptic aperture", "UDAD": "an aperture drawn by the user",
     "OBSC": "a round obscuration", "SQOB": "a rectangular obscuration", "ELOB": "an elliptic obscuration",
-    "SPID": "a spider", "COAT": "a coating", "OBDC": "a decentred aperture",
+    "SPID": "a spider", "COAT": "a coating", "OBDC": "a decentred aperture", "SCBD": "a tilt or shift of a surface",
 }  # fmt: skip
-"""Keywords that are skipped with a note."""
+"""Keywords of surfaces that are skipped with a note."""
+_SURFACE_KEYWORDS = frozenset(
+    "TYPE CURV DISZ CONI DIAM GLAS STOP COMM PARM XDAT CLAP FLAP HIDE MIRR SLAB POPS FIMP MEMA OEMA SSID VDSZ VPAR "
+    "VCON VCUR PPAR PZUP MAZH SCOL EDGE".split()
+) | frozenset(_IGNORED_KEYWORDS)
+"""All known keywords of surfaces: those without effect here are drawing, width of glass, and how numbers were found."""
+_NEUTRAL_KEYWORDS = frozenset(
+    "VERS LANG PFIL NOTE BLNK AUTH GCAT PUSH SDMA ROPD PICB FWGN WWGN WWGT GLRS POLS GSTD NSCD COFN COTN HYPR DMFS "
+    "IWDP LUID EERA STUD RCMF WAVN FCOM OMMA".split()
+)
+"""Keywords of the system without effect on what is read: names, weights, and settings of Zemax's own programs."""
+_END_KEYWORDS = ("TOL", "MNUM", "MOFF")
+_VIGNETTING = ("VDXN", "VDYN", "VCXN", "VCYN", "VANN", "ZVDX", "ZVDY", "ZVCX", "ZVCY", "ZVAN")
 
 
 def _of_system(lens: ZmxLens, line: int, key: str, rest: list[str], whole: str) -> None:
     """Parse one line outside of surfaces."""
     if key == "MODE" and rest and rest[0].upper() != "SEQ":
         raise ZmxError(line, "MODE", f"must be SEQ, a sequence of surfaces, got {format_value(rest[0])}")
+    lens.has_end = lens.has_end or (bool(lens.surfaces) and key in _END_KEYWORDS)
     if key == "NAME":
         lens.name = whole.split(None, 1)[1].strip()[:200] if rest else ""
     elif key == "UNIT" and rest:
@@ -361,11 +430,12 @@ def _of_system(lens: ZmxLens, line: int, key: str, rest: list[str], whole: str) 
         if lens.unit not in _UNITS:
             raise ZmxError(line, "UNIT", f"must be one of {', '.join(_UNITS)}, got {format_value(rest[0])}")
     elif key in ("ENPD", "FNUM", "OBNA"):
-        lens.aperture = key, _number(line, key, rest, 0)
+        option = _whole(line, key, rest, 1) if key != "ENPD" and len(rest) > 1 else 0
+        lens.aperture = key, _number(line, key, rest, 0), option
         if not lens.aperture[1] > 0:
             lens.aperture = None
     elif key == "FLOA":
-        lens.aperture = key, 0.0
+        lens.aperture = key, 0.0, 0
     elif key == "WAVM":
         lens.waves[_whole(line, key, rest, 0)] = _number(line, key, rest, 1)
     elif key == "WAVL":
@@ -378,8 +448,44 @@ def _of_system(lens: ZmxLens, line: int, key: str, rest: list[str], whole: str) 
         lens.wave_count = _whole(line, key, rest, 3) if len(rest) > 3 else 0
     elif key == "YFLN":
         lens.fields = [_number(line, key, rest, i) for i in range(min(len(rest), 100))]
-    elif key == "MNUM" and rest and _whole(line, key, rest, 0) > 1:
-        lens.notes.append(f"line {line}: of {rest[0][:9]} configurations (MNUM) only that of the surfaces is read")
+    elif key == "XFLN":
+        lens.x_fields = [_number(line, key, rest, i) for i in range(min(len(rest), 100))]
+    elif key in _SETTINGS:
+        if (note := _SETTINGS[key](rest)) is not None:
+            lens.notes.append(f"line {line}: {note} ({key}) is skipped")
+    elif not (lens.has_end or key in _NEUTRAL_KEYWORDS or key == "MODE"):
+        first, count = lens.unknown.get(key, (line, 0))
+        lens.unknown[key] = first, count + 1
+
+
+def _is_set(rest: list[str], place: int, default: float = 0.0) -> bool:
+    """Return whether a line has a number at a place that differs from the one without effect."""
+    return place < len(rest) and not (_NUMBER.match(rest[place]) and float(rest[place]) == default)
+
+
+def _vignetting(rest: list[str]) -> str | None:
+    return "vignetting of fields" if any(_is_set(rest, place) for place in range(len(rest))) else None
+
+
+def _environment(rest: list[str]) -> str | None:
+    changes = _is_set(rest, 2) and (_is_set(rest, 0, 20.0) or _is_set(rest, 1, 1.0))
+    return f"the change of glasses at {rest[0][:9]} degrees and {rest[1][:9]} atmospheres" if changes else None
+
+
+def _configurations(rest: list[str]) -> str | None:
+    return "each configuration but that of the surfaces" if _is_set(rest, 0, 1.0) and _is_set(rest, 0) else None
+
+
+_SETTINGS: dict[str, Callable[[list[str]], str | None]] = {
+    **dict.fromkeys(_VIGNETTING, _vignetting),
+    "RAIM": lambda rest: "aiming of rays at the stop" if _is_set(rest, 1) else None,
+    "GFAC": lambda rest: "apodization of the pupil" if _is_set(rest, 0) else None,
+    "TELE": lambda rest: "telecentric aiming" if _is_set(rest, 0) else None,
+    "AFOC": lambda rest: "the mode without a focus" if _is_set(rest, 0) else None,
+    "ENVD": _environment,
+    "MNUM": _configurations,
+}
+"""Keywords of the system -> the part that is skipped; None if the line changes nothing."""
 
 
 def _number(line: int, where: str, rest: list[str], place: int) -> float:
