@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from .._util.arrays import ignore_fp_errors
 from .._util.validation import check_number, check_positive, format_value, real_array
-from .dispersion import Index, check_index, check_wavelengths, index_at
+from .dispersion import Index, check_index, check_light, index_at
 
 FloatArray = npt.NDArray[np.float64]
 _SLACK = 1e-9  # rounding may move the product of two unit vectors beyond 1 by this much
@@ -132,6 +132,9 @@ def check_interface(owner: str, cos: Any, n1: Any, n2: Any, k: Any) -> tuple[Flo
 
 # --- Thin films
 
+_THICKEST = 20.0
+"""Thin films are thinner, in μm: a larger number is in nm."""
+
 
 @dataclass(frozen=True)
 class Layer:
@@ -142,7 +145,7 @@ class Layer:
     index : Index
         Refractive index, as for a material.
     thickness : float
-        In μm, > 0.
+        In μm, > 0 and below 20.
     """
 
     index: Index
@@ -150,7 +153,11 @@ class Layer:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "index", check_index("Layer", self.index))
-        object.__setattr__(self, "thickness", check_positive("Layer", "thickness", self.thickness))
+        thickness = check_positive("Layer", "thickness", self.thickness)
+        if thickness >= _THICKEST:
+            hint = f"{thickness:g} nm are {thickness / 1000:g}"
+            raise ValueError(f"Layer: thickness must be in μm, and below {_THICKEST:g}, got {thickness:g}; {hint}")
+        object.__setattr__(self, "thickness", thickness)
 
 
 @dataclass(frozen=True)
@@ -187,7 +194,7 @@ class Coating:
         -------
         Coating
         """
-        w = check_positive("Coating", "wavelength", wavelength)
+        w = float(check_light("Coating", check_positive("Coating", "wavelength", wavelength)))
         if isinstance(indices, str) or not isinstance(indices, Sequence):
             raise ValueError(f"Coating: indices must be a list of refractive indices, got {format_value(indices)}")
         return cls(tuple(Layer(n, w / (4 * float(np.real(index_at(check_index("Coating", n), w))))) for n in indices))
@@ -221,7 +228,7 @@ class Coating:
         ValueError
             For a wavelength outside of the range of a film's index.
         """
-        w = check_wavelengths("Coating", wavelength)
+        w = check_light("Coating", wavelength)
         # Without films Fresnel's formulas apply, which are exact in total reflection.
         if not self.layers:
             return fresnel(cos, np.broadcast_arrays(n1, w)[0], n2)

@@ -286,6 +286,16 @@ def check_wavelengths(owner: str, wavelength: Any) -> Any:
     return w
 
 
+def check_light(owner: str, wavelength: Any) -> Any:
+    """Return wavelengths of light, below 100 μm: larger numbers are in nm. Raise ValueError with the owner."""
+    w = check_wavelengths(owner, wavelength)
+    large = w[w >= 100]
+    if large.size:
+        wanted = "wavelength must be in μm, 0.5876 for the line d"
+        raise ValueError(f"{owner}: {wanted}, got {large.flat[0]:g}{_in_nanometres(large.flat[0])}")
+    return w
+
+
 def _in_nanometres(wavelength: float) -> str:
     """Return a hint if a wavelength is most likely in nm."""
     return f"; {wavelength:g} nm are {wavelength / 1000:g}" if wavelength >= 100 else ""

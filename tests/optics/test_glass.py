@@ -261,7 +261,7 @@ def test_a_film_may_be_split_and_thick_metal_hides_what_it_lies_on():
     one, two = co.optics.Coating([("Ag", 0.04)]), co.optics.Coating([("Ag", 0.01), ("Ag", 0.03)])
     a, b = one.at(0.6, COS, 1, 1.5), two.at(0.6, COS, 1, 1.5)
     assert a.t_p == pytest.approx(b.t_p, rel=1e-12)
-    thick = co.optics.Coating([("Ag", 1e4)]).at(0.6, COS, 1, 1.5)
+    thick = co.optics.Coating([("Ag", 19)]).at(0.6, COS, 1, 1.5)
     assert thick.reflectance == pytest.approx(
         co.optics.fresnel(COS, 1, co.optics.glass("Ag")(0.6)).reflectance, rel=1e-12
     )
@@ -271,10 +271,22 @@ def test_a_film_may_be_split_and_thick_metal_hides_what_it_lies_on():
 def test_what_is_no_coat():
     for layers, told in (
         ([(1.38, -1)], r"layers\[0\]: Layer: thickness must be > 0"), ([1.38], r"layers\[0\] must be a pair"),
+        ([(1.38, 99.6)], r"layers\[0\]: Layer: thickness must be in μm.*99.6 nm are 0.0996"),
         ("MgF2", "layers must be pairs"), ([(0, 1)], "refractive_index must be > 0"),
     ):  # fmt: skip
         with pytest.raises(ValueError, match=told):
             co.optics.Coating(layers)
+
+
+def test_wavelengths_in_nanometres_are_refused():
+    coat = co.optics.Coating([(1.38, 0.0996)])
+    for call in (
+        lambda: coat.at(550),
+        lambda: coat.at([0.5, 550]),
+        lambda: co.optics.Coating.quarter_wave([1.38], 550),
+    ):
+        with pytest.raises(ValueError, match="Coating: wavelength must be in μm.*550 nm are 0.55"):
+            call()
 
 
 # --- hits.before and hits.after: which body a ray is in on both sides of a wall

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from ..._util.arrays import ignore_fp_errors
 from ..._util.text import format_count
 from ..._util.validation import check_flag, check_integer, check_nonnegative, check_positive, describe_kind, real_array
-from ...materials.dispersion import LINE_D, check_wavelengths
+from ...materials.dispersion import LINE_D, check_light
 from ...queries.ray_queries import as_rays
 from ...queries.rays import LazyRays, Rays
 from ...queries.scene_protocol import is_scene
@@ -258,7 +258,7 @@ def trace_paths(
 def _start_light(rays: Rays, wavelength: Any, weight: Any, least: float) -> _Light:
     """Return the light of rays before its first wall."""
     each = functools.partial(_one_each, rays)
-    waves = each("wavelength", check_wavelengths("trace_paths", wavelength))
+    waves = each("wavelength", check_light("trace_paths", wavelength))
     weights = each("weight", real_array("trace_paths", "weight", weight))
     bad = weights[~(np.isfinite(weights) & (weights >= 0))]
     if bad.size:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..._util.validation import check_number, check_positive, describe_kind, format_value
-from ...materials.dispersion import LINE_C, LINE_D, LINE_F, Dispersion
+from ...materials.dispersion import LINE_C, LINE_D, LINE_F, Dispersion, check_light
 from ...materials.material import Material
 from ...materials.presets import glass as clear_glass
 
@@ -129,8 +129,4 @@ def find_glass(name: str) -> Medium | None:
 
 def check_wavelength(owner: str, value: Any) -> float:
     """Return a wavelength in μm; refuse nanometres."""
-    wavelength = check_positive(owner, "wavelength", value)
-    # Such a number is in nm.
-    if wavelength >= 100:
-        raise ValueError(f"{owner}: wavelength must be in μm, 0.5876 for the line d, got {wavelength:g}")
-    return wavelength
+    return float(check_light(owner, check_positive(owner, "wavelength", value)))
