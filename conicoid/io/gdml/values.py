@@ -108,7 +108,12 @@ class GdmlReader:
         raise GdmlError(element, "has too many brackets in a name")
 
     def value(self, text: str, element: XmlElement, name: str) -> Fraction:
-        """Return the value of an expression in the attribute `name`. Raise GdmlError if it has none."""
+        """Return the value of an expression in the attribute `name`. Raise GdmlError if it has none.
+
+        An empty text is 0, as in G4GDMLEvaluator::Evaluate.
+        """
+        if not text.strip():
+            return Fraction(0)
         try:
             return evaluate(self.resolve_indices(text, element) if "[" in text else text, self.names)
         except ExpressionError as error:
@@ -154,7 +159,9 @@ class GdmlReader:
         attributes = loop.attributes
         # Without `from`, a loop goes on from the value of its variable
         first = self.value(attributes["from"], loop, "from") if "from" in attributes else self.names[name]
-        last = self.value(attributes.get("to", ""), loop, "to")
+        if "to" not in attributes:
+            raise GdmlError(loop, "to must be given")
+        last = self.value(attributes["to"], loop, "to")
         step = self.value(attributes.get("step", "1"), loop, "step")
         if not step:
             raise GdmlError(loop, "step must not be 0, or the loop would never end")
@@ -267,7 +274,7 @@ class GdmlValues:
     def number(self, name: str, default: Fraction | int | None = None) -> Fraction:
         """Return a number without a unit."""
         text = self.element.attributes.get(name)
-        if text is None or not text.strip():
+        if text is None:
             if default is None:
                 raise GdmlError(self.element, f"{name} must be given")
             return Fraction(default)

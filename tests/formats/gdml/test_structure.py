@@ -314,3 +314,17 @@ def test_copy_numbers_may_be_negative(tmp_path):
     structure = volume("v", "bar") + volume("world", "w", placed("v", attributes='name="a" copynumber="-1"'))
     scene = scene_of(tmp_path, text_of(WORLD + BAR, structure))
     assert [body.name for body in scene.bodies] == ["world", "world/a[-1]"]
+
+
+def test_an_empty_number_is_0(tmp_path):
+    """As Geant4 evaluates it; the end of a loop must be there."""
+    (tmp_path / "a.gdml").write_text(
+        '<gdml><materials><material name="a"><D value="1"/></material></materials><solids>'
+        '<box name="hall" x="20" y="20" z="20"/><tube name="ring" rmin="" rmax="2" z="4" startphi="" deltaphi="360" '
+        'aunit="deg"/></solids><structure><volume name="ring"><materialref ref="a"/><solidref ref="ring"/></volume>'
+        '<volume name="hall"><materialref ref="a"/><solidref ref="hall"/><physvol><volumeref ref="ring"/>'
+        '<position x="1" y="" z=" "/><rotation x="" y="" z=""/></physvol></volume></structure>'
+        '<setup name="Default" version="1"><world ref="hall"/></setup></gdml>'
+    )
+    low, high = co.load(tmp_path / "a.gdml").bodies[1].shape.bounds
+    assert (low.tolist(), high.tolist()) == ([-1, -2, -2], [3, 2, 2])
