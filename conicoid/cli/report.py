@@ -84,6 +84,7 @@ def totals(scene: Scene) -> list[str]:
         f"lights    {len(scene.lights):,}",
         f"surfaces  {int(length(scene._prepared.geometry, SURFACE_KIND)):,}",
         f"bounds    {_box(*scene.bounds)}",
+        *([f"unit      {scene.unit}"] if scene.unit else []),
         f"memory    {_memory(scene.memory)}",
     ]
 

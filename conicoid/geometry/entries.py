@@ -5,12 +5,13 @@ from __future__ import annotations
 import dataclasses
 import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NoReturn, SupportsIndex, TypeAlias
 
 import numpy as np
 
 from .._util.arrays import FloatArray
-from .._util.text import describe_names
+from .._util.text import check_choice, describe_names
 from .._util.validation import describe_kind, format_value
 from .body import Body, bodies_table
 from .bulk import Bulk, Spheres
@@ -387,6 +388,18 @@ def apply_motion(shape: Shape, motion: Any) -> Shape:
     if np.shape(motion) != (3,):
         raise TypeError(f"moved: motion must be 3 numbers, a matrix (4, 4) or a function, got {format_value(motion)}")
     return shape.translate(motion)
+
+
+LENGTH_UNITS = {
+    "angstrom": Fraction(1, 10**7), "nm": Fraction(1, 10**6), "um": Fraction(1, 1000), "mm": Fraction(1),
+    "cm": Fraction(10), "m": Fraction(1000), "km": Fraction(10**6), "in": Fraction(254, 10),
+}  # fmt: skip
+"""The unit of a scene's lengths -> its size in mm."""
+
+
+def as_unit(unit: Any) -> str | None:
+    """Return the name of a unit of length, or None, unchanged; raise an error for anything else."""
+    return None if unit is None else check_choice("Scene", "unit", unit, LENGTH_UNITS)
 
 
 def as_domain(domain: Any) -> Solid | None:

@@ -63,6 +63,8 @@ class ImportResult:
     background: Any = None
     domain: Solid | None = None
     """The region that bodies must fill, if the file defines one."""
+    unit: str | None = None
+    """The unit of lengths, as for `Scene`."""
 
 
 def select_bodies(imported: ImportResult, pattern: str) -> ImportResult:

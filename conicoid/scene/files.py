@@ -73,7 +73,7 @@ def load(
 
 def _scene_of(path: str | os.PathLike[str], parts: ImportResult) -> Scene:
     """Return the scene of imported parts, with its notes, and log the remarks."""
-    scene = Scene(parts.bodies, parts.lights, parts.camera, parts.background, parts.domain)
+    scene = Scene(parts.bodies, parts.lights, parts.camera, parts.background, parts.domain, unit=parts.unit)
     scene._notes = parts.notes  # no argument of `Scene`: scene files do not keep them
     if parts.remarks:
         import logging

@@ -107,7 +107,7 @@ class Molecule(Atoms):
         **options
             Those of `bodies`: radii, colors, cell, name.
         """
-        return Scene(self.bodies(style, **options))
+        return Scene(self.bodies(style, **options), unit="angstrom")
 
     @ignore_fp_errors
     def solvent_accessible(self, probe: float = 1.4) -> Union | Sphere:

@@ -43,6 +43,7 @@ from ..geometry.entries import (
     as_bodies,
     as_domain,
     as_index,
+    as_unit,
     boxes_of,
     exchange_entry,
     find_body,
@@ -94,7 +95,7 @@ QUERIES = {
 _UNCHANGED: Any = object()
 """Default of the arguments of `Scene.replace`, where None takes a part away."""
 
-_PARTS = ("lights", "camera", "background", "domain", "animation")
+_PARTS = ("lights", "camera", "background", "domain", "animation", "unit")
 
 
 class Scene:
@@ -117,13 +118,15 @@ class Scene:
         The space that the bodies are to fill. Only `check` reads it, and reports where they do not.
     animation : iterable of BodyTrack, CameraTrack and LightTrack
         The motions for `at`, films and shutters.
+    unit : {"angstrom", "nm", "um", "mm", "cm", "m", "km", "in"}, optional
+        The unit of its lengths. Importers state it, exporters convert from it to the unit of the other program.
 
     Raises
     ------
     TypeError
         For an item, light, camera, background, domain or track of another type.
     ValueError
-        For two bodies of one name.
+        For two bodies of one name, or an unknown unit.
     KeyError
         For a track of an unknown body.
     """
@@ -138,6 +141,7 @@ class Scene:
         background: Background | None = None,
         domain: Solid | None = None,
         animation: Iterable[Track] = (),
+        unit: str | None = None,
     ) -> None:
         refuse_second(lights)
         self._bodies: Bodies = as_bodies(items)
@@ -147,6 +151,7 @@ class Scene:
         self._background = as_background(background)
         self._domain = as_domain(domain)
         self._animation: tuple[Track, ...] = as_tracks(animation)
+        self._unit = as_unit(unit)
         refuse_unknown_tracks(self._bodies, self._animation)
         self._cached_prepared: PreparedScene | None = None
         self._previous: PreparedScene | None = None
@@ -214,6 +219,11 @@ class Scene:
     def domain(self) -> Solid | None:
         """The space that the bodies are to fill, as the cells of an imported model do; None if not stated."""
         return self._domain
+
+    @property
+    def unit(self) -> str | None:
+        """The unit of lengths, such as "mm"; None if not stated. `replace(unit="cm")` changes the word, no number."""
+        return self._unit
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -330,7 +340,8 @@ class Scene:
     @property
     def _parts(self) -> tuple[Any, ...]:
         """The arguments of `Scene` that give an equal one."""
-        return self._bodies, self._lights, self._camera, self._background, self._domain, self._animation
+        lit = self._bodies, self._lights, self._camera, self._background
+        return *lit, self._domain, self._animation, self._unit
 
     @cached_property
     def _firsts(self) -> Any:
@@ -353,8 +364,9 @@ class Scene:
         self, which: str | int | None = None, item: Shape | Body | None = None, *,
         material: Any = _UNCHANGED, name: Any = _UNCHANGED, lights: Any = _UNCHANGED, camera: Any = _UNCHANGED,
         background: Any = _UNCHANGED, domain: Any = _UNCHANGED, animation: Any = _UNCHANGED,
+        unit: Any = _UNCHANGED,
     ) -> Scene:  # fmt: skip
-        """Return a scene with one entry changed, or other lights, camera, background, domain or animation.
+        """Return a scene with one entry changed, or other lights, camera, background, domain, animation or unit.
 
         Parameters
         ----------
@@ -365,7 +377,7 @@ class Scene:
             whose name stays if the `Body` has none.
         material, name : optional
             The new material and name of the entry, with or without an item; None removes them.
-        lights, camera, background, domain, animation : optional
+        lights, camera, background, domain, animation, unit : optional
             As for `Scene`; None removes them.
 
         Raises
@@ -374,7 +386,7 @@ class Scene:
             For an unknown entry.
         """
         labels = {key: new for key, new in dict(material=material, name=name).items() if new is not _UNCHANGED}
-        news = lights, camera, background, domain, animation
+        news = lights, camera, background, domain, animation, unit
         parts = (old if new is _UNCHANGED else new for new, old in zip(news, self._parts[1:], strict=True))
         if which is None and item is None and not labels:  # the bodies stay, and with them all tables
             return self._edited(self._bodies, *parts)
@@ -428,11 +440,11 @@ class Scene:
     def _edited(self, bodies: Bodies, *parts: Any, before: Scene | None = None) -> Scene:
         """Return a scene of other bodies, which reuses the prepared tables of this one, or of `before`.
 
-        parts: lights, camera, background, domain and animation, if they differ.
+        parts: lights, camera, background, domain, animation and unit, if they differ.
         """
-        *others, animation = parts or self._parts[1:]
+        *others, animation, unit = parts or self._parts[1:]
         # An empty scene checks the other parts; the bodies are checked already
-        scene, source = Scene((), *others), before or self
+        scene, source = Scene((), *others, (), unit), before or self
         scene._bodies, scene._notes, scene._animation = bodies, self._notes, as_tracks(animation)
         refuse_unknown_tracks(bodies, scene._animation)
         # The same bodies have the same tables; other bodies are prepared from the difference, when needed
@@ -1101,7 +1113,9 @@ class Scene:
 
         check_callback("load", "progress", progress)
         parts = scene_file.read_scene(check_path("load", path), progress, check_flag("load", "outside", outside))
-        return Scene(parts.bodies, parts.lights, parts.camera, parts.background, parts.domain, parts.animation)
+        return Scene(
+            parts.bodies, parts.lights, parts.camera, parts.background, parts.domain, parts.animation, parts.unit
+        )
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write a scene file at `path` that `co.load` reads as an equal scene; `co.save` documents more."""

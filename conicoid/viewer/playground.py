@@ -91,7 +91,7 @@ class TextScenes:
 def scene_of(text: str, path: str | os.PathLike[str] = NO_FILE) -> Scene:
     """Return the scene of a text. Raise SceneFileError with every mistake and its place."""
     parts = scene_file.parse_scene(text, path)
-    return Scene(parts.bodies, parts.lights, parts.camera, parts.background, parts.domain)
+    return Scene(parts.bodies, parts.lights, parts.camera, parts.background, parts.domain, unit=parts.unit)
 
 
 def with_bounds(scene: Scene, request: Any, answer: dict[str, Any]) -> dict[str, Any]:

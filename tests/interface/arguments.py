@@ -203,7 +203,10 @@ ANSWERS = {
 }
 SCENES: dict[str, Call] = {
     "Body": (co.Body, dict(shape=BALL, material=co.matte(), name="a")),
-    "Scene": (co.Scene, dict(items=[BALL], lights=[co.AmbientLight()], camera=CAMERA, background="white", domain=BALL)),
+    "Scene": (
+        co.Scene,
+        dict(items=[BALL], lights=[co.AmbientLight()], camera=CAMERA, background="white", domain=BALL, unit="mm"),
+    ),
     "render": (
         _query("render"),
         dict(width=4, height=3, samples=1, integrator="normals", seed=0, depth=1, progress=None)

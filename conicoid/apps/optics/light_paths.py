@@ -12,6 +12,7 @@ import numpy.typing as npt
 from ..._util.arrays import ignore_fp_errors
 from ..._util.text import format_count
 from ..._util.validation import check_flag, check_integer, check_nonnegative, check_positive, describe_kind, real_array
+from ...geometry.entries import LENGTH_UNITS
 from ...materials.dispersion import LINE_D, check_light
 from ...queries.ray_queries import as_rays
 from ...queries.rays import LazyRays, Rays
@@ -193,7 +194,7 @@ class _Light:
 def trace_paths(
     scene: SceneLike | Shape | Body, rays: Rays, depth: int = 8, split: bool = True, *,
     wavelength: npt.ArrayLike = LINE_D, weight: npt.ArrayLike = 1.0, least: float = 0.0, seed: int = 0,
-    unit: float = _MICROMETRES,
+    unit: float | None = None,
 ) -> Paths:  # fmt: skip
     """Trace all segments of light along rays: every wall splits it by Fresnel's formulas and Snell's law.
 
@@ -220,8 +221,9 @@ def trace_paths(
         Light weaker than this share of its ray's is not followed.
     seed : int
         Of the choices of split=False; the same seed and rays give the same choices.
-    unit : float
-        Micrometres in a unit of length of the scene, for media of complex index: 1000 is a millimetre.
+    unit : float, optional
+        Micrometres in a unit of length of the scene, for media of complex index: 1000 is a millimetre. The default is
+        that of `scene.unit`, or a millimetre where the scene states none.
 
     Returns
     -------
@@ -243,6 +245,8 @@ def trace_paths(
     follow_both = check_flag("trace_paths", "split", split)
     checked_seed = check_integer("trace_paths", "seed", seed, 0)
     random = None if follow_both else np.random.default_rng(checked_seed)
+    if unit is None:
+        unit = _MICROMETRES if scene.unit is None else float(1000 * LENGTH_UNITS[scene.unit])
     media = SceneMedia(scene, check_positive("trace_paths", "unit", unit))
     light = replace(light, medium=_starts(scene, media, light.rays))
     parts, done = [], 0

@@ -326,6 +326,8 @@ class Prescription:
         Name of the system.
     omissions : tuple of str
         Notes on parts of a lens file that were skipped.
+    unit : str, optional
+        Of lengths, as for `Scene`; lens files state it.
     """
 
     rows: tuple[Row, ...]
@@ -335,6 +337,7 @@ class Prescription:
     fields: tuple[float, ...] = (0.0,)
     name: str = ""
     omissions: tuple[str, ...] = field(default=(), repr=False)
+    unit: str | None = None
 
     def _repr_html_(self) -> str:
         """Return the table that a notebook shows: a row for each surface."""
@@ -434,7 +437,7 @@ class Prescription:
     @cached_property
     def scene(self) -> SceneLike:
         """The bodies as a scene."""
-        return extension("Scene")(self.bodies)
+        return extension("Scene")(self.bodies, unit=self.unit)
 
     def __repr__(self) -> str:
         name = f"{self.name!r}, " if self.name else ""

@@ -48,7 +48,7 @@ def build_prescription(lens: ZmxLens, medium: Callable[[ZmxSurface], Any]) -> Pr
     )
     if not result.bodies:
         lens.notes.append("there are no bodies: no surface has glass, is a mirror, or is the stop")
-    return replace(result, omissions=(*lens.notes, *_unknown_keywords(lens)))
+    return replace(result, omissions=(*lens.notes, *_unknown_keywords(lens)), unit=_UNITS[lens.unit])
 
 
 def _unknown_keywords(lens: ZmxLens) -> list[str]:
@@ -180,7 +180,7 @@ LARGEST = 8_000_000
 _LONGEST = 20_000
 _MOST_LINES = 200_000
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d{1,4})?\Z")
-_UNITS = ("MM", "CM", "IN", "METER", "M")
+_UNITS = {"MM": "mm", "CM": "cm", "IN": "in", "METER": "m", "M": "m"}
 _NO_GLASS = (1.5, 40.0)
 """Index and Abbe number that stand for "not in the file"."""
 
@@ -242,7 +242,8 @@ def load_zmx(path: str | os.PathLike[str], *, glasses: Mapping[str, Any] | None 
     """Load the `Prescription` of a Zemax lens file (.zmx); its `scene` holds the lenses.
 
     Surfaces that are conics are read: STANDARD ones, and aspheres without aspheric terms. Any other type is an error
-    with its name and line; `omissions` of the prescription lists skipped parts. Lengths keep the file's unit.
+    with its name and line; `omissions` of the prescription lists skipped parts. Lengths keep the file's
+    `unit`.
 
     Parameters
     ----------
@@ -541,5 +542,5 @@ def import_file(path: str | os.PathLike[str], options: ImportOptions) -> ImportR
     if len(system.bodies) > options.most.singles:
         raise ValueError(f"load: max_bodies must be at least {len(system.bodies)} for this file")
     first = f"{format_count(len(system.rows), 'surface')}, {format_count(len(system.bodies), 'body')}"
-    result = ImportResult(system.bodies, (), (first, *system.omissions), system.omissions)
+    result = ImportResult(system.bodies, (), (first, *system.omissions), system.omissions, unit=system.unit)
     return result if options.only is None else select_bodies(result, options.only)

@@ -20,6 +20,7 @@ from ..._util.arrays import BoxEnds
 from ..._util.files import MAX_LISTED_PROBLEMS, printable, write_text
 from ..._util.text import format_count
 from ..._util.validation import check_callback, check_flag
+from ...geometry.entries import LENGTH_UNITS
 from ...geometry.instances import InstanceList
 from ...geometry.labels import count_bodies, is_clear, single_body
 from ...geometry.shape import Solid
@@ -162,6 +163,18 @@ def find_export_format(path: str | os.PathLike[str]) -> ExportFormat | None:
     """Return the format for the suffix of a path; None for any other suffix."""
     suffix = os.path.splitext(os.fspath(path))[1].lower()
     return next((each for each in EXPORT_FORMATS if suffix in each.suffixes), None)
+
+
+def unit_factor(scene: WritableScene, unit: str) -> Fraction:
+    """Return the size of a scene's unit of length in another one; 1 for a scene that states none."""
+    return Fraction(1) if scene.unit is None else LENGTH_UNITS[scene.unit] / LENGTH_UNITS[unit]
+
+
+def unit_notes(scene: WritableScene, unit: str) -> tuple[str, ...]:
+    """Return a note on the unit of a file's lengths, unless the scene has the same one."""
+    if scene.unit is None:
+        return (f"the scene states no unit: its lengths are {unit} in the file",)
+    return () if scene.unit == unit else (f"lengths are converted from {scene.unit} to {unit}",)
 
 
 # Bodies of a scene one by one, with unique names.

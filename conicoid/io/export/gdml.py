@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
@@ -34,9 +34,11 @@ from .exporters import (
     hex_color,
     is_void,
     overlapping_boxes,
+    unit_factor,
+    unit_notes,
 )
 from .gdml_motions import AxisStretch, GdmlMoves, join_moves, relative_moves, split_last_placement
-from .gdml_solids import SolidReference, SolidWriter, position_element, rotation_element, source_piece
+from .gdml_solids import LENGTH_UNIT, SolidReference, SolidWriter, position_element, rotation_element, source_piece
 from .openmc_regions import EmptinessTest, ExportSurfaceTable, RegionWriter
 
 # Materials, with their densities and components.
@@ -296,6 +298,10 @@ def export_text(scene: WritableScene, options: ExportOptions) -> ExportResult:
     """Return the text of a .gdml file. Raise ValueError with the bodies that GDML cannot hold."""
     report = ExportReport("GDML")
     items = collect_solids(scene, report)
+    unit = scene.unit or "mm"
+    if unit == "in":  # Geant4 knows all other units
+        size = float(unit_factor(scene, "mm"))
+        items, unit = [replace(item, solid=item.solid.scale(size)) for item in items], "mm"
     nests = nest_bodies(items)
     structure = _StructureWriter(report, SolidWriter(), GdmlMaterialWriter(items, report))
     if len(nests) == 1 and nests[0].inner:
@@ -315,9 +321,9 @@ def export_text(scene: WritableScene, options: ExportOptions) -> ExportResult:
     if scene.domain is not None:
         report.narrow("not written: the domain that bodies are to fill", "")
     facts = [f"{format_count(len(structure.solids.names), 'solid')}, {format_count(len(structure.elements), 'volume')}"]
-    text = _document(structure, world)
+    text = _document(structure, world).replace(LENGTH_UNIT, unit)
     remarks = report.remarks
-    return ExportResult(text, (*facts, *remarks), remarks)
+    return ExportResult(text, (*facts, *(unit_notes(scene, unit) if unit != scene.unit else ()), *remarks), remarks)
 
 
 def _write_container(structure: _StructureWriter, nests: list[VolumeNest], inner: list[str]) -> str:
@@ -329,7 +335,7 @@ def _write_container(structure: _StructureWriter, nests: list[VolumeNest], inner
     size = max((end for end in ends if math.isfinite(end)), default=1.0)
     # A power of two beyond everything: nothing is cut off, and the number is short
     text = format_number(8.0 * 2.0 ** math.frexp(size)[1])
-    solid = structure.solids.add("box", f' x="{text}" y="{text}" z="{text}" lunit="mm"')
+    solid = structure.solids.add("box", f' x="{text}" y="{text}" z="{text}" lunit="{LENGTH_UNIT}"')
     name = "world"
     while name in structure.used_names:
         name += "'"
@@ -380,7 +386,7 @@ def _document(structure: _StructureWriter, world: str) -> str:
     corners = []
     for point, name in structure.solids.positions.items():
         x, y, z = map(format_expression, point)
-        corners.append(f'<position name="{name}" x="{x}" y="{y}" z="{z}" unit="mm"/>')
+        corners.append(f'<position name="{name}" x="{x}" y="{y}" z="{z}" unit="{LENGTH_UNIT}"/>')
     lines = ['<?xml version="1.0" encoding="UTF-8"?>', "<gdml>"]
     sections = (
         ("define", corners), ("materials", structure.materials.elements()), ("solids", structure.solids.elements),

@@ -49,6 +49,9 @@ from .pieces import (
     RevolutionPiece,
 )
 
+LENGTH_UNIT = "\0"
+"""Stands for the unit of lengths of the file, in attributes: no text of XML holds this character."""
+
 # Paraboloids and hyperboloids of revolution ("hype"), by the radii and angles of GDML.
 
 _NEAR = 12
@@ -74,7 +77,7 @@ def _paraboloid(solids: SolidWriter, piece: QuadricPiece) -> SolidReference:
     radii = [_root(piece.g0 + slope * z) for z in (low, high)]
     text = (
         f' rlo="{format_number(radii[0])}" rhi="{format_number(radii[1])}" '
-        f'dz="{format_number((high - low) / 2)}" lunit="mm"'
+        f'dz="{format_number((high - low) / 2)}" lunit="{LENGTH_UNIT}"'
     )
     middle = RigidMove(shift=(Fraction(0), Fraction(0), (low + high) / 2))
     return SolidReference(solids.add("paraboloid", text), join_moves([middle], [] if is_up else [RigidMove(_DOWN)]))
@@ -91,7 +94,7 @@ def _hype(solids: SolidWriter, piece: QuadricPiece) -> SolidReference:
         f'z="{format_number(2 * half)}"'
     )
     shift = join_moves([RigidMove(shift=(Fraction(0), Fraction(0), middle))])
-    return SolidReference(solids.add("hype", f'{text} aunit="deg" lunit="mm"'), shift, not is_exact)
+    return SolidReference(solids.add("hype", f'{text} aunit="deg" lunit="{LENGTH_UNIT}"'), shift, not is_exact)
 
 
 def _angle(bend: Fraction) -> tuple[float, bool]:
@@ -226,10 +229,10 @@ def write_revolution(solids: SolidWriter, piece: RevolutionPiece) -> SolidRefere
                     f'rmin2="{format_number(c)}" rmax2="{format_number(d)}"'
                 )
                 tag = "cone"
-            name = solids.add(tag, f'{text} z="{size}"{angles} lunit="mm"')
+            name = solids.add(tag, f'{text} z="{size}"{angles} lunit="{LENGTH_UNIT}"')
             return SolidReference(name, join_moves([RigidMove(shift=(Fraction(0), Fraction(0), middle))]), rounded)
     points = "".join(f'<rzpoint r="{format_number(r)}" z="{format_number(z)}"/>' for r, z in corners)
-    return SolidReference(solids.add("genericPolycone", f'{angles} lunit="mm"', points), (), rounded)
+    return SolidReference(solids.add("genericPolycone", f'{angles} lunit="{LENGTH_UNIT}"', points), (), rounded)
 
 
 def _angle_attributes(piece: RevolutionPiece) -> tuple[str, bool]:
@@ -375,10 +378,10 @@ class SolidWriter:
     def _piece(self, piece: Piece) -> SolidReference:
         """Write one piece and return its reference."""
         if isinstance(piece, BallPiece):
-            return SolidReference(self.add("orb", f' r="{format_number(piece.radius)}" lunit="mm"'))
+            return SolidReference(self.add("orb", f' r="{format_number(piece.radius)}" lunit="{LENGTH_UNIT}"'))
         if isinstance(piece, EllipsoidPiece):
             a, b, c = map(format_number, piece.radii)
-            return SolidReference(self.add("ellipsoid", f' ax="{a}" by="{b}" cz="{c}" lunit="mm"'))
+            return SolidReference(self.add("ellipsoid", f' ax="{a}" by="{b}" cz="{c}" lunit="{LENGTH_UNIT}"'))
         if isinstance(piece, BoxPiece):
             return self._cuboid(piece)
         if isinstance(piece, FrustumPiece):
@@ -401,7 +404,7 @@ class SolidWriter:
         x, y, z = (format_number(b - a) for a, b in zip(lows, highs, strict=True))
         a, b, c = ((low + high) / 2 for low, high in zip(lows, highs, strict=True))
         return SolidReference(
-            self.add("box", f' x="{x}" y="{y}" z="{z}" lunit="mm"'), join_moves([RigidMove(shift=(a, b, c))])
+            self.add("box", f' x="{x}" y="{y}" z="{z}" lunit="{LENGTH_UNIT}"'), join_moves([RigidMove(shift=(a, b, c))])
         )
 
     def _extrusion(self, piece: ExtrusionPiece) -> SolidReference:
@@ -419,7 +422,7 @@ class SolidWriter:
         ]
         # Readers multiply decimals; the scene multiplies the floats.
         rounded = piece.scale != 1 and any(Fraction(float(decimal)) != exact for exact, decimal in products)
-        return SolidReference(self.add("xtru", ' lunit="mm"', corners + ends), (), rounded)
+        return SolidReference(self.add("xtru", f' lunit="{LENGTH_UNIT}"', corners + ends), (), rounded)
 
     def _faces(self, piece: PolyhedronPiece) -> SolidReference:
         rows = facet_rows(piece)
@@ -429,7 +432,7 @@ class SolidWriter:
             kind = "triangular" if len(row) == 3 else "quadrangular"
             corners = " ".join(f'vertex{k + 1}="{self.position(corner)}"' for k, corner in enumerate(row))
             text += f'<{kind} {corners} type="ABSOLUTE"/>'
-        return SolidReference(self.add("tessellated", ' aunit="deg" lunit="mm"', text))
+        return SolidReference(self.add("tessellated", f' aunit="deg" lunit="{LENGTH_UNIT}"', text))
 
 
 def _common_moves(all_moves: Sequence[GdmlMoves]) -> GdmlMoves:
@@ -447,11 +450,11 @@ def _operand_elements(place: ExportPlacement, prefix: str = "") -> str:
 
 
 def position_element(shift: Point, tag: str = "position") -> str:
-    """Return the element of a shift in mm, or "" for no shift."""
+    """Return the element of a shift in `LENGTH_UNIT`, or "" for no shift."""
     if shift == ORIGIN:
         return ""
     x, y, z = map(format_number, shift)
-    return f'<{tag} x="{x}" y="{y}" z="{z}" unit="mm"/>'
+    return f'<{tag} x="{x}" y="{y}" z="{z}" unit="{LENGTH_UNIT}"/>'
 
 
 def rotation_element(angles: Point, tag: str = "rotation") -> str:

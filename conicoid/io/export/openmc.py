@@ -36,6 +36,8 @@ from .exporters import (
     is_void,
     overlapping_boxes,
     shortest_decimal,
+    unit_factor,
+    unit_notes,
 )
 from .openmc_regions import (
     EmptinessTest,
@@ -60,10 +62,12 @@ class FillPlacement:
     rotation: str = ""
     translation: str = ""
 
-    @property
-    def attributes(self) -> str:
-        """The attributes as text of an element."""
-        values = [(name, getattr(self, name)) for name in ("rotation", "translation")]
+    def attributes(self, factor: Fraction) -> str:
+        """Return the attributes as text of an element, with the shift multiplied by a factor."""
+        shift = self.translation
+        if factor != 1:
+            shift = format_numbers(Fraction(word) * factor for word in shift.split())
+        values = ("rotation", self.rotation), ("translation", shift)
         return "".join(f' {name}="{value}"' for name, value in values if value)
 
 
@@ -353,11 +357,12 @@ def export_text(scene: WritableScene, options: ExportOptions) -> ExportResult:
     _report_rounded(cells, universes, table, report)
     _enclose(scene.domain, regions, table, cells, report)
     materials = OpenmcMaterialWriter(items, report)
-    lines = _cell_lines(cells, universes, materials)
-    text = _document(materials.elements(), [*table.elements(), *lines])
+    factor = unit_factor(scene, "cm")
+    lines = _cell_lines(cells, universes, materials, factor)
+    text = _document(materials.elements(), [*table.elements(factor), *lines])
     facts = [f"{format_count(len(cells), 'cell')}, {format_count(len(table.numbers), 'surface')}"]
     remarks = report.remarks
-    return ExportResult(text, (*facts, *remarks), remarks)
+    return ExportResult(text, (*facts, *unit_notes(scene, "cm"), *remarks), remarks)
 
 
 def _cell(item: ExportBody, regions: RegionWriter, universes: _UniverseTable) -> _CellEntry:
@@ -460,8 +465,13 @@ def _enclose(
     report.narrow("the kind of boundaries is not known: they become vacuum", "")
 
 
-def _cell_lines(cells: list[_CellEntry], universes: _UniverseTable, materials: OpenmcMaterialWriter) -> list[str]:
-    """Return the lines of all cells: those of bodies under their numbers and names, and the filled ones."""
+def _cell_lines(
+    cells: list[_CellEntry], universes: _UniverseTable, materials: OpenmcMaterialWriter, factor: Fraction
+) -> list[str]:
+    """Return the lines of all cells: those of bodies under their numbers and names, and the filled ones.
+
+    Shifts are multiplied by a factor.
+    """
     titles = [_CELL_TITLE.match(cell.item.name) for cell in cells]
     used_ids: set[int] = set()
     numbers: list[int | None] = []
@@ -479,7 +489,7 @@ def _cell_lines(cells: list[_CellEntry], universes: _UniverseTable, materials: O
         if universe in fillings:
             parent, region, level = fillings.pop(universe)
             lead_to(parent)
-            attributes = f'{_universe(parent)} fill="{universe}"{level.attributes}{_region(region)}'
+            attributes = f'{_universe(parent)} fill="{universe}"{level.attributes(factor)}{_region(region)}'
             lines.append(f'<cell id="{next(free)}"{attributes}/>')
 
     for cell, title, number in zip(cells, titles, numbers, strict=True):

@@ -73,13 +73,24 @@ class ExportSurfaceTable:
             self.rounded.add(number)
         return HalfSpaceNode(number, element.sense * inside < 0)
 
-    def elements(self) -> list[str]:
-        """Return a line of XML for each surface."""
+    def elements(self, factor: Fraction) -> list[str]:
+        """Return a line of XML for each surface, with lengths multiplied by a factor."""
         lines = []
         for (kind, numbers), number in self.numbers.items():
             boundary = f' boundary="{self.boundaries[number]}"' if number in self.boundaries else ""
-            lines.append(f'<surface id="{number}" type="{kind}" coeffs="{format_numbers(numbers)}"{boundary}/>')
+            coefficients = format_numbers(_scaled(kind, numbers, factor))
+            lines.append(f'<surface id="{number}" type="{kind}" coeffs="{coefficients}"{boundary}/>')
         return lines
+
+
+def _scaled(kind: str, numbers: SurfaceNumbers, factor: Fraction) -> SurfaceNumbers:
+    """Return the coefficients of a surface that is larger by a factor; squared slopes and normals stay."""
+    if factor == 1:
+        return numbers
+    powers = {"plane": (0, 0, 0, 1), "quadric": (0, 0, 0, 0, 0, 0, 1, 1, 1, 2)}.get(kind, (1,) * len(numbers))
+    if kind.endswith("cone"):
+        powers = (1, 1, 1, 0)
+    return tuple(value * factor**power for value, power in zip(numbers, powers, strict=True))
 
 
 @dataclass(frozen=True)

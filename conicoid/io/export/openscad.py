@@ -30,6 +30,8 @@ from .exporters import (
     hex_color,
     is_void,
     shortest_decimal,
+    unit_factor,
+    unit_notes,
 )
 from .pieces import (
     BallPiece,
@@ -250,6 +252,7 @@ def export_text(scene: WritableScene, options: ExportOptions) -> ExportResult:
     items = collect_solids(scene, report)
     lines: list[str] = []
     colors: Counter[str] = Counter()
+    factor = unit_factor(scene, "mm")
     for number, item in enumerate(items):
         if options.progress is not None and number % 256 == 0:
             options.progress(number, len(items))
@@ -261,6 +264,9 @@ def export_text(scene: WritableScene, options: ExportOptions) -> ExportResult:
             look, is_all = hex_color(item.material)
             solid = writer.call(split_into_pieces(item.solid, source_piece))
             whole = CsgCallText(f"color({color_list(look)})", (solid,))
+            if factor != 1:
+                f = format_number(factor)
+                whole = CsgCallText(f"multmatrix([[{f},0,0,0],[0,{f},0,0],[0,0,{f},0],[0,0,0,1]])", (whole,))
             lines += [f"// {printable(item.name)}", *whole.lines()]
             colors[look] += 1
             if colors[look] == 2:
@@ -276,4 +282,4 @@ def export_text(scene: WritableScene, options: ExportOptions) -> ExportResult:
         raise ValueError("export: there is no visible body to write")
     facts = [f"{format_count(sum(colors.values()), 'solid')} of {format_count(len(colors), 'colour')}"]
     remarks = report.remarks
-    return ExportResult("\n".join([*lines, ""]), (*facts, *remarks), remarks)
+    return ExportResult("\n".join([*lines, ""]), (*facts, *unit_notes(scene, "mm"), *remarks), remarks)

@@ -629,7 +629,7 @@ def import_file(path: str | os.PathLike[str], options: ImportOptions) -> ImportR
         expansion.looks[material]: "no material" if material is None else material.title
         for material in expansion.materials
     }
-    result = ImportResult(expansion.bodies, _legend(expansion), facts + remarks, remarks, names)
+    result = ImportResult(expansion.bodies, _legend(expansion), facts + remarks, remarks, names, unit="mm")
     return result if options.only is None else select_bodies(result, options.only)
 
 

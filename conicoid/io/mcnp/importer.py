@@ -303,7 +303,8 @@ def import_file(path: str | os.PathLike[str], options: ImportOptions) -> ImportR
     notes = (*_facts(deck, expansion), *deck.notes, *remarks)
     geometry, looks = deck.geometry, expansion.looks
     names = {looks[n]: VOID if n is None else geometry.material_names[n] for n in expansion.materials}
-    result = ImportResult(expansion.bodies, _legend(expansion), notes, remarks, names, domain=expansion.domain)
+    legend, domain = _legend(expansion), expansion.domain
+    result = ImportResult(expansion.bodies, legend, notes, remarks, names, domain=domain, unit="cm")
     return result if options.only is None else select_bodies(result, options.only)
 
 

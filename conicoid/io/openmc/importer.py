@@ -422,7 +422,8 @@ def read(
     names = _material_names(expansion)
     facts, remarks = tuple(_facts(expansion)), tuple(_remarks(expansion))
     legend = _legend(expansion)
-    return ImportResult(expansion.bodies, legend, facts + remarks, remarks, names, domain=expansion.domain)
+    domain = expansion.domain
+    return ImportResult(expansion.bodies, legend, facts + remarks, remarks, names, domain=domain, unit="cm")
 
 
 def import_file(path: str | os.PathLike[str], options: ImportOptions) -> ImportResult:

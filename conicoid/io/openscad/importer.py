@@ -274,7 +274,7 @@ def import_file(path: str | os.PathLike[str], options: ImportOptions) -> ImportR
     if evaluation.rounded:
         facts.append(f"{format_count(evaluation.rounded, 'circle')} with $fn made round")
     names = {body.material: body.name for body in bodies if body.name}
-    return ImportResult(bodies, legend, (*facts, *remarks), remarks, names)
+    return ImportResult(bodies, legend, (*facts, *remarks), remarks, names, unit="mm")
 
 
 def _color_bodies(parts: list[ColoredSolid]) -> list[Body]:

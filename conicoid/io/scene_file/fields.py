@@ -367,7 +367,9 @@ def _alternatives(hints: tuple[Any, ...]) -> ValueType:
 # Sections of a scene file, and their types.
 
 SCENE_VERSION = 1
-SECTIONS = ("conicoid", "camera", "background", "lights", "materials", "shapes", "domain", "bodies", "animation")
+SECTIONS = (
+    "conicoid", "unit", "camera", "background", "lights", "materials", "shapes", "domain", "bodies", "animation",
+)  # fmt: skip
 BODY_KEYS = ("name", "shape", "move", "material", "materials", "material_index", "columns")
 
 

@@ -21,6 +21,7 @@ from ..._util.process import pause_gc
 from ..._util.text import describe_names
 from ..._util.value_objects import construct_many
 from ...geometry.body import Body, check_materials
+from ...geometry.entries import LENGTH_UNITS
 from ...geometry.instances import InstanceList
 from ...geometry.registry import REGISTRY
 from ...geometry.shape import Shape, Solid
@@ -69,6 +70,7 @@ class SceneParts:
     background: Any = None
     domain: Any = None
     animation: tuple[Any, ...] = ()
+    unit: str | None = None
 
 
 class SceneReader:
@@ -109,7 +111,15 @@ class SceneReader:
         if isinstance(domain, Solid):
             shapes.charge_body(sections["domain"], "domain", domain)
         animation = self._animation(sections["animation"], bodies, lights) if "animation" in sections else ()
-        return SceneParts(bodies, () if lights is BAD else lights, camera, background, domain, animation)
+        unit = self._unit(sections["unit"]) if "unit" in sections else None
+        return SceneParts(bodies, () if lights is BAD else lights, camera, background, domain, animation, unit)
+
+    def _unit(self, node: Node) -> str | None:
+        unit = TextType().read(node, self.reader, "unit")
+        if unit is BAD or unit in LENGTH_UNITS:
+            return None if unit is BAD else str(unit)
+        self.reader.report_mismatch(node, "unit", f"one of {', '.join(LENGTH_UNITS)}")
+        return None
 
     def _animation(self, node: Node, bodies: tuple[Body, ...], lights: Any) -> Any:
         """Return the tracks of existing bodies and lights; report the others."""
@@ -334,6 +344,8 @@ class WritableScene(Protocol):
     def background(self) -> Any: ...
     @property
     def domain(self) -> Any: ...
+    @property
+    def unit(self) -> str | None: ...
 
 
 _XML = re.compile(r"\s*<(?:\?xml|!--|geometry|model|materials)")
@@ -525,6 +537,7 @@ def scene_data(
             progress(number, len(scene.bodies))
         bodies.append(body_data(body, writer))
     sections: dict[str, Any] = {"conicoid": SCENE_VERSION}
+    sections |= {"unit": scene.unit} if scene.unit else {}
     if scene.camera is not None:
         tagged = writer.value(scene.camera)
         sections["camera"] = tagged.get("Camera", tagged)

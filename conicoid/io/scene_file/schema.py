@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ...geometry.bulk import Bulk
+from ...geometry.entries import LENGTH_UNITS
 from ...geometry.registry import REGISTRY
 from ...geometry.shape import Difference, Intersection, Shape, Sheet, Solid
 from .fields import (
@@ -44,6 +45,7 @@ def scene_schema() -> dict[str, Any]:
         "type": "object",
         "properties": {
             "conicoid": {"const": SCENE_VERSION, "description": "Version of the format."},
+            "unit": {"enum": [*LENGTH_UNITS, None], "description": "Of lengths."},
             "camera": {"anyOf": [CameraType().schema(), {"type": "null"}]},
             "background": BackgroundType().schema(),
             "lights": {"anyOf": [light_type().schema(), {"type": "null"}]},

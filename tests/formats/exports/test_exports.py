@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 
 import conicoid as co
 from conicoid.io.export import csg_pieces as lowered
-from conicoid.io.export.exporters import EXPORT_FORMATS, find_export_format
+from conicoid.io.export.exporters import EXPORT_FORMATS, ExportOptions, find_export_format
 from conicoid.io.export.openmc_regions import EmptinessTest, ExportSurfaceTable, RegionWriter
 
 from ...command_line import done, refused, run
@@ -489,3 +489,65 @@ def test_regions_that_are_translated_are_as_empty_as_each_by_itself():
     for (i, j), disjoint in found.items():
         assert disjoint == EmptinessTest(table).are_disjoint(regions.of(solids[i]), regions.of(solids[j]))
     assert len(tests._known) < len(found) / 2
+
+
+# --- Units of length
+
+_SIZES_IN_MM = dict(angstrom=1e-7, nm=1e-6, um=1e-3, mm=1, cm=10, m=1000, km=1e6) | {"in": 25.4}
+_UNITS_OF_FILES = {"gdml": "mm", "xml": "cm", "scad": "mm"}
+
+
+@pytest.mark.parametrize("suffix", _UNITS_OF_FILES)
+@pytest.mark.parametrize("unit", [None, *_SIZES_IN_MM])
+def test_lengths_are_converted_to_the_unit_of_the_file(tmp_path, unit, suffix):
+    """Rays hit what is read back at the distances of the scene, times the size of its unit."""
+    solids = [
+        co.Sphere(0.41, (0.1, 0.2, 0.3)),
+        co.Box((1, 1, 1), (2, 3, 4)).rotate("z", 30).translate((0.5, 0, 0)),
+        co.Cone((5, 0, 0), (5, 0, 1), 0.5, 0.2),
+        co.Ellipsoid((0.5, 0.6, 0.7)).translate((0, 8, 0)),
+        co.Cylinder((-5, 0, 0), (-5, 0, 1), 0.5).rotate((1, 2, 3), 20) - co.Sphere(0.2, (-5, 0, 0.5)),
+    ]
+    scene = co.Scene([co.Body(solid, co.matte((0.1 * k, 0.5, 0.2))) for k, solid in enumerate(solids, 1)], unit=unit)
+    path = tmp_path / f"model.{suffix}"
+    result = find_export_format(path).write(scene, path, ExportOptions())
+    read, target = co.load(path), _UNITS_OF_FILES[suffix]
+    assert read.unit == target
+    assert any(note.startswith("the scene states no unit") for note in result.notes) == (unit is None)
+    factor = 1 if unit is None else _SIZES_IN_MM[unit] / _SIZES_IN_MM[target]
+    origins = np.array([(0.1, 0.2, 9), (1, 1.9, 9), (5.1, 0, 9), (0.1, 8.1, 9), (-4.3, -1.5, 9)])
+    down = (0.0, 0.0, -1.0)
+    expected, found = scene.first_hit(origins, down).t, read.first_hit(origins * factor, down).t
+    assert np.isfinite(expected[:4]).all()
+    assert found == pytest.approx(expected * factor, rel=1e-9)
+
+
+def test_a_scene_keeps_its_unit(tmp_path):
+    scene = co.Scene([co.Body(co.Sphere(1), name="ball")], unit="in")
+    for path in (tmp_path / "scene.yaml", tmp_path / "scene.json"):
+        co.save(scene, path)
+        assert co.load(path) == scene
+        assert co.load(path).unit == "in"
+    assert co.load(path) != co.Scene(scene.bodies)
+    edits = scene.moved("ball", (1, 0, 0)), scene.added(co.Box()), scene.without("ball"), scene.replace(lights=())
+    for kept in (*edits, pickle.loads(pickle.dumps(scene)), copy.copy(scene)):
+        assert kept.unit == "in"
+    assert scene.replace(unit=None).unit is None
+    with pytest.raises(ValueError, match="Scene: unit must be one of angstrom, nm.* got 'inch'"):
+        co.Scene([], unit="inch")
+    (tmp_path / "scene.yaml").write_text("unit: feet\nbodies: []\n")
+    with pytest.raises(co.SceneFileError, match=r"scene\.yaml:1:7: unit: must be one of angstrom, nm"):
+        co.load(tmp_path / "scene.yaml")
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "unit"),
+    [
+        ("a.mcnp", "a deck\n1 0 -1 imp:n=1\n2 0 1 imp:n=0\n\n1 so 5\n\n", "cm"),
+        ("a.scad", "sphere(r = 2, $fn = 9);", "mm"),
+        ("a.xyz", "1\n\nC 0 0 0\n", "angstrom"),
+    ],
+)
+def test_importers_state_the_unit(tmp_path, name, text, unit):
+    (tmp_path / name).write_text(text)
+    assert co.load(tmp_path / name).unit == unit
