@@ -31,11 +31,24 @@ def read_cif(path: Path) -> Atoms:
         raise ImportError(f"{path}: a CIF or mmCIF {advice}") from None
     try:
         block = gemmi.cif.read(str(path)).sole_block()
+        if block.find_loop("_chem_comp_atom.atom_id"):
+            return _component(block, gemmi.cif.as_string)
         if block.find_loop("_atom_site.Cartn_x"):
             return _macromolecule(block, gemmi.cif.as_string)
         return read_gemmi_atoms(gemmi.make_small_structure_from_block(block))
     except (ValueError, RuntimeError) as error:
         raise SceneFileError(path, [_cif_problem(path, str(error))]) from None
+
+
+def _component(block: Any, as_string: Any) -> Atoms:
+    """Return the atoms of a definition of a chemical component: at places of a model, or else at ideal ones."""
+    for prefix, suffix in (("model_", ""), ("pdbx_model_", "_ideal")):
+        columns = [list(block.find_loop(f"_chem_comp_atom.{prefix}Cartn_{axis}{suffix}")) for axis in "xyz"]
+        if all(columns) and not any(text in (".", "?") for column in columns for text in column):
+            places = np.column_stack([_cif_floats(np.array(column), "_chem_comp_atom") for column in columns])
+            labels = tuple(as_string(text) for text in block.find_loop("_chem_comp_atom.atom_id"))
+            return Atoms(places, list(block.find_loop("_chem_comp_atom.type_symbol")), labels=labels)
+    raise ValueError("_chem_comp_atom must have places of all atoms, of a model or ideal ones")
 
 
 def _macromolecule(block: Any, as_string: Any) -> Atoms:
@@ -61,19 +74,39 @@ def _macromolecule(block: Any, as_string: Any) -> Atoms:
     if model is not None and (model != model[0]).any():
         selected &= model == model[0]
         remarks.append("the first of several models is read")
+    sites = [part for part in (*names[2:], column("pdbx_PDB_ins_code")) if part is not None]
     if other is not None and not np.isin(other, (".", "?")).all():
         whole = [" ".join(row) for row in zip(*(part for part in names if part is not None), strict=True)]
         _, first = np.unique(np.array(whole), return_index=True)
         alternate = ~np.isin(other, (".", "?"))
         alternate[first] = False
+        if names[1] is not None and sites:
+            other_residue = ~_has_first_name([" ".join(row) for row in zip(*sites, strict=True)], names[1])
+            alternate |= other_residue & ~np.isin(other, (".", "?"))
         remarks.append(f"{int((alternate & selected).sum()):,} alternate places of atoms are left out")
         selected &= ~alternate
+    shares = column("occupancy")
+    if shares is not None and not np.isin(shares, (".", "?")).any():
+        alone = selected if other is None else selected & np.isin(other, (".", "?"))
+        remarks += _share_remarks(_cif_floats(shares, "_atom_site.occupancy")[alone])
     labels: Any = names[0][selected] if names[0] is not None else np.zeros(0, "U1")
     for part in names[1:]:
         if part is not None and len(labels):
             labels = np.char.add(np.char.add(labels, " "), part[selected])
     cell = _cif_cell(block)
     return Atoms(places[selected], symbols[selected], cell=cell, labels=tuple(labels.tolist()), remarks=tuple(remarks))
+
+
+def _has_first_name(sites: Any, names: Any) -> Any:
+    """Return a mask (N,) of the atoms whose residue has the name of the first one at its place in the chain."""
+    _, first, place = np.unique(np.asarray(sites), return_index=True, return_inverse=True)
+    return names == names[first][place]
+
+
+def _share_remarks(shares: Any) -> list[str]:
+    """Return a remark on atoms that are in some copies of a molecule only, and have no alternate place."""
+    count = int(((shares > 0) & (shares < 1)).sum())
+    return [f"{format_count(count, 'atom')} of an occupancy below 1 shown as a whole"] if count else []
 
 
 def _cif_floats(values: Any, name: str) -> Any:
@@ -109,7 +142,8 @@ def _cif_problem(path: Path, message: str) -> Problem:
 #
 # Of several models the first is read, of alternate positions of an atom the one that is listed first. The element
 # stands in columns 77 and 78; if these are blank, it follows from the atom's name in columns 13 to 16, in which symbols
-# of one letter begin in column 14.
+# of one letter begin in column 14. Names of four letters, such as HG21, begin in column 13 too: those of residues of
+# proteins and nucleic acids are known to have no metals, and any hydrogen's name of four letters is one of hydrogen's.
 
 _PDB_WIDTH = 80
 
@@ -132,6 +166,8 @@ def read_pdb(path: Path) -> Atoms:
     rows, line_of = rows[first], np.array(numbers, np.int64)[first] + 1
     positions = np.column_stack([_pdb_floats(path, rows, line_of, begin) for begin in (30, 38, 46)])
     elements = _pdb_elements(path, rows, line_of)
+    shares = [_pdb_number(text) for text in _pdb_texts(rows, 54, 60)[rows[:, 16] == ord(" ")].tolist()]
+    remarks += _share_remarks(np.array(shares))
     bonds = _read_conect(lines, rows, positions, elements)
     return Atoms(positions, elements, bonds, _pdb_cell(path, lines), _pdb_labels(rows), tuple(remarks))
 
@@ -159,7 +195,9 @@ def _first_places(rows: Any) -> Any:
     _, first = np.unique(whole, return_index=True)
     mask = letters == ord(" ")
     mask[first] = True
-    return mask
+    residues = np.ascontiguousarray(rows[:, 17:20]).view("S3").reshape(-1)
+    sites = np.ascontiguousarray(rows[:, 21:27]).view("S6").reshape(-1)
+    return mask & ((letters == ord(" ")) | _has_first_name(sites, residues))
 
 
 def _pdb_floats(path: Path, rows: Any, line_of: Any, begin: int) -> Any:
@@ -189,11 +227,16 @@ def _pdb_elements(path: Path, rows: Any, line_of: Any) -> Any:
     """Return the atomic numbers (N,)."""
     symbols, names = _pdb_texts(rows, 76, 78), np.ascontiguousarray(rows[:, 12:16]).view("S4").reshape(-1)
     # Each different pair of symbol and name is looked up once.
-    keys, place = np.unique(np.char.add(np.char.add(symbols, b"|"), names), return_inverse=True)
+    residues = _pdb_texts(rows, 17, 20)
+    keys = np.char.add(np.char.add(np.char.add(symbols, b"|"), np.char.add(residues, b"|")), names)
+    keys, place = np.unique(keys, return_inverse=True)
     elements = np.zeros(len(keys), np.int64)
     for k, key in enumerate(keys.tolist()):
-        symbol, _, name = key.decode("ascii", "replace").partition("|")
-        number = atomic_number(symbol) if symbol else _element_of_atom_name(name.ljust(4))
+        symbol, residue, name = key.decode("ascii", "replace").split("|", 2)
+        # Files from before 1996 count their lines in columns 77 to 80
+        number = (
+            atomic_number(symbol) if symbol and not symbol.isdigit() else _element_of_atom_name(name.ljust(4), residue)
+        )
         if number is None:
             line = int(line_of[np.flatnonzero(place == k)[0]])
             raise _pdb_error(path, line, f"columns 77 and 78 must be an element's symbol, got {symbol!r}")
@@ -201,9 +244,25 @@ def _pdb_elements(path: Path, rows: Any, line_of: Any) -> Any:
     return elements[place]
 
 
-def _element_of_atom_name(name: str) -> int:
+_RESIDUES = frozenset(
+    "ALA ARG ASN ASP ASX CYS CYX GLN GLU GLX GLY HIS HID HIE HIP ILE LEU LYS MET MSE PHE PRO PYL SEC SER THR TRP TYR "
+    "VAL UNK ACE NH2 NME A C G U I DA DC DG DT DI DU T ADE CYT GUA THY URA +A +C +G +U +T HOH WAT DOD SOL TIP".split()
+)
+"""Names of residues whose atoms are of C, H, D, N, O, P and S alone, but for `_HEAVY`."""
+_HEAVY = {"MSE": "SE", "SEC": "SE", "HEM": "FE", "HEC": "FE", "HEA": "FE"}
+"""Residue -> the one element of it with two letters."""
+
+
+def _element_of_atom_name(name: str, residue: str) -> int:
     """Return the atomic number that an atom's name begins with; 0 if it names no element."""
-    first = name[:2].strip(" 0123456789'\"*")
+    first, letters = name[:2].strip(" 0123456789'\"*"), name.strip(" 0123456789'\"*")
+    if (heavy := _HEAVY.get(residue)) and letters.startswith(heavy):
+        return atomic_number(heavy) or 0
+    if residue in _RESIDUES or heavy:
+        return atomic_number(letters[:1]) or 0 if letters[:1] in tuple("CHDNOPS") else 0
+    # Four letters leave no column for a blank: with a digit or a prime they are hydrogen's, HF11 as well as HO5'
+    if len(name.strip()) == 4 and name[0] == "H" and not name.isalpha():
+        return 1
     return atomic_number(first) or atomic_number(name.strip(" 0123456789'\"*")[:1]) or 0
 
 
@@ -239,12 +298,12 @@ def _read_conect(lines: list[bytes], rows: Any, positions: Any, elements: Any) -
 
 
 def _pdb_cell(path: Path, lines: list[bytes]) -> Any:
-    """Return the unit cell (3, 3) of a CRYST1 record; None without one, and for lengths 1 1 1, which stand for none."""
+    """Return the unit cell (3, 3) of a CRYST1 record; None without one, and for lengths 1 1 1 or 0 0 0."""
     for k, line in enumerate(lines):
         if line.startswith(b"CRYST1"):
             places = ((6, 15), (15, 24), (24, 33), (33, 40), (40, 47), (47, 54))
             numbers = [_pdb_number(line[begin:end]) for begin, end in places]
-            if numbers[:3] == [1.0, 1.0, 1.0]:
+            if numbers[:3] in ([1.0, 1.0, 1.0], [0.0, 0.0, 0.0]):
                 return None
             cell = cell_vectors(*numbers)
             if cell is None:
@@ -411,6 +470,7 @@ def import_file(path: str | os.PathLike[str], options: ImportOptions) -> ImportR
     legend = []
     for number, count in zip(*np.unique(atoms.numbers, return_counts=True), strict=True):
         legend.append(LegendEntry(None, SYMBOLS[number], ELEMENT_COLORS[number], int(count)))
+    remarks = atoms.remarks if len(atoms) else (*atoms.remarks, "the file holds no atoms")
     facts = (f"{format_count(len(atoms), 'atom')}: {atoms.formula:.200}", f"shown in the style {look.style!r}")
     names = {material: material.name for body in bodies for material in (body.materials or ()) if material.name}
-    return ImportResult(bodies, tuple(legend), (*facts, *atoms.remarks), atoms.remarks, names)
+    return ImportResult(bodies, tuple(legend), (*facts, *remarks), remarks, names, unit="angstrom")

@@ -156,6 +156,61 @@ def test_a_molecule_travels():
     assert co.molecule(water).formula == "H2O"
 
 
+def _pdb(*atoms, tail=""):
+    """Lines of PDB from (name in four columns, letter of an alternate place, residue, number, occupancy)."""
+    return "".join(
+        f"ATOM  {i:5d} {name}{letter}{residue:>3} A{number:4d}    {3.0 * i:8.3f}{0:8.3f}{0:8.3f}{share:6.2f}{0:6.2f}"
+        f"{tail}\n"
+        for i, (name, letter, residue, number, share) in enumerate(atoms, 1)
+    )
+
+
+def test_elements_by_names_of_atoms(tmp_path):
+    """The names are those of the component dictionary of the wwPDB; columns 77 and 78 are blank."""
+    names = {
+        ("HG21", "VAL"): "H", ("HO5'", "DA"): "H", ("NE2 ", "GLN"): "N", (" CA ", "ALA"): "C", ("CA  ", "CA"): "Ca",
+        ("HG  ", "CYS"): "H", ("HG  ", "HG"): "Hg", ("CD1 ", "LEU"): "C", ("NB  ", "HEM"): "N", ("FE  ", "HEM"): "Fe",
+        ("CE  ", "MET"): "C", ("SE  ", "MSE"): "Se", ("1HB ", "ALA"): "H", ("HF11", "LIG"): "H", ("CL  ", "CL"): "Cl",
+        ("OP1 ", "G"): "O", ("SG  ", "CYS"): "S", ("NA  ", "NA"): "Na", (" D  ", "ALA"): "D",
+    }  # fmt: skip
+    path = tmp_path / "a.pdb"
+    path.write_text(_pdb(*((name, " ", residue, k, 1) for k, (name, residue) in enumerate(names, 1))))
+    assert co.molecule(path).symbols == [{"D": "H"}.get(symbol, symbol) for symbol in names.values()]
+    # From before 1996: the name of the entry, and a count of lines
+    path.write_text(_pdb(("HG21", " ", "VAL", 1, 1), ("CA  ", " ", "CA", 2, 1), tail="      1ABC1234"))
+    assert co.molecule(path).symbols == ["H", "Ca"]
+
+
+def test_places_that_exclude_one_another(tmp_path):
+    """Of two residues at one place the first is read; an atom that is there in half of the copies is named."""
+    path = tmp_path / "a.pdb"
+    path.write_text(
+        "CRYST1    0.000    0.000    0.000  90.00  90.00  90.00 P 1           1\n"
+        + _pdb((" CB ", "A", "SER", 1, 0.6), (" CB ", "B", "THR", 1, 0.4), (" OG ", "A", "SER", 1, 0.6),
+               (" OG1", "B", "THR", 1, 0.4), (" N  ", " ", "ALA", 2, 0.5), (" CA ", " ", "ALA", 2, 1))
+    )  # fmt: skip
+    found = co.molecule(path)
+    assert found.symbols == ["C", "O", "N", "C"]
+    assert found.cell is None
+    assert found.remarks == (
+        "2 alternate places of atoms are left out", "1 atom of an occupancy below 1 shown as a whole",
+    )  # fmt: skip
+
+
+def test_a_component_and_a_file_without_atoms(tmp_path):
+    pytest.importorskip("gemmi")
+    head = "data_ALA\nloop_\n_chem_comp_atom.atom_id\n_chem_comp_atom.type_symbol\n"
+    axes = "".join(f"_chem_comp_atom.model_Cartn_{axis}\n" for axis in "xyz")
+    ideal = "".join(f"_chem_comp_atom.pdbx_model_Cartn_{axis}_ideal\n" for axis in "xyz")
+    path = tmp_path / "a.cif"
+    path.write_text(f"{head}{axes}{ideal}N N 1 2 3 4 5 6\nCA C 2 2 3 5 5 6\n")
+    assert co.molecule(path).positions.tolist() == [[1, 2, 3], [2, 2, 3]]
+    path.write_text(f"{head}{axes}{ideal}N N ? ? ? 4 5 6\nCA C ? ? ? 5 5 6\n")
+    assert co.molecule(path).positions.tolist() == [[4, 5, 6], [5, 5, 6]]
+    path.write_text("data_none\n_cell.length_a 5\n")
+    assert "the file holds no atoms" in co.load(path).notes
+
+
 def test_no_atoms():
     none = co.molecule(np.zeros((0, 3)), [])
     assert len(none) == 0
