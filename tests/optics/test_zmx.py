@@ -345,3 +345,24 @@ def test_an_extended_asphere_has_its_terms_beside():
 
 def test_a_file_without_bodies_says_so():
     assert "there are no bodies" in co.optics.read_zmx(file([dict(), dict()])).omissions[0]
+
+
+@pytest.mark.parametrize(
+    ("name", "index"),
+    [("BK7", 1.51680), ("SK16", 1.62041), ("n-bk7", 1.51680), ("N-BK7HT", 1.51680), ("N-BK7HTi", 1.51680),
+     ("SILICA", 1.45846), ("silica", 1.45846)],
+)  # fmt: skip
+def test_other_names_of_glasses(name, index):
+    """n_d of the makers' sheets; of fused silica by Malitson."""
+    system = co.optics.read_zmx(file([SINGLET[0] | dict(glass=f"{name} 0 0 1.5 40 0 0 0"), SINGLET[1]]))
+    assert system.media[1].index(0.5875618) == pytest.approx(index, abs=1e-5)
+    assert f"{name} by the formula of" in system.omissions[0]
+    model = co.optics.read_zmx(file([SINGLET[0] | dict(glass=f"{name} 1 0 1.7 40 0 0 0"), SINGLET[1]]))
+    assert model.media[1].index(0.5875618) == pytest.approx(1.7, rel=1e-12)
+
+
+def test_a_file_states_its_unit(tmp_path):
+    for word, unit in (("MM", "mm"), ("CM", "cm"), ("IN", "in"), ("METER", "m"), ("M", "m")):
+        path = tmp_path / "lens.zmx"
+        path.write_text(file(SINGLET).replace("UNIT MM", f"UNIT {word}"))
+        assert co.optics.load_zmx(path).unit == co.optics.load_zmx(path).scene.unit == co.load(path).unit == unit

@@ -506,6 +506,19 @@ def _whole(line: int, where: str, rest: list[str], place: int) -> int:
     return int(value)
 
 
+_BETTER_MELTS = ("HTULTRA", "HTI", "HT")
+"""Endings of Schott's names for melts that are clearer, of the same nominal index."""
+
+
+def _other_names(name: str) -> list[str]:
+    """Return names of the catalogue for a glass: large letters, without the mark of clear melts, today's for old."""
+    large = name.upper()
+    if large in ("SILICA", "F_SILICA"):
+        return ["fused silica"]
+    plain = next((large.removesuffix(end) for end in _BETTER_MELTS if large.endswith(end)), large)
+    return [plain, f"N-{plain}"]
+
+
 def _medium(surface: ZmxSurface, lens: ZmxLens, glasses: Mapping[str, Any]) -> Any:
     """Return the medium behind a surface: the caller's by that name, the catalogue's, or by the numbers of the line."""
     name, line, where = surface.glass[0], surface.glass_line, f"surface {surface.number}: GLAS"
@@ -519,6 +532,11 @@ def _medium(surface: ZmxSurface, lens: ZmxLens, glasses: Mapping[str, Any]) -> A
         return own if own.is_air else Medium(name, own.refractive_index)
     if (catalogued := find_glass(name)) is not None:
         return catalogued
+    if len(surface.glass) < 2 or surface.glass[1] == "0":  # else the numbers of the line define it
+        for other in _other_names(name):
+            if (catalogued := find_glass(other)) is not None:
+                lens.notes.append(f"line {line}: surface {surface.number}: {name[:40]} by the formula of {other}")
+                return catalogued
     if len(surface.glass) > 4:
         index, abbe = (_number(line, where, surface.glass, place) for place in (3, 4))
         # Index and Abbe number count unless they are the placeholder of an unmarked glass.
