@@ -206,3 +206,17 @@ def test_the_command_line_says_the_same(tmp_path: Path):
     assert result.exit_code == 3
     assert "findings  1\noverlap: bodies 0 (ball) and 1 overlap" in result.stdout
     assert "findings" not in run("info", path).stdout
+
+
+def test_a_lamp_in_a_ceiling_that_is_listed_before_it():
+    """Of two walls in one place the first is reported, so that the lamp is never seen."""
+    ceiling = co.Body(co.Box((-3, -3, 2), (3, 3, 2.1)), name="ceiling")
+    for sheet in (co.Disc((0, 0, 2), (0, 0, -1), 0.5), co.Triangle((0, 0, 2), (1, 0, 2), (0, 1, 2))):
+        lamp = co.Body(sheet, co.glow("white"), "lamp")
+        (found,) = co.check(co.Scene([ceiling, lamp]), 2000)
+        assert (found.kind, found.bodies) == ("overlap", (0, 1))
+        assert found.message == "bodies 0 (ceiling) and 1 (lamp) share a wall: the second lies in it, and is never seen"
+        assert not co.check(co.Scene([lamp, ceiling]), 2000)
+        assert not co.check(co.Scene([ceiling, co.Body(sheet.translate((0, 0, -0.5)), name="lamp")]), 2000)
+    half = co.Body(co.Disc((3, 0, 2), (0, 0, -1), 0.5), name="half of it reaches out")
+    assert not co.check(co.Scene([ceiling, half]), 2000)

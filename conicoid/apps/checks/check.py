@@ -314,7 +314,7 @@ def _by_length(sightings: Any) -> Any:
 
 
 def _overlaps(scan: ProbeScan) -> list[Finding]:
-    """Return a finding for each pair of bodies that overlap by more than a sliver."""
+    """Return a finding for each pair of bodies that overlap by more than a sliver, and for sheets that lie in walls."""
     findings = []
     for bodies, sighting in _by_length(scan.overlaps.items()):
         # A shorter overlap is a sliver, which `_slivers` reports
@@ -324,6 +324,9 @@ def _overlaps(scan: ProbeScan) -> list[Finding]:
                 f"within both, for up to {sighting.length:.6g}"
             )
             findings.append(_finding_with_ray(OVERLAP, bodies, message, sighting))
+    for bodies in scan.hidden:
+        message = f"{body_titles(scan.scene, bodies)} share a wall: the second lies in it, and is never seen"
+        findings.append(Finding(OVERLAP, bodies, message, 0.0))
     return findings
 
 

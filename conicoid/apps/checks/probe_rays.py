@@ -231,7 +231,16 @@ class ProbeScan:
     endless: bool  # some body is infinite
     overlaps: dict[tuple[int, int], Sighting] = field(default_factory=dict)
     slivers: dict[tuple[int, int, int, int], Sighting] = field(default_factory=dict)
+    covers: dict[int, int] = field(default_factory=dict)
+    """Sheet -> a body listed before it with a wall in the same place: rays report that one."""
+    seen: set[int] = field(default_factory=set)
+    """Bodies that some ray reports, or would report if nothing stood before them."""
     rays: int = 0
+
+    @property
+    def hidden(self) -> list[tuple[int, int]]:
+        """(cover, sheet) for each sheet that no ray reports, wherever it hits it."""
+        return sorted((cover, body) for body, cover in self.covers.items() if body not in self.seen)
 
     def follow(self, rays: ProbeRays) -> None:
         """Trace rays and collect their findings."""
@@ -245,6 +254,7 @@ class ProbeScan:
             elif (some := self._may_overlap(hits)).any():
                 self._spans(part.select(some))
             self._crossings(hits, part.origins, part.directions)
+            self._covers(hits)
             traced = len(part.origins)
             self.rays += traced
             begin += traced
@@ -268,6 +278,17 @@ class ProbeScan:
         result = np.full(len(before), self.endless)
         result[ray[several | (depth < 0)]] = True
         return result
+
+    def _covers(self, hits: Any) -> None:
+        """Collect sheets that lie in walls of bodies listed before them: of equal crossings the first is reported."""
+        ray = row_owners(hits.offsets)
+        tied = np.zeros(len(ray), bool)
+        tied[1:] = (ray[1:] == ray[:-1]) & (hits.t[1:] == hits.t[:-1]) & (hits.body[1:] > hits.body[:-1])
+        self.seen.update(np.unique(hits.body[~tied]).tolist())
+        rows = np.flatnonzero(tied & ~self.solid[hits.body])
+        bodies, first = np.unique(hits.body[rows], return_index=True)
+        for body, k in zip(bodies.tolist(), rows[first].tolist(), strict=True):
+            self.covers.setdefault(body, int(hits.body[k - 1]))
 
     def _spans(self, rays: ProbeRays) -> None:
         """Collect overlaps: spans of two bodies that have a stretch in common."""
