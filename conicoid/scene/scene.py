@@ -442,9 +442,9 @@ class Scene:
 
         parts: lights, camera, background, domain, animation and unit, if they differ.
         """
-        *others, animation, unit = parts or self._parts[1:]
+        lights, camera, background, domain, animation, unit = parts or self._parts[1:]
         # An empty scene checks the other parts; the bodies are checked already
-        scene, source = Scene((), *others, (), unit), before or self
+        scene, source = Scene((), lights, camera, background, domain, unit=unit), before or self
         scene._bodies, scene._notes, scene._animation = bodies, self._notes, as_tracks(animation)
         refuse_unknown_tracks(bodies, scene._animation)
         # The same bodies have the same tables; other bodies are prepared from the difference, when needed
