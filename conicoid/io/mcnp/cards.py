@@ -90,8 +90,8 @@ def parse_deck(lines: list[str]) -> tuple[Deck, list[Problem]]:
         # A deck from a stranger must not choose which files of this machine are read
         if re.match(r"read\b", card.text):
             problems.append(Problem(card.line, 1, "read", "refers to another file, which is not opened"))
-        # Read as rows, a table in columns would give wrong numbers without an error
-        if card.text.startswith("#"):
+        # Read as rows, a table in columns would give wrong numbers without an error; of sources it gives none
+        if card.text.startswith("#") and any(map(_GEOMETRY_COLUMN.match, card.text[1:].split())):
             problems.append(Problem(card.line, 1, "#", "begins a table in columns (vertical input): write it in rows"))
     long = [
         n
@@ -101,6 +101,10 @@ def parse_deck(lines: list[str]) -> tuple[Deck, list[Problem]]:
     if long:
         deck.remarks.append(f"line {long[0] + 1}: is read to its end, MCNP reads {MAX_COLUMNS} columns of a line")
     return deck, problems
+
+
+_GEOMETRY_COLUMN = re.compile(r"\*?(tr|m)\d|\*?(imp|u|lat|fill|trcl)(:|\Z)")
+"""The heading of a column that is read; nothing else of the data block is."""
 
 
 def _title_line(lines: list[str]) -> int:
@@ -215,14 +219,18 @@ def expand_entries(words: Iterable[str]) -> list[Fraction | None]:
     nR repeats the entry before it, nI interpolates n entries, nM multiplies. Raise ValueError for wrong entries.
     """
     result: list[Fraction | None] = []
-    steps = 0
+    steps, log = 0, False
     for word in words:
+        # nILOG interpolates logarithms, which needs numbers above 0
+        if match := _LOG_SHORTCUT.fullmatch(word):
+            word, log = f"{match[1]}i", True
         short = _SHORTCUT.fullmatch(word)
         # "2m" is a shortcut, and so is "1.5m"; any other word with an m at its end is a mistake, which `parse_number`
         # reports
         if short is None or (short[2] is None and _NUMBER.fullmatch(short[3]) is None):
             value = parse_number(word)
-            _interpolate(result, steps, value)
+            _interpolate(result, steps, value, log and bool(steps))
+            log = log and not steps
             result.append(value)
             steps = 0
         elif steps:
@@ -245,6 +253,9 @@ def expand_entries(words: Iterable[str]) -> list[Fraction | None]:
     return result
 
 
+_LOG_SHORTCUT = re.compile(r"(\d{0,9})ilog")
+
+
 def _repeat_count(word: str, before: list[Fraction | None]) -> int:
     """Return n of a shortcut, 1 if it is missing. Raise ValueError before a list becomes too long."""
     times = int(word or 1)
@@ -253,11 +264,17 @@ def _repeat_count(word: str, before: list[Fraction | None]) -> int:
     return times
 
 
-def _interpolate(result: list[Fraction | None], steps: int, end: Fraction) -> None:
-    """Append `steps` evenly spaced numbers between the last entry and `end`."""
+def _interpolate(result: list[Fraction | None], steps: int, end: Fraction, log: bool) -> None:
+    """Append `steps` numbers between the last entry and `end`, evenly spaced, or with `log` in even ratios."""
     if steps:
         start = result[-1]
         assert start is not None
+        if log:
+            if not (start > 0 and end > 0):
+                raise ValueError(f"the shortcut {steps}ilog needs numbers above 0 on both sides")
+            ratio = float(end / start)
+            result += [start * Fraction(ratio ** (i / (steps + 1))) for i in range(1, steps + 1)]
+            return
         # In fractions, so that planes at even distances have the offsets that the deck means
         result += [start + (end - start) * i / (steps + 1) for i in range(1, steps + 1)]
 
@@ -410,7 +427,11 @@ class DataCards:
         elif kind == "m" and digits and int(digits):
             if int(digits) in self.materials:
                 raise ValueError(f"m{int(digits)} is given twice")
-            self.materials[int(digits)] = _nuclide_shares(words)
+            try:
+                self.materials[int(digits)] = _nuclide_shares(words)
+            except ValueError as error:  # nuclides are no geometry
+                self.materials[int(digits)] = {}
+                self.remarks.append(f"line {card.line}: m{int(digits)}: its nuclides are not read: {error}")
         elif kind in PER_CELL_CARDS and not digits:
             # Where one entry ends and the next cell's begins would need the ranges of every lattice
             if kind in ("fill", "trcl") and (star or ":" in card.text or "(" in card.text):
@@ -420,10 +441,24 @@ class DataCards:
             self.remarks.append(f"line {card.line}: the card VOID is not obeyed: cells keep their materials")
 
 
+def _repeated(words: list[str]) -> list[str]:
+    """Return words with nR, which repeats the word before it."""
+    result: list[str] = []
+    for word in words:
+        if (match := re.fullmatch(r"(\d{0,9})r", word)) and result:
+            count = int(match[1] or 1)
+            if count + len(result) > MAX_ENTRIES:
+                raise ValueError(f"has more than {MAX_ENTRIES:,} entries")
+            result += [result[-1]] * count
+        else:
+            result.append(word)
+    return result
+
+
 def _nuclide_shares(words: list[str]) -> NuclideShares:
     """Return atom fractions ("ao") and weight fractions ("wo"), which a deck writes as negative numbers."""
     fractions: NuclideShares = {"ao": {}, "wo": {}}
-    at = 0
+    words, at = _repeated(words), 0
     while at < len(words):
         name = words[at]
         if at + 1 >= len(words):

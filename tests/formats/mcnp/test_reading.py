@@ -9,7 +9,7 @@ import pytest
 
 import conicoid as co
 from conicoid.io.importers import is_mcnp
-from conicoid.io.mcnp.cards import expand_entries, parse_deck
+from conicoid.io.mcnp.cards import Card, DataCards, expand_entries, parse_deck
 
 from .decks import loaded, names_at
 
@@ -165,3 +165,30 @@ def test_detection(tmp_path: Path) -> None:
     assert not is_mcnp("bodies:\n  - sphere:\n      radius: 1\n", "")
     assert not is_mcnp("<geometry>\n1 0 -1\n</geometry>", ".i")
     assert is_mcnp("message: x\n\ntitle\nc note\n 10 like 3 but u=2\n", "")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "remark"),
+    [
+        ("m2 40000 -1", "#    si1  sp1\n     1    0.5\n     2    0.5", "'#' is not read"),
+        ("m2 40000 -1", "m2 40000 -1\ne0 1e-3 5ilog 10", None),
+        ("m2 40000 -1", "m2 40000", "m2: its nuclides are not read: a fraction is missing after '40000'"),
+        ("m2 40000 -1", "m2 1001 3i 5", "m2: its nuclides are not read"),
+    ],
+)
+def test_a_card_without_geometry_refuses_no_deck(tmp_path: Path, old: str, new: str, remark: str | None) -> None:
+    expected, scene = loaded(tmp_path, PIN), loaded(tmp_path, PIN.replace(old, new, 1))
+    assert [body.shape for body in scene.bodies] == [body.shape for body in expected.bodies]
+    assert remark is None or remark in " ".join(scene.notes)
+
+
+def test_shortcuts_of_materials_and_of_logarithms(tmp_path: Path) -> None:
+    cards = DataCards()
+    cards.read(Card(1, "m3 8016 8016"))
+    assert cards.materials[3] == {"ao": {"8016": 8016}, "wo": {}}
+    cards.read(Card(1, "m4 8016 r"))
+    assert cards.materials[4] == cards.materials[3]
+    deck = "t\n1 0 -1\n2 0 1 -2\n3 0 2 -3\n4 0 3\n\n1 so 1\n2 so 2\n3 so 3\n\nimp:n 1 1ilog 4 0\n"
+    assert len(loaded(tmp_path, deck)) == 3
+    with pytest.raises(ValueError, match="1ilog needs numbers above 0"):
+        loaded(tmp_path, deck.replace("1 1ilog 4 0", "0 1ilog 4 1"))
