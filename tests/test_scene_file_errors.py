@@ -316,7 +316,7 @@ def test_notes_stay_with_the_scene(tmp_path, caplog):
     ):
         assert same.notes == scene.notes
         assert len(same.notes) > 2
-    assert co.Scene(scene.bodies, domain=scene.domain) == scene
+    assert co.Scene(scene.bodies, domain=scene.domain, unit=scene.unit) == scene
     assert co.Scene(scene.bodies).notes == ()
     with pytest.raises(AttributeError, match="read-only, notes cannot be set"):
         scene.notes = ()
