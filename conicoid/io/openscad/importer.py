@@ -22,7 +22,7 @@ from ...materials.presets import matte
 from ..importers import ImportOptions, ImportResult, LegendEntry, limit_notes
 from . import solids
 from .solids import PlaneItem, combine_figures, plane_circle, plane_polygon
-from .syntax import CallArguments, CsgCall, CsgReader, CsgText
+from .syntax import CallArguments, CsgCall, CsgReader, CsgText, EmptySolid
 
 UNSUPPORTED_CALLS = {
     "hull": "the convex hull of its children",
@@ -81,7 +81,11 @@ class CsgEvaluation:
             return []
         build = self._builders().get(call.name)
         if build is not None:
-            return [ColoredSolid(arguments.build(lambda: build(arguments)))]
+            try:
+                return [ColoredSolid(arguments.build(lambda: build(arguments)))]
+            except EmptySolid as error:
+                self._remark(call, f"{error}; it is left out")
+                return []
         if call.name in ("circle", "square", "polygon"):
             self._remark(call, "is flat and encloses nothing; it is left out")
             return []
@@ -163,7 +167,7 @@ class CsgEvaluation:
         if len(scales) != 2 or not all(isinstance(s, float) and s >= 0 for s in scales) or scales[0] != scales[1]:
             raise ValueError(f"scale must be one number >= 0, or two that are equal, got {scale!s:.40}")
         if not height > 0:
-            raise ValueError(f"height must be > 0, got {height:g}")
+            raise EmptySolid(f"has the height {height:g}")
         low = -height / 2 if arguments.flag("center") else 0.0
         return drawn.extruded(low, low + height, scales[0])
 
@@ -177,10 +181,10 @@ class CsgEvaluation:
         return self._drawn(arguments).turned(start, end, arguments.sides(self.smooth))
 
     def _drawn(self, arguments: CallArguments) -> PlaneItem:
-        """Return the union of the figures in a call. Raise ValueError if it has none."""
+        """Return the union of the figures in a call. Raise EmptySolid if it has none."""
         parts = self._flat(arguments.call.children)
         if not parts:
-            raise ValueError("must have something of the plane in it: a circle, a square or a polygon")
+            raise EmptySolid("holds no circle, square or polygon")
         return combine_figures(Union, parts)
 
     def _flat(self, calls: Sequence[CsgCall]) -> list[PlaneItem]:
@@ -193,15 +197,23 @@ class CsgEvaluation:
             if call.name in (*_GROUP_CALLS, "color"):
                 figures += self._flat(call.children)
             elif call.name in ("difference", "intersection"):
-                operands = [combine_figures(Union, parts) for child in call.children if (parts := self._flat([child]))]
-                if operands:
-                    figures.append(combine_figures(Difference if call.name == "difference" else Intersection, operands))
+                # As in space, an empty child is an operand, and a disabled one is none
+                operands = [(child, self._flat([child])) for child in call.children]
+                parts = [part for child, part in operands if part or "*" not in child.modifier]
+                if parts and parts[0] and (call.name == "difference" or all(parts)):
+                    kind = Difference if call.name == "difference" else Intersection
+                    figures.append(combine_figures(kind, [combine_figures(Union, part) for part in parts if part]))
             elif call.name == "multmatrix":
                 matrix = arguments.matrix()
                 matrix[2], matrix[:2, 2] = (0, 0, 1, 0), 0  # the part of the motion within the plane
                 figures += [part.moved(matrix) for part in self._flat(call.children)]
+            elif call.name in UNSUPPORTED_CALLS:
+                self._remark(call, f"is {UNSUPPORTED_CALLS[call.name]}, and left out")
             else:
-                figures.append(arguments.build(partial(self._one_flat, arguments)))
+                try:
+                    figures.append(arguments.build(partial(self._one_flat, arguments)))
+                except EmptySolid as error:
+                    self._remark(call, f"{error}; it is left out")
         return figures
 
     def _one_flat(self, arguments: CallArguments) -> PlaneItem:
@@ -214,16 +226,17 @@ class CsgEvaluation:
         if name == "square":
             size = arguments.value("size")
             sizes = [size] * 2 if isinstance(size, float) else size if isinstance(size, list) else [1.0] * 2
-            if len(sizes) != 2 or not all(isinstance(s, float) and s > 0 for s in sizes):
-                raise ValueError(f"size must be two numbers > 0, got {size!s:.40}")
+            if len(sizes) != 2 or not all(isinstance(s, float) for s in sizes):
+                raise ValueError(f"size must be two numbers, got {size!s:.40}")
+            if min(sizes) <= 0:
+                raise EmptySolid(f"has the size {size!s:.40}")
             x, y = (-sizes[0] / 2, -sizes[1] / 2) if arguments.flag("center") else (0.0, 0.0)
             return plane_polygon([(x, y), (x + sizes[0], y), (x + sizes[0], y + sizes[1]), (x, y + sizes[1])], None)
         if name == "polygon":
             points = arguments.rows("points", 2)
             paths = arguments.value("paths")
             return plane_polygon(points, None if paths is None else arguments.paths("paths", len(points)))
-        description = UNSUPPORTED_CALLS.get(name, "nothing of the plane")
-        raise arguments.refuse(f"is {description}, which cannot be extruded here")
+        raise arguments.refuse("is nothing of the plane, which cannot be extruded here")
 
 
 def _paint_walls(part: ColoredSolid, outer_color: str | None) -> Solid:

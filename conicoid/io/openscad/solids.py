@@ -20,7 +20,7 @@ from ...geometry.revolution import Revolution
 from ...geometry.shape import Difference, Solid, Union
 from ...geometry.sheets import twice_area
 from ...numerics.portable_math import sin_cos_degrees
-from .syntax import CallArguments
+from .syntax import CallArguments, EmptySolid
 
 Matrix = np.ndarray[Any, Any]
 IDENTITY_MATRIX = np.eye(4)
@@ -125,6 +125,8 @@ def combine_figures(kind: Any, parts: Sequence[PlaneItem]) -> PlaneItem:
 
 def plane_circle(radius: float, sides: int) -> PlaneFigure:
     """Return a round circle, or, with `sides`, a regular polygon with its first corner on the x axis, as OpenSCAD."""
+    if not radius > 0:
+        raise EmptySolid(f"has the radius {radius:g}")
     if not sides:
         return PlaneFigure(radius=radius)
     return PlaneFigure(points=regular_polygon(radius, sides))
@@ -139,7 +141,7 @@ def regular_polygon(radius: float, sides: int) -> tuple[tuple[float, float], ...
 def plane_polygon(points: Sequence[Any], paths: Sequence[Sequence[int]] | None) -> PlaneItem:
     """Return the figure of one outline, or of several `paths` (indices of points) by the even-odd rule.
 
-    Outlines without area are skipped. Raise ValueError if none has an area.
+    Outlines without area are skipped. Raise EmptySolid if none has an area.
     """
     loops = [tuple(points)] if paths is None else [tuple(points[k] for k in path) for path in paths]
     drawn: PlaneItem | None = None
@@ -154,7 +156,7 @@ def plane_polygon(points: Sequence[Any], paths: Sequence[Sequence[int]] | None) 
                 Union, [combine_figures(Difference, [drawn, one]), combine_figures(Difference, [one, drawn])]
             )
     if drawn is None:
-        raise ValueError("points must enclose an area")
+        raise EmptySolid("has no area")
     return drawn
 
 
@@ -188,8 +190,10 @@ def cube(arguments: CallArguments) -> Solid:
     """Return a box with a corner at the origin, or centred on it."""
     size = arguments.value("size")
     sizes = [size] * 3 if isinstance(size, float) else size if isinstance(size, list) else [1.0] * 3
-    if len(sizes) != 3 or not all(isinstance(s, float) and 0 < s < 1e100 for s in sizes):
-        raise arguments.refuse(f"size must be three numbers > 0, got {size!s:.60}")
+    if len(sizes) != 3 or not all(isinstance(s, float) and s < 1e100 for s in sizes):
+        raise arguments.refuse(f"size must be three numbers, got {size!s:.60}")
+    if min(sizes) <= 0:
+        raise EmptySolid(f"has the size {size!s:.60}")
     low = [-s / 2 if arguments.flag("center") else 0.0 for s in sizes]
     high = [s / 2 if arguments.flag("center") else s for s in sizes]
     return Box((low[0], low[1], low[2]), (high[0], high[1], high[2]))
@@ -239,9 +243,9 @@ def cylinder(arguments: CallArguments, smooth: bool) -> Solid:
     both = _radius(arguments)
     first, second = arguments.number("r1", both), arguments.number("r2", both)
     if not height > 0:
-        raise arguments.refuse(f"h must be > 0, got {height:g}")
+        raise EmptySolid(f"has the height {height:g}")
     if first < 0 or second < 0 or first == second == 0:
-        raise arguments.refuse(f"r1 and r2 must be >= 0, and not both 0, got {first:g} and {second:g}")
+        raise EmptySolid(f"has the radii {first:g} and {second:g}")
     low = -height / 2 if arguments.flag("center") else 0.0
     return frustum(first, second, low, low + height, arguments.sides(smooth))
 
@@ -268,5 +272,5 @@ def _radius(arguments: CallArguments) -> float:
     """Return r, or half of d; 1 if both are missing."""
     radius = arguments.number("r", arguments.number("d", 2.0) / 2)
     if not radius > 0 and arguments.call.name == "sphere":
-        raise arguments.refuse(f"r must be > 0, got {radius:g}")
+        raise EmptySolid(f"has the radius {radius:g}")
     return radius

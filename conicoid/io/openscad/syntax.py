@@ -218,6 +218,10 @@ class CsgReader:
 ArgumentValue = TypeVar("ArgumentValue")
 
 
+class EmptySolid(ValueError):
+    """A call that encloses nothing, which OpenSCAD leaves out."""
+
+
 class CallArguments:
     """The arguments of one call by name, as numbers, lists and matrices.
 
@@ -302,10 +306,10 @@ class CallArguments:
         return max(3, int(value))
 
     def build(self, make: Callable[[], ArgumentValue]) -> ArgumentValue:
-        """Return make(); raise the errors of shapes as errors at the call."""
+        """Return make(); raise the errors of shapes as errors at the call. Raise `EmptySolid` as it is."""
         try:
             return make()
-        except SceneFileError:
+        except (SceneFileError, EmptySolid):
             raise
         except (ValueError, ArithmeticError) as error:
             raise self.refuse(str(error)) from None

@@ -167,15 +167,40 @@ def test_what_is_left_out_is_told_with_its_line(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("text", "note"),
+    [
+        ("cube(size = [0, 1, 1]);", "cube has the size [0.0, 1.0, 1.0]; it is left out"),
+        ("sphere(r = -1);", "sphere has the radius -1; it is left out"),
+        ("cylinder(h = 0, r1 = 1, r2 = 1);", "cylinder has the height 0; it is left out"),
+        ("cylinder(h = 1, r1 = 0, r2 = 0);", "cylinder has the radii 0 and 0; it is left out"),
+        ("linear_extrude(height = 0) { square(size = 1); }", "linear_extrude has the height 0; it is left out"),
+        ("linear_extrude(height = 1) { circle(r = 0); square(size = 1); }", "circle has the radius 0; it is left out"),
+        ("linear_extrude(height = 1) { square(size = [0, 1]); square(size = 1); }", "square has the size [0.0, 1.0]; it is left out"),
+        ("linear_extrude(height = 1) { polygon(points = [[0, 0], [1, 0]]); square(size = 1); }", "polygon has no area; it is left out"),
+        ("linear_extrude(height = 1) { text(text = \"A\"); square(size = 1); }", "text is letters, and left out"),
+        ("linear_extrude(height = 1) { offset(r = 1) { square(size = 3); } square(size = 1); }", "offset is an outline at a distance, and left out"),
+        ("linear_extrude(height = 1) { group() { hull() { circle(r = 9); } } square(size = 1); }", "hull is the convex hull of its children, and left out"),
+        ("linear_extrude(height = 1) { import(file = \"a.svg\"); square(size = 1); }", "import is a file, and left out"),
+        ("rotate_extrude() { text(text = \"A\"); }", "rotate_extrude holds no circle, square or polygon; it is left out"),
+        ("linear_extrude(height = 1) { difference() { text(text = \"A\"); square(size = 3); } square(size = 1); }", "text is letters, and left out"),
+        ("linear_extrude(height = 1) { intersection() { square(size = 3); text(text = \"A\"); } square(size = 1); }", "text is letters, and left out"),
+    ],
+)  # fmt: skip
+def test_what_encloses_nothing_is_left_out(text, note, tmp_path):
+    # Whatever is left out, the unit cube remains, and nothing else
+    scene = loaded(tmp_path, f"cube(size = 1);\n{text}")
+    assert f"line 2: {note}" in scene.notes
+    assert scene.first_hit([(0.5, 0.5, 5), (2, 0.5, 5), (-0.5, 0.5, 5)], (0, 0, -1)).t.tolist() == [4, np.inf, np.inf]
+
+
+@pytest.mark.parametrize(
     ("text", "message"),
     [
         ("cube(size = 1)", ":1:15: text: must be the name of a module, got the end of the file"),
         ("x = 3;", ":1:1: x: is a program; `openscad -o model.csg model.scad` runs it"),
         ("group() {\n cub(size = 1);\n}", ":2:2: cub: is no module of a .csg file"),
-        ("cube(size = [1, 2]);", ":1:1: cube: size must be three numbers > 0, got [1.0, 2.0]"),
-        ("sphere(r = -1);", ":1:1: sphere: r must be > 0, got -1"),
+        ("cube(size = [1, 2]);", ":1:1: cube: size must be three numbers, got [1.0, 2.0]"),
         ("sphere(r = nan);", ":1:1: sphere: r must be a finite number, got nan"),
-        ("cylinder(h = 0, r1 = 1, r2 = 1);", ":1:1: cylinder: h must be > 0, got 0"),
         ("multmatrix([[1]]) { cube(size = 1); }", ":1:1: multmatrix: m must be four rows of four finite numbers"),
         ("linear_extrude(height = 1, twist = 20) { square(size = 1); }", ":1:1: linear_extrude: twist must be 0, got 20"),
         ("linear_extrude(height = 1, scale = [1, 2]) { square(size = 1); }", ":1:1: linear_extrude: scale must be one number"),
