@@ -116,6 +116,12 @@ def open_regular(path: str | os.PathLike[str]) -> BufferedReader:
     return open(descriptor, "rb")
 
 
+def read_regular(path: str | os.PathLike[str], most: int) -> bytes:
+    """Return the contents of a regular file; `most` + 1 bytes of a larger one, by which a caller notices it."""
+    with open_regular(path) as file:
+        return file.read(min(os.fstat(file.fileno()).st_size, most) + 1)
+
+
 def _check_regular(mode: int, path: str | os.PathLike[str]) -> None:
     """Raise OSError unless a mode is that of a regular file."""
     if stat.S_ISDIR(mode):

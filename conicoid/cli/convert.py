@@ -68,6 +68,7 @@ def import_(
         if output != STDOUT and output.suffix.lower() not in (".yaml", ".yml", ".json"):
             raise ValueError(f"{output}: scenes are saved as .yaml or .json")
         check_folder(output)
+        from .._util.files import open_regular
         from .._util.text import format_count
         from ..io.importers import IMPORT_FORMATS, ImportOptions, detect_format
         from ..io.scene_file import scene_file
@@ -76,7 +77,7 @@ def import_(
         with report_refused_files(), Bar("reading", "body") as bar:
             importer = detect_format(file)
             if importer is None:
-                file.open("rb").close()  # raises OSError for a missing file
+                open_regular(file).close()  # raises OSError for a missing file
                 raise ValueError(f"{file}: is of no known format: {', '.join(each.name for each in IMPORT_FORMATS)}")
             imported = importer.read(
                 file,

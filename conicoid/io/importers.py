@@ -17,7 +17,7 @@ from fnmatch import fnmatchcase
 from itertools import islice
 from typing import Any, NamedTuple
 
-from .._util.files import MAX_LISTED_PROBLEMS, printable
+from .._util.files import MAX_LISTED_PROBLEMS, open_regular, printable
 from .._util.text import check_choice, format_count
 from .._util.validation import check_callback, check_flag, check_integer, format_value
 from ..geometry.body import Body
@@ -241,13 +241,20 @@ class ImportFormat:
         return result
 
 
+# Patterns of detection are linear in the length of hostile text, as their repetitions are possessive
+_XML_PROLOG = re.compile(r"\s*+(?:<\?.*?\?>|<!--.*?-->|<!DOCTYPE[^\[>]*+(?:\[.*?\]\s*+)?>)", re.S)
+_XML_NAME = re.compile(r"\s*+<(?:[\w.-]++:)?([\w.-]++)")
+
+
 def find_root_element(head: str) -> str | None:
     """Return the name of the first element of an XML text, "" if none has begun yet; None for other texts."""
-    text = re.sub(r"\A\ufeff?\s*", "", head)
+    text = head.removeprefix("\ufeff").lstrip()
     if not text.startswith("<"):
         return None
-    text = re.sub(r"<\?.*?\?>|<!--.*?-->|<!DOCTYPE[^\[>]*(\[.*?\]\s*)?>", "", text, flags=re.S)
-    match = re.match(r"\s*<(?:[\w.-]+:)?([\w.-]+)", text)
+    position = 0
+    while match := _XML_PROLOG.match(text, position):
+        position = match.end()
+    match = _XML_NAME.match(text, position)
     return match[1] if match else ""
 
 
@@ -273,7 +280,7 @@ def _is_csg(head: str, suffix: str) -> bool:
 
 def _is_zemax(head: str, suffix: str) -> bool:
     text = head.replace("\0", "")  # UTF-16 has a zero byte in each of these characters
-    return suffix == ".zmx" or re.search(r"^SURF 0\s*$", text, re.M) is not None
+    return suffix == ".zmx" or re.search(r"^SURF 0[^\S\n]*+$", text, re.M) is not None
 
 
 def _is_mcnp(head: str, suffix: str) -> bool:
@@ -295,9 +302,9 @@ IMPORT_FORMATS: tuple[ImportFormat, ...] = (
 def detect_format(path: str | os.PathLike[str]) -> ImportFormat | None:
     """Return the format of another program's file; None for other files, such as scene files and unreadable files."""
     try:
-        with open(path, "rb") as file:
+        with open_regular(path) as file:
             head = file.read(DETECTION_BYTES)
-    except OSError:
+    except (OSError, ValueError):  # ValueError: a name that no file can have
         return None  # the reader of scene files reports the error
     text, suffix = head.decode("utf-8", "replace"), os.path.splitext(os.fspath(path))[1].lower()
     return next((each for each in IMPORT_FORMATS if each.recognises(text, suffix)), None)
@@ -351,7 +358,9 @@ def _cube(x: float) -> float:
 
 MCNP_SUFFIXES = (".mcnp", ".mcn", ".imcnp", ".inp", ".i")
 _MCNP_CELL = re.compile(
-    r" {0,4}[0-9]+ +(?:0 +|[1-9][0-9]* +[-+]?[0-9]*\.?[0-9]+(?:[ed]?[-+]?[0-9]+)? +|like +)[-+#(0-9]", re.I
+    r" {0,4}[0-9]++ ++(?:0 ++|[1-9][0-9]*+ ++[-+]?(?:[0-9]++(?:\.[0-9]++)?|\.[0-9]++)(?:(?:[ed][-+]?|[-+])[0-9]++)? ++"
+    r"|like ++)[-+#(0-9]",
+    re.I,
 )
 _OTHER_SUFFIXES = (".yaml", ".yml", ".json", ".csv", ".xyz", ".pdb", ".cif")
 
@@ -373,9 +382,9 @@ def is_mcnp(head: str, suffix: str) -> bool:
 
 # Detection of molecules, here so that it does not load their readers
 
-_CIF_DATA = re.compile(r"\A(\s*(#[^\n]*)?\n)*\s*data_\S*", re.I)
+_CIF_DATA = re.compile(r"\A(?:\s++|#[^\n]*+)*+data_", re.I)
 _PDB_RECORDS = re.compile(r"^(ATOM  |HETATM)[ \d]{5}.{19}[ \d.+-]{24}", re.M)
-_XYZ_HEAD = re.compile(r"\A\s*\d+[ \t]*\r?\n[^\n]*(\n\s*([A-Za-z]{1,3}|\d{1,3})(\s+[-+.\d][^\s]*){3})")
+_XYZ_HEAD = re.compile(r"\A\s*+\d++[ \t]*+\r?\n[^\n]*+\n\s*+(?:[A-Za-z]{1,3}|\d{1,3})(?:\s++[-+.\d]\S*+){3}")
 
 
 def is_cif(head: str, suffix: str) -> bool:
@@ -404,7 +413,7 @@ def is_molecule(head: str, suffix: str) -> bool:
 
 _CSG_CALLS = "group|multmatrix|union|difference|intersection|color|cube|sphere|cylinder|polyhedron|linear_extrude|"
 _CSG_CALLS += "rotate_extrude|hull|minkowski|render"
-_CSG_FIRST_CALL = re.compile(rf"\A\ufeff?(\s|//[^\n]*\n|/\*.*?\*/)*[%#!*]?({_CSG_CALLS})\s*\(", re.S)
+_CSG_FIRST_CALL = re.compile(rf"\A\ufeff?(?:\s++|//[^\n]*+\n|(?>/\*.*?\*/))*+[%#!*]?(?:{_CSG_CALLS})\s*+\(", re.S)
 
 
 def is_csg(head: str, suffix: str) -> bool:

@@ -150,9 +150,9 @@ def read_npy_values(file: IO[bytes], header: ArrayHeader) -> FloatArray:
     """Return all numbers of a .npy file as float64. Raise the errors of `read_numbers`."""
     header.check_memory()
     array = ArrayRows(file, header, 0, 0)
-    values: FloatArray = array.next(1)[0]
+    values = array.next(1)[0]
     array.finish()
-    return values
+    return np.asarray(values, order="C")  # kernels read by rows what a file may hold by columns
 
 
 def read_numbers(file: IO[bytes], header: ArrayHeader, count: int) -> FloatArray:

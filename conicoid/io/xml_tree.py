@@ -19,7 +19,7 @@ from xml.sax.xmlreader import InputSource
 from defusedxml.common import EntitiesForbidden
 from defusedxml.expatreader import DefusedExpatParser
 
-from .._util.files import Problem, SceneFileError, open_regular, unreadable_error
+from .._util.files import Problem, SceneFileError, read_regular, unreadable_error
 
 MAX_XML_BYTES = 64 << 20
 MAX_ATTRIBUTES = 3_000_000
@@ -113,9 +113,7 @@ def _read_bytes(path: str | os.PathLike[str]) -> bytes:
     try:
         if "\0" in os.fspath(path):
             raise OSError(22, "a path cannot hold a zero character")
-        with open_regular(path) as file:
-            # One byte more than allowed, to notice a file that is too large without reading all of it.
-            raw = file.read(min(os.fstat(file.fileno()).st_size, MAX_XML_BYTES) + 1)
+        raw = read_regular(path, MAX_XML_BYTES)
     except OSError as error:
         raise unreadable_error(path, error) from None
     if len(raw) > MAX_XML_BYTES:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import os
+import struct
 import warnings
+import zlib
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._util.files import open_regular
 from .._util.validation import format_value, real_array
 from .color import BYTE, srgb_decode
 
@@ -16,6 +19,9 @@ if TYPE_CHECKING:
 
 MOST_TEXELS = 1 << 27
 """The most pixels of a texture."""
+_CHANNELS = 4  # that a file of so many pixels may have in all its parts
+_PIECE = 1 << 18
+"""Bytes of a file that are unpacked at a time."""
 _FEW = 8
 """The most different whole numbers that an array of linear light may plausibly hold."""
 _PHOTOS = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".webp": "WEBP"}
@@ -115,10 +121,12 @@ def _read_photo(path: Path, kind: str) -> Any:
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)
             with Image.open(path, formats=[kind]) as file:
                 _check_size(path, *file.size)
+                if kind == "PNG":
+                    _check_rows(path)
                 if file.mode in ("I;16", "I;16B", "I"):
                     return _grey16(file)
                 return np.array(file.convert("RGB"))
-    except (OSError, SyntaxError, Image.DecompressionBombError) as error:
+    except (OSError, SyntaxError, zlib.error, Image.DecompressionBombError) as error:
         raise ValueError(f"{path.name!r} cannot be read as {kind}: {error}") from None
     finally:
         Image.MAX_IMAGE_PIXELS = before
@@ -126,8 +134,36 @@ def _read_photo(path: Path, kind: str) -> Any:
 
 def _grey16(file: Any) -> Any:
     """Return grey of 16 bits as linear light."""
-    grey = srgb_decode(np.array(file, np.float64) / 65535).astype(np.float32)
-    return np.repeat(grey[..., None], 3, axis=2)
+    table = srgb_decode(np.arange(65536) / 65535).astype(np.float32)
+    return np.repeat(table[np.asarray(file).astype(np.uint16, copy=False)][..., None], 3, axis=2)
+
+
+_PNG_CHANNELS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}
+_PNG_PASSES = ((0, 0, 8, 8), (4, 0, 8, 8), (0, 4, 4, 8), (2, 0, 4, 4), (0, 2, 2, 4), (1, 0, 2, 2), (0, 1, 1, 2))
+"""First column and row, and steps, of the passes of an interlaced file (PNG specification, 8.1)."""
+
+
+def _check_rows(path: Path) -> None:
+    """Raise OSError for a PNG that ends before its last row: Pillow takes the memory of all, and leaves them black."""
+    decoder, missing = zlib.decompressobj(), 1
+    with open_regular(path) as file:
+        file.seek(8)
+        while missing > 0 and len(head := file.read(8)) == 8:
+            length, kind = struct.unpack(">I4s", head)
+            if kind == b"IHDR":
+                width, height, bits, color, *_, interlaced = struct.unpack(">IIBBBBB", file.read(length)[:13])
+                passes = _PNG_PASSES if interlaced else ((0, 0, 1, 1),)
+                sizes = [(-(-(width - x) // dx), -(-(height - y) // dy)) for x, y, dx, dy in passes]
+                missing = sum(h * (1 + -(-w * bits * _PNG_CHANNELS[color] // 8)) for w, h in sizes if w > 0 and h > 0)
+                length = 0
+            while kind == b"IDAT" and missing > 0 and (part := file.read(min(length, _PIECE))):
+                length -= len(part)
+                while part and missing > 0:
+                    missing -= len(decoder.decompress(part, _PIECE))
+                    part = decoder.unconsumed_tail
+            file.seek(length + 4, os.SEEK_CUR)
+    if missing > 0:
+        raise OSError("rows are missing")
 
 
 def import_openexr() -> Any:
@@ -143,14 +179,23 @@ def _read_exr(path: Path) -> Any:
     """Decode an .exr: channels R, G, B or one of grey."""
     openexr = import_openexr()
     try:
-        channels = openexr.File(os.fspath(path)).channels()
-        name = next(name for name in ("RGB", "RGBA", "Y", "R") if name in channels)
-        pixels = np.asarray(channels[name].pixels, np.float32)
+        numbers = 0
+        for part in openexr.File(os.fspath(path), header_only=True).parts:
+            low, high = part.header["dataWindow"]
+            width, height = (int(end) - int(begin) + 1 for begin, end in zip(low, high, strict=True))
+            numbers += width * height * max(1, len(part.header["channels"]))
+        if numbers <= _CHANNELS * MOST_TEXELS:  # before all parts and channels are decoded
+            channels = openexr.File(os.fspath(path)).channels()
+            name = next(name for name in ("RGB", "RGBA", "Y", "R") if name in channels)
+            pixels = np.asarray(channels[name].pixels, np.float32)
+            height, width = pixels.shape[:2]
     except StopIteration:
         raise ValueError(f"{path.name!r} must have the channels R, G, B or Y") from None
     except Exception as error:
         raise ValueError(f"{path.name!r} cannot be read as OpenEXR: {str(error).splitlines()[0][:200]}") from None
-    _check_size(path, pixels.shape[1], pixels.shape[0])
+    _check_size(path, width, height)
+    if numbers > _CHANNELS * MOST_TEXELS:
+        raise ValueError(f"{path.name!r} has {numbers:,} numbers, a texture at most {_CHANNELS * MOST_TEXELS:,}")
     if not np.isfinite(pixels).all():
         raise ValueError(f"{path.name!r} must hold finite numbers")
     return np.ascontiguousarray(pixels[..., :3] if pixels.ndim == 3 else np.repeat(pixels[..., None], 3, axis=2))

@@ -121,6 +121,12 @@ class _Worker:
 
     def outcome_of(self, data: bytes) -> tuple[bool, Any]:
         """Return (is_value, the value or the exception) of a task."""
+        late: list[bool] = []
+
+        def expire(process: subprocess.Popen[bytes]) -> None:
+            late.append(True)
+            process.kill()
+
         # Each try has a live process: a dead one is replaced.
         for _ in range(self.retries + 1):
             try:
@@ -128,7 +134,7 @@ class _Worker:
             except (OSError, EOFError):
                 self.end()
                 continue
-            watch = None if self.timeout is None else threading.Timer(self.timeout, process.kill)
+            watch = None if self.timeout is None else threading.Timer(self.timeout, expire, (process,))
             if watch is not None:
                 watch.daemon = True
                 watch.start()
@@ -143,6 +149,11 @@ class _Worker:
                     watch.cancel()
             outcome: tuple[bool, Any] = pickle.loads(answer)
             return outcome
+        if late:
+            raise WorkerDeath(
+                f"a task took longer than timeout={self.timeout:g} s in {len(late)} of {self.retries + 1} processes, "
+                "which were ended"
+            )
         raise WorkerDeath(f"{self.retries + 1} processes died in turn with the same task")
 
     def live_process(self) -> subprocess.Popen[bytes]:

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._util.files import replace_file, resolve_output, write_text
+from .._util.files import read_regular, replace_file, resolve_output, write_text
 from .._util.text import check_choice
 from .._util.validation import DEFAULT_T_MAX, DEFAULT_T_MIN, check_integer, check_path as checked_path, describe_kind
 from ..io.array_file import StoredArray, check_output, csv_lines, quote_csv, write_arrays, write_columns
@@ -54,6 +54,7 @@ VALUE_SUFFIXES = (".npy", *SUFFIXES)
 """Suffixes of files of values: `occluded`, `lengths`, `line_integral`."""
 _TEXT = "lines"
 _BLOCK = 1 << 22
+_MOST_STATE = 1 << 24  # bytes
 
 
 class ResultParts:
@@ -61,8 +62,9 @@ class ResultParts:
 
     With a `key`, which names the work by its rays, its scene and the version, the folder `hits.csv.parts` stays after
     a failure. `state.json` then has the number of rays that are done and of valid bytes of each file. Bytes beyond
-    belong to a piece that was not finished; they are cut off on resuming. `state.json` is replaced after the columns
-    are written, so it never counts more than they hold. Without a key the folder has a name that nothing else has.
+    belong to a piece that was not finished: each piece is written after the valid bytes of the one before. `state.json`
+    is replaced after the columns are written, so it never counts more than they hold. Without a key the folder has
+    a name that nothing else has.
 
     Raise ValueError if the folder of parts exists and `resume` is false, or if it belongs to other work.
     """
@@ -85,17 +87,21 @@ class ResultParts:
             self.folder.mkdir()
 
     def _read(self) -> None:
-        """Read the state, and cut the columns to their valid bytes."""
+        """Read the state. Raise ValueError for that of other work, or if a column lacks bytes."""
         state = self.folder / "state.json"
         if not state.exists():  # the earlier run stopped before its first part
             return
-        saved = json.loads(state.read_text(encoding="utf-8"))
-        if saved["key"] != self.key:
-            raise ValueError(f"{self.folder}: holds results of other rays, another scene or version; remove it")
-        self.rays, self.found = saved["rays"], saved["found"]
-        self.sizes, self.kinds = saved["sizes"], saved["kinds"]
-        for name, size in self.sizes.items():
-            os.truncate(self.file(name), size)
+        try:
+            saved = json.loads(read_regular(state, _MOST_STATE))
+            if saved["key"] != self.key:
+                raise ValueError(f"{self.folder}: holds results of other rays, another scene or version; remove it")
+            self.rays, self.found = saved["rays"], saved["found"]
+            self.sizes, self.kinds = saved["sizes"], saved["kinds"]
+            is_whole = all(self.file(name).stat().st_size >= size for name, size in self.sizes.items())
+        except (KeyError, TypeError, UnicodeDecodeError, json.JSONDecodeError, FileNotFoundError):
+            is_whole = False
+        if not is_whole:
+            raise ValueError(f"{self.folder}: is damaged; remove it")
 
     def file(self, name: str) -> Path:
         """Return the file of a column, which may have any name."""
@@ -111,7 +117,9 @@ class ResultParts:
                 data = np.ascontiguousarray(rows).tobytes()
             path = self.file(name)
             try:
-                with open(path, "ab") as file:
+                with open(os.open(path, os.O_CREAT | os.O_WRONLY | getattr(os, "O_BINARY", 0), 0o666), "wb") as file:
+                    file.truncate(self.sizes.get(name, 0))  # what a run that was killed wrote beyond
+                    file.seek(0, os.SEEK_END)
                     file.write(data)
             except OSError as error:
                 raise OSError(error.errno, error.strerror, os.fspath(path)) from None
@@ -219,7 +227,11 @@ class ResultWriter:
             self.add(self._answer(none))
         if self._suffix == ".csv":
             with replace_file(self.output) as partial:
-                os.replace(self.parts.file(_TEXT), partial)
+                partial.unlink()
+                try:  # the part stays until the file has its name
+                    os.link(self.parts.file(_TEXT), partial)
+                except OSError:  # a file system without links
+                    shutil.copyfile(self.parts.file(_TEXT), partial)
         elif self._suffix == ".parquet":
             write_columns(self.output, {name: self.parts.column(name) for name in self.parts.kinds})
         else:

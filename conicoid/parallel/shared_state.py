@@ -22,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from .._util.files import replace_file
+from .._util.files import open_regular, replace_file
 from .._util.process import fork_safe_lock
 from .._util.version import __version__
 from ..geometry.bulk import Spheres
@@ -159,13 +159,15 @@ class ReplacedFileError(OSError):
 class TablesFile:
     """A mapped file of tables.
 
-    digest: the hash of its head; the file is read only if it matches. None if the folder is trusted.
+    digest: the hash of its head; the file is read only if it matches. None: only this user could write it.
     Raise ValueError for other files, damaged ones, and those of another edition; OSError if it cannot be read.
     """
 
     def __init__(self, path: str | os.PathLike[str], edition: str, digest: bytes | None = None) -> None:
         self.path = Path(path)
-        with open(path, "rb") as file:
+        with open_regular(path) as file:
+            if digest is None and not _is_own(os.fstat(file.fileno())):
+                raise ReplacedFileError(f"{self.path}: was written by another user, or can be")
             start = file.read(len(_MAGIC) + 8)
             length = int.from_bytes(start[len(_MAGIC) :], "little")
             size = os.fstat(file.fileno()).st_size
@@ -278,6 +280,18 @@ def open_scene_tables(path: str | os.PathLike[str], edition: str, digest: bytes 
     return scene
 
 
+def _is_own(status: os.stat_result) -> bool:
+    """Return whether a file is this user's, and no other user can write to it: its pickles can be trusted."""
+    return os.name != "posix" or (status.st_uid == os.geteuid() and not status.st_mode & 0o022)
+
+
+def _belongs_to_user(path: str) -> bool:
+    """Return whether there is a file that only this user can write to."""
+    with contextlib.suppress(OSError):
+        return _is_own(os.stat(path))
+    return False
+
+
 def _digest(data: Any) -> bytes:
     """Return a hash of 16 bytes."""
     return blake2b(data, digest_size=16).digest()
@@ -352,7 +366,7 @@ class SharedObject:
         path = os.path.join(folder, f"{self.key.hex()}-{_key_of(edition.encode()).hex()[:8]}.tables")
         # Without a file, workers prepare the scene themselves: no room is no error.
         with contextlib.suppress(OSError):
-            if os.path.exists(path):
+            if _belongs_to_user(path):
                 file = TablesFile(path, edition)
                 if scene._cached_prepared is None:
                     scene._cached_prepared = file.prepared(scene._bodies)
@@ -444,7 +458,7 @@ def _read(reference: SharedReference) -> bytes | None:
     """Return the bytes of a recipe's file if their hash matches, else None."""
     if reference.path is None:
         return None
-    with contextlib.suppress(OSError), open(reference.path, "rb") as file:
+    with contextlib.suppress(OSError), open_regular(reference.path) as file:
         data = file.read()
         return data if _key_of(data) == reference.key else None
     return None

@@ -14,7 +14,7 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
-from ..._util.files import Problem, SceneFileError
+from ..._util.files import Problem, SceneFileError, read_regular
 from ..._util.text import format_count
 from ..._util.validation import check_path as checked_path, describe_kind, format_value
 from ...io.importers import ImportOptions, ImportResult, select_bodies
@@ -179,7 +179,7 @@ LARGEST = 8_000_000
 """The most bytes of a file."""
 _LONGEST = 20_000
 _MOST_LINES = 200_000
-_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d{1,4})?\Z")
+_NUMBER = re.compile(r"[-+]?(?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][-+]?\d{1,4})?\Z")
 _UNITS = {"MM": "mm", "CM": "cm", "IN": "in", "METER": "m", "M": "m"}
 _NO_GLASS = (1.5, 40.0)
 """Index and Abbe number that stand for "not in the file"."""
@@ -264,10 +264,7 @@ def load_zmx(path: str | os.PathLike[str], *, glasses: Mapping[str, Any] | None 
         If there is no such file.
     """
     file = Path(checked_path("load_zmx", path))
-    with open(file, "rb") as source:
-        # One byte more than allowed shows that the file is too large, without reading it all.
-        data = source.read(LARGEST + 1)
-    return _read(_decode(data, os.fspath(file)), os.fspath(file), glasses)
+    return _read(_decode(read_regular(file, LARGEST), os.fspath(file)), os.fspath(file), glasses)
 
 
 def read_zmx(text: str, *, glasses: Mapping[str, Any] | None = None) -> Prescription:

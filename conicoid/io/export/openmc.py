@@ -348,6 +348,8 @@ def export_text(scene: WritableScene, options: ExportOptions) -> ExportResult:
         with report.about(item.name):
             cells.append(_cell(item, regions, universes))
     report.check()
+    if not cells:  # a geometry without cells is none for OpenMC, nor for any reader
+        raise ValueError("export: there is no body to write")
     _flatten_unbounded(cells, regions, universes)
     emptiness = EmptinessTest(table)
     _cut_overlaps(cells, emptiness, report)

@@ -18,10 +18,11 @@ _BITS = 1500
 """Most bits of a numerator or denominator before a result is rounded to a float."""
 
 _TOKEN = re.compile(
-    r"\s*(?:((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)|([A-Za-z_][\w.:]*)|(\*\*|&&|\|\||[<>=!]=|[-+*/^()<>!,]))", re.ASCII
+    r"\s*+(?:((?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][+-]?\d++)?)|([A-Za-z_][\w.:]*)|(\*\*|&&|\|\||[<>=!]=|[-+*/^()<>!,]))",
+    re.ASCII,
 )
 
-_NUMBER = re.compile(r"\s*(-?)((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?)\s*", re.ASCII)
+_NUMBER = re.compile(r"\s*+(-?)((?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][+-]?\d{1,4})?)\s*+", re.ASCII)
 
 
 class ExpressionError(ValueError):

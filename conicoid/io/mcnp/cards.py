@@ -14,7 +14,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
-from ..._util.files import Problem, SceneFileError, open_regular, unreadable_error
+from ..._util.files import Problem, SceneFileError, read_regular, unreadable_error
 from ..._util.text import suggest_name
 from ...materials.properties import Properties
 from ..openmc.values import OpenmcMaterial
@@ -58,8 +58,7 @@ class Deck:
 def read_cards(path: str | os.PathLike[str]) -> Deck:
     """Read the cards of a file. Raise SceneFileError if it cannot be read, is too large, or is no deck."""
     try:
-        with open_regular(path) as file:
-            raw = file.read(MAX_DECK_BYTES + 1)
+        raw = read_regular(path, MAX_DECK_BYTES)
     except OSError as error:
         raise unreadable_error(path, error) from None
     if len(raw) > MAX_DECK_BYTES:
@@ -171,7 +170,7 @@ def _strip_comment(line: str) -> str:
 MAX_NUMBER_LENGTH = 400
 MAX_ENTRIES = 1_000_000
 """Most entries of one card, with shortcuts expanded."""
-_NUMBER = re.compile(r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))(?:[ed]?([-+][0-9]+)|[ed]([0-9]+))?")
+_NUMBER = re.compile(r"([-+]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++))(?:[ed]?([-+][0-9]+)|[ed]([0-9]+))?")
 _SHORTCUT = re.compile(r"([0-9]{0,9})(r|i|j)|(.+)m")
 _INTEGER = re.compile(r"[-+]?[0-9]{1,15}")
 

@@ -87,6 +87,8 @@ _AT_ONCE = 1 << 22
 """Pairs of atoms that are compared at once, to bound memory."""
 _LONGEST_GRID = 1 << 20
 """Most squares of the grid along an axis, so that keys fit into 64 bits."""
+_MOST_BONDS, _MOST_NEIGHBOURS = 16, 1000
+"""Most bonds, and most pairs that may be bonds, for each atom in the mean: metals have 7 bonds, and some 200 pairs."""
 
 Indices = npt.NDArray[np.int64]
 
@@ -107,7 +109,11 @@ def bonds_by_distance(positions: FloatArray, numbers: Indices) -> Indices:
     radii = COVALENT_RADII[numbers]
     # The longest bond that any two of these atoms may have
     reach = 2 * float(radii.max()) + BOND_TOLERANCE
-    blocks = [_select_bonded(positions, radii, first, second) for first, second in _near_pairs(positions, reach)]
+    blocks: list[Indices] = []
+    for first, second in _near_pairs(positions, reach):
+        blocks.append(_select_bonded(positions, radii, first, second))
+        if sum(map(len, blocks)) > _MOST_BONDS * len(positions):
+            raise ValueError(f"molecule: atoms lie closer than any do: they have more than {_MOST_BONDS} bonds each")
     pairs = np.sort(np.concatenate([*blocks, np.zeros((0, 2), np.int64)]), axis=1)
     return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
 
@@ -138,6 +144,8 @@ def _near_pairs(positions: FloatArray, reach: float) -> Iterator[tuple[Indices, 
     # Half of the neighbours, so that each pair comes once
     for shift in (columns, (rows - 1) * columns, rows * columns, (rows + 1) * columns):
         ranges.append((np.searchsorted(key, key + shift - 1), np.searchsorted(key, key + shift + 1, "right")))
+    if sum(int(np.maximum(end - begin, 0).sum()) for begin, end in ranges) > _MOST_NEIGHBOURS * len(key) + _AT_ONCE:
+        raise ValueError(f"molecule: atoms lie closer than any do: more than {_MOST_NEIGHBOURS} near each")
     for begin, end in ranges:
         counts = np.maximum(end - begin, 0)
         for part in _atom_slices(counts):

@@ -6,20 +6,38 @@ of alternate positions are read, as gemmi has them; of a CIF all sites of a unit
 
 from __future__ import annotations
 
+import io
 import math
 import os
 import re
-from collections.abc import Callable
+from array import array
+from collections.abc import Callable, Iterator
+from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ..._util.files import Problem, SceneFileError
+from ..._util.files import Problem, SceneFileError, open_regular
 from ..._util.text import format_count
 from ..importers import DETECTION_BYTES, ImportOptions, ImportResult, LegendEntry, is_cif, is_pdb, is_xyz
 from .atoms import ELEMENT_COLORS, SYMBOLS, Atoms, atomic_number, bonds_by_distance, cell_vectors, read_gemmi_atoms
 from .styles import MoleculeStyle, build_molecule_bodies
+
+MAX_CIF_BYTES, MAX_LINE_LENGTH = 1 << 30, 1 << 20
+"""Most bytes of a CIF or mmCIF, and most letters of a line of other files."""
+_LINES_AT_ONCE = 1 << 16
+
+
+def _read_lines(path: Path, encoding: str) -> Iterator[str]:
+    """Yield the lines of a file of any length. Raise SceneFileError for a line that no such file has."""
+    with io.TextIOWrapper(open_regular(path), encoding, "replace") as file:
+        for number, line in enumerate(iter(partial(file.readline, MAX_LINE_LENGTH + 1), ""), start=1):
+            if len(line) > MAX_LINE_LENGTH:
+                problem = Problem(number, 1, "molecule", f"is longer than {MAX_LINE_LENGTH:,} letters")
+                raise SceneFileError(path, [problem])
+            yield line
 
 
 def read_cif(path: Path) -> Atoms:
@@ -29,6 +47,8 @@ def read_cif(path: Path) -> Atoms:
     except ImportError:
         advice = 'is read by gemmi: pip install "conicoid[molecules]"'
         raise ImportError(f"{path}: a CIF or mmCIF {advice}") from None
+    if path.stat().st_size > MAX_CIF_BYTES:  # gemmi would read all of it before it looked at any
+        raise SceneFileError(path, [Problem(0, 0, "molecule", f"is larger than {MAX_CIF_BYTES >> 20:,} MiB")])
     try:
         block = gemmi.cif.read(str(path)).sole_block()
         if block.find_loop("_chem_comp_atom.atom_id"):
@@ -150,32 +170,32 @@ _PDB_WIDTH = 80
 
 def read_pdb(path: Path) -> Atoms:
     """Return the atoms of the first model of a PDB. Raise SceneFileError with the line of an error."""
-    lines = path.read_bytes().splitlines()
-    numbers = [k for k, line in enumerate(lines) if line.startswith((b"ATOM  ", b"HETATM"))]
-    ends = [k for k, line in enumerate(lines) if line.startswith(b"ENDMDL")]
-    remarks = []
-    if ends:
-        before = len(numbers)
-        numbers = [k for k in numbers if k < ends[0]]
-        if len(numbers) < before:
-            remarks.append("the first of several models is read")
-    rows = _pdb_columns([lines[k] for k in numbers])
+    records, numbers, cells, conect = bytearray(), array("q"), [], []
+    has_ended = is_longer = False
+    for number, line in enumerate(_read_lines(path, "latin-1"), start=1):  # a byte for each letter
+        kind, text = line[:6], line[:_PDB_WIDTH].rstrip("\n").encode("latin-1")
+        if kind in ("ATOM  ", "HETATM"):
+            is_longer |= has_ended
+            if not has_ended:
+                records += text.ljust(_PDB_WIDTH)
+                numbers.append(number)
+        elif kind == "CRYST1":
+            cells.append((number, text))
+        elif kind == "CONECT":
+            conect.append(text)
+        has_ended |= kind == "ENDMDL"
+    remarks = ["the first of several models is read"] if is_longer else []
+    rows = np.frombuffer(records.replace(b"\0", b" "), np.uint8).reshape(-1, _PDB_WIDTH)
     first = _first_places(rows)
     if not first.all():
         remarks.append(f"{int((~first).sum()):,} alternate places of atoms are left out")
-    rows, line_of = rows[first], np.array(numbers, np.int64)[first] + 1
+    rows, line_of = rows[first], np.array(numbers)[first]
     positions = np.column_stack([_pdb_floats(path, rows, line_of, begin) for begin in (30, 38, 46)])
     elements = _pdb_elements(path, rows, line_of)
     shares = [_pdb_number(text) for text in _pdb_texts(rows, 54, 60)[rows[:, 16] == ord(" ")].tolist()]
     remarks += _share_remarks(np.array(shares))
-    bonds = _read_conect(lines, rows, positions, elements)
-    return Atoms(positions, elements, bonds, _pdb_cell(path, lines), _pdb_labels(rows), tuple(remarks))
-
-
-def _pdb_columns(lines: list[bytes]) -> Any:
-    """Return the bytes of lines (N, 80), padded with blanks."""
-    rows = np.array([line[:_PDB_WIDTH] for line in lines], f"S{_PDB_WIDTH}").view(np.uint8).reshape(-1, _PDB_WIDTH)
-    return np.where(rows == 0, ord(" "), rows).astype(np.uint8)
+    bonds = _read_conect(conect, rows, positions, elements)
+    return Atoms(positions, elements, bonds, _pdb_cell(path, cells), _pdb_labels(rows), tuple(remarks))
 
 
 def _pdb_texts(rows: Any, begin: int, end: int) -> Any:
@@ -281,7 +301,6 @@ def _read_conect(lines: list[bytes], rows: Any, positions: Any, elements: Any) -
     A bond that the records repeat is double or triple.
     """
     orders: dict[tuple[int, int], int] = {}
-    lines = [line for line in lines if line.startswith(b"CONECT")]
     if not lines:
         return None
     # Reversed, so that of equal serial numbers the first atom counts.
@@ -297,18 +316,17 @@ def _read_conect(lines: list[bytes], rows: Any, positions: Any, elements: Any) -
     return [(first, other, min(order, 3)) for (first, other), order in sorted(orders.items())]
 
 
-def _pdb_cell(path: Path, lines: list[bytes]) -> Any:
-    """Return the unit cell (3, 3) of a CRYST1 record; None without one, and for lengths 1 1 1 or 0 0 0."""
-    for k, line in enumerate(lines):
-        if line.startswith(b"CRYST1"):
-            places = ((6, 15), (15, 24), (24, 33), (33, 40), (40, 47), (47, 54))
-            numbers = [_pdb_number(line[begin:end]) for begin, end in places]
-            if numbers[:3] in ([1.0, 1.0, 1.0], [0.0, 0.0, 0.0]):
-                return None
-            cell = cell_vectors(*numbers)
-            if cell is None:
-                raise _pdb_error(path, k + 1, "CRYST1 must hold three lengths and three angles of a cell")
-            return cell
+def _pdb_cell(path: Path, records: list[tuple[int, bytes]]) -> Any:
+    """Return the unit cell (3, 3) of the first CRYST1; None without one, and for lengths 1 1 1 or 0 0 0."""
+    for number, line in records[:1]:
+        places = ((6, 15), (15, 24), (24, 33), (33, 40), (40, 47), (47, 54))
+        numbers = [_pdb_number(line[begin:end]) for begin, end in places]
+        if numbers[:3] in ([1.0, 1.0, 1.0], [0.0, 0.0, 0.0]):
+            return None
+        cell = cell_vectors(*numbers)
+        if cell is None:
+            raise _pdb_error(path, number, "CRYST1 must hold three lengths and three angles of a cell")
+        return cell
     return None
 
 
@@ -320,34 +338,34 @@ def _pdb_error(path: Path, line: int, message: str) -> SceneFileError:
 #
 # The comment of an extended file may hold `Lattice="ax ay az bx by bz cx cy cz"`. Of several frames the first is read.
 
-_XYZ_LATTICE = re.compile(r"\blattice\s*=\s*(?:\"([^\"]*)\"|'([^']*)'|\{([^}]*)\})", re.I)
+_XYZ_LATTICE = re.compile(r"\blattice\s*=\s*(?:\"([^\"]*+)\"|'([^']*)'|\{([^{}]*+)\})", re.I)
 
 
 def read_xyz(path: Path) -> Atoms:
     """Return the atoms of the first frame of an XYZ. Raise SceneFileError with the line of an error."""
-    with open(path, encoding="utf-8", errors="replace") as file:
-        head = [file.readline(), file.readline()]
-        count = int(head[0]) if re.fullmatch(r"\s*\d{1,9}\s*", head[0]) else None
-        if count is None:
-            raise _xyz_error(path, 1, "the number of atoms must stand here, alone")
-        lines = [line for line, _ in zip(file, range(count), strict=False)]
-        more = any(line.strip() for line in file)
-    if len(lines) < count:
-        raise _xyz_error(path, len(lines) + 3, f"must be atom {len(lines) + 1} of {count}, and is the end of the file")
-    rows = [line.split(None, 4)[:4] for line in lines]
-    short = next((k for k, row in enumerate(rows) if len(row) < 4), None)
-    if short is not None:
-        raise _xyz_error(path, short + 3, f"must be a symbol and three numbers, got {lines[short].strip()!r:.80}")
-    positions = _xyz_positions(path, rows)
-    numbers = _xyz_elements(path, [row[0] for row in rows])
-    return Atoms(positions, numbers, cell=_xyz_cell(path, head[1]), remarks=_xyz_remarks(more))
+    lines = _read_lines(path, "utf-8")
+    first, comment = next(lines, ""), next(lines, "")
+    if re.fullmatch(r"\s*+\d{1,9}\s*+", first) is None:
+        raise _xyz_error(path, 1, "the number of atoms must stand here, alone")
+    count, positions, numbers = int(first), [np.zeros((0, 3))], [np.zeros(0, np.int64)]
+    for begin in range(0, count, _LINES_AT_ONCE):
+        some = list(islice(lines, min(count - begin, _LINES_AT_ONCE)))
+        end = begin + len(some)
+        if end < min(count, begin + _LINES_AT_ONCE):
+            raise _xyz_error(path, end + 3, f"must be atom {end + 1} of {count}, and is the end of the file")
+        rows = [line.split(None, 4)[:4] for line in some]
+        short = next((k for k, row in enumerate(rows) if len(row) < 4), None)
+        if short is not None:
+            message = f"must be a symbol and three numbers, got {some[short].strip()!r:.80}"
+            raise _xyz_error(path, begin + short + 3, message)
+        positions.append(_xyz_positions(path, rows, begin + 3))
+        numbers.append(_xyz_elements(path, [row[0] for row in rows], begin + 3))
+    remarks = ("the first of several frames is read",) if any(line.strip() for line in lines) else ()
+    cell = _xyz_cell(path, comment)
+    return Atoms(np.concatenate(positions), np.concatenate(numbers), cell=cell, remarks=remarks)
 
 
-def _xyz_remarks(more: bool) -> tuple[str, ...]:
-    return ("the first of several frames is read",) if more else ()
-
-
-def _xyz_positions(path: Path, rows: list[list[str]]) -> Any:
+def _xyz_positions(path: Path, rows: list[list[str]], line: int) -> Any:
     """Return the positions (N, 3)."""
     try:
         columns = [np.array([row[k] for row in rows], np.float64) for k in (1, 2, 3)]
@@ -359,7 +377,7 @@ def _xyz_positions(path: Path, rows: list[list[str]]) -> Any:
     for k, row in enumerate(rows):  # one by one, to report the line
         for text in row[1:]:
             if not _is_number(text):
-                raise _xyz_error(path, k + 3, f"x, y and z must be finite numbers, got {text!r:.40}")
+                raise _xyz_error(path, line + k, f"x, y and z must be finite numbers, got {text!r:.40}")
     return positions
 
 
@@ -370,7 +388,7 @@ def _is_number(text: str) -> bool:
         return False
 
 
-def _xyz_elements(path: Path, texts: list[str]) -> Any:
+def _xyz_elements(path: Path, texts: list[str], line: int) -> Any:
     """Return the atomic numbers (N,)."""
     number_of = {text: atomic_number(text) for text in set(texts)}
     for text in number_of:
@@ -378,7 +396,7 @@ def _xyz_elements(path: Path, texts: list[str]) -> Any:
             number_of[text] = int(text)
     wrong = next((k for k, text in enumerate(texts) if number_of[text] is None), None)
     if wrong is not None:
-        raise _xyz_error(path, wrong + 3, f"must begin with an element's symbol or number, got {texts[wrong]!r:.40}")
+        raise _xyz_error(path, line + wrong, f"must begin with an element's symbol or number, got {texts[wrong]!r:.40}")
     return np.array([number_of[text] for text in texts], np.int64)
 
 
@@ -424,7 +442,7 @@ def read_atoms(path: str | os.PathLike[str]) -> Atoms:
         The file needs gemmi, which is not installed.
 
     """
-    with open(path, "rb") as file:
+    with open_regular(path) as file:
         head = file.read(DETECTION_BYTES).decode("utf-8", "replace")
     for recognises, read in _READERS:
         if recognises(head, Path(path).suffix.lower()):

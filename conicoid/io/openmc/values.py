@@ -57,7 +57,7 @@ def iterate_words(text: str) -> Iterator[list[str]]:
 # Numbers stay the decimal fractions that the file has: sums such as lower_left + i pitch are then exact, and surfaces
 # that coincide on paper coincide in the scene.
 
-_NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
+_NUMBER = re.compile(r"[-+]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++)(?:[eE][-+]?[0-9]+)?")
 _INTEGER = re.compile(r"[-+]?[0-9]{1,18}")
 MAX_NUMBER_LENGTH = 400
 Value = TypeVar("Value")

@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from ..._util.files import Problem, SceneFileError
+from ..._util.files import Problem, SceneFileError, read_regular
 from ..._util.validation import format_value
 from ..scene_file.nodes import shorten
 
@@ -26,9 +26,9 @@ MAX_CSG_BYTES, MAX_CALLS, MAX_CALL_DEPTH = 1 << 26, 1_000_000, 200
 # Blanks and comments, which belong to no group, are skipped.
 _TOKEN = re.compile(
     r"[ \t\r\n]+|//[^\n]*|/\*.*?\*/"
-    r"|(?P<number>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?inf\b|-?nan\b)"
+    r"|(?P<number>[-+]?(?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][-+]?\d+)?|[-+]?inf\b|-?nan\b)"
     r"|(?P<name>\$?[A-Za-z_][A-Za-z0-9_]*)"
-    r'|(?P<text>"(?:[^"\\]|\\.)*")'
+    r'|(?P<text>"(?:[^"\\]++|\\.)*+")'
     r"|(?P<sign>[()\[\]{},;=%#!*])",
     re.S,
 )
@@ -49,12 +49,11 @@ class CsgText:
     """The text of a file, with errors at lines and columns. Raise SceneFileError for a file that is too large."""
 
     def __init__(self, path: Path) -> None:
-        # A larger file would be read whole before the parser could refuse it
-        size = path.stat().st_size
-        if size > MAX_CSG_BYTES:
-            message = f"has {size / 1e6:,.0f} MB, at most {MAX_CSG_BYTES / 1e6:,.0f} are read"
+        raw = read_regular(path, MAX_CSG_BYTES)
+        if len(raw) > MAX_CSG_BYTES:
+            message = f"has {path.stat().st_size / 1e6:,.0f} MB, at most {MAX_CSG_BYTES / 1e6:,.0f} are read"
             raise SceneFileError(path, [Problem(0, 0, "file", message)])
-        self.path, self.text = path, path.read_bytes().decode("utf-8", "replace").removeprefix("\ufeff")
+        self.path, self.text = path, raw.decode("utf-8", "replace").removeprefix("\ufeff")
 
     def mistake(self, position: int, where: str, message: str) -> SceneFileError:
         """Return an error at a position."""

@@ -5,6 +5,7 @@ A `ValueType` reads its value from a node and describes itself by JSON Schema. `
 
 from __future__ import annotations
 
+import contextlib
 import math
 import re
 from abc import ABC, abstractmethod
@@ -366,8 +367,9 @@ class UnionType(ValueType):
         texts = any(isinstance(item, TextType) for item in self.items)
         colors = texts and any(isinstance(item, FixedListType) and item.count == 3 for item in self.items)
         hint = comment_hint(node) if texts else ""
-        value = parse_int(node) if colors and parse_int(node) is not None else parse_float(node) if colors else None
-        hint += grey_hint(value) if value is not None else ""
+        with contextlib.suppress(OverflowError):  # a number that float64 cannot hold
+            value = (parse_int(node) if parse_int(node) is not None else parse_float(node)) if colors else None
+            hint += grey_hint(value) if value is not None else ""
         return reader.report(node, where, f"must be {self.phrase}, got {describe_node(node)}{hint}")
 
     def schema(self) -> Schema:

@@ -65,6 +65,12 @@ def dump_json(data: dict[str, Any]) -> str:
         sections = ",\n".join(f" {_json(key)}: {_json_section(value)}" for key, value in data.items())
     except ValueError:
         raise ValueError("JSON has no infinite numbers: save this scene as .yaml") from None
+    if "\\ud" in sections:  # no reader takes half a surrogate pair
+        try:
+            json.dumps(data, ensure_ascii=False).encode()
+        except UnicodeEncodeError as error:
+            text = error.object[max(0, error.start - 20) : error.end]
+            raise ValueError(f"a scene file cannot hold the text {text!r}: it is not Unicode") from None
     return f"{{\n{sections}\n}}\n".replace("\x7f", "\\u007f")  # YAML readers refuse the bare character
 
 

@@ -16,7 +16,7 @@ from typing import Any
 
 import yaml  # type: ignore[import-untyped]
 
-from ..._util.files import Problem, SceneFileError, open_regular, unreadable_error
+from ..._util.files import Problem, SceneFileError, read_regular, unreadable_error
 from .nodes import MappingNode, Node, ScalarNode, SequenceNode, shorten
 
 # The text before it is parsed.
@@ -282,8 +282,7 @@ def _read_bytes(path: Path) -> bytes:
         raise _TextError("is a directory, not a scene file")
     if not stat.S_ISREG(status.st_mode):
         raise _TextError("is not a regular file")
-    with open_regular(path) as file:
-        raw = file.read(min(status.st_size, MAX_SCENE_BYTES) + 1)
+    raw = read_regular(path, MAX_SCENE_BYTES)
     if len(raw) > MAX_SCENE_BYTES:
         size, most = max(status.st_size, len(raw)) >> 20, MAX_SCENE_BYTES >> 20
         raise _TextError(
