@@ -62,6 +62,9 @@ def import_(
     entities: Annotated[
         bool, typer.Option("--entities", help="Read files in its folder that GDML includes by entities.")
     ] = False,
+    glasses: Annotated[
+        Path | None, typer.Option(help="A catalogue of glasses (.agf) for a lens file.", show_default=False)
+    ] = None,
 ) -> None:
     """Turn a file of another program into a scene; print remarks on it, and its materials."""
     with user_mistakes():
@@ -81,7 +84,9 @@ def import_(
                 raise ValueError(f"{file}: is of no known format: {', '.join(each.name for each in IMPORT_FORMATS)}")
             imported = importer.read(
                 file,
-                ImportOptions(void, max_bodies, strict, only, depth, smooth, entities, _import_parts(file, bar)),
+                ImportOptions(
+                    void, max_bodies, strict, only, depth, smooth, entities, glasses, _import_parts(file, bar)
+                ),
             )
         with write_output(output, ".yaml") as place, Bar("writing", "body") as bar:
             scene_file.write_scene(imported, place, imported.material_names, bar)

@@ -138,6 +138,8 @@ class ImportOptions:
         Whether circles stay round if the file requests prisms of a number of sides (OpenSCAD's $fn).
     entities
         Whether to read files of the same folder that an XML file includes by entities, such as parts of GDML files.
+    glasses
+        Media by name, or the path of a catalogue of glasses (.agf), for lens files.
     progress
         Called as progress(done, count) with numbers of bodies.
 
@@ -155,6 +157,7 @@ class ImportOptions:
     depth: int | None = None
     smooth: bool = False
     entities: bool = False
+    glasses: Mapping[str, Any] | str | os.PathLike[str] | None = None
     progress: Callable[[int, int], Any] | None = None
 
     def __post_init__(self) -> None:

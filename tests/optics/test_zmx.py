@@ -9,6 +9,7 @@ import pytest
 
 import conicoid as co
 
+from ..command_line import run
 from .matrices import first_order
 from .zemax_text import file
 
@@ -89,6 +90,75 @@ def _to(rows, thickness):
     n = 1.5168
     first, second = (np.array([[1, 0], [-p, 1]]) for p in ((n - 1) / 50, (1 - n) / -50))
     return np.array([[1, thickness], [0, 1]]) @ second @ np.array([[1, 6 / n], [0, 1]]) @ first
+
+
+W = 0.55
+AGF = {  # formula: (coefficients, n at 0.55 μm by the formula as OpticStudio's manual prints it)
+    1: ("2.27 -0.01 0.01 2e-4 -1e-5 1e-6", math.sqrt(2.27 - 0.01 * W**2 + 0.01 / W**2 + 2e-4 / W**4 - 1e-5 / W**6 + 1e-6 / W**8)),
+    2: ("1.04 0.006 0.23 0.02 1.01 103.5", math.sqrt(1 + sum(k * W**2 / (W**2 - f) for k, f in ((1.04, 0.006), (0.23, 0.02), (1.01, 103.5))))),
+    3: ("1.5 0.004 1e-4 -0.002 1e-4 1e-6", 1.5 + 0.004 / (W**2 - 0.028) + 1e-4 / (W**2 - 0.028) ** 2 - 0.002 * W**2 + 1e-4 * W**4 + 1e-6 * W**6),
+    4: ("0.3 1.0 0.1 0.02 0.2", math.sqrt(1 + 0.3 + W**2 / (W**2 - 0.01) + 0.02 / (W**2 - 0.04))),
+    5: ("1.5 0.01 0.003", 1.5 + 0.01 / W + 0.003 / W**3.5),
+    6: ("0.5 0.01 0.4 0.02 0.3 0.03 0.9 99", math.sqrt(1 + sum(k * W**2 / (W**2 - f) for k, f in ((0.5, 0.01), (0.4, 0.02), (0.3, 0.03), (0.9, 99))))),
+    7: ("2.2 0.01 0.02 0.003", math.sqrt(2.2 + 0.01 / (W**2 - 0.02) - 0.003 * W**2)),
+    8: ("1.2 1.01 0.02 0.003", math.sqrt(1.2 + 1.01 * W**2 / (W**2 - 0.02) - 0.003 * W**2)),
+    9: ("1.2 1.0 0.01 0.5 100", math.sqrt(1.2 + W**2 / (W**2 - 0.01) + 0.5 * W**2 / (W**2 - 100))),
+    10: ("2.2 -0.01 0.01 2e-4 -1e-5 1e-6 1e-7 1e-8", math.sqrt(2.2 - 0.01 * W**2 + 0.01 / W**2 + 2e-4 / W**4 - 1e-5 / W**6 + 1e-6 / W**8 + 1e-7 / W**10 + 1e-8 / W**12)),
+    11: ("0.5 0.01 0.4 0.02 0.3 0.03 0.1 0.04 0.9 99", math.sqrt(1 + sum(k * W**2 / (W**2 - f) for k, f in ((0.5, 0.01), (0.4, 0.02), (0.3, 0.03), (0.1, 0.04), (0.9, 99))))),
+    12: ("2.2 -0.01 0.01 2e-4 -1e-5 1e-6 1e-3 1e-4", math.sqrt(2.2 - 0.01 * W**2 + 0.01 / W**2 + 2e-4 / W**4 - 1e-5 / W**6 + 1e-6 / W**8 + 1e-3 * W**4 + 1e-4 * W**6)),
+    13: ("2.2 -0.01 1e-3 0.01 2e-4 -1e-5 1e-6 1e-7 1e-8", math.sqrt(2.2 - 0.01 * W**2 + 1e-3 * W**4 + 0.01 / W**2 + 2e-4 / W**4 - 1e-5 / W**6 + 1e-6 / W**8 + 1e-7 / W**10 + 1e-8 / W**12)),
+}  # fmt: skip
+
+
+def test_catalogues_of_glasses(tmp_path):
+    lines = ["CC all formulas"]
+    for number, (row, _) in AGF.items():
+        lines += [f"NM G{number} {number}.0 517642.251 1.5 60.0 0 1", "GC a comment", f"CD {row}", "LD 0.3 2.5"]
+    lines += ["NM G2 1 0 1.5 60 0", "CD 9 0 0 0 0 0"]  # the first of a name counts
+    (tmp_path / "all.agf").write_text("\r\n".join(lines), encoding="utf-16")
+    glasses = co.optics.load_agf(tmp_path / "all.agf")
+    assert list(glasses) == [f"G{number}" for number in AGF]
+    for number, (_, index) in AGF.items():
+        found = glasses[f"G{number}"]
+        assert found(W) == pytest.approx(index, rel=1e-14), number
+        assert (found.name, found.source, found.range) == (f"G{number}", "all.agf", (0.3, 2.5))
+        with pytest.raises(ValueError, match=r"wavelength must be in \[0.3, 2.5\]"):
+            found(3.0)
+    # A lens file takes it by every door
+    (tmp_path / "lens.zmx").write_text(file([SINGLET[0] | dict(glass="g8 0 0 1.5 40 0 0 0"), SINGLET[1]], waves=(W,)))
+    given = co.optics.load_zmx(tmp_path / "lens.zmx", glasses=tmp_path / "all.agf")
+    assert given.media[1].index(W) == pytest.approx(AGF[8][1], rel=1e-14)
+    assert co.load(tmp_path / "lens.zmx", glasses=tmp_path / "all.agf").bodies == given.bodies
+    assert (
+        run("import", tmp_path / "lens.zmx", "-o", tmp_path / "a.yaml", "--glasses", tmp_path / "all.agf").exit_code
+        == 0
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("CC nothing", "holds no glass"),
+        ("NM A 14 0 1 1\nCD 1", r":1:1: A: must have a formula from 1 to 13, got 14"),
+        ("NM A 1 0 1 1\nCD 1 x", r":2:1: A: could not convert"),
+        ("NM A 1 0 1 1\nCD 1 1e999", r":1:1: A: must have coefficients, CD, that are finite"),
+        ("NM A 1 0 1 1\nCD 1\nLD 2 1", r":1:1: A: Schott: range must be two rising"),
+        ("NM A\nCD 1", r":1:1: NM: must have more numbers"),
+        ("NM A 2 0 1 1\nGC no CD", r":1:1: A: must have coefficients"),
+    ],
+)
+def test_mistakes_of_catalogues(text, message, tmp_path):
+    (tmp_path / "wrong.agf").write_text(text)
+    with pytest.raises(co.SceneFileError, match=message):
+        co.optics.load_agf(tmp_path / "wrong.agf")
+
+
+def test_all_missing_glasses_are_listed_at_once():
+    rows = [SINGLET[0] | dict(glass=f"{name} 0 0 1.5 40 0 0 0") for name in ("SF99", "XK1")] + [SINGLET[1]]
+    with pytest.raises(co.SceneFileError) as error:
+        co.optics.read_zmx(file(rows))
+    assert [problem.where for problem in error.value.problems] == ["surface 1: GLAS", "surface 2: GLAS"]
+    assert all(name in str(error.value) for name in ("SF99", "XK1"))
 
 
 @pytest.mark.parametrize(

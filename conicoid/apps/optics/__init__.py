@@ -11,6 +11,7 @@ _HOMES: dict[str, str] = {
     "prescription": ".prescriptions",
     "Prescription": ".prescriptions",
     "Row": ".prescriptions",
+    "load_agf": ".agf",
     "load_zmx": ".zmx",
     "read_zmx": ".zmx",
     "trace": ".ray_trace",
@@ -64,6 +65,7 @@ if TYPE_CHECKING:
         glasses as glasses,
         index_at as index_at,
     )
+    from .agf import load_agf as load_agf
     from .cardinal import (
         CardinalPoints as CardinalPoints,
         cardinal_points as cardinal_points,

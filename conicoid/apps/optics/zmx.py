@@ -20,6 +20,7 @@ from ..._util.validation import check_path as checked_path, describe_kind, forma
 from ...io.importers import ImportOptions, ImportResult, select_bodies
 from ...materials.dispersion import LINE_D
 from . import prescriptions
+from .agf import LARGEST, decode_text, glasses_by_name
 from .medium import Medium, find_glass, medium_by_abbe, parse_medium
 from .prescriptions import MOST_ROWS, Prescription, Row, prescription
 
@@ -31,12 +32,12 @@ _ANGLE, _HEIGHT = 0, 1
 # From the parsed file to a prescription.
 
 
-def build_prescription(lens: ZmxLens, medium: Callable[[ZmxSurface], Any]) -> Prescription:
-    """Return the prescription of a file; `medium` gives the medium behind a surface with glass."""
+def build_prescription(lens: ZmxLens, media: Mapping[int, Any]) -> Prescription:
+    """Return the prescription of a file; `media` has the medium behind each surface by number, or None."""
     for surface in lens.surfaces:
         _check_kind(surface)
     # The first is the object and the last the image: neither is glass
-    rows = [_row(surface, medium, lens.notes) for surface in lens.surfaces[1:-1]]
+    rows = [_row(surface, media[surface.number], lens.notes) for surface in lens.surfaces[1:-1]]
     distance = lens.surfaces[0].thickness
     waves = _wavelengths(lens)
     # Aperture and fields may depend on focal length and pupil: first a system with any aperture.
@@ -82,9 +83,8 @@ def _check_kind(surface: ZmxSurface) -> None:
     raise ZmxError(line, where, f"{surface.kind[:40]!r} is not supported; {supported}")
 
 
-def _row(surface: ZmxSurface, medium: Callable[[ZmxSurface], Any], notes: list[str]) -> Row:
+def _row(surface: ZmxSurface, next_medium: Any, notes: list[str]) -> Row:
     """Return the row of a surface, and add notes on what it leaves out."""
-    next_medium = medium(surface) if surface.glass else None
     thickness = surface.thickness
     if math.isinf(thickness):
         raise ZmxError(surface.line, f"surface {surface.number}: DISZ", "must be finite, but for the object's")
@@ -175,8 +175,6 @@ def _arctan(slope: float) -> float:
 
 # The parser of lens files.
 
-LARGEST = 8_000_000
-"""The most bytes of a file."""
 _LONGEST = 20_000
 _MOST_LINES = 200_000
 _NUMBER = re.compile(r"[-+]?(?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][-+]?\d{1,4})?\Z")
@@ -191,6 +189,10 @@ class ZmxError(Exception):
     def __init__(self, line: int, where: str, message: str) -> None:
         super().__init__(message)
         self.line, self.where, self.message = line, where, message
+
+
+class UnknownGlass(ZmxError):
+    """A glass for which nothing gives an index."""
 
 
 @dataclass
@@ -238,7 +240,9 @@ class ZmxLens:
     """Whether tolerances, configurations or the merit function have begun, which follow the surfaces."""
 
 
-def load_zmx(path: str | os.PathLike[str], *, glasses: Mapping[str, Any] | None = None) -> Prescription:
+def load_zmx(
+    path: str | os.PathLike[str], *, glasses: Mapping[str, Any] | str | os.PathLike[str] | None = None
+) -> Prescription:
     """Load the `Prescription` of a Zemax lens file (.zmx); its `scene` holds the lenses.
 
     Surfaces that are conics are read: STANDARD ones, and aspheres without aspheric terms. Any other type is an error
@@ -249,8 +253,9 @@ def load_zmx(path: str | os.PathLike[str], *, glasses: Mapping[str, Any] | None 
     ----------
     path : path
         Of the file, in UTF-16, UTF-8 or Latin-1.
-    glasses : Mapping, optional
-        Media by name, as for a `Row`: for glasses that neither `co.optics.glass` nor the file itself knows.
+    glasses : Mapping or path, optional
+        Media by name, as for a `Row`, or the path of a catalogue (.agf). They count before the catalogue of
+        `co.optics.glass`, and before the index in the file.
 
     Returns
     -------
@@ -264,18 +269,18 @@ def load_zmx(path: str | os.PathLike[str], *, glasses: Mapping[str, Any] | None 
         If there is no such file.
     """
     file = Path(checked_path("load_zmx", path))
-    return _read(_decode(read_regular(file, LARGEST), os.fspath(file)), os.fspath(file), glasses)
+    return _read(decode_text(read_regular(file, LARGEST), os.fspath(file)), os.fspath(file), glasses)
 
 
-def read_zmx(text: str, *, glasses: Mapping[str, Any] | None = None) -> Prescription:
+def read_zmx(text: str, *, glasses: Mapping[str, Any] | str | os.PathLike[str] | None = None) -> Prescription:
     """Read the `Prescription` from the text of a Zemax lens file, as `load_zmx`.
 
     Parameters
     ----------
     text : str
         Of the file.
-    glasses : Mapping, optional
-        Media by name, as for `load_zmx`.
+    glasses : Mapping or path, optional
+        Media by name, or the path of a catalogue, as for `load_zmx`.
 
     Returns
     -------
@@ -293,34 +298,26 @@ def read_zmx(text: str, *, glasses: Mapping[str, Any] | None = None) -> Prescrip
     return _read(text, "text", glasses)
 
 
-def _read(text: str, name: str, glasses: Mapping[str, Any] | None) -> Prescription:
+def _read(text: str, name: str, glasses: Mapping[str, Any] | str | os.PathLike[str] | None) -> Prescription:
     """Return the prescription of a text; errors get the file's name."""
-    if glasses is not None and not isinstance(glasses, Mapping):
-        raise TypeError(f"load_zmx: glasses must map names to media, got {describe_kind(glasses)}")
+    media, by_name = {}, glasses_by_name("load_zmx", glasses)
     try:
         lens = _parse(text)
-        return build_prescription(lens, lambda surface: _medium(surface, lens, glasses or {}))
+        missing = []
+        for surface in lens.surfaces[1:-1]:
+            try:
+                media[surface.number] = _medium(surface, lens, by_name) if surface.glass else None
+            except UnknownGlass as problem:
+                missing.append(Problem(problem.line, 1, problem.where, problem.message))
+        if missing:
+            raise SceneFileError(name, missing)
+        return build_prescription(lens, media)
     except ZmxError as problem:
         raise SceneFileError(name, [Problem(problem.line, 1, problem.where, problem.message)]) from None
+    except SceneFileError:
+        raise
     except ValueError as error:
         raise SceneFileError(name, [Problem(0, 0, "", str(error))]) from None
-
-
-def _decode(data: bytes, name: str) -> str:
-    """Return the text of a file, by its byte order mark, else UTF-8, else Latin-1."""
-    if len(data) > LARGEST:
-        raise SceneFileError(name, [Problem(0, 0, "", f"is larger than {LARGEST:,} bytes")])
-    # Zemax writes UTF-16, other programs and editors one of the others
-    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        text = data.decode("utf-16", errors="replace")
-    else:
-        try:
-            text = data.decode("utf-8-sig")
-        except UnicodeDecodeError:
-            text = data.decode("latin-1")
-    if "\0" in text:
-        raise SceneFileError(name, [Problem(0, 0, "", "is no text: it holds NUL characters")])
-    return text
 
 
 def _parse(text: str) -> ZmxLens:
@@ -521,9 +518,9 @@ def _medium(surface: ZmxSurface, lens: ZmxLens, glasses: Mapping[str, Any]) -> A
     name, line, where = surface.glass[0], surface.glass_line, f"surface {surface.number}: GLAS"
     if name.upper() == "MIRROR":
         return "mirror"
-    if name in glasses:
+    if (known := next((each for each in (name, name.upper()) if each in glasses), None)) is not None:
         try:
-            own = parse_medium("glasses", name, glasses[name])
+            own = parse_medium("glasses", name, glasses[known])
         except (TypeError, ValueError) as error:
             raise ZmxError(line, where, str(error)) from None
         return own if own.is_air else Medium(name, own.refractive_index)
@@ -543,8 +540,8 @@ def _medium(surface: ZmxSurface, lens: ZmxLens, glasses: Mapping[str, Any]) -> A
                 f"line {line}: surface {surface.number}: {name[:40]} by its index {index:g} and Abbe number {abbe:g}"
             )
             return medium_by_abbe(name, index, abbe)
-    hint = f"is not in the catalogue: glasses={{{name[:40]!r}: index}} gives its refractive index"
-    raise ZmxError(line, where, f"{format_value(name)} {hint}")
+    hint = f"is not in the catalogue: glasses={{{name[:40]!r}: index}} gives its refractive index, or glasses=file.agf"
+    raise UnknownGlass(line, where, f"{format_value(name)} {hint}")
 
 
 # Zemax lens files for `co.load`: the scene of a prescription, by the options of all imports.
@@ -552,8 +549,8 @@ def _medium(surface: ZmxSurface, lens: ZmxLens, glasses: Mapping[str, Any]) -> A
 
 def import_file(path: str | os.PathLike[str], options: ImportOptions) -> ImportResult:
     """Import the bodies of a lens file; its notes list skipped parts. `load_zmx` returns the prescription itself."""
-    options.refuse_others("a Zemax lens file", "strict", "only")
-    system = load_zmx(path)
+    options.refuse_others("a Zemax lens file", "strict", "only", "glasses")
+    system = load_zmx(path, glasses=options.glasses)
     if len(system.bodies) > options.most.singles:
         raise ValueError(f"load: max_bodies must be at least {len(system.bodies)} for this file")
     first = f"{format_count(len(system.rows), 'surface')}, {format_count(len(system.bodies), 'body')}"
