@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -77,7 +78,7 @@ class ProbeTargets:
     @property
     def sizes(self) -> FloatArray:
         """(n,) diagonals of the boxes, cut to the window; 0 for empty boxes."""
-        low, high = self._cut(np.arange(len(self.low)))
+        low, high = self._ends
         return np.linalg.norm(np.maximum(high - low, 0.0), axis=1)
 
     @property
@@ -85,14 +86,18 @@ class ProbeTargets:
         """(n,) bool: is the box empty?"""
         return (self.low > self.high).any(axis=1)
 
-    def _cut(self, bodies: Indices) -> tuple[FloatArray, FloatArray]:
-        """Return the boxes of bodies with infinite ends moved to the window's."""
-        low, high = self.low[bodies], self.high[bodies]
+    @cached_property
+    def _ends(self) -> tuple[FloatArray, FloatArray]:
+        """All boxes with infinite ends moved to the window's."""
         first, last = self.window
         # A finite end may lie beyond the window: the infinite one then moves to it, so that low <= high
-        return np.where(np.isfinite(low), low, np.minimum(first, high)), np.where(
-            np.isfinite(high), high, np.maximum(last, low)
-        )
+        low = np.where(np.isfinite(self.low), self.low, np.minimum(first, self.high))
+        return low, np.where(np.isfinite(self.high), self.high, np.maximum(last, self.low))
+
+    def _cut(self, bodies: Indices) -> tuple[FloatArray, FloatArray]:
+        """Return the boxes of bodies with infinite ends moved to the window's."""
+        low, high = self._ends
+        return low.take(bodies, axis=0), high.take(bodies, axis=0)
 
     def box(self, body: int) -> tuple[FloatArray, FloatArray]:
         """Return the box of one body; low > high if it is empty.
@@ -292,9 +297,9 @@ class ProbeScan:
         spans = self.scene.spans(*rays)
         self.is_hit[spans.body] = True
         ray = row_owners(spans.offsets)
+        first = np.flatnonzero(spans.t_enter[1:] < spans.t_exit[:-1])
         # Rays along an axis may run within a sliver from end to end
-        askew = np.count_nonzero(directions, axis=1) > 1
-        first = np.flatnonzero(askew[ray])
+        first = first[np.count_nonzero(directions[ray[first]], axis=1) > 1]
         # In order of t_enter, the spans that overlap one follow it without a gap
         for step in range(1, len(ray)):
             first = first[first + step < len(ray)]
