@@ -43,7 +43,7 @@ PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
 CHUNK = 1 << 14
 """Rays of a piece, and of one query on a worker."""
-_AT_ONCE = 8  # pieces of one query in this process
+_AT_ONCE = 1 << 17  # rays of one query in this process, of several pieces
 _ROWS, _BLOCK = 1 << 11, 64  # rays that a thread takes at a time; rectangles whose sums are added first
 
 Progress = Callable[[int, int], Any]
@@ -188,7 +188,8 @@ class ChordFamily:
     def estimate(self, rectangles: Rectangles, count: int) -> None:
         """Add the integrals of `count` random rays through each rectangle."""
         # Pieces have about the same number of rays, and are numbered by their first rectangle
-        pieces, each = list(rectangles.pieces(CHUNK // count + 1)), _AT_ONCE if self.workers is None else 1
+        pieces, most = list(rectangles.pieces(CHUNK // count + 1)), _AT_ONCE if self.workers is None else CHUNK
+        each = max(1, most // (CHUNK + count))
         groups = (pieces[k : k + each] for k in range(0, len(pieces), each))
         items = ((count * sum(len(part) for _, part in some), (self.seed, count, some)) for some in groups)
         for results in self._piece_results(_estimate_pieces, items):
