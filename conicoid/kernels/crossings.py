@@ -322,39 +322,65 @@ def rows_of_ray(
     return rows, used, unsure
 
 
+class RowMemory(NamedTuple):
+    """What one thread keeps while it lists rows of packets."""
+
+    scratch: Scratch
+    bundle: Packet
+    chains: RowChains
+
+
+@allocator
+def _new_memory(geometry: Geometry) -> RowMemory:
+    """Return memory for one thread."""
+    return RowMemory(new_scratch(geometry), new_packet(geometry), new_chains())
+
+
+@allocator
+def _list_rays(
+    geometry: Geometry, memory: RowMemory, rays: RayArrays, packet: int, width: int, spans: bool, rows: Floats,
+    found: Floats, used: int, counts: Ints, doubts: Signs,
+) -> tuple[Floats, Floats, int]:  # fmt: skip
+    """Append the rows of the rays of a packet, in order of lanes: (rows, room for those of lanes, number of rows now).
+
+    Ray i has counts[i] rows, sorted. A doubtful ray has doubts[i] = 1 and no rows.
+    """
+    scratch, bundle, chains = memory
+    lanes = bundle.lanes
+    fill_lanes(lanes, rays, packet, width, False)
+    together, more = is_coherent(geometry, lanes), 0
+    if together:  # the rows of all lanes come first, chained by lane, and are then copied lane by lane
+        found, more = list_packet(geometry, scratch, bundle, chains, spans, found)
+        rows = grow_rows(rows, used, more)
+    for row in range(8):
+        first, n = packet_row(packet, row, width, len(rays.origins))
+        for k in range(n):
+            before, lane, unsure = used, 8 * row + k, True
+            if together and lanes[DOUBT + np.uint64(lane)] == 0.0:
+                used = put_chain(chains, lane, found, rows, used)
+                unsure = sort_rows(rows, before, used, spans)
+            if unsure:
+                ray = load_ray(rays, first + k)
+                rows, used, unsure = rows_of_ray(geometry, scratch, ray, spans, rows, before)
+                rows = grow_rows(rows, used, more)  # room for the lanes that follow
+            used = before if unsure else used  # a doubtful ray gives its rows up
+            counts[first + k], doubts[first + k] = used - before, 1 if unsure else 0
+    return rows, found, used
+
+
 @kernel(width="picture n", begin="0..end", end="0..n", counts="out n", doubts="out n")
 def trace_rows(
     geometry: Geometry, rays: RayArrays, width: int, spans: bool, begin: int, end: int, counts: Ints, doubts: Signs
 ) -> Floats:
-    """Return rows (body/crossing_rows.py) of spans or crossings of packets begin..end of 64 rays, in order of lanes.
-
-    Ray i has counts[i] rows, sorted. A doubtful ray has doubts[i] = 1 and no rows.
-    """
-    scratch, bundle, chains = new_scratch(geometry), new_packet(geometry), new_chains()
-    columns = SPAN_COLUMNS if spans else CROSSING_COLUMNS
+    """Return rows (body/crossing_rows.py) of spans or crossings of packets begin..end of 64 rays, as `_list_rays`."""
+    memory, columns = _new_memory(geometry), SPAN_COLUMNS if spans else CROSSING_COLUMNS
     rows, found, used = np.empty((64 * (end - begin), columns)), np.empty((256, columns + 1)), 0
-    lanes = bundle.lanes
     for packet in range(begin, end):
         if is_halted(geometry):
             break
-        fill_lanes(lanes, rays, packet, width, False)
-        together, more = is_coherent(geometry, lanes), 0
-        if together:  # the rows of all lanes come first, chained by lane, and are then copied lane by lane
-            found, more = list_packet(geometry, scratch, bundle, chains, spans, found)
-            rows = grow_rows(rows, used, more)
-        for row in range(8):
-            first, n = packet_row(packet, row, width, len(rays.origins))
-            for k in range(n):
-                before, lane, unsure = used, 8 * row + k, True
-                if together and lanes[DOUBT + np.uint64(lane)] == 0.0:
-                    used = put_chain(chains, lane, found, rows, used)
-                    unsure = sort_rows(rows, before, used, spans)
-                if unsure:
-                    ray = load_ray(rays, first + k)
-                    rows, used, unsure = rows_of_ray(geometry, scratch, ray, spans, rows, before)
-                    rows = grow_rows(rows, used, more)  # room for the lanes that follow
-                used = before if unsure else used  # a doubtful ray gives its rows up
-                counts[first + k], doubts[first + k] = used - before, 1 if unsure else 0
+        rows, found, used = _list_rays(
+            geometry, memory, rays, packet, width, spans, rows, found, used, counts, doubts
+        )  # fmt: skip
     return rows[:used].copy()
 
 
@@ -456,6 +482,22 @@ def _length(x: float, y: float, z: float) -> float:
     return scale * math.sqrt(x * x + y * y + z * z)
 
 
+@inline
+def _add_chord(chord: float, place: int, weights: Floats, i: int, total: Floats) -> bool:
+    """Add weights[place] times a length to total[i], and return whether any is not 0; without weights the length."""
+    if len(weights) == 0:
+        if 0 <= place < total.shape[1]:
+            total[i, place] += chord
+        return True
+    counts = False
+    for k in range(total.shape[1] if 0 <= place < len(weights) else 0):
+        weight = weights[place, k]
+        if weight != 0.0:  # 0 adds nothing, even on an infinite span
+            total[i, k] += weight * chord
+            counts = True
+    return counts
+
+
 @kernel(
     directions="n 3", offsets="n+1", t_enter="s", t_exit="s", places="s", weights="* e", begin="0..end", end="0..n",
     total="out n e"
@@ -464,19 +506,53 @@ def integrate_spans(
     directions: Floats, offsets: Longs, t_enter: Floats, t_exit: Floats, places: Ints, weights: Floats,
     begin: int, end: int, total: Floats,
 ) -> None:  # fmt: skip
-    """Write the sums of weights[place] times length over the spans of rays begin..end; a weight of 0 adds nothing."""
+    """Write the sums over the spans of rays begin..end of weights[place] times length, or of lengths by their place."""
     for i in range(begin, end):
         for k in range(total.shape[1]):
             total[i, k] = 0.0
         length = _length(directions[i, 0], directions[i, 1], directions[i, 2])
         for row in range(max(0, offsets[i]), min(offsets[i + 1], len(places))):
-            place, chord = places[row], (t_exit[row] - t_enter[row]) * length
-            if not 0 <= place < len(weights):
-                continue
-            for k in range(total.shape[1]):
-                weight = weights[place, k]
-                if weight != 0.0:
-                    total[i, k] += weight * chord
+            _add_chord((t_exit[row] - t_enter[row]) * length, places[row], weights, i, total)
+
+
+DOUBTFUL, OVERLAPPING = 1, 2
+"""Marks of rays: exact methods must find its spans; some span that counts begins before the one before it ends."""
+
+
+@kernel(
+    width="picture n", columns="b", weights="* e", begin="0..end", end="0..n", total="out n e", counts="out n",
+    marks="out n",
+)  # fmt: skip
+def sum_rays(
+    geometry: Geometry, rays: RayArrays, width: int, columns: Ints, weights: Floats, begin: int, end: int,
+    total: Floats, counts: Ints, marks: Signs,
+) -> None:  # fmt: skip
+    """Write what `integrate_spans` does, of the spans of packets begin..end, which nobody keeps; and their marks.
+
+    The place of body k is columns[k], or k where there are no columns.
+    """
+    memory = _new_memory(geometry)
+    rows, found = np.empty((256, SPAN_COLUMNS)), np.empty((256, SPAN_COLUMNS + 1))
+    for packet in range(begin, end):
+        if is_halted(geometry):
+            break
+        rows, found, _ = _list_rays(geometry, memory, rays, packet, width, True, rows, found, 0, counts, marks)
+        row = 0
+        for line in range(8):
+            first, n = packet_row(packet, line, width, len(rays.origins))
+            for i in range(first, first + n):
+                for k in range(total.shape[1]):
+                    total[i, k] = 0.0
+                length, last = _length(rays.directions[i, 0], rays.directions[i, 1], rays.directions[i, 2]), -math.inf
+                for _ in range(counts[i]):
+                    t_enter, t_exit, place = rows[row, ENTER], rows[row, EXIT], whole(rows[row, BODY])
+                    if len(columns) > 0:
+                        place = whole(columns[place]) if place < len(columns) else whole(-1)
+                    if _add_chord((t_exit - t_enter) * length, place, weights, i, total):
+                        if min(last, t_exit) > t_enter:
+                            marks[i] = OVERLAPPING
+                        last = t_exit
+                    row += 1
 
 
 @kernel(first="n", after="n", t_enter="s", t_exit="s", counts="s|0", begin="0..end", end="0..n")

@@ -236,12 +236,14 @@ def run_chunks(work: Callable[[int, int], Any], count: int, chunk: int) -> Outco
 _ROWS = 16384  # rows that a thread takes at a time
 
 
-def run_rows(kernel: Callable[..., Any], before: tuple[Any, ...], count: int, *fields: Any) -> None:
-    """Let kernel(*before, begin, end, *fields) write `count` rows of fields: at once if they are few."""
-    if count <= _ROWS:
+def run_rows(
+    kernel: Callable[..., Any], before: tuple[Any, ...], count: int, *fields: Any, most: int = _ROWS
+) -> None:  # fmt: skip
+    """Let kernel(*before, begin, end, *fields) write `count` rows of fields, `most` at a time; at once if no more."""
+    if count <= most:
         kernel(*before, 0, count, *fields)
     else:
-        run_chunks(KernelRange(kernel, before, fields), count, _ROWS)
+        run_chunks(KernelRange(kernel, before, fields), count, most)
 
 
 def run_calls(kernel: Callable[..., Any], calls: Sequence[tuple[Any, ...]]) -> list[Any]:

@@ -88,15 +88,18 @@ class RayRequest:
         """Rays in a row of a picture; 0 if the rays are no picture."""
         return self.shape[-1] if len(self.shape) > 1 else 0
 
-    def share(self, begin: int, end: int) -> RayShare:
-        """Return the flat rays `begin` to `end`; whole rows of a picture keep two axes."""
+    def share(self, begin: int, end: int, travels: bool = True) -> RayShare:
+        """Return the flat rays `begin` to `end`; whole rows of a picture keep two axes.
+
+        A share that travels to another process takes what it needs of lazy rays with it.
+        """
         width, count = self.width, end - begin
         # Whole rows keep the two axes of a picture.
         rows = width > 0 and begin % width == 0 == count % width
         shape = (count // width, width) if rows else (count,)
         limits = (_cut(t, begin, end, shape) for t in (self.t_min, self.t_max))
         if isinstance(self.rays, LazyRays):
-            source, first, last = self.rays._share(begin, end)
+            source, first, last = self.rays._share(begin, end) if travels else (self.rays, begin, end)
             return RayShare(source, first, last, shape, *limits)
         origins, directions = (lines[begin:end].reshape((*shape, 3)) for lines in lines_of(self.rays))
         # One start surface stands for all rays if there is only one.
@@ -132,10 +135,10 @@ def ray_chunks(workers: Workers, bytes_each: int) -> ChunkSize:
     return ChunkSize(workers.chunk, _LEAST_RAYS, min(_MOST_RAYS, workers.most_bytes // bytes_each), workers.count)
 
 
-def ray_tasks(query: str, request: RayRequest, pace: ChunkSize) -> Iterator[ScheduledTask]:
+def ray_tasks(query: str, request: RayRequest, pace: ChunkSize, travel: bool = True) -> Iterator[ScheduledTask]:
     """Yield a task of `answer_part` for each share of the rays; of a picture multiples of eight rows, if large."""
     pieces = pace.pieces(0, request.count, max(1, 8 * request.width))
-    return (ScheduledTask(a, b, (query, request.share(a, b))) for a, b in pieces)
+    return (ScheduledTask(a, b, (query, request.share(a, b, travel))) for a, b in pieces)
 
 
 @prepare_first
@@ -186,7 +189,8 @@ def answer_parts(
 ) -> Iterator[Iterator[tuple[ScheduledTask, tuple[Any, ...]]]]:
     """Yield each task with its columns, in order. `bytes_each` is the number of bytes of a ray's answer."""
     pace = ray_chunks(workers, max(request.bytes_each, bytes_each))
-    tasks, shared = ray_tasks(query, request, pace), (shared_scene(scene), SharedObject(options))
+    tasks = ray_tasks(query, request, pace, not getattr(workers.executor, "is_here", False))
+    shared = shared_scene(scene), SharedObject(options)
     with run_tasks(query, workers, answer_part, shared, tasks, pace.saw, request.count) as results:
         yield results
 

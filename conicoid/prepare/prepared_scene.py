@@ -135,6 +135,12 @@ class PreparedScene:
         return self.labels.kinds(self.lowered.body_count)
 
     @cached_property
+    def material_columns(self) -> npt.NDArray[np.int32]:
+        """(bodies,) the place of each body's material in `labels.distinct`."""
+        materials = [material for material, _ in self.labels.distinct]
+        return self.labels.columns_of(np.arange(self.lowered.body_count), materials).astype(np.int32)
+
+    @cached_property
     def key(self) -> bytes:
         """A digest of all surfaces: scenes with equal keys have the same surfaces under the same numbers."""
         from hashlib import blake2b

@@ -1,29 +1,31 @@
-"""Path lengths and line integrals of any number of rays in bounded memory: spans are traced and summed in chunks.
+"""Path lengths and line integrals of any number of rays: a kernel adds up the spans of rays as soon as it finds them.
 
-The sum of a ray is that of its own spans in their order, so it does not depend on the chunks. Chunks are whole rows of
-pictures where possible, since packets of neighbouring rays are faster.
+The sum of a ray is that of its own spans in their order. The spans themselves are made for few rays: for those in
+doubt, and for those in which bodies overlap, until that is reported.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from .._util.arrays import FloatArray
-from ..kernels.threads import Progress
+from ..kernels.crossings import DOUBTFUL, sum_rays
+from ..kernels.packet.lanes import LANES
+from ..kernels.ray import RayArrays
+from ..kernels.threads import KernelRange, Progress, chunk_of_rays, run_on
 from ..prepare.prepared_scene import PreparedScene
-from .overlaps import check_overlaps
-from .ray_queries import as_rays, limits_of, rays_after_values, row_length, spans
-from .rays import Rays, lines_of
-from .spans import Spans, refuse_large_lengths
+from .overlaps import COUNT_BOTH, check_overlaps, is_silent
+from .ray_queries import _packets, arrays_of, as_rays, rays_after_values
+from .rays import Rays
+from .spans import Spans, refuse_large_lengths, trace_lists
 from .weights import BODY, check_by, weights_of
 
-MOST_SPANS = 1 << 20
-"""Spans in memory at a time, of the order of 100 MB. A single row of a picture may have more."""
-_FIRST, _MOST, _TIMES = 256, 1 << 17, 4  # rays of the first chunk and of the largest; growth from one to the next
-_SIDE = 8  # side of the squares in which pictures are traced
+_PACKETS = 64  # packets that a thread takes at a time, at most
+_SOME = 1 << 10  # rays whose spans are made at a time
 
 
 def answer(
@@ -44,10 +46,14 @@ def line_integral(
     """Return `spans(...).line_integral(values)`, to the bit, in bounded memory."""
     weights = weights_of(values, otherwise, scene.lowered.body_count, scene.labels.distinct)
     how = check_overlaps("line_integral", overlaps)
-    total = _sum_in_chunks(
-        "line_integral", scene, rays, t_min, t_max, progress, lambda some: some._integral(weights, how), weights.shape
-    )
-    return total[()]
+    if how is None and (weights.values < 0).any():
+        how = COUNT_BOTH
+    table = np.ascontiguousarray(weights.values.reshape(len(weights.values), math.prod(weights.shape)))
+    arrays = arrays_of("line_integral", scene, rays, t_min, t_max)
+    total = _sums(
+        scene, rays, arrays, weights.by, table, how, lambda some: some._integral(weights, how), progress
+    )  # fmt: skip
+    return total.reshape((*rays.shape, *weights.shape))[()]
 
 
 def lengths(
@@ -56,17 +62,13 @@ def lengths(
     """Return `spans(...).lengths(by)`, to the bit; beyond the result itself memory is bounded."""
     (count,) = trailing_axes(scene, "lengths", dict(by=by))
     how: Any = check_overlaps("lengths", overlaps)
-    refuse_large_lengths(rays.origins.size // 3, count, by)
-    return _sum_in_chunks(
-        "lengths",
-        scene,
-        rays,
-        t_min,
-        t_max,
-        progress,
-        lambda some: some.lengths(by, overlaps=how).reshape(len(some), count),
-        (count,),
-    )
+    refuse_large_lengths(rays.size, count, by)
+    how = COUNT_BOTH if how is None and by == BODY else how
+    arrays = arrays_of("lengths", scene, rays, t_min, t_max)
+    total = _sums(
+        scene, rays, arrays, by, np.empty((0, count)), how, lambda some: some.lengths(by, overlaps=how), progress
+    )  # fmt: skip
+    return total.reshape((*rays.shape, count))
 
 
 def trailing_axes(scene: PreparedScene, query: str, options: dict[str, Any]) -> tuple[int, ...]:
@@ -79,50 +81,30 @@ def trailing_axes(scene: PreparedScene, query: str, options: dict[str, Any]) -> 
     return weights_of(options["values"], options["otherwise"], scene.lowered.body_count, scene.labels.distinct).shape
 
 
-def _sum_in_chunks(
-    query: str, scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any, progress: Progress | None,
-    sums: Callable[[Spans], FloatArray], last: tuple[int, ...],
+def _sums(
+    scene: PreparedScene, rays: Rays, arrays: RayArrays, by: str, table: FloatArray, overlaps: str | None,
+    sums: Callable[[Spans], FloatArray], progress: Progress | None,
 ) -> FloatArray:  # fmt: skip
-    """Return sums(spans) for all rays, (..., *last), where sums(spans) of a chunk is (rays, *last)."""
-    ends = limits_of(query, rays, "t_min", t_min), limits_of(query, rays, "t_max", t_max)
-    count = rays.origins.size // 3
-    result = np.empty((count, *last))
-    width = rays.shape[-1] if len(rays.shape) > 1 else row_length(rays)
-    done, some = 0, _FIRST
-    while done < count:
-        end = min(count, done + _whole_rows(some, width))
-        found = spans(
-            scene, _slice_rays(rays, done, end, width), *(_slice_limits(limits, done, end, width) for limits in ends)
-        )
-        result[done:end] = sums(found)
-        most = MOST_SPANS * (end - done) // max(1, len(found.body))  # rays, at the spans per ray of this chunk
-        done, some = end, max(1, min(_TIMES * some, most, _MOST))
-        del found  # frees this chunk's spans before the next chunk needs memory
-        if progress is not None:
-            progress(done, count)
-    return result.reshape((*rays.shape, *last))
+    """Return the sums (rays, columns) of all rays; `sums` has those of spans, and reports overlaps."""
+    count, (width, packets) = len(arrays.origins), _packets(rays)
+    columns = np.zeros(0, np.int32) if by == BODY else scene.material_columns
+    total, counts, marks = np.empty((count, table.shape[1])), np.empty(count, np.int32), np.zeros(count, np.int8)
+    chunk = chunk_of_rays(scene.geometry, packets, _PACKETS, count)
+    work = KernelRange(sum_rays, (arrays, width, columns, table), (total, counts, marks))
+    run_on(scene.geometry, work, packets, chunk, count, progress and _in_rays(progress, count))
+    pending = np.flatnonzero(marks)
+    for begin in range(0, len(pending), _SOME):
+        which = pending[begin : begin + _SOME]
+        if is_silent(scene.labels, overlaps):
+            which = which[marks[which] == DOUBTFUL]
+        if len(which):
+            some = arrays.some(which)
+            own = Rays._spawned(some.origins, some.directions, some.starts, rays._home)
+            found = Spans(scene, own, trace_lists(scene, some, 0, -(-len(which) // LANES), True))
+            total[which] = sums(found).reshape(len(which), -1)
+    return total
 
 
-def _whole_rows(some: int, width: int) -> int:
-    """Return `some`, rounded down to whole rows of squares if the rays make a picture and one such row fits."""
-    rows = _SIDE * width
-    return some // rows * rows if 0 < rows <= some else some
-
-
-def _slice_rays(rays: Rays, begin: int, end: int, width: int) -> Rays:
-    """Return rays begin to end of the flat list, in the shape of a picture if they are whole rows."""
-    shape = _slice_shape(begin, end, width)
-    origins, directions = (lines[begin:end].reshape((*shape, 3)) for lines in lines_of(rays))
-    starts = rays._starts[begin:end] if len(rays._starts) > 1 else rays._starts
-    return Rays._spawned(origins, directions, starts, rays._home)
-
-
-def _slice_limits(limits: FloatArray, begin: int, end: int, width: int) -> Any:
-    """Return the limits of rays begin to end."""
-    return limits[begin:end].reshape(_slice_shape(begin, end, width)) if len(limits) > 1 else float(limits[0])
-
-
-def _slice_shape(begin: int, end: int, width: int) -> tuple[int, ...]:
-    """Return the shape of rays begin to end: (rows, width) for whole rows of a picture, else a list."""
-    count = end - begin
-    return (count // width, width) if width and begin % width == 0 == count % width else (count,)
+def _in_rays(progress: Progress, count: int) -> Progress:
+    """Return a callback for packets that calls another with rays."""
+    return lambda done, _: progress(min(LANES * done, count), count)

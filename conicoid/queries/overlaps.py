@@ -36,7 +36,7 @@ def report_overlaps(owner: str, spans: Any, overlaps: str | None, kinds: Any, co
     kinds: the group of each row, within which lengths are summed, or None for a single group; counts: mask of the rows
     that contribute, or None for all.
     """
-    if overlaps == COUNT_BOTH or not len(spans.body) or (overlaps is None and has_note(spans._labels)):
+    if not len(spans.body) or is_silent(spans._labels, overlaps):
         return
     counted = np.zeros(0, np.int8) if counts is None else np.ascontiguousarray(counts).view(np.int8)
     rows_of_rays = spans.offsets[:-1], spans.offsets[1:]
@@ -52,6 +52,11 @@ def report_overlaps(owner: str, spans: Any, overlaps: str | None, kinds: Any, co
     if overlaps == REFUSE_OVERLAPS:
         raise ValueError(_overlap_message(owner, spans, *pairs) + "; co.check(scene) finds all")
     log_once(spans._labels, lambda: _overlap_message(owner, spans, *pairs) + _OVERLAP_HINT)
+
+
+def is_silent(labels: Labels, overlaps: str | None) -> bool:
+    """Return whether nobody hears of overlaps any more."""
+    return overlaps == COUNT_BOTH or (overlaps is None and has_note(labels))
 
 
 _OVERLAP_HINT = "; overlaps='both' says that it is meant, and overlaps='error' refuses it"
@@ -128,5 +133,4 @@ def log_once(labels: Labels, text: Callable[[], str]) -> None:
 
 def has_note(labels: Labels) -> bool:
     """Return whether the scene has its note, so that nobody needs another."""
-    notes = getattr(_task_notes, "notes", None)
-    return bool(vars(labels).get("_overlaps_noted")) if notes is None else bool(notes)
+    return bool(vars(labels).get("_overlaps_noted") or getattr(_task_notes, "notes", None))

@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from .._jit.decorators import kernel
 from .._util.arrays import FloatArray, ignore_fp_errors
 from .._util.text import format_count
 from .._util.validation import LARGEST, format_value, real_array, rows_outside_domain, zero_negligible
 from ..geometry.labels import Labels
 from ..kernels.closest.nearest_walls import nearest_walls
 from ..kernels.closest.safety import bounds_of_points
+from ..kernels.tables import Floats, Ints
 from ..kernels.threads import KernelRange, chunk_of_rays, chunk_size, run_on, run_rows
 from ..prepare.prepared_scene import PreparedScene
 from .device import Device, device_of
@@ -121,6 +123,29 @@ def body_at(scene: PreparedScene, points: npt.ArrayLike, owner: str = "body_at",
     if len(flat) == 1 and scene.lacks_single_calls("body_at"):
         _keep_single_call(scene, "body_at", _body_of_single)
     return first_after(scene, flat, BEFORE_FIRST, width_of(shape), gpu).reshape(shape)[()]
+
+
+@kernel(x="i", y="j", z="k", begin="0..end", end="0..n", points="out n 3")
+def put_grid(x: Floats, y: Floats, z: Floats, begin: int, end: int, points: Floats) -> None:
+    """Write points begin..end of a grid, in which z varies fastest."""
+    row = begin // max(1, len(z))
+    at, j, k = row // max(1, len(y)), row % max(1, len(y)), begin % max(1, len(z))
+    for i in range(begin, end):
+        if at >= len(x) or j >= len(y) or k >= len(z):
+            break
+        points[i, 0], points[i, 1], points[i, 2] = x[at], y[j], z[k]
+        k += 1
+        if k == len(z):
+            k, j = 0, j + 1
+        if j == len(y):
+            j, at = 0, at + 1
+
+
+@kernel(numbers="n", table="m", begin="0..end", end="0..n", found="out n")
+def look_up(numbers: Ints, table: Ints, begin: int, end: int, found: Ints) -> None:
+    """Write the items of a table at numbers begin..end, -1 for those beyond it."""
+    for i in range(begin, end):
+        found[i] = table[numbers[i]] if 0 <= numbers[i] < len(table) else -1
 
 
 def contains(scene: PreparedScene, points: npt.ArrayLike, device: str | None = None) -> Any:

@@ -400,15 +400,10 @@ class Spans(QueryResult, RayLists, SpanDerivatives):
             If the array would take more than 4 GiB; `line_integral` needs no such array.
         """
         places, count = self._places(check_by("lengths", by))
-        rays = len(self.offsets) - 1
-        refuse_large_lengths(rays, count, by)
+        refuse_large_lengths(len(self), count, by)
         if check_overlaps("lengths", overlaps) is not None or by != BODY:
             report_overlaps("lengths", self, overlaps, None if by == BODY else places, None)
-        ray, chord = self._chords()
-        result = np.zeros(rays * count)
-        if len(chord):
-            result += np.bincount(ray * count + places, chord, rays * count)
-        return result.reshape((*self._rays.shape, count))
+        return self._sums(places, np.empty((0, count))).reshape((*self._rays.shape, count))
 
     @ignore_fp_errors
     def line_integral(
@@ -451,14 +446,16 @@ class Spans(QueryResult, RayLists, SpanDerivatives):
         if overlaps == REFUSE_OVERLAPS or not (weights.values < 0).any():
             counts = (table != 0).any(axis=1)
             report_overlaps("line_integral", self, overlaps, None, None if counts.all() else counts[places])
-        count = len(self.offsets) - 1
-        total = np.empty((count, table.shape[1]))
+        return self._sums(places, np.ascontiguousarray(table)).reshape((-1, *weights.shape))
+
+    def _sums(self, places: Any, table: FloatArray) -> FloatArray:
+        """Return the sums (rays, columns) of weights times lengths, or of lengths where the table has no rows."""
+        total = np.empty((len(self), table.shape[1]))
         before = (
-            lines_of(self._rays)[1], self.offsets, self.t_enter, self.t_exit, places.astype(np.int32, copy=False),
-            np.ascontiguousarray(table),
+            lines_of(self._rays)[1], self.offsets, self.t_enter, self.t_exit, places.astype(np.int32, copy=False), table
         )  # fmt: skip
-        run_chunks(KernelRange(integrate_spans, before, (total,)), count, _SUM_CHUNK)
-        return total.reshape((count, *weights.shape))
+        run_chunks(KernelRange(integrate_spans, before, (total,)), len(total), _SUM_CHUNK)
+        return total
 
     def __repr__(self) -> str:
         if not self.shape:

@@ -23,6 +23,7 @@ def warmup() -> None:
         _batches,
         _polyhedra,
         _explanations,
+        _apps,
     ):
         call()
 
@@ -49,8 +50,9 @@ def _answers() -> None:
     for name in at_points:
         getattr(scene, name)([(0.0, 0.0, 0.0)])
     scene.first_hit([(0.0, 0.0, 1e9)], (0.0, 0.0, -1.0)).point  # noqa: B018 (far away)
-    Scene([Sphere(1.0)]).line_integral([1.0], [certain], (0.0, 0.0, -1.0), overlaps="error")
-    scene.voxels(shape=1, fractions="body", samples=1)
+    Scene([Sphere(1.0)]).spans([certain], (0.0, 0.0, -1.0)).line_integral([1.0], overlaps="error")
+    for fractions in (None, "body"):
+        scene.voxels(shape=1, fractions=fractions, samples=1)
     scene.distance([(0.0, 0.0, 0.0)], exact=True).detached()
     for answer in (scene.first_hit([certain], (0.0, 0.0, -1.0)), scene.spans([certain], (0.0, 0.0, -1.0))):
         answer.jvp(d_origins=(0.0, 0.0, 1.0))
@@ -170,6 +172,16 @@ def _explanations() -> None:
 
     corners = ((-1.0, -1.0, 0.0), (1.0, -1.0, 0.0), (0.0, 1.0, 0.0))
     Scene([Sphere(1.0) - Box(), Polygon(corners) & Sphere(1.0)]).explain((0.1, 0.2, 5.0), (0.0, 0.0, -1.0))
+
+
+def _apps() -> None:
+    """Measure a body by rays, and check a scene."""
+    from ..apps.checks.check import check
+    from ..apps.measures.measure import FEWEST_RAYS, measure
+    from ..geometry.primitives import Box, Sphere
+
+    measure(Sphere(1.0) - Box(), FEWEST_RAYS)
+    check(Sphere(1.0), 3)
 
 
 def _large_tree() -> None:

@@ -289,6 +289,34 @@ def test_an_interrupt_while_the_extension_works_keeps_its_memory(monkeypatch):
 
 
 @needs_machine_code
+def test_two_hundred_threads_of_python_ask_one_scene_at_once(four_threads):
+    """The scene is prepared by whichever comes first; all share the threads of the extension."""
+    random = np.random.default_rng(8)
+    origins, directions = random.uniform(-3, 3, (4000, 3)), random.normal(size=(4000, 3))
+    asks = (
+        lambda scene: scene.first_hit(origins, directions).t, lambda scene: scene.spans(origins, directions).t_enter,
+        lambda scene: scene.crossings(origins, directions).t, lambda scene: scene.occluded(origins, directions),
+        lambda scene: scene.lengths(origins, directions), lambda scene: scene.contains(origins),
+        lambda scene: scene.first_hit(origins[0], directions[0]).t,
+        lambda scene: scene.render(40, 40, samples=1).pixels, lambda scene: scene.voxels(((-1, -1, -1), (1, 1, 1)), 9).body,
+    )  # fmt: skip
+    scene, gate, found = co.Scene(SCENE.bodies), threading.Barrier(200), [None] * 200
+
+    def ask(number: int) -> None:
+        gate.wait()
+        found[number] = asks[number % len(asks)](scene)
+
+    crowd = [threading.Thread(target=ask, args=(number,)) for number in range(200)]
+    for thread in crowd:
+        thread.start()
+    for thread in crowd:
+        thread.join()
+    expected = [ask(SCENE) for ask in asks]
+    for number, answer in enumerate(found):
+        assert answer is not None, number
+        assert np.array_equal(answer, expected[number % len(asks)]), number
+
+
 def test_calls_of_a_kernel_have_results_in_order(four_threads):
     bad = LINES.copy()
     rows = range(0, 500, 5)

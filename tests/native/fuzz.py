@@ -91,6 +91,7 @@ def work() -> None:
             for answer in (scene.first_hit(rays), scene.spans(rays), scene.crossings(rays)):
                 answer.detached()
             scene.line_integral(np.ones(scene._prepared.lowered.body_count), rays)
+            scene.spans(rays).lengths("material")
         many = [np.tile(np.asarray(part, np.float64), (20_000, 1))[:20_000] for part in (origins, directions)]
         co.Rays(*many), co.Rays(*(part.astype("f4") for part in many))
         co.Rays(*map(_frozen, many))
@@ -103,7 +104,10 @@ def work() -> None:
     co.Scene([co.Quadric(coefficients=dict(xx=1, xy=1, yy=1, zz=1, constant=-3))]).contains((1.0, 1.0, 0.0))
     scene.contains(rng.uniform(-3, 3, (100, 3)))
     scene.bodies_at(rng.uniform(-3, 3, (100, 3)))
-    scene.voxels(((-1, -1, -1), (1, 1, 1)), 3, fractions="body", samples=1)
+    for fractions in (None, "body"):
+        scene.voxels(((-1, -1, -1), (1, 1, 1)), 3, fractions=fractions, samples=1)
+    co.measure(co.Sphere(1.0) - co.Box(), 600)
+    co.check(co.Scene([co.Sphere(1.0), co.Sphere(1.0, (1.0, 0.0, 0.0))]), 300)
     for exact in (False, True):
         scene.distance(rng.uniform(-3, 3, (100, 3)), exact=exact).detached()
     for integrator in ("whitted", "normals", "path", "occlusion", "albedo"):

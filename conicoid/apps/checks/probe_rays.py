@@ -6,15 +6,20 @@ instances, rays through a box end at it: beyond it lie copies, which have rays o
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from ..._jit.decorators import kernel
 from ..._util.arrays import FloatArray
 from ...kernels.crossings import row_owners
+from ...kernels.tables import Flags, Floats, Ints, Longs
+from ...kernels.threads import run_rows
 from ...prepare.lowering import LazyBounds, LoweredScene
 
 if TYPE_CHECKING:
@@ -29,6 +34,7 @@ _ALONG_AXES = 0.25
 """Share of rays that run along an axis of the world."""
 _BACK = 2.0
 """Rays start so many diagonals of their target box before it."""
+_RAYS = 1 << 10  # rays that a thread takes at a time
 _OVERSHOOT = 2.0**-10
 """Rays that end at a box go on by this share of its diagonal."""
 
@@ -72,7 +78,7 @@ class ProbeTargets:
     @property
     def sizes(self) -> FloatArray:
         """(n,) diagonals of the boxes, cut to the window; 0 for empty boxes."""
-        low, high = self._cut(np.arange(len(self.low)))
+        low, high = self._ends
         return np.linalg.norm(np.maximum(high - low, 0.0), axis=1)
 
     @property
@@ -80,14 +86,18 @@ class ProbeTargets:
         """(n,) bool: is the box empty?"""
         return (self.low > self.high).any(axis=1)
 
-    def _cut(self, bodies: Indices) -> tuple[FloatArray, FloatArray]:
-        """Return the boxes of bodies with infinite ends moved to the window's."""
-        low, high = self.low[bodies], self.high[bodies]
+    @cached_property
+    def _ends(self) -> tuple[FloatArray, FloatArray]:
+        """All boxes with infinite ends moved to the window's."""
         first, last = self.window
         # A finite end may lie beyond the window: the infinite one then moves to it, so that low <= high
-        return np.where(np.isfinite(low), low, np.minimum(first, high)), np.where(
-            np.isfinite(high), high, np.maximum(last, low)
-        )
+        low = np.where(np.isfinite(self.low), self.low, np.minimum(first, self.high))
+        return low, np.where(np.isfinite(self.high), self.high, np.maximum(last, self.low))
+
+    def _cut(self, bodies: Indices) -> tuple[FloatArray, FloatArray]:
+        """Return the boxes of bodies with infinite ends moved to the window's."""
+        low, high = self._ends
+        return low.take(bodies, axis=0), high.take(bodies, axis=0)
 
     def box(self, body: int) -> tuple[FloatArray, FloatArray]:
         """Return the box of one body; low > high if it is empty.
@@ -150,15 +160,34 @@ class ProbeTargets:
 
 def rays_through(low: FloatArray, high: FloatArray, random: np.random.Generator) -> ProbeRays:
     """Return a ray through a random point of each box (n, 3), from outside of it; a quarter of them along the axes."""
-    points = low + (high - low) * random.random(low.shape)
-    directions = random.normal(size=low.shape)
-    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    along = np.flatnonzero(random.random(len(low)) < _ALONG_AXES)
-    directions[along] = np.eye(3)[random.integers(0, 3, len(along))]
-    sizes = np.linalg.norm(high - low, axis=1, keepdims=True)
-    # A box without size: its coordinates give the distance
-    back = _BACK * np.where(sizes > 0, sizes, np.abs(points).max(axis=1, keepdims=True, initial=1.0))
-    return ProbeRays(points - back * directions, directions)
+    origins, directions = random.random(low.shape), random.normal(size=low.shape)
+    along, axes = random.random(len(low)) < _ALONG_AXES, np.full(len(low), -1, np.int32)
+    axes[along] = random.integers(0, 3, np.count_nonzero(along))
+    run_rows(aim_rays, (low, high, axes), len(low), origins, directions, most=_RAYS)
+    return ProbeRays(origins, directions)
+
+
+@kernel(low="n 3", high="n 3", axes="n", begin="0..end", end="0..n", origins="out n 3", directions="out n 3")
+def aim_rays(
+    low: Floats, high: Floats, axes: Ints, begin: int, end: int, origins: Floats, directions: Floats
+) -> None:  # fmt: skip
+    """Turn shares of boxes and vectors into origins before the boxes and unit directions: rays begin..end.
+
+    axes: the axis that a ray is along, -1 for none.
+    """
+    for i in range(begin, end):
+        square, size, far = 0.0, 0.0, 1.0
+        for k in range(3):
+            side = high[i, k] - low[i, k]
+            origins[i, k] = low[i, k] + side * origins[i, k]
+            square, size = square + directions[i, k] * directions[i, k], size + side * side
+            far = max(far, abs(origins[i, k]))
+        length, size = math.sqrt(square), math.sqrt(size)
+        back = _BACK * (size if size > 0.0 else far)  # a box without size: its coordinates give the distance
+        for k in range(3):
+            part = directions[i, k] / length if axes[i] < 0 else (1.0 if axes[i] == k else 0.0)
+            directions[i, k] = part
+            origins[i, k] -= back * part
 
 
 def _end_at_boxes(rays: ProbeRays, low: FloatArray, high: FloatArray) -> ProbeRays:
@@ -249,35 +278,29 @@ class ProbeScan:
             part = rays.select(slice(begin, begin + count))
             hits = self.scene.crossings(*part)
             self.is_hit[hits.body] = True
+            several, close = self._look(hits)
             if not rays.is_whole:  # a stretch of a ray may begin within bodies, which crossings do not tell
                 self._spans(part)
-            elif (some := self._may_overlap(hits)).any():
-                self._spans(part.select(some))
-            self._crossings(hits, part.origins, part.directions)
-            self._covers(hits)
+            elif several.any():
+                self._spans(part.select(several))
+            self._slivers(hits, close, part.origins, part.directions)
+            if not self.solid.all():
+                self._covers(hits)
             traced = len(part.origins)
             self.rays += traced
             begin += traced
             # Chunks of about so many rows stay in the cache of the processor
             count = min(max(_ROWS * traced // max(len(hits.t), 1), _FIRST_CHUNK), CHUNK)
 
-    def _may_overlap(self, hits: Any) -> Any:
-        """Return (n,) bool: may a ray be within two bodies over some length?
+    def _look(self, hits: Any) -> tuple[Any, Any]:
+        """Return (n,) bool: may a ray be within two bodies over some length? And the rows that a sliver may follow.
 
-        The number of bodies around each stretch is counted from the ray's begin, which is outside of all bodies. Where
-        bodies are infinite, or the count is not that of closed solids, the answer is True.
+        Where bodies are infinite, or crossings are not those of closed solids, every ray may.
         """
-        turns = np.where(self.solid[hits.body], np.where(hits.entering, 1, -1), 0)
-        ray = row_owners(hits.offsets)
-        depth = np.cumsum(turns)
-        # The count before the first row of each ray
-        before = np.concatenate([[0], depth])[hits.offsets[:-1]]
-        depth -= before[ray]
-        several = np.zeros(len(ray), bool)
-        several[:-1] = (depth[:-1] > 1) & (hits.t[1:] > hits.t[:-1]) & (ray[1:] == ray[:-1])
-        result = np.full(len(before), self.endless)
-        result[ray[several | (depth < 0)]] = True
-        return result
+        several, close = np.empty(len(hits), np.bool_), np.empty(len(hits.t), np.bool_)
+        rows = hits.offsets, hits.t, hits.body, hits.surface, hits.entering
+        run_rows(look_at_rows, (*rows, self.solid, self.sizes, self.endless), len(hits), several, close, most=_RAYS)
+        return several, np.flatnonzero(close)
 
     def _covers(self, hits: Any) -> None:
         """Collect sheets that lie in walls of bodies listed before them: of equal crossings the first is reported."""
@@ -296,9 +319,9 @@ class ProbeScan:
         spans = self.scene.spans(*rays)
         self.is_hit[spans.body] = True
         ray = row_owners(spans.offsets)
+        first = np.flatnonzero(spans.t_enter[1:] < spans.t_exit[:-1])
         # Rays along an axis may run within a sliver from end to end
-        askew = np.count_nonzero(directions, axis=1) > 1
-        first = np.flatnonzero(askew[ray])
+        first = first[np.count_nonzero(directions[ray[first]], axis=1) > 1]
         # In order of t_enter, the spans that overlap one follow it without a gap
         for step in range(1, len(ray)):
             first = first[first + step < len(ray)]
@@ -314,20 +337,15 @@ class ProbeScan:
             for key, length_, k, times in _longest(bodies[there], length[there], ray[first][there]):
                 _note(self.overlaps, (key[0], key[1]), Sighting(length_, origins[k], directions[k], "overlap", times))
 
-    def _crossings(self, hits: Any, origins: FloatArray, directions: FloatArray) -> None:
+    def _slivers(self, hits: Any, one: Any, origins: FloatArray, directions: FloatArray) -> None:
         """Collect slivers: crossings with two surfaces that follow each other closely and are nearly parallel."""
-        gaps = np.diff(hits.t)
-        one = np.flatnonzero((gaps > 0) & (gaps < THIN * self.sizes.max()))
-        # Few rows are left: those of one ray, closer than a part of the size of either body
-        other, gaps, ray = one + 1, gaps[one], row_owners(hits.offsets)
-        thin = THIN * np.minimum(self.sizes[hits.body[one]], self.sizes[hits.body[other]])
-        thin = (ray[one] == ray[other]) & (gaps < thin) & (hits.surface[one] != hits.surface[other])
-        one, other, gaps = one[thin], other[thin], gaps[thin]
-        normals = [self._normals(hits, k, origins[ray[k]] + hits.t[k, None] * directions[ray[k]]) for k in (one, other)]
-        thin = np.abs((normals[0] * normals[1]).sum(axis=1)) > _PARALLEL
+        ray = np.searchsorted(hits.offsets, one, side="right") - 1
+        lines = origins[ray], directions[ray]
+        normals = [self._normals(hits, k, lines[0] + hits.t[k, None] * lines[1]) for k in (one, one + 1)]
+        thin = np.flatnonzero(np.abs((normals[0] * normals[1]).sum(axis=1)) > _PARALLEL)
         # Thickness across the walls instead of along the ray
-        gaps = gaps * np.abs((normals[0] * directions[ray[one]]).sum(axis=1))
-        one, other, gaps = one[thin], other[thin], gaps[thin]
+        gaps = ((hits.t[one + 1] - hits.t[one]) * np.abs((normals[0] * lines[1]).sum(axis=1)))[thin]
+        one, other, ray = one[thin], one[thin] + 1, ray[thin]
         keys = np.column_stack([hits.body[one], hits.body[other], hits.surface[one], hits.surface[other]])
         # One key for both senses of a ray: the smaller number of a surface first
         swapped = (keys[:, 2] > keys[:, 3])[:, None]
@@ -338,7 +356,7 @@ class ProbeScan:
                 hits.entering[one[k]],
                 hits.entering[other[k]],
             )
-            at = ray[one[k]]
+            at = ray[k]
             _note(
                 self.slivers,
                 (key[0], key[1], key[2], key[3]),
@@ -353,6 +371,36 @@ class ProbeScan:
         faces = np.stack([crossings.surface[rows], crossings.face[rows], np.ones_like(crossings.face[rows])])
         normals_of(self.scene._prepared.geometry, faces, points, 0, len(points), normals)
         return normals
+
+
+@kernel(
+    offsets="n+1", t="s", body="s", surface="s", entering="s", solid="b", sizes="b", begin="0..end", end="0..n",
+    several="out n", close="out s",
+)  # fmt: skip
+def look_at_rows(
+    offsets: Longs, t: Floats, body: Ints, surface: Ints, entering: Flags, solid: Flags, sizes: Floats, endless: bool,
+    begin: int, end: int, several: Flags, close: Flags,
+) -> None:  # fmt: skip
+    """Write whether rays begin..end may be within two bodies, and which of their crossings a sliver may follow.
+
+    The number of bodies around each stretch is counted from the ray's begin, which is outside of all bodies.
+    """
+    for i in range(begin, end):
+        depth, found, last = 0, endless, min(offsets[i + 1], len(t))
+        for row in range(max(0, offsets[i]), last):
+            close[row], own = False, body[row]
+            if not 0 <= own < len(solid):
+                continue
+            if solid[own]:
+                depth += 1 if entering[row] else -1
+            found = found or depth < 0
+            if row + 1 == last or not 0 <= body[row + 1] < len(solid):
+                continue
+            gap = t[row + 1] - t[row]
+            found = found or (depth > 1 and gap > 0.0)
+            thin = gap < THIN * min(sizes[own], sizes[body[row + 1]])
+            close[row] = gap > 0.0 and thin and surface[row] != surface[row + 1]
+        several[i] = found
 
 
 def _gap_kind(same_body: bool, first_enters: bool, second_enters: bool) -> str:

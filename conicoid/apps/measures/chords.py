@@ -15,15 +15,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..._util.arrays import FloatArray, dot_rows, matmul_rows
+from ..._jit.decorators import inline, kernel
+from ..._util.arrays import FloatArray
 from ..._util.validation import SMALLEST
 from ...geometry.shape import Shape
-from ...kernels.crossings import row_owners
+from ...kernels.surface.records import normal_at
+from ...kernels.tables import Flags, Floats, Geometry, Ints, Longs
+from ...kernels.threads import run_rows
 from ...parallel.scheduler import ScheduledTask, prepare_first, run_tasks
 from ...parallel.shared_state import SharedObject, shared_scene
 from ...parallel.workers import as_workers
 from ...queries.result import extension
-from .hull import FittedBox, Hull, Rectangles, ViewDirection, directions_for, hull_of
+from .hull import FittedBox, Rectangles, Shadow, directions_for, hull_of
 
 if TYPE_CHECKING:
     from ...parallel.workers import Workers
@@ -39,7 +42,9 @@ PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 """Axes of the second moments, in order."""
 
 CHUNK = 1 << 14
-"""Rays of one query."""
+"""Rays of a piece, and of one query on a worker."""
+_AT_ONCE = 1 << 17  # rays of one query in this process, of several pieces
+_ROWS, _BLOCK = 1 << 11, 64  # rays that a thread takes at a time; rectangles whose sums are added first
 
 Progress = Callable[[int, int], Any]
 """progress(done, total), in rays."""
@@ -63,26 +68,98 @@ class AxisRays:
 
     def integrals(self, scene: SceneLike, places: FloatArray) -> FloatArray:
         """Return the integrals (n, 11) per unit area across the axis of rays at places (n, 2) across it."""
-        axis, across = self.axis, [i for i in range(3) if i != self.axis]
-        # Places of rays in the frame of the box, whose center is the origin
-        start = np.zeros((len(places), 3))
-        start[:, across] = places
-        ray, t, sign, cosine = _crossings(
-            scene, _snap_origins(matmul_rows(start, self.box.axes.T) + self.box.center), self.box.axes[:, axis]
-        )
-        # ∫ t^k dt over the chords, k = 0, 1, 2, from their ends; each volume is found three times
-        length, first, second = (np.bincount(ray, sign * t**k / (3 * k), len(places)) for k in (1, 2, 3))
-        powers = np.empty((3, len(places)))
-        powers[axis] = first
-        powers[across] = places.T * length
-        result = np.empty((len(places), 11))
-        result[:, VOLUME], result[:, FIRST] = length, powers.T
-        for k, (i, j) in enumerate(PAIRS):
-            # A moment along the ray and across it is the first moment of the chord times the place
-            along, fixed = (i, j) if i == axis else (j, i)
-            result[:, 4 + k] = second if i == j == axis else powers[along] * start[:, fixed]
-        result[:, AREA] = np.bincount(ray, cosine, len(places))
-        return result
+        direction, count = np.ascontiguousarray(self.box.axes[:, self.axis]), len(places)
+        origins, found = np.empty((count, 3)), np.empty((count, 11))
+        run_rows(put_origins, (places, self.box.axes, self.box.center, self.axis), count, origins, most=_ROWS)
+        hits = scene.crossings(origins, direction, t_min=-np.inf)
+        # A sheet has an area and no volume
+        solid = 0.0 if scene.bodies[0].shape.is_sheet else 1.0
+        lists = hits.offsets, hits.t, hits.entering, hits.surface
+        before = scene._prepared.geometry, origins, direction, places, *lists, self.axis, solid
+        run_rows(integrate_chords, before, count, found, most=_ROWS)
+        return found
+
+
+@inline
+def _across(axis: int) -> tuple[int, int]:
+    """Return the two other axes."""
+    return 1 if axis == 0 else 0, 1 if axis == 2 else 2
+
+
+@kernel(places="n 2", axes="3 3", center="3", axis="0..2", begin="0..end", end="0..n", origins="out n 3")
+def put_origins(
+    places: Floats, axes: Floats, center: Floats, axis: int, begin: int, end: int, origins: Floats
+) -> None:  # fmt: skip
+    """Write origins in the world of rays begin..end, at places in the frame of a box, whose center is the origin."""
+    a, b = _across(axis)
+    for i in range(begin, end):
+        for k in range(3):
+            x = places[i, 0] * axes[k, a] + places[i, 1] * axes[k, b] + center[k]
+            origins[i, k] = x if abs(x) >= SMALLEST else 0.0  # rays refuse smaller ones
+
+
+@kernel(
+    origins="n 3", direction="3", places="n 2", offsets="n+1", t="s", entering="s", surface="s", axis="0..2",
+    begin="0..end", end="0..n", found="out n 11",
+)  # fmt: skip
+def integrate_chords(
+    geometry: Geometry, origins: Floats, direction: Floats, places: Floats, offsets: Longs, t: Floats, entering: Flags,
+    surface: Ints, axis: int, solid: float, begin: int, end: int, found: Floats,
+) -> None:  # fmt: skip
+    """Write the integrals of rays begin..end from their crossings; `solid` is 0 for a sheet, else 1.
+
+    Those of t^k along the chords, k = 0, 1, 2, come from their ends; each volume is found three times.
+    """
+    a, b = _across(axis)
+    dx, dy, dz = direction[0], direction[1], direction[2]
+    place, moments = np.zeros(3), np.empty(3)
+    for i in range(begin, end):
+        length, first, second, area = 0.0, 0.0, 0.0, 0.0
+        for row in range(max(0, offsets[i]), min(offsets[i + 1], len(t))):
+            s, sign = t[row], -solid if entering[row] else solid
+            x, y, z = origins[i, 0] + s * dx, origins[i, 1] + s * dy, origins[i, 2] + s * dz
+            nx, ny, nz = normal_at(geometry, surface[row], 1, x, y, z)
+            area += abs(nx * dx + ny * dy + nz * dz)
+            length += sign * s / 3.0
+            first += sign * (s * s) / 6.0
+            second += sign * (s * s * s) / 9.0
+        place[a], place[b] = places[i, 0], places[i, 1]
+        moments[axis], moments[a], moments[b] = first, place[a] * length, place[b] * length
+        found[i, VOLUME], found[i, AREA], at = length, area, 4
+        for j in range(3):
+            found[i, 1 + j] = moments[j]
+            for k in range(j, 3):
+                # A moment along the ray and across it is the first moment of the chord times the place
+                mixed = moments[j] * place[k] if j == axis else moments[k] * place[j]
+                found[i, at] = second if j == k == axis else mixed
+                at += 1
+
+
+@kernel(found="n 11", areas="r", count="2..", begin="0..end", end="0..b", sums="out b 11", products="out b 66")
+def add_rectangles(
+    found: Floats, areas: Floats, count: int, begin: int, end: int, sums: Floats, products: Floats
+) -> None:  # fmt: skip
+    """Write the sums of blocks begin..end of rectangles, of `count` rays each: of means, and of products of deviations.
+
+    Blocks make the rounding small, and the sums equal for any number of threads.
+    """
+    mean, deviation = np.empty(11), np.empty(11)
+    for block in range(begin, end):
+        sums[block, :], products[block, :] = 0.0, 0.0
+        for part in range(block * _BLOCK, min(block * _BLOCK + _BLOCK, len(areas), len(found) // count)):
+            for k in range(11):
+                total = 0.0
+                for i in range(part * count, part * count + count):
+                    total += found[i, k] * areas[part]
+                mean[k] = total / count
+                sums[block, k] += mean[k]
+            for i in range(part * count, part * count + count):
+                at = 0
+                for j in range(11):
+                    deviation[j] = found[i, j] * areas[part] - mean[j]
+                    for k in range(j + 1):
+                        products[block, at] += deviation[j] * deviation[k]
+                        at += 1
 
 
 @dataclass
@@ -95,7 +172,7 @@ class ChordFamily:
 
     scene: SceneLike
     box: FittedBox
-    sight: ViewDirection
+    shadow: Shadow
     seed: int
     sums: ChordSums
     last: int
@@ -111,17 +188,20 @@ class ChordFamily:
     def estimate(self, rectangles: Rectangles, count: int) -> None:
         """Add the integrals of `count` random rays through each rectangle."""
         # Pieces have about the same number of rays, and are numbered by their first rectangle
-        pieces = rectangles.pieces(CHUNK // count + 1)
-        items = ((len(part) * count, (self.seed, begin, part, count)) for begin, part in pieces)
-        for values, covariance in self._piece_results(_estimate_piece, items):
-            self.sums.values += values
-            self.sums.covariance += covariance
+        pieces, most = list(rectangles.pieces(CHUNK // count + 1)), _AT_ONCE if self.workers is None else CHUNK
+        each = max(1, most // (CHUNK + count))
+        groups = (pieces[k : k + each] for k in range(0, len(pieces), each))
+        items = ((count * sum(len(part) for _, part in some), (self.seed, count, some)) for some in groups)
+        for results in self._piece_results(_estimate_pieces, items):
+            for values, covariance in results:
+                self.sums.values += values
+                self.sums.covariance += covariance
 
     def ranges(self, rectangles: Rectangles) -> FloatArray:
         """Return how much length and area differ among the corners of each rectangle (n,), as shares of their sums."""
         corners = (rectangles.low[:, None] + rectangles.size[:, None] * _CORNERS).reshape(-1, 2)
         # Neighbours share corners: trace each once
-        half = np.delete(self.box.half, self.sight.axis)
+        half = np.delete(self.box.half, self.shadow.axis)
         with np.errstate(invalid="ignore"):
             # Corners as integers: equal ones differ by rounding
             key = np.nan_to_num((corners + half) / (2 * half) * 2.0**30).round().astype(np.int64) @ (2**31, 1)
@@ -134,7 +214,7 @@ class ChordFamily:
 
     def _piece_results(self, call: Callable[..., Any], items: Iterator[tuple[int, Any]]) -> Iterator[Any]:
         """Yield call(scene, view, item) of each (rays, item) in order, computed here or on workers."""
-        view = AxisRays(self.box, self.sight.axis)
+        view = AxisRays(self.box, self.shadow.axis)
         if self.workers is None:
             found: Iterator[tuple[int, Any]] = ((rays, call(self.scene, view, item)) for rays, item in items)
         else:
@@ -147,22 +227,27 @@ class ChordFamily:
 
 
 @prepare_first
-def _estimate_piece(
-    scene: SceneLike, view: AxisRays, item: tuple[int, int, Rectangles, int]
-) -> tuple[FloatArray, FloatArray]:
-    """Return the sums (11,) over a piece of rectangles, and their covariance (11, 11)."""
-    seed, begin, part, count = item
-    random = np.random.default_rng((seed, view.axis, begin))
-    places = part.low[:, None] + part.size[:, None] * random.random((len(part), count, 2))
-    found = view.integrals(scene, places.reshape(-1, 2)).reshape(-1, count, 11) * part.areas[:, None, None]
-    # The variance of each mean, from the differences within a rectangle
-    mean = found.mean(axis=1)
-    deviations = np.ascontiguousarray((found - mean[:, None]).reshape(-1, 11).T)
-    covariance = np.empty((11, 11))
-    for i in range(11):  # without BLAS, whose order of addition depends on its threads
-        for j in range(i + 1):
-            covariance[i, j] = covariance[j, i] = (deviations[i] * deviations[j]).sum()
-    return np.ascontiguousarray(mean.T).sum(axis=1), covariance / (count * (count - 1))
+def _estimate_pieces(
+    scene: SceneLike, view: AxisRays, item: tuple[int, int, list[tuple[int, Rectangles]]]
+) -> list[tuple[FloatArray, FloatArray]]:
+    """Return the sums (11,) over each piece of rectangles, and their covariance (11, 11)."""
+    seed, count, pieces = item
+    rolls = [np.random.default_rng((seed, view.axis, begin)).random((len(part), count, 2)) for begin, part in pieces]
+    places = [part.low[:, None] + part.size[:, None] * roll for (_, part), roll in zip(pieces, rolls, strict=True)]
+    found, first, results = view.integrals(scene, np.concatenate(places).reshape(-1, 2)), 0, []
+    for _, part in pieces:
+        own, blocks = found[first : first + len(part) * count], -(-len(part) // _BLOCK)
+        sums, products, covariance = np.empty((blocks, 11)), np.empty((blocks, 66)), np.empty((11, 11))
+        run_rows(add_rectangles, (own, part.areas, count), blocks, sums, products, most=_ROWS // _BLOCK)
+        # The variance of each mean, from the differences within a rectangle
+        halves = np.ascontiguousarray(products.T).sum(axis=1) / (count * (count - 1))
+        covariance[_LOWER] = covariance.T[_LOWER] = halves
+        results.append((np.ascontiguousarray(sums.T).sum(axis=1), covariance))
+        first += len(own)
+    return results
+
+
+_LOWER = np.tril_indices(11)
 
 
 @prepare_first
@@ -171,30 +256,7 @@ def _chords_at_corners(scene: SceneLike, view: AxisRays, places: FloatArray) -> 
     return np.ascontiguousarray(view.integrals(scene, places)[:, (VOLUME, AREA)])
 
 
-def _snap_origins(points: FloatArray) -> FloatArray:
-    """Set components of origins below 1e-100 to 0, as rays refuse them."""
-    return np.where(np.abs(points) < SMALLEST, 0.0, points)
-
-
 _CORNERS = np.array([(0, 0), (0, 1), (1, 0), (1, 1)])
-
-
-def _crossings(scene: SceneLike, origins: FloatArray, direction: FloatArray) -> Iterator[Any]:
-    """Return the ray, t, the sign and |normal·direction| of every crossing.
-
-    The sign is +1 where a solid is left, -1 where it is entered, and 0 for a sheet.
-    """
-    from ...queries.hit_fields import normals_of
-
-    found = scene.crossings(origins, direction, t_min=-np.inf)
-    ray = row_owners(found.offsets)
-    points = origins[ray] + found.t[:, None] * direction
-    normals = np.empty_like(points)
-    faces = np.stack([found.surface, found.face, np.ones_like(found.face)])
-    normals_of(scene._prepared.geometry, faces, points, 0, len(points), normals)
-    # A sheet has an area and no volume
-    solid = 0.0 if scene.bodies[0].shape.is_sheet else 1.0
-    return iter((ray, found.t, np.where(found.entering, -solid, solid), np.abs(dot_rows(normals, direction))))
 
 
 # Rectangles to send rays through: small where integrals differ from corner to corner.
@@ -210,13 +272,13 @@ _MOST = 1 << 19
 """Rectangles in memory; if more would be wanted, each gets more rays."""
 
 
-def refine_rectangles(family: ChordFamily, hull: Hull) -> Rectangles:
+def refine_rectangles(family: ChordFamily) -> Rectangles:
     """Return rectangles that cover the shape's shadow, about half as many as the rays that the family has left.
 
     The rays that choose the rectangles are not used again, so that estimates on the rectangles stay unbiased.
     """
-    sight, most = family.sight, min(family.remaining_rays, 2 * _MOST)
-    rectangles = _covering_rectangles(hull, family.box, sight, most)
+    shadow, most = family.shadow, min(family.remaining_rays, 2 * _MOST)
+    rectangles = _covering_rectangles(shadow, family.box, most)
     # Without rays to spare for corners, all rectangles stay equal
     scores = family.ranges(rectangles) if len(rectangles) <= most // _FIRST else np.zeros(len(rectangles))
     for _ in range(_ROUNDS if scores.any() else 0):
@@ -225,18 +287,18 @@ def refine_rectangles(family: ChordFamily, hull: Hull) -> Rectangles:
         if 2 * len(scores) + (6 + _CORNER_RAYS) * len(worst) > min(family.remaining_rays, 2 * _MOST):
             break
         # Halved twice: the quarters of the rectangles that differ most
-        parts = hull.visible_rectangles(rectangles[worst].halved().halved(), sight)
+        parts = shadow.halves(shadow.halves(rectangles[worst]))
         scores = np.concatenate([np.delete(scores, worst), family.ranges(parts)])
         rectangles = rectangles.without(worst) + parts
-    return _fill_rectangles(rectangles, hull, sight, min(family.remaining_rays // 2, _MOST))
+    return _fill_rectangles(rectangles, shadow, min(family.remaining_rays // 2, _MOST))
 
 
-def _covering_rectangles(hull: Hull, box: FittedBox, sight: ViewDirection, rays: int) -> Rectangles:
+def _covering_rectangles(shadow: Shadow, box: FittedBox, rays: int) -> Rectangles:
     """Return equal rectangles that cover the shape's shadow along an axis; none if there is no shadow."""
-    half = np.delete(box.half, sight.axis)[None]
-    rectangles = hull.visible_rectangles(Rectangles(-half, 2 * half), sight)
+    half = np.delete(box.half, shadow.axis)[None]
+    rectangles = Rectangles(-half, 2 * half)
     while len(rectangles):
-        smaller = hull.visible_rectangles(rectangles.halved(), sight)
+        smaller = shadow.halves(rectangles)
         thinner = smaller.areas.sum() < _CLEARLY_LESS * rectangles.areas.sum()
         if len(smaller) > rays // (_THIN if thinner else _FIRST) or not smaller.areas.all():
             break
@@ -244,10 +306,10 @@ def _covering_rectangles(hull: Hull, box: FittedBox, sight: ViewDirection, rays:
     return rectangles
 
 
-def _fill_rectangles(rectangles: Rectangles, hull: Hull, sight: ViewDirection, most: int) -> Rectangles:
+def _fill_rectangles(rectangles: Rectangles, shadow: Shadow, most: int) -> Rectangles:
     """Return the rectangles, all halved as often as `most` allows."""
     while len(rectangles):
-        smaller = hull.visible_rectangles(rectangles.halved(), sight)
+        smaller = shadow.halves(rectangles)
         if len(smaller) > most or not smaller.areas.all():
             break
         rectangles = smaller
@@ -272,9 +334,9 @@ def sample_integrals(
     hull = hull_of(shape, box, directions)
     for axis in range(3):
         # The families share the rays: each goes on to its third of the total
-        last, sight = (axis + 1) * rays // 3, ViewDirection.along(axis, directions)
-        family = ChordFamily(scene, box, sight, seed, sums, last, progress, rays, workers)
-        rectangles = refine_rectangles(family, hull)
+        last, shadow = (axis + 1) * rays // 3, hull.shadow(axis, directions)
+        family = ChordFamily(scene, box, shadow, seed, sums, last, progress, rays, workers)
+        rectangles = refine_rectangles(family)
         if len(rectangles):
             family.estimate(rectangles, max(2, family.remaining_rays // len(rectangles)))
     if progress is not None:

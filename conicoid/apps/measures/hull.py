@@ -10,10 +10,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..._jit.decorators import kernel
 from ..._util.arrays import BoxEnds, FloatArray
 from ...geometry.polyhedron import Polyhedron
 from ...geometry.shape import Boolean, ClippedSheet, Complement, Difference, Primitive, Shape, Union
 from ...geometry.transform import IDENTITY_MOTION, Motion, Transform
+from ...kernels.tables import Flags, Floats, Longs
+from ...kernels.threads import run_rows
 
 # The fitted box.
 
@@ -141,14 +144,12 @@ def _box_along(axes: FloatArray, bounds: BoxEnds) -> FittedBox:
 # grouped into a tree by nearness; an intersection has all of them at once; operands that are cut away do not count. A
 # column of space that misses the hulls certainly misses the shape.
 
-Mask = npt.NDArray[np.bool_]
-
 _TURNS = 8  # directions of every hull in half of each coordinate plane
 _OWN_AXES = 6  # parts whose own axes give further directions
 _MANY = 1000  # hulls are boxes in shapes of more parts
 _DEEPEST = 30  # levels of hulls; below, they are merged into one
 _GROUP = 4  # parts of a union that are not grouped any more
-_BLOCK = 1 << 15  # rectangles that are tested at once
+_ROWS = 1 << 11  # rectangles that a thread takes at a time
 _SLACK = 1e-12  # hulls are enlarged by this share, for rounding
 
 
@@ -180,29 +181,58 @@ class Rectangles:
     @property
     def areas(self) -> FloatArray:
         """(n,) areas."""
-        return self.size.prod(axis=1)
-
-    def halved(self) -> Rectangles:
-        """Return all rectangles cut across their longer sides, the halves of each one after the other."""
-        longer = np.arange(2) == np.argmax(self.size, axis=1)[:, None]
-        size = np.where(longer, self.size / 2, self.size)
-        low = np.stack([self.low, self.low + np.where(longer, size, 0.0)], axis=1)
-        return Rectangles(low.reshape(-1, 2), np.repeat(size, 2, axis=0))
+        return self.size[:, 0] * self.size[:, 1]
 
 
 @dataclass(frozen=True)
-class ViewDirection:
-    """A view along an axis of the box: the directions across it (m, 2), and their places among all directions."""
+class Shadow:
+    """A hull in a view along an axis of the box: polygons, and which of them a rectangle must meet.
+
+    Polygon k is where u·x <= offsets[k] for all directions u across the axis. A rectangle that meets the last polygon
+    goes on to number ways[k, 0], else to ways[k, 1], and so on down to an answer: -1 in the shadow, -2 outside.
+    """
 
     axis: int
-    across: FloatArray
-    views: Any
+    across: FloatArray  # (m, 2)
+    offsets: FloatArray  # (polygons, m)
+    ways: npt.NDArray[np.int64]  # (polygons, 2)
 
-    @classmethod
-    def along(cls, axis: int, directions: FloatArray) -> ViewDirection:
-        """Select the directions (n, 3) without a component along the axis."""
-        rows = np.flatnonzero(directions[:, axis] == 0)
-        return cls(axis, np.delete(directions[rows], axis, axis=1), rows)
+    def halves(self, rectangles: Rectangles) -> Rectangles:
+        """Return the halves of rectangles that are in the shadow, one after the other; the others miss the shape."""
+        count = len(rectangles)
+        low, size, marks = np.empty((2 * count, 2)), np.empty((2 * count, 2)), np.empty(2 * count, np.bool_)
+        before = self.across, self.offsets, self.ways, rectangles.low, rectangles.size
+        run_rows(halve_rectangles, before, count, low, size, marks, most=_ROWS)
+        seen = np.flatnonzero(marks)
+        return Rectangles(low.take(seen, axis=0), size.take(seen, axis=0))
+
+
+@kernel(
+    across="m 2", offsets="k m", ways="k 2", low="n 2", size="n 2", begin="0..end", end="0..n", low_halves="out 2*n 2",
+    size_halves="out 2*n 2", marks="out 2*n",
+)  # fmt: skip
+def halve_rectangles(
+    across: Floats, offsets: Floats, ways: Longs, low: Floats, size: Floats, begin: int, end: int,
+    low_halves: Floats, size_halves: Floats, marks: Flags,
+) -> None:  # fmt: skip
+    """Cut the rectangles begin..end across their longer sides, and write whether each half is in a `Shadow`."""
+    for i in range(2 * begin, 2 * end):
+        x, y, a, b = low[i // 2, 0], low[i // 2, 1], size[i // 2, 0], size[i // 2, 1]
+        a, b = (a, b / 2.0) if b > a else (a / 2.0, b)
+        if i % 2 == 1:
+            x, y = (x, y + b) if b < size[i // 2, 1] else (x + a, y)
+        low_halves[i, 0], low_halves[i, 1], size_halves[i, 0], size_halves[i, 1] = x, y, a, b
+        polygon, way = len(ways), len(ways) - 1
+        while 0 <= way < polygon:  # ways lead down, so that there is an answer
+            polygon, turn = way, 0
+            for k in range(len(across)):
+                u, v = across[k, 0], across[k, 1]
+                # The smallest u·x over the rectangle, at the corner that minimizes it
+                if not x * u + y * v + (a * min(u, 0.0) + b * min(v, 0.0)) <= offsets[polygon, k]:
+                    turn = 1
+                    break
+            way = ways[polygon, turn]
+        marks[i] = way == -1
 
 
 @dataclass(frozen=True)
@@ -214,28 +244,21 @@ class Hull:
     every: bool = False
     depth: int = 0
 
-    def visible_rectangles(self, rectangles: Rectangles, sight: ViewDirection) -> Rectangles:
-        """Return the rectangles that meet the hull in a view along an axis; the others certainly miss the shape."""
-        mask = [np.zeros(0, bool), *(self._meets(part, sight) for _, part in rectangles.pieces(_BLOCK))]
-        return rectangles[np.concatenate(mask)]
+    def shadow(self, axis: int, directions: FloatArray) -> Shadow:
+        """Return the view along an axis; of the directions (n, 3) those without a component along it count."""
+        views, polygons = np.flatnonzero(directions[:, axis] == 0), list[tuple[FloatArray, int, int]]()
+        self._put_polygons(-1, -2, polygons)
+        offsets, ways = np.array([each[0][views] for each in polygons]), np.array([each[1:] for each in polygons])
+        return Shadow(axis, np.delete(directions[views], axis, axis=1), offsets, ways)
 
-    def _meets(self, rectangles: Rectangles, sight: ViewDirection) -> Mask:
-        """Return (n,) bool: does each rectangle meet the hull?"""
-        # The smallest u·x over each rectangle, at the corner that minimizes it
-        least = rectangles.low @ sight.across.T + rectangles.size @ np.minimum(sight.across, 0.0).T
-        found: Mask = (least <= self.offsets[sight.views]).all(axis=1)
-        if self.every or not self.parts:
-            for part in self.parts:
-                rest = np.flatnonzero(found)
-                found[rest] = part._meets(rectangles[rest], sight)
-            return found
-        pending, result = np.flatnonzero(found), np.zeros(len(found), bool)
-        # Any of the parts: only rectangles that have missed the earlier parts are tested
-        for part in self.parts:
-            hit = part._meets(rectangles[pending], sight)
-            result[pending[hit]] = True
-            pending = pending[~hit]
-        return result
+    def _put_polygons(self, inside: int, outside: int, polygons: list[tuple[FloatArray, int, int]]) -> int:
+        """Append (offsets, way in, way out) of the parts, the last first, and of the hull; return its number."""
+        on, off = inside, outside
+        for part in reversed(self.parts):
+            number = part._put_polygons(on, off, polygons)
+            on, off = (number, outside) if self.every else (inside, number)
+        polygons.append((self.offsets, on if self.every or not self.parts else off, outside))
+        return len(polygons) - 1
 
 
 def directions_for(shape: Shape, box: FittedBox) -> FloatArray:

@@ -91,9 +91,7 @@ class Slice:
     @cached_property
     def _columns(self) -> Any:
         """The material of each body; one more -1 at the end serves the body -1."""
-        prepared = self._scene._prepared
-        numbers = np.arange(prepared.lowered.body_count)
-        return np.append(prepared.labels.columns_of(numbers, self.materials), -1) if len(numbers) else np.array([-1])
+        return np.append(self._scene._prepared.material_columns, np.int32(-1))
 
     @cached_property
     def outlines(self) -> tuple[Outline, ...]:

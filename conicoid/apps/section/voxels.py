@@ -7,6 +7,7 @@ zarr folders, VTK image data (pyevtk) and NRRD (pynrrd).
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import shutil
 from collections.abc import Callable, Iterator
@@ -26,6 +27,8 @@ from ..._util.validation import (
     describe_kind,
     format_value,
 )
+from ...kernels.threads import run_rows
+from ...queries.points import look_up, put_grid
 from ...queries.voxel_columns import ColumnGrid, voxel_shares
 from ...render.options import BY
 from .drawing import body_name, material_name
@@ -243,7 +246,7 @@ def sum_blocks(array: Any) -> npt.NDArray[np.float64]:
 
 # --- Voxels of a scene
 
-_POINTS = 1 << 21  # points of a query
+_POINTS, _ROWS = 1 << 21, 1 << 13  # points of a query; those that a thread takes at a time
 _BYTES = 1 << 27  # fractions and their bounds of a block
 _MOST_SAMPLES, _MOST_VOXELS = 1024, 1 << 20
 
@@ -441,19 +444,21 @@ def _ids(request: _VoxelRequest) -> Voxels:
     refuse_large(counts, 1, 8, path)
     prepared = scene._prepared
     materials = NameTuple((material for material, _ in prepared.labels.distinct), "voxels.materials")
-    numbers = np.arange(prepared.lowered.body_count)
-    # The material of each body, and -1 at the end for the body -1.
-    table = np.append(prepared.labels.columns_of(numbers, materials) if len(numbers) else numbers, -1).astype(np.int32)
     voxels = Voxels(low, high, counts, materials=materials)
     centers, total = voxels.centers, counts[0] * counts[1] * counts[2]
 
     def fill(pair: Pair) -> None:
         filled = 0
         for box in block_boxes(counts, _POINTS):
-            sides = (axis[part] for axis, part in zip(centers, box, strict=True))
-            part = scene.body_at(np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1), executor=executor)
-            pair[0][box], pair[1][box] = part, table[part]
-            filled += part.size
+            sides = tuple(axis[part] for axis, part in zip(centers, box, strict=True))
+            shape = len(sides[0]), len(sides[1]), len(sides[2])
+            count = math.prod(shape)
+            points, material = np.empty((*shape, 3)), np.empty(count, np.int32)
+            run_rows(put_grid, sides, count, points.reshape(-1, 3), most=_ROWS)
+            body = scene.body_at(points, executor=executor)
+            run_rows(look_up, (body.reshape(-1), prepared.material_columns), count, material, most=_ROWS)
+            pair[0][box], pair[1][box] = body, material.reshape(shape)
+            filled += count
             if progress is not None:
                 progress(filled, total)
 
@@ -462,8 +467,6 @@ def _ids(request: _VoxelRequest) -> Voxels:
     voxels.body, voxels.material = _fill_voxels(
         request, ("body", "material"), counts, np.int32, sides, dict(names=[], materials=names), fill
     )
-    if path is None:
-        voxels.body, voxels.material = voxels.body, voxels.material
     return voxels
 
 
@@ -473,11 +476,10 @@ def _shares(request: _VoxelRequest, by: str, samples: int, along: int) -> Voxels
     prepared = scene._prepared
     materials = NameTuple((material for material, _ in prepared.labels.distinct), "voxels.materials")
     bodies = prepared.lowered.body_count
-    numbers = np.arange(bodies)
     if by == "body":
-        groups, names = numbers.astype(np.int32), tuple(body_name(prepared, k) for k in range(bodies))
+        groups, names = np.arange(bodies, dtype=np.int32), tuple(body_name(prepared, k) for k in range(bodies))
     else:
-        groups = prepared.labels.columns_of(numbers, materials).astype(np.int32) if bodies else numbers.astype(np.int32)
+        groups = prepared.material_columns
         names = tuple(material_name(prepared, k) for k in range(len(materials)))
     refuse_large(counts, len(names), 16, path)
     # Columns run along the last of these axes.
