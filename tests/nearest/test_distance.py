@@ -33,6 +33,10 @@ def wedges(sides, angle):
     return co.Union(parts)
 
 
+def sector(start, end):
+    return co.Cylinder((0, 0, -1), (0, 0, 1), 1, start, end, (1, 0, 0))
+
+
 WEDGES = wedges(12, 90)
 
 
@@ -232,6 +236,7 @@ def test_workers_and_progress():
         co.Box().rotate("z", 45), co.RegularPrism(6, 3, (-2, 2)).rotate("x", 20), co.RegularPrism(12, 3, (-2, 2)),
         co.Box().rotate((1, 2, 3), 40) - co.Box().scale(0.7).rotate("z", 20),
         co.Cone((0, 0, -1), (0, 0, 2), 2, 0.5) & co.HalfSpace((1, 0, 0.3), 0.4), WEDGES,
+        sector(0, 30) | sector(90, 120), sector(0, 3) | sector(90, 97),
     ],
 )  # fmt: skip
 def test_corners_and_lines_of_many_planes_have_small_errors(shape):

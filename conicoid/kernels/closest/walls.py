@@ -385,17 +385,49 @@ def _turning_sides(values: int, count: int, i: int) -> int:
 @helper
 def _straddles_wall(geometry: Geometry, room: Neighbourhood, x: float, y: float, z: float, step: float) -> bool:
     """True if some points about a step away are certainly inside and others certainly outside."""
-    inside, outside = False, False
+    found = 0  # 1 for a point inside, 2 for one outside
     # The 26 neighbours of a grid point, a little off the grid, so that they do not lie on planes along the axes
     for k in range(26):
         i = k if k < 13 else k + 1
         dx, dy, dz = float(i % 3 - 1) + 0.03, float(i // 3 % 3 - 1) - 0.05, float(i // 9 - 1) + 0.07
-        if put_signs(geometry, room, 0, x + step * dx, y + step * dy, z + step * dz, 0.0) == 0:
-            if holds(geometry, room):
-                inside = True
-            else:
-                outside = True
-    return inside and outside
+        found |= _side_beside(geometry, room, x + step * dx, y + step * dy, z + step * dz)
+    # Thin wedges have none of these: between the half-planes of each two surfaces, ahead and back along their line
+    for i in range(room.sizes[SURFACES]):
+        ax, ay, az = _normal_through(geometry, room, i, x, y, z, step)
+        for j in range(i if found != 3 and (ax != 0.0 or ay != 0.0 or az != 0.0) else 0):
+            bx, by, bz = _normal_through(geometry, room, j, x, y, z, step)
+            lx, ly, lz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+            sine = length_of(lx, ly, lz)
+            if sine < TANGENT:
+                continue
+            lx, ly, lz = lx / sine, ly / sine, lz / sine
+            ux, uy, uz = ly * az - lz * ay, lz * ax - lx * az, lx * ay - ly * ax
+            vx, vy, vz = ly * bz - lz * by, lz * bx - lx * bz, lx * by - ly * bx
+            for k in range(8):
+                p, q, r = 1.0 if k & 1 else -1.0, 1.0 if k & 2 else -1.0, 0.5 if k & 4 else -0.5
+                dx, dy, dz = p * ux + q * vx + r * lx, p * uy + q * vy + r * ly, p * uz + q * vz + r * lz
+                found |= _side_beside(geometry, room, x + step * dx, y + step * dy, z + step * dz)
+    return found == 3
+
+
+@inline
+def _normal_through(
+    geometry: Geometry, room: Neighbourhood, k: int, x: float, y: float, z: float, step: float
+) -> tuple[float, float, float]:
+    """Return the unit normal of a near surface that passes within a step of a point; zeros for another."""
+    form = form_at(geometry, room.surface[k], x, y, z)
+    g = length_of(form.gx, form.gy, form.gz)
+    if not (g > 0.0 and abs(form.value) <= 2.0 * g * step):
+        return 0.0, 0.0, 0.0
+    return form.gx / g, form.gy / g, form.gz / g
+
+
+@inline
+def _side_beside(geometry: Geometry, room: Neighbourhood, x: float, y: float, z: float) -> int:
+    """Return 1 if a point is certainly inside, 2 if it is certainly outside, else 0."""
+    if put_signs(geometry, room, 0, x, y, z, 0.0) != 0:
+        return 0
+    return 1 if holds(geometry, room) else 2
 
 
 @helper
