@@ -307,8 +307,9 @@ class Extrusion(PrimitiveSolid):
 
     `outline` are its corners (x, y), in either sense; it must not cross itself. `z_range` is (low, high), both finite.
     `scale_at_top` is how much larger it is at the high end, about the z axis: 0 makes a pyramid's tip.
-    Faces: i is the side from corner i to the next, then bottom and top. uv: Cartesian coordinates on the plane as of
-    `HalfSpace`. Holes are cut by others: ``Extrusion(outer, ...) - Extrusion(inner, ...)``.
+    Faces: i is the side from corner i to the next, then bottom and top; sides in one plane have the first one's
+    number. uv: Cartesian coordinates on the plane as of `HalfSpace`. Holes are cut by others:
+    ``Extrusion(outer, ...) - Extrusion(inner, ...)``.
 
     Raises ValueError for an outline that crosses or touches itself or has no area.
     """

@@ -27,6 +27,7 @@ from ..numerics.portable_math import (
     is_finite,
     negative_indicator,
     portable_max,
+    portable_scale,
     portable_sqrt,
     select_if_several,
 )
@@ -241,7 +242,7 @@ class Ellipsoid(EllipticSolid):
         if self.coefficients is not None:
             return (*self.coefficients, 1.0)
         # By the largest square, so that equal radii give the coefficients of a ball, all exactly 1
-        largest = ex.rational(functools.reduce(portable_max, self.radii)) ** 2
+        largest = ex.rational(portable_scale(self.radii)) ** 2
         sx, sy, sz = (largest / ex.rational(r) ** 2 for r in self.radii)
         return sx, sy, sz, largest
 
@@ -254,12 +255,12 @@ class Ellipsoid(EllipticSolid):
         if self.coefficients is not None:
             return inverse_root(self.coefficients[0]), inverse_root(self.coefficients[1])
         # The largest radius has the square 1, which no recording could tell from a number beside it
-        largest = functools.reduce(portable_max, self.radii)
+        largest = portable_scale(self.radii)
         widths = []
         for radius, square in zip(self.radii, self.squares, strict=False):
             is_less = negative_indicator(radius - largest)
             below = inverse_root(square + ex.rational(1.0 - is_less))
-            widths.append(select_if_several(2.0 * is_less, below, 1.0))
+            widths.append(select_if_several(2.0 * is_less, below, radius / largest))
         return widths[0], widths[1]
 
     @property

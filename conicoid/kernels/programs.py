@@ -220,6 +220,24 @@ def turn_leaf(geometry: Geometry, counts: Ints, program: int, leaf: int, on: boo
         gate = integer(geometry, table.GATE_PARENT, gate)
 
 
+@inline
+def leaf_decides(geometry: Geometry, counts: Ints, program: int, leaf: int, on: bool) -> bool:
+    """True if every gate from a leaf to the root has the value that the leaf, inside (`on`) or outside, alone gives.
+
+    A leaf for which this is true on both sides of a crossing, with its own change, turns the body there. Of a body that
+    turns, some leaf does: gates do not fall when an input rises.
+    """
+    row = leaf + rows_of_leaves(geometry, program)
+    gate = integer(geometry, table.LEAF_GATE, row)
+    rises = on != (integer(geometry, table.LEAF_NEGATED, row) == 1)
+    while gate >= 0:
+        if gate_value(geometry, counts, gate) != rises:
+            return False
+        rises = rises != (integer(geometry, table.GATE_NEGATED, gate) == 1)
+        gate = integer(geometry, table.GATE_PARENT, gate)
+    return True
+
+
 # Boxes around the leaves of a program. Translated copies share the boxes of the first copy, and add their shift.
 
 

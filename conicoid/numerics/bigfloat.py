@@ -60,6 +60,10 @@ class Symbol:
         """Return `max(self, other)`, or `max(other, self)` if not `first`."""
         raise NotImplementedError
 
+    def constant(self) -> Any:
+        """Return the same number without derivatives."""
+        return self
+
 
 class BigFloat:
     """mantissa · 2^exponent ± off · 2^exponent, immutable. It is true if it is certainly not zero."""

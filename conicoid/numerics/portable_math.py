@@ -113,6 +113,13 @@ def portable_max(a: Any, b: Any) -> float:
     return result
 
 
+def portable_scale(values: Iterable[Any]) -> float:
+    """Return the largest value, as a unit for the others: it has no derivatives, on which nothing may depend."""
+    largest = functools.reduce(portable_max, values)
+    scale: float = largest.constant() if isinstance(largest, Symbol) else largest
+    return scale
+
+
 def rounded_sum(terms: Iterable[Any]) -> float:
     """Return the float nearest to a sum."""
     items = list(terms)

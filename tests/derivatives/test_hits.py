@@ -200,3 +200,21 @@ def test_normals_turn_by_the_curvature():
     for k, along in ((bent.k1, bent.direction1), (bent.k2, bent.direction2)):
         turned = hits.jvp(d_origins=along).normal
         assert turned == pytest.approx(k[:, None] * along, abs=1e-12)
+
+
+def test_radii_that_are_equal_have_derivatives():
+    """The largest of them is a unit alone: dt / dr = x² / (r x·d), along each axis."""
+    scene = co.Scene([co.Ellipsoid((2, 2, 2))])
+    numbers, hit = co.parameters(scene), scene.first_hit((5, 0.1, 0.2), (-1, 0, 0))
+    slopes = [float(hit.jvp(numbers, row).t) for row in np.eye(len(numbers))[:3]]
+    x, y, z = np.sqrt(4 - 0.05), 0.1, 0.2
+    assert slopes == pytest.approx([-x / 2, -y * y / x / 2, -z * z / x / 2], rel=1e-14)
+    for radii in ((2, 2, 1), (1, 2, 2), (2, 2, 2)):  # also of a cut one, and of normal and uv
+        solid = co.Scene([co.Ellipsoid(radii, z_range=(-0.5, 0.75))])
+        numbers, (o, d) = co.parameters(solid), ([(5, 0.1, 0.2), (0.3, 0.2, 5)], [(-1, 0.01, 0), (0.01, 0, -1)])
+        hits, values = solid.first_hit(o, d), np.array(numbers.values)
+        for row in np.eye(len(numbers)):
+            low, high = (numbers.scene(values + side * 1e-5 * row).first_hit(o, d) for side in (-1, 1))
+            for field in ("t", "normal", "uv"):
+                slope = (getattr(high, field) - getattr(low, field)) / 2e-5
+                assert getattr(hits.jvp(numbers, row), field) == pytest.approx(slope, abs=1e-8)

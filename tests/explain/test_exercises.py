@@ -354,3 +354,19 @@ def test_coincident_walls_act_together():
     rows = [(row.t, row.letter, row.entering, row.value) for row in found.bodies[0].sweep.rows]
     assert rows == [(1, "A", True, True), (2, "A", False, True), (2, "B", True, True), (3, "B", False, False)]
     assert [c.t for c in found.crossings] == [1, 3]
+
+
+def test_a_negative_square_exchanges_the_roots():
+    """Within the asymptotic cone the notes' steps 3 and 4 would report the farther crossing."""
+    scene = co.Scene([co.TwoSheetHyperboloid(1, 1, 1)])
+    text = str(scene.explain((0, 0, 5), (0, 0, -1)))  # at t = 4 and 6
+    assert "t₀ = (−b − √(b² − 4 a c)) / 2a = 6" in text
+    assert "a < 0: t₀ > t₁, and the notes, which try t₀ first, would take the farther one" in text
+    assert scene.first_hit((0, 0, 5), (0, 0, -1)).t == 4
+
+
+def test_numbers_beyond_floats_are_infinite():
+    """A turned plane and a ray that is all but along it: exactly they meet at some 1e900, in front or behind."""
+    plane = co.HalfSpace((1, -1, 0), 0).rotate((1, 1, 1), 20)
+    texts = [str(co.Scene([shape]).explain((1, 0, 0), (1, 1, 1))) for shape in (plane, ~plane)]
+    assert all("∞" in text for text in texts)

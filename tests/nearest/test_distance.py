@@ -5,6 +5,7 @@ from __future__ import annotations
 import concurrent.futures
 import math
 import pickle
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -16,6 +17,27 @@ ROOT3 = math.sqrt(3)
 
 def exact(shape, point, **more):
     return co.Scene([shape]).distance(point, exact=True, **more)
+
+
+def wedges(sides, angle):
+    """A ring of sectors with conical walls, as a polyhedra of GDML is: all their flat walls meet on the z axis."""
+    turns = np.radians(np.linspace(0, angle, sides + 1))
+    parts = []
+    for a, b in pairwise(turns):
+        middle = ((np.cos(a) + np.cos(b)) / 2, (np.sin(a) + np.sin(b)) / 2)
+        x, y = np.array(middle) / np.hypot(*middle)
+        normals = [
+            (0, 0, -1), (0, 0, 1), (np.sin(a), -np.cos(a), 0), (-np.sin(b), np.cos(b), 0), (x, y, -0.5), (-x, -y, 0.25)
+        ]  # fmt: skip
+        parts.append(co.Polyhedron(normals, (2, 0, 0, 0, 4, -1.5)))
+    return co.Union(parts)
+
+
+def sector(start, end):
+    return co.Cylinder((0, 0, -1), (0, 0, 1), 1, start, end, (1, 0, 0))
+
+
+WEDGES = wedges(12, 90)
 
 
 def test_the_sign_is_negative_inside():
@@ -206,3 +228,22 @@ def test_workers_and_progress():
     with concurrent.futures.ThreadPoolExecutor(2) as pool:
         assert scene.distance(x, exact=True, executor=pool) == found
         assert scene.distance(x, executor=pool) == scene.distance(x)
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        co.Box().rotate("z", 45), co.RegularPrism(6, 3, (-2, 2)).rotate("x", 20), co.RegularPrism(12, 3, (-2, 2)),
+        co.Box().rotate((1, 2, 3), 40) - co.Box().scale(0.7).rotate("z", 20),
+        co.Cone((0, 0, -1), (0, 0, 2), 2, 0.5) & co.HalfSpace((1, 0, 0.3), 0.4), WEDGES,
+        sector(0, 30) | sector(90, 120), sector(0, 3) | sector(90, 97),
+    ],
+)  # fmt: skip
+def test_corners_and_lines_of_many_planes_have_small_errors(shape):
+    """A third plane along the line of two meets it nowhere, and a point of many planes need be no wall."""
+    scene = co.Scene([shape])
+    points = np.random.default_rng(4).uniform(-6, 6, (60, 3))
+    found, bound = scene.distance(points, exact=True), scene.distance(points)
+    assert (found.error < 1e-10).all()
+    assert (found.lower >= bound.lower).all()
+    assert (found.lower >= np.abs(found.distance) - 1e-10).all()

@@ -108,14 +108,17 @@ class Trace:
         return truth(formula, held)
 
     def _faces(self, formula: Formula, wanted: Array) -> Array:
-        """(rays, groups) the lowest face of the cells that turn as the body does: `wanted` after, in the leaf's sense."""
+        """(rays, groups) the lowest face of the cells that turn a formula: `wanted` after, in the leaf's sense.
+
+        A part that does not turn itself has no face there: a wall of its cells is cut away, or within the part.
+        """
         kind, parts = formula
         if kind == "not":
             return self._faces(parts, ~wanted)
-        if kind != "cell":
-            return np.minimum.reduce([self._faces(part, wanted) for part in parts])
-        gaps = self.held(parts)
+        gaps = truth(formula, self.held)
         turned = (gaps[:, 1:] != gaps[:, :-1]) & (gaps[:, 1:] == wanted)
+        if kind != "cell":
+            return np.where(turned, np.minimum.reduce([self._faces(part, wanted) for part in parts]), NO_FACE)
         best = np.full(wanted.shape, NO_FACE)
         for form in parts:
             state = self.state(form)

@@ -173,6 +173,33 @@ def test_a_cap_that_touches_a_pole_has_no_outline():
     assert ends == pytest.approx(np.tile([0.5, math.sqrt(0.75)], (8, 1)), abs=1e-15)
 
 
+def test_a_wall_that_touches_the_plane_takes_no_other_away():
+    """Along the line of contact it has no sign of its own; beside it, that of its outside."""
+    can, block = co.Cylinder((0, 0, -1), (0, 0, 1), 1), co.Box((-2, -3, -2), (2, 1, 2))
+    assert co.Scene([can]).slice("y", at=1).outlines == ()
+    assert len(co.Scene([can, block]).slice("y", at=1).outlines) == 4
+    beside = co.Box((0, 0, -2), (2, 3, 2)) - can  # its wall x = 0 lies in the line of contact
+    outlines = co.Scene([beside]).slice("y", at=1).outlines
+    assert sorted(sorted([*one.start, *one.end]) for one in outlines) == [
+        [-2, -2, 0, 2], [-2, 0, 0, 2], [-2, 2, 2, 2], [0, 2, 2, 2]
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("degrees", [s * 10.0**-k for k in range(1, 17) for s in (1, -1)])
+@pytest.mark.parametrize("shape", [co.EllipticParaboloid(1, 1), co.TwoSheetHyperboloid(1, 1, 1)])
+def test_conics_that_are_almost_parabolas_have_their_outlines(shape, degrees):
+    """Their outlines are those at rest, to first order in the turn."""
+    window = {"origin": (-4, 0.7, -4), "u": (8, 0, 0), "v": (0, 0, 8), "pixels": 8}
+    rest = co.Scene([shape]).slice(**window).outlines
+    turned = co.Scene([shape.rotate("x", degrees)]).slice(**window).outlines
+    assert len(turned) == len(rest)
+    assert turned
+    for one, other in zip(rest, turned, strict=True):
+        assert np.sort(np.stack([one.start, one.end]), axis=0) == pytest.approx(
+            np.sort(np.stack([other.start, other.end]), axis=0), abs=0.2 * abs(degrees) + 1e-12
+        )
+
+
 def test_a_lens_ends_where_its_walls_cross():
     # Unit balls about (±1/2, 0, 0) cross on the circle of radius sqrt(3)/2; of each two thirds of a half circle are seen.
     lens = co.Scene([co.Sphere(1, (-0.5, 0, 0)) & co.Sphere(1, (0.5, 0, 0))]).slice("z", pixels=8)

@@ -154,6 +154,9 @@ class Dual(BigFloat, Symbol):
         differing = [key for key in keys if self.slopes.get(key, 0.0) != slopes_of(other).get(key, 0.0)]
         return Dual(self.value, {**self.slopes, **dict.fromkeys(differing, math.nan)})
 
+    def constant(self) -> Dual:
+        return Dual(self.value, {})
+
     def sine_cosine(self) -> tuple[Any, Any]:
         """Return (sine, cosine) of the number as an angle in degrees."""
         s, c = bigfloat.sin_cos_degrees(float(self.value))

@@ -257,7 +257,7 @@ def group_events(rows: Any) -> Iterator[Any]:
         k = stop
 
 
-def region_crossings(recording: RayRecording, body: int, program: int, rows: Any) -> tuple[list[Crossing], bool]:
+def region_crossings(recording: RayRecording, body: int, rows: Any) -> tuple[list[Crossing], bool]:
     """Return (crossings within the interval, inside just after t_min) from recorded events, as `body/boolean.sweep`."""
     crossings: list[Crossing] = []
     inside = rows[0, kernels.EVENT_INSIDE] == 1.0
@@ -274,23 +274,13 @@ def region_crossings(recording: RayRecording, body: int, program: int, rows: Any
         if value == inside:
             continue
         inside = value
-        surface, face = recording.face_at(
-            int(_reported_event(recording.tables, program, group, value)[kernels.EVENT_PLACE])
-        )
+        reported = group[group[:, kernels.EVENT_REPORTED] == 1.0][0]
+        surface, face = recording.face_at(int(reported[kernels.EVENT_PLACE]))
         if recording.is_start(t, surface):  # the crossing at the ray's start happens before the interval
             started = not started
         else:
             crossings.append(Crossing(t, body, face, surface, value))
     return crossings, started
-
-
-def _reported_event(tables: Any, program: int, group: Sequence[Any], entered: bool) -> Any:
-    """Return the event whose face is reported: the first of a group with the same sense as the body's crossing."""
-    for row in group:
-        sense = int(tables.leaf_sense[row_of_leaf(tables, program, int(row[kernels.EVENT_LEAF]))])
-        if (row[kernels.EVENT_ON] == 1.0) == (entered == (sense > 0)):
-            return row
-    return group[0]
 
 
 # Steps of bodies of every kind: the crossings, by the numbers of the kernels, or the reason of a miss.
@@ -362,7 +352,7 @@ class BodySteps:
     def _region(self, program: int, known: BodyStep) -> BodyStep:
         """Return the step of a Boolean body."""
         rows = self.recording.sweep(program)
-        crossings, inside = region_crossings(self.recording, known.body, program, rows)
+        crossings, inside = region_crossings(self.recording, known.body, rows)
         cells = self._leaves(program, rows)
         why = "" if crossings else (INSIDE if inside else BOOLEAN)
         doubtful = any(cell.doubtful for cell in cells)

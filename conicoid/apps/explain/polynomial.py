@@ -51,7 +51,7 @@ def as_float(value: float | Fraction) -> float:
     try:
         return float(value)
     except OverflowError:
-        return math.copysign(math.inf, value)
+        return math.inf if value > 0 else -math.inf
 
 
 def sqrt_fraction(value: Fraction) -> Fraction:

@@ -122,6 +122,11 @@ def _two_roots(
         )
     else:
         case = f"{names[0]}, {names[1]} > 0: both lie ahead"
+    if a < 0:
+        swapped = (
+            f"a < 0: {names[0]} > {names[1]}, and the notes, which try {names[0]} first, would take the farther one"
+        )
+        words.append(Words(swapped, "docs/theory.md, section 14", 2))
     return [*words, Words(case, "", 2)]
 
 

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 Six: TypeAlias = tuple[int, int, int, int, int, int]
 Floats6: TypeAlias = tuple[float, float, float, float, float, float]
 
+_FAR = 64
+"""Sizes of the window beyond which the centre of a conic is far from it."""
 _KEY = 80
 """Bits of the numbers by which curves are compared."""
 _BITS = 512
@@ -67,6 +69,12 @@ class PlaneConic:
     def is_everywhere(self) -> bool:
         """Whether the plane lies in the surface."""
         return not any(self.exact)
+
+    @property
+    def constant_sign(self) -> float:
+        """The sign beside the points where it vanishes, of a conic that has no curves."""
+        a, _, c, _, _, f = self.exact
+        return 1.0 if (a or c or f) > 0 else -1.0
 
     def curves(self) -> list[Curve]:
         """Return the curves along which the conic changes its sign: no isolated points, and no double lines."""
@@ -167,16 +175,17 @@ class PlaneConic:
         squares = -at_center / first, -at_center / other
         axes = (cosine, sine), (-sine, cosine)
         floats, key = self.floats, conic_key(self.exact)
+        is_far = math.hypot(*center) > _FAR * math.hypot(across, up)
         if det > 0:
             if min(squares) <= 0:
                 return []
             r, s = math.sqrt(squares[0]), math.sqrt(squares[1])
-            return [Ellipse(("conic", *key), floats, center, axes[0], (r, s))]
+            return [Ellipse(("conic", *key), floats, center, axes[0], (r, s), is_far)]
         main = 0 if squares[0] > 0 else 1
         r, s = math.sqrt(squares[main]), math.sqrt(-squares[1 - main])
         x, y = axes[main]
         return [
-            Hyperbola((f"branch {k}", *key), floats, center, (turn * x, turn * y), (r, s))
+            Hyperbola((f"branch {k}", *key), floats, center, (turn * x, turn * y), (r, s), is_far)
             for k, turn in enumerate(_in_order(x, y))
         ]
 

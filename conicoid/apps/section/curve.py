@@ -239,6 +239,8 @@ class _Central(Curve):
     center: Pair
     axis: Pair
     radii: Pair
+    is_far: bool = False
+    """Whether the centre is so far that angles about it do not tell places in the window apart."""
     start: Pair = field(init=False)
     """C(t0) and S(t0)."""
     base: Pair = field(init=False)
@@ -271,6 +273,26 @@ class _Central(Curve):
         """Return C and S of differences of places: the inverse of `_put`."""
         (x, y), (r, s) = self.axis, self.radii
         return (offsets[:, 0] * x + offsets[:, 1] * y) / r, (offsets[:, 1] * x - offsets[:, 0] * y) / s
+
+    def _roots_nearby(self, other: Any, turn: float) -> Any:
+        """Return half-angle tangents τ of crossings about t = 0; `turn` is 1 for an ellipse, -1 for a hyperbola.
+
+        A place is base + 2 (τ V + τ² W) / (1 + turn τ²), V the velocity at t = 0 and W half a turn's way. In steps of
+        which V takes some length of the window, the other conic is a polynomial without cancellation.
+        """
+        (c, s), (a, b), base = self.start, np.array(self._sides), self.base
+        v = -turn * s * a + c * b
+        step = 1 / np.linalg.norm(v)
+        v, w = v * step, -turn * (c * a + turn * s * b) * step * step
+        bend = turn * step * step
+        value, by_v, by_w = _at(other, base), half_slope(other, base, v), half_slope(other, base, w)
+        vv, vw, ww = second_order(other, v, v), second_order(other, v, w), second_order(other, w, w)
+        roots = real_roots_of([
+            bend * bend * value + 4 * bend * by_w + 4 * ww, 4 * bend * by_v + 8 * vw,
+            2 * bend * value + 4 * by_w + 4 * vv, 4 * by_v, value,
+        ])  # fmt: skip
+        size = np.abs(roots).min(initial=math.inf)
+        return roots.real[np.abs(roots.imag) <= NEAR * np.abs(roots) + 1e-9 * size] * step
 
     def _terms(self, other: Any) -> Any:
         """Return another conic's (value at the centre, half the slopes along both half-axes, three quadratic terms)."""
@@ -309,6 +331,8 @@ class Ellipse(_Central):
         Conics with a constant too large for a zero are skipped. If second = 0, as for lines and between circles, an
         arccosine gives the angle. Otherwise z is a root of a polynomial of degree four.
         """
+        if self.is_far:
+            return super().candidates(others)
         second, first, constant = self._waves(others.T)
         reach = 2 * (np.abs(first) + np.abs(second))
         # |f - constant| <= reach on the whole ellipse.
@@ -321,6 +345,9 @@ class Ellipse(_Central):
         t = np.concatenate([middle + turn, middle - turn, *roots]) - math.atan2(self.start[1], self.start[0])
         one = np.flatnonzero(simple)
         return t, np.concatenate([one, one, np.repeat(rest, [len(part) for part in roots])])
+
+    def roots_with(self, other: Any) -> FloatArray:
+        return 2 * np.arctan(self._roots_nearby(other, 1.0))
 
     def _waves(self, other: Any) -> tuple[Any, Any, Any]:
         """Return (second, first, constant): the Fourier coefficients of another conic along the ellipse."""
@@ -361,6 +388,9 @@ class Hyperbola(_Central):
 
     def roots_with(self, other: Any) -> FloatArray:
         """Return the crossings from the positive roots w = exp(t) of a polynomial of degree four."""
+        if self.is_far:
+            tangents = self._roots_nearby(other, -1.0)
+            return 2 * np.arctanh(tangents[np.abs(tangents) < 1])
         f, along, over, aa, ab, bb = self._terms(other)
         # cosh and sinh as (w ± 1/w) / 2, and the whole times w².
         second = (aa + bb) / 4

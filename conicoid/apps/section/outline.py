@@ -399,8 +399,10 @@ class OutlineCutter:
         walls: dict[Any, _Wall] = {}
         for surface in sorted(users):
             conic, curves = self._cut(surface)
-            # A surface that holds the whole plane has no sign in it.
-            self.floats[surface] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0) if conic.is_everywhere else conic.floats
+            # A surface that holds the whole plane has no sign in it. One that only touches the plane has one sign, also
+            # where it touches.
+            touches = 0.0 if conic.is_everywhere else conic.constant_sign
+            self.floats[surface] = conic.floats if curves else (0.0, 0.0, 0.0, 0.0, 0.0, touches)
             for curve in curves:
                 # Coincident curves have one key, so several surfaces share one wall.
                 wall = walls.setdefault(curve.key, _Wall(curve))

@@ -16,7 +16,15 @@ from ..._util.text import suggest_name
 from ...numerics.portable_math import portable_sqrt
 from ..openmc.placement import ORIGIN, Point
 from ..openmc.region import HalfSpaceNode, IntersectionNode, Region
-from ..openmc.surfaces import ConeSurface, FlatSurface, GeneralSurface, OpenmcSurface, RoundSurface, Surface
+from ..openmc.surfaces import (
+    ConeSurface,
+    FlatSurface,
+    GeneralSurface,
+    OpenmcSurface,
+    RoundSurface,
+    Surface,
+    round_quadric,
+)
 from ..scene_file.nodes import shorten
 from .cards import FIRST_FREE_KEY, Card, parse_integer, parse_numbers
 from .regions import join_regions, renumber_region
@@ -167,7 +175,7 @@ def _quadric(numbers: Numbers, shift: Point = ORIGIN) -> SurfaceBounds:
     """Return the quadric with ten coefficients, in the order of `TERMS`, about a point; a plane if it is linear."""
     # GQ may hold a plane, and a quadric without squares would be refused later
     if any(numbers[:6]):
-        return _single_bound(GeneralSurface(tuple(numbers), shift))
+        return _single_bound(round_quadric(numbers, shift) or GeneralSurface(tuple(numbers), shift))
     normal = to_point(numbers[6:9])
     if not any(normal):
         raise ValueError("must hold more than a constant")

@@ -9,7 +9,7 @@ The last part reads OpenMC's <surface> elements. Lengths are in cm.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
@@ -496,10 +496,32 @@ def _quadric(numbers: Coefficients) -> Surface:
     if not any(numbers[:9]):
         raise ValueError("coeffs must hold more than the constant K")
     if any(numbers[:6]):
-        return GeneralSurface(numbers, ORIGIN)
+        return round_quadric(numbers, ORIGIN) or GeneralSurface(tuple(numbers), ORIGIN)
     # A plane as FlatSurface has an extent and sides, which a quadric has not.
     x, y, z = numbers[6:9]
     return FlatSurface((x, y, z), -numbers[9])
+
+
+def round_quadric(numbers: Sequence[Fraction], shift: Point) -> RoundSurface | None:
+    """Return the sphere, or the cylinder along an axis, that a quadric of positive squares is; None for another.
+
+    The decimals of a file are exact: a cylinder that is written as a quadric is the same surface as one that is not.
+    """
+    squares, cross, linear = numbers[:3], numbers[3:6], numbers[6:9]
+    square = max(squares)
+    flat = [i for i in range(3) if not squares[i]]
+    if square <= 0 or any(cross) or len(flat) > 1 or any(a not in (0, square) for a in squares):
+        return None
+    if any(linear[i] for i in flat):
+        return None
+    x, y, z = (0 if i in flat else c - b / (2 * square) for i, (b, c) in enumerate(zip(linear, shift, strict=True)))
+    radius_squared = sum((b / (2 * square)) ** 2 for b in linear) - numbers[9] / square
+    if radius_squared <= 0:
+        return None
+    radius = Fraction(math.isqrt(radius_squared.numerator), math.isqrt(radius_squared.denominator))
+    if radius**2 != radius_squared:
+        return None
+    return RoundSurface(flat[0] if flat else None, (Fraction(x), Fraction(y), Fraction(z)), radius)
 
 
 def _positive(what: str, value: Fraction) -> Fraction:

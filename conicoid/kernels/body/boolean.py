@@ -13,12 +13,24 @@ from ..._jit.decorators import helper, inline
 from .. import tables as table
 from ..bvh.walk import walk_leaves
 from ..numbers.shell_sort import first_gap, next_gap
-from ..programs import cell_of_leaf, gates_of, hold_program, put_outside, root_value, sense_of, turn_leaf
+from ..programs import (
+    cell_of_leaf,
+    gates_of,
+    hold_program,
+    leaf_decides,
+    put_outside,
+    root_value,
+    sense_of,
+    turn_leaf,
+)
 from ..ray import Ray, span_inverse, with_limits
 from ..surface.interval import Nearness, has_not_ended, is_too_far, may_pass_start, may_swap, nearness_of
 from ..tables import Geometry, is_halted, poll_halt, whole
 from .cell import cell_spans, place_face
 from .scratch import CROSS_ENTERS, CROSS_PLACE, CROSS_SENSE, CROSS_T, EVENT, LEAF, LEAF_COUNT, ON, PLACE, TIME, Scratch
+
+_DECIDES = 2
+"""Added to ON of an event while the face of its group is looked for: after the group, the leaf decides."""
 
 
 @inline
@@ -211,20 +223,39 @@ def region_sides(geometry: Geometry, scratch: Scratch, program: int, ray: Ray, t
     return before, after
 
 
+@helper
+def deciding_event(geometry: Geometry, scratch: Scratch, program: int, first: int, last: int, entered: bool) -> int:
+    """Return the event of a group whose face the crossing has: of the first leaf that turns the body.
+
+    A wall that several leaves share has the face of one that is not cut away there. Relies on the group's leaves having
+    turned, and leaves them so.
+    """
+    event, gates, best = scratch.event, scratch.counts, -1
+    for i in range(first, last):
+        leaf, on = event[EVENT * i + LEAF], event[EVENT * i + ON] == 1
+        fits = on == (entered == (sense_of(geometry, program, leaf) > 0))
+        if fits and leaf_decides(geometry, gates, program, leaf, on):
+            event[EVENT * i + ON] += _DECIDES
+    for i in range(first, last):
+        turn_leaf(geometry, gates, program, event[EVENT * i + LEAF], event[EVENT * i + ON] & 1 == 0)
+    for i in range(first, last):
+        leaf, on = event[EVENT * i + LEAF], event[EVENT * i + ON] & 1 == 1
+        if best < 0 and event[EVENT * i + ON] >= _DECIDES and leaf_decides(geometry, gates, program, leaf, not on):
+            best = i
+    for i in range(first, last):
+        event[EVENT * i + ON] &= 1
+        turn_leaf(geometry, gates, program, event[EVENT * i + LEAF], event[EVENT * i + ON] == 1)
+    return max(best, first)
+
+
 @inline
 def _report(
     geometry: Geometry, scratch: Scratch, program: int, first: int, last: int, start: int, entered: bool, n: int
 ) -> int:
-    """Write crossing n for the group of events first..last; return 1, or 0 for the crossing on which the ray starts.
-
-    The crossing's face is that of the first leaf of the group that turned the way the body did.
-    """
+    """Write crossing n for the group of events first..last; return 1, or 0 for the crossing on which the ray starts."""
     event, best = scratch.event, first
-    for i in range(first, last):
-        sense = sense_of(geometry, program, event[EVENT * i + LEAF])
-        if (event[EVENT * i + ON] == 1) == (entered == (sense > 0)):
-            best = i
-            break
+    if last - first > 1:
+        best = deciding_event(geometry, scratch, program, first, last, entered)
     t, place = scratch.time[TIME * best], event[EVENT * best + PLACE]
     sense = sense_of(geometry, program, event[EVENT * best + LEAF])
     put_crossing(scratch, n, t, place, sense, 1 if entered else 0)

@@ -287,12 +287,13 @@ def _try_line(
             form = form_at(geometry, room.surface[curved], at.x + sx, at.y + sy, at.z + sz)
             ux, uy, uz = bend_times(form, dx, dy, dz)
             a, b, c = dot(ux, uy, uz, dx, dy, dz), dot(form.gx, form.gy, form.gz, dx, dy, dz), form.value
-            root = math.sqrt(max(b * b - a * c, 0.0))
-            if b * b - a * c < -(2.0**-30) * (b * b + abs(a * c)):
-                continue
-            # A coefficient within rounding counts as zero: its root would lie beyond the resolution of floats
+            # A coefficient within rounding counts as zero, also under the root: else the line of two planes, along a
+            # third one, would meet that at a point that rounding has made
             a = a if abs(a) > _LINE_SHARE * form.size else 0.0
             b = b if abs(b) > _LINE_SHARE * form.steep else 0.0
+            if b * b - a * c < -(2.0**-30) * (b * b + abs(a * c)):
+                continue
+            root = math.sqrt(max(b * b - a * c, 0.0))
             # As in `roots_of`: b and the root have one sign, so that nothing cancels
             far = -(b + math.copysign(root, b))
             for which in range(2):

@@ -227,13 +227,17 @@ def _try_ball(geometry: Geometry, room: Neighbourhood, at: WallQuery, surface: i
 
 @helper
 def try_entry_walls(geometry: Geometry, room: Neighbourhood, at: WallQuery) -> None:
-    """Try the walls of an entry."""
+    """Try the walls of an entry; the certified bound of its distance is not given up for a candidate's."""
+    before, least = room.best[LOWER], 0.0
     kind, index = integer(geometry, table.ENTRY_KIND, at.entry), integer(geometry, table.ENTRY_INDEX, at.entry)
     if kind == BALL:
         _try_ball(geometry, room, at, index)
     elif kind == POLYGON:
         _try_polygon(geometry, room, at, index)
-    elif entry_bound(geometry, room.gates, at.entry, at.x, at.y, at.z, limit(room)) <= limit(room):
+    else:
+        least = entry_bound(geometry, room.gates, at.entry, at.x, at.y, at.z, limit(room))
+        if not least <= limit(room):
+            return
         if kind == CELL:
             begin_body(room, -1, -1)
             gather_cell(geometry, room, -1, index, at.x, at.y, at.z)
@@ -248,6 +252,7 @@ def try_entry_walls(geometry: Geometry, room: Neighbourhood, at: WallQuery) -> N
                 gather_program(geometry, room, program, at.x, at.y, at.z)
         _try_near(geometry, room, at)
     room.best[OF_BODY] = math.inf
+    room.best[LOWER] = min(before, max(room.best[LOWER], least))
 
 
 @kernel(

@@ -12,7 +12,7 @@ from ..._jit.decorators import helper, inline
 from .. import tables as table
 from ..body.cell import NO_PLACE, quadric_place
 from ..numbers.vectors import dot
-from ..programs import hold_program, root_value, sense_of, turn_leaf
+from ..programs import hold_program, leaf_decides, root_value, sense_of, turn_leaf
 from ..surface.records import load_quadric
 from ..tables import QUADRIC, Geometry, integer, real, whole
 from .form import SurfaceForm, bend_times, form_at, length_of
@@ -301,6 +301,39 @@ def holds(geometry: Geometry, room: Neighbourhood) -> bool:
 
 
 @helper
+def _is_wholly(geometry: Geometry, room: Neighbourhood, value: bool) -> bool:
+    """True if the body surely has one value all around a point, by room.sign: the leaves through it may all be either.
+
+    Of three-valued logic: what the leaves at whose border the point lies could change is tried at its worst.
+    """
+    program = whole(room.sizes[PROGRAM])
+    if program < 0:
+        return not value and not _is_on(room, 0)
+    counts, whole_value = room.scratch.counts, value
+    hold_program(geometry, counts, program)
+    for sweep in range(2):  # the first turns the leaves, the second undoes it
+        for k in range(room.sizes[LEAVES]):
+            leaf = whole(room.leaves[4 * k + LEAF])
+            # Against `value`: a leaf of positive sense is off if the body is to be there, on if it is not to be
+            worst = (sense_of(geometry, program, leaf) > 0) != value
+            if _is_on(room, k) and (worst or not _is_at_border(room, k)):
+                turn_leaf(geometry, counts, program, leaf, sweep == 0)
+        if sweep == 0:
+            whole_value = root_value(geometry, counts, program)
+    return whole_value == value
+
+
+@inline
+def _is_at_border(room: Neighbourhood, k: int) -> bool:
+    """True if a near leaf has a surface on which the point lies by room.sign."""
+    first, count = room.leaves[4 * k + FIRST_LINK], room.leaves[4 * k + LINK_COUNT]
+    found = False
+    for link in range(first, first + count):
+        found = found or room.sign[room.links[2 * link]] == 0
+    return found
+
+
+@helper
 def put_signs(geometry: Geometry, room: Neighbourhood, chosen: int, x: float, y: float, z: float, off: float) -> int:
     """Find the side of each near surface for a point with error bound `off`; return on how many it may lie.
 
@@ -340,28 +373,61 @@ def sides_around(geometry: Geometry, room: Neighbourhood, count: int) -> int:
 
 
 @inline
-def _turns(values: int, count: int, i: int) -> bool:
-    """True if the side of chosen surface i matters in some combination of `sides_around`."""
-    turns = False
+def _turning_sides(values: int, count: int, i: int) -> int:
+    """Return a combination of `sides_around` in which the side of chosen surface i matters, -1 for none."""
+    found = -1
     for sides in range(1 << count):
-        turns = turns or ((values >> sides) & 1) != ((values >> (sides ^ (1 << i))) & 1)
-    return turns
+        if ((values >> sides) & 1) != ((values >> (sides ^ (1 << i))) & 1):
+            found = sides
+    return found
 
 
 @helper
 def _straddles_wall(geometry: Geometry, room: Neighbourhood, x: float, y: float, z: float, step: float) -> bool:
     """True if some points about a step away are certainly inside and others certainly outside."""
-    inside, outside = False, False
+    found = 0  # 1 for a point inside, 2 for one outside
     # The 26 neighbours of a grid point, a little off the grid, so that they do not lie on planes along the axes
     for k in range(26):
         i = k if k < 13 else k + 1
         dx, dy, dz = float(i % 3 - 1) + 0.03, float(i // 3 % 3 - 1) - 0.05, float(i // 9 - 1) + 0.07
-        if put_signs(geometry, room, 0, x + step * dx, y + step * dy, z + step * dz, 0.0) == 0:
-            if holds(geometry, room):
-                inside = True
-            else:
-                outside = True
-    return inside and outside
+        found |= _side_beside(geometry, room, x + step * dx, y + step * dy, z + step * dz)
+    # Thin wedges have none of these: between the half-planes of each two surfaces, ahead and back along their line
+    for i in range(room.sizes[SURFACES]):
+        ax, ay, az = _normal_through(geometry, room, i, x, y, z, step)
+        for j in range(i if found != 3 and (ax != 0.0 or ay != 0.0 or az != 0.0) else 0):
+            bx, by, bz = _normal_through(geometry, room, j, x, y, z, step)
+            lx, ly, lz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+            sine = length_of(lx, ly, lz)
+            if sine < TANGENT:
+                continue
+            lx, ly, lz = lx / sine, ly / sine, lz / sine
+            ux, uy, uz = ly * az - lz * ay, lz * ax - lx * az, lx * ay - ly * ax
+            vx, vy, vz = ly * bz - lz * by, lz * bx - lx * bz, lx * by - ly * bx
+            for k in range(8):
+                p, q, r = 1.0 if k & 1 else -1.0, 1.0 if k & 2 else -1.0, 0.5 if k & 4 else -0.5
+                dx, dy, dz = p * ux + q * vx + r * lx, p * uy + q * vy + r * ly, p * uz + q * vz + r * lz
+                found |= _side_beside(geometry, room, x + step * dx, y + step * dy, z + step * dz)
+    return found == 3
+
+
+@inline
+def _normal_through(
+    geometry: Geometry, room: Neighbourhood, k: int, x: float, y: float, z: float, step: float
+) -> tuple[float, float, float]:
+    """Return the unit normal of a near surface that passes within a step of a point; zeros for another."""
+    form = form_at(geometry, room.surface[k], x, y, z)
+    g = length_of(form.gx, form.gy, form.gz)
+    if not (g > 0.0 and abs(form.value) <= 2.0 * g * step):
+        return 0.0, 0.0, 0.0
+    return form.gx / g, form.gy / g, form.gz / g
+
+
+@inline
+def _side_beside(geometry: Geometry, room: Neighbourhood, x: float, y: float, z: float) -> int:
+    """Return 1 if a point is certainly inside, 2 if it is certainly outside, else 0."""
+    if put_signs(geometry, room, 0, x, y, z, 0.0) != 0:
+        return 0
+    return 1 if holds(geometry, room) else 2
 
 
 @helper
@@ -405,7 +471,7 @@ def try_point(
         return NO_WALL
     # A wall, if the body differs between combinations of sides of the surfaces through the point
     many = put_signs(geometry, room, count, x, y, z, off)
-    sheet, turned = room.sizes[SHEET_OF] == 1, 0
+    sheet, turned, between = room.sizes[SHEET_OF] == 1, 0, 0
     if sheet:
         if many <= _MOST and not sheet_around(geometry, room, many):
             return NO_WALL
@@ -414,8 +480,11 @@ def try_point(
         every = whole(-1) if many == _MOST else (whole(1) << (1 << many)) - 1
         if values == 0 or values == every:
             return NO_WALL
-        while turned < many - 1 and not _turns(values, many, turned):
+        while turned < many - 1 and _turning_sides(values, many, turned) < 0:
             turned += 1
+        between = max(_turning_sides(values, many, turned), 0)
+    elif _is_wholly(geometry, room, True) or _is_wholly(geometry, room, False):
+        return NO_WALL
     room.best[LOWER] = min(room.best[LOWER], max(distance - off, min(least, distance)))
     wall = room.chosen[turned]
     if count < many <= 3:
@@ -436,6 +505,9 @@ def try_point(
     if off > max(_VAGUE * size, _FAR * (size + distance)):
         return POSSIBLE_WALL
     room.best[UPPER] = min(room.best[UPPER], distance + off)
+    if not sheet and many <= _MOST:  # of the point's surroundings, where the wall's own sides differ
+        for i in range(many):
+            room.sign[room.chosen[i]] = 0 if i == turned else (1 if (between >> i) & 1 else -1)
     keep_wall(geometry, room, at, wall, x, y, z, distance)
     return CERTAIN_WALL
 
@@ -454,22 +526,49 @@ def keep_wall(
 
 @helper
 def _place_of(geometry: Geometry, room: Neighbourhood, chosen: int) -> tuple[int, int]:
-    """Return (place of the face, sense of its leaf) of a near surface, for the first leaf that it bounds."""
-    surface, program = room.surface[chosen], whole(room.sizes[PROGRAM])
-    for k in range(room.sizes[LEAVES]):
-        cell, leaf = whole(room.leaves[4 * k + CELL_OF]), whole(room.leaves[4 * k + LEAF])
-        sense = sense_of(geometry, program, leaf) if leaf >= 0 else whole(1)
+    """Return (place of the face, sense of its leaf) of a near surface, for the first leaf that turns the body there.
+
+    By room.sign, which has the sides of the other surfaces. A first leaf that it bounds serves where none is proved.
+    """
+    surface, program, best = room.surface[chosen], whole(room.sizes[PROGRAM]), -1
+    for k in range(room.sizes[LEAVES] if room.sizes[SHEET_OF] == 0 else 0):
         first, count = room.leaves[4 * k + FIRST_LINK], room.leaves[4 * k + LINK_COUNT]
         mine, fits = False, True
         for link in range(first, first + count):
             mine = mine or room.links[2 * link] == chosen
             fits = fits and room.sign[room.links[2 * link]] * room.links[2 * link + 1] <= 0
-        if mine and fits and room.sizes[SHEET_OF] == 0:
-            for slot in range(integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)):
-                if integer(geometry, table.PLANE_SURFACE, slot) == surface:
-                    return whole(slot), sense
-            return whole(quadric_place(cell)), sense
-    return whole(NO_PLACE), whole(1)
+        if mine and fits:
+            decides = program < 0 or _decides(geometry, room, k, chosen)
+            if decides or best < 0:
+                best = k
+            if decides:
+                break
+    if best < 0:
+        return whole(NO_PLACE), whole(1)
+    cell, leaf = whole(room.leaves[4 * best + CELL_OF]), whole(room.leaves[4 * best + LEAF])
+    sense = sense_of(geometry, program, leaf) if leaf >= 0 else whole(1)
+    for slot in range(integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)):
+        if integer(geometry, table.PLANE_SURFACE, slot) == surface:
+            return whole(slot), sense
+    return whole(quadric_place(cell)), sense
+
+
+@helper
+def _decides(geometry: Geometry, room: Neighbourhood, k: int, chosen: int) -> bool:
+    """True if near leaf k turns the body on both sides of a near surface (`leaf_decides`); room.sign is unchanged."""
+    counts, program, decides = room.scratch.counts, whole(room.sizes[PROGRAM]), True
+    before, leaf = room.sign[chosen], whole(room.leaves[4 * k + LEAF])
+    for side in range(2):
+        room.sign[chosen] = 2 * side - 1
+        hold_program(geometry, counts, program)
+        for sweep in range(2):
+            for j in range(room.sizes[LEAVES]):
+                if _is_on(room, j):
+                    turn_leaf(geometry, counts, program, whole(room.leaves[4 * j + LEAF]), sweep == 0)
+            if sweep == 0:
+                decides &= leaf_decides(geometry, counts, program, leaf, _is_on(room, k))
+    room.sign[chosen] = before
+    return decides
 
 
 # The sides of a clipped polygon, tried as nearest walls

@@ -18,7 +18,7 @@ from ..body.hit import Hit
 from ..bvh.walk import LeafItem
 from ..programs import cell_of_leaf, gates_of, leaves_of, root_of, rows_of_leaves
 from ..surface.interval import Nearness, has_begun, has_not_ended, is_open, lengths_of
-from ..tables import Floats, Geometry, Ints, integer
+from ..tables import Floats, Geometry, Ints, integer, whole
 from .cells import IN, LEAF, OUT, PLACE_OF_IN, PLACE_OF_OUT, SPAN, face_lanes, put_cell_spans
 from .lanes import (
     DOUBT,
@@ -204,9 +204,9 @@ def _advance(
 
 @helper
 def _choose_face(lanes: Floats, leaves: Floats, at: int, sense: float, first: int, last: int) -> None:
-    """Report a span end's face if the end is the crossing found and turns the way the body does.
+    """Report a span end's face if the end is the crossing found and turns the way the body does; count it in NEXT.
 
-    Callers go from the last leaf to the first, so that the face of the first is reported, as for single rays.
+    Callers go from the last leaf to the first, so that the face of the first is reported.
     """
     first, last = eights(first, last)
     row = np.uint64(at)
@@ -222,6 +222,60 @@ def _choose_face(lanes: Floats, leaves: Floats, at: int, sense: float, first: in
         shows = shown == t
         lanes[NEW_PLACE + i] = choose(shows, place, lanes[NEW_PLACE + i])
         lanes[NEW_SENSE + i] = choose(shows, sense, lanes[NEW_SENSE + i])
+        lanes[NEXT + i] += choose(shows & (t < math.inf), 1.0, 0.0)
+
+
+@helper
+def _gate_values(geometry: Geometry, memory: BooleanLanes, program: int, lane: int, after: bool) -> int:
+    """Return the values of the gates just before or after FOUND in a lane: bit k is that of gate k."""
+    lanes, leaves, truths, spans = memory
+    i, group, values = np.uint64(lane), lane & 56, whole(0)
+    (begin, end), row = leaves_of(geometry, program), rows_of_leaves(geometry, program)
+    first, last = gates_of(geometry, program)
+    reset_gates(geometry, truths, program, group, group + 8)
+    t = lanes[FOUND + i]
+    for leaf in range(begin, end):
+        change = -1.0 if integer(geometry, table.LEAF_NEGATED, leaf + row) == 1 else 1.0
+        counter = np.uint64((integer(geometry, table.LEAF_GATE, leaf + row) - first) * LANES)
+        for s in range(spans[leaf - begin]):
+            at = np.uint64((leaf - begin) * LEAF + s * SPAN)
+            low, high = leaves[at + IN + i], leaves[at + OUT + i]
+            if (low <= t) & (t < high) if after else (low < t) & (t <= high):
+                truths[counter + i] += change
+    settle_gates(geometry, truths, program, group, group + 8)
+    for gate in range(first, last):
+        truth = truths[np.uint64((gate - first) * LANES) + i] >= float(integer(geometry, table.GATE_NEED, gate))
+        values |= whole(1 if truth else 0) << (gate - first)
+    return values
+
+
+@helper
+def _decide_face(geometry: Geometry, memory: BooleanLanes, program: int, lane: int) -> None:
+    """Report in a lane the face of the first leaf that turns the body there, as `leaf_decides` for single rays."""
+    lanes, leaves, _, spans = memory
+    before = _gate_values(geometry, memory, program, lane, False)
+    after = _gate_values(geometry, memory, program, lane, True)
+    i, enters = np.uint64(lane), lanes[NEW_ENTERS + np.uint64(lane)] == 1.0
+    (begin, end), row, root = (
+        leaves_of(geometry, program),
+        rows_of_leaves(geometry, program),
+        root_of(geometry, program),
+    )
+    for leaf in range(end - 1, begin - 1, -1):
+        sense = integer(geometry, table.LEAF_SENSE, leaf + row)
+        rises = enters == (sense > 0)
+        gate, decides = integer(geometry, table.LEAF_GATE, leaf + row), True
+        truth = rises != (integer(geometry, table.LEAF_NEGATED, leaf + row) == 1)
+        while gate >= 0:
+            bit, value = gate - root, whole(1 if truth else 0)
+            decides &= (((after >> bit) & 1) == value) & (((before >> bit) & 1) != value)
+            truth = truth != (integer(geometry, table.GATE_NEGATED, gate) == 1)
+            gate = integer(geometry, table.GATE_PARENT, gate)
+        for s in range(spans[leaf - begin] if decides else 0):
+            at = np.uint64((leaf - begin) * LEAF + s * SPAN)
+            end_at, place_at = (IN, PLACE_OF_IN) if rises else (OUT, PLACE_OF_OUT)
+            if leaves[at + end_at + i] == lanes[FOUND + i]:
+                lanes[NEW_PLACE + i], lanes[NEW_SENSE + i] = leaves[at + place_at + i], float(sense)
 
 
 @helper
@@ -325,7 +379,12 @@ def sweep_lanes(geometry: Geometry, memory: BooleanLanes, program: int, first: i
         settle_gates(geometry, truths, program, first, last)
         seeking = _advance(geometry, lanes, truths, program, starts, first, last)
         starts = False
+    for i in range(first, last):
+        lanes[NEXT + i] = 0.0
     for leaf in range(end - 1, begin - 1, -1):
         k, sense = leaf - begin, float(integer(geometry, table.LEAF_SENSE, leaf + row))
         for s in range(spans[k]):
             _choose_face(lanes, leaves, k * LEAF + s * SPAN, sense, first, last)
+    for i in range(first, last):
+        if lanes[NEXT + i] > 1.0:  # several leaves have an end there
+            _decide_face(geometry, memory, program, whole(i))

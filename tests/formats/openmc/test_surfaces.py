@@ -24,7 +24,7 @@ from conicoid.io.openmc.region import (
     list_half_spaces,
     parse_region,
 )
-from conicoid.io.openmc.surfaces import FlatSurface, Surface, read_surface
+from conicoid.io.openmc.surfaces import FlatSurface, GeneralSurface, Surface, read_surface
 from conicoid.io.xml_tree import XmlElement
 
 from ...engine.nodes import Nodes
@@ -119,6 +119,33 @@ def test_what_is_written_is_what_stands_in_the_scene() -> None:
 
 def test_a_quadric_without_squares_is_its_plane() -> None:
     assert surface("quadric", "0 0 0 0 0 0 0 1 0 -2").solid() == co.HalfSpace((0, 1, 0), 2)
+
+
+@pytest.mark.parametrize(
+    ("kind", "numbers", "quadric"),
+    [
+        ("z-cylinder", "0.1 0.2 0.41", "1 1 0 0 0 0 -0.2 -0.4 0 -0.1181"),
+        ("z-cylinder", "0.3 0.1 0.001", "10 10 0 0 0 0 -6 -2 0 0.99999"),
+        ("x-cylinder", "-0.63 1.26 0.4095", "0 1 1 0 0 0 0 1.26 -2.52 1.81680975"),
+        ("y-cylinder", "0 0 0.7", "3 0 3 0 0 0 0 0 0 -1.47"),
+        ("sphere", "0.1 0.2 -0.3 1.1", "1 1 1 0 0 0 -0.2 -0.4 0.6 -1.07"),
+    ],
+)
+def test_a_round_quadric_is_that_cylinder_or_sphere(kind: str, numbers: str, quadric: str) -> None:
+    """In exact decimals: one wall, not two that differ by rounding."""
+    assert surface("quadric", quadric) == surface(kind, numbers)
+
+
+@pytest.mark.parametrize(
+    "quadric",
+    [
+        "1 1 0 0 0 0 -0.2 -0.4 0 -0.1182",  # its radius is irrational
+        "-1 -1 0 0 0 0 0 0 0 1", "1 1 0 0 0 0 0 0 1 -1", "1 1 0 0.1 0 0 0 0 0 -1", "1 2 0 0 0 0 0 0 0 -1",
+        "1 1 -1 0 0 0 0 0 0 -1", "1 0 0 0 0 0 0 0 0 -1", "1 1 1 0 0 0 0 0 0 1", "1 1 0 0 0 0 0 0 0 0",
+    ],
+)  # fmt: skip
+def test_other_quadrics_stay_quadrics(quadric: str) -> None:
+    assert isinstance(surface("quadric", quadric), GeneralSurface)
 
 
 def test_sums_are_exact_in_decimals() -> None:
