@@ -4,8 +4,8 @@ xᵀA x + 2 b·x + c becomes Σ λ_i y_i² + 2 Σ β_i y_i + γ with y = W (x - 
 eigenvectors of A, and β_i = 0 if the anchor can be at the center along axis i.
 
 Floats find the eigenvalues, their order and the sign of each direction (Jacobi). Newton's steps refine the eigenvalues,
-and their residuals bound what is left: of 3,000 bits, or of the numbers of a recording. So the axes of many quadrics
-are computed together. Eigenvalues that floats cannot tell apart take mpmath.
+and their residuals bound the error: in 3,000 bits, or in the numbers of a recording. So the axes of many quadrics
+are computed together. Eigenvalues that floats cannot separate take mpmath.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ def eigen_decomposition(matrix: Symmetric, rank: int | None = None) -> tuple[lis
     if any(isinstance(entry, Symbol) for row in a for entry in row):
         found = _distinct_axes(a)
         if found is None:
-            raise TypeError("a recording cannot tell these eigenvalues apart")
+            raise TypeError("a recording cannot separate these eigenvalues")
     else:
         found = _known_axes(tuple(map(tuple, a)), rank)
     return list(found[0]), found[1]
@@ -90,12 +90,12 @@ def _known_axes(a: Symmetric, rank: int | None) -> tuple[list[ex.Writable], Trip
     return values, rows
 
 
-# Eigenvalues that floats tell apart
+# Eigenvalues that floats separate
 
 _SWEEPS = 4
 """Jacobi's method doubles its digits in each sweep, and more."""
 _APART = 2.0**-20
-"""Eigenvalues are told apart where they differ by more than this share of the largest entry."""
+"""Floats separate eigenvalues that differ by more than this share of the largest entry."""
 _TINY = 1e-300
 """Keeps a tangent of 0 / 0 from being no number, and changes no other."""
 _NEWTON_STEPS, _FIRST_BITS = 8, 128
@@ -104,7 +104,7 @@ _RECORDED_STEPS = 3
 
 
 def _distinct_axes(matrix: Sequence[Sequence[Any]]) -> tuple[list[ex.Writable], Triples] | None:
-    """Return eigenvalues and unit eigenvectors of a symmetric matrix, or None where floats do not tell them apart."""
+    """Return eigenvalues and unit eigenvectors of a symmetric matrix, or None where floats cannot separate them."""
     a = ex.exact_row(matrix[0]), ex.exact_row(matrix[1]), ex.exact_row(matrix[2])
     recorded = any(isinstance(entry, Symbol) for row in a for entry in row)
     floats = [[ex.rounded(entry) for entry in row] for row in a]
