@@ -8,16 +8,20 @@ a hyperboloid (k < -1) and the far half of an ellipsoid (k > -1).
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-from .._util.arrays import Vector
+import numpy as np
+
+from .._util.arrays import FloatArray, Vector, ignore_fp_errors
 from .._util.validation import check_nonnegative, check_number, check_positive, format_value
 from ..numerics import bigfloat as ex
 from ..numerics.portable_math import hypot, is_finite
-from .bounds.support import elliptic_support, round_up, sum_up
+from .bounds.support import elliptic_support, elliptic_supports, plane_lengths, raised_sums, round_up, sum_up
 from .cell import (
     PLAIN_UV,
     UV,
@@ -32,7 +36,7 @@ from .cell import (
     cylindrical_uv,
     transform_uv,
 )
-from .shape import PrimitiveSheet, PrimitiveSolid
+from .shape import Primitive, PrimitiveSheet, PrimitiveSolid
 from .surface import PlaneSurface, QuadricSurface, Surface
 from .transform import Motion
 
@@ -195,6 +199,81 @@ class ConicWall:
         return max(best, sum_up((cap, lifted)) if lifted else cap)
 
 
+_ROUNDING = 4 * 2.0**-53
+"""More than the relative rounding error of a quotient of sums of two products."""
+_STEEP = 2.0**-20
+"""A conic whose square of the cosine of its slope is below this at the rim has its support from 3000 bits."""
+
+
+def _depths(radius: FloatArray, conic: FloatArray, distance: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return bounds (low, high) of `ConicWall.sag` towards the centre, and the square of the cosine of its slope."""
+    square, size = distance * distance, np.abs(radius)
+    steep = (1 + conic) * square / (size * size)
+    under, error = 1 - steep, 2 * _ROUNDING * (1 + np.abs(steep))
+    low = square / (size * (1 + np.sqrt(under + error))) * (1 - _ROUNDING)
+    return low, square / (size * (1 + np.sqrt(np.maximum(under - error, 0)))) * (1 + _ROUNDING), under
+
+
+@ignore_fp_errors
+def _wall_supports(walls: Sequence[tuple[ConicWall, bool, float]], directions: FloatArray) -> FloatArray:
+    """Return `ConicWall.support` of n walls, rounded up, in m directions each; NaN along axes and for steep rims.
+
+    Each wall comes with `hollow` and `hole`.
+    """
+    rows = [(w.radius, w.conic, float(w.vertex), w.semi, w.edge, hollow, hole) for w, hollow, hole in walls]
+    radius, conic, vertex, semi, edge, hollow, hole = np.array(rows).T
+    deep, shallow = _depths(radius, conic, semi), _depths(radius, conic, hole)
+    across = plane_lengths(directions[..., 0], directions[..., 1])
+    sense = np.copysign(1.0, radius)[:, None]
+    lifted, up = directions[..., 2] * vertex[:, None], directions[..., 2] * sense
+
+    def ring(distance: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+        """Return the supports of circles about the axis, their heights between bounds."""
+        reach = up * np.where(up > 0, high[:, None], low[:, None])
+        return raised_sums(np.stack([lifted, reach, distance[:, None] * across], axis=-1))
+
+    best = np.where(
+        hole[:, None] > 0, np.maximum(ring(edge, *deep[:2]), ring(hole, *shallow[:2])), ring(edge, *deep[:2])
+    )
+    size, one = np.abs(radius), np.ones(len(radius))
+    # An ellipsoid ends at its equator
+    top = np.where(conic > -1, np.minimum(deep[1], size / (1 + conic) * (1 + _ROUNDING)), deep[1])
+    solids = np.stack([one, one, 0 * one, 2 * size, -(1 + conic), shallow[0], top], axis=-1)
+    ways = np.stack([directions[..., 0], directions[..., 1], up], axis=-1)
+    caps = raised_sums(np.stack([elliptic_supports(solids, ways), lifted], axis=-1))
+    bulges = (hollow != 0) & np.isfinite(radius)
+    best = np.where(bulges[:, None], np.maximum(best, caps), best)
+    known = ((directions != 0).sum(axis=-1) > 1) & (deep[2] > _STEEP)[:, None] & np.isfinite(best)
+    return np.where(known, best, np.nan)
+
+
+class ConicEnds(Primitive, abstract=True):
+    """A shape of revolution whose supports are those of its ends."""
+
+    @property
+    @abstractmethod
+    def _ends(self) -> tuple[tuple[ConicWall, bool, float], ...]:
+        """Each end with `hollow` and `hole` of `ConicWall.support`."""
+
+    @property
+    def _support_is_apart(self) -> bool:
+        return True
+
+    def support(self, direction: Vector) -> float:
+        return float(self._supports([self], np.array([[direction]]))[0, 0])
+
+    @classmethod
+    def _supports(cls, shapes: Sequence[Any], directions: FloatArray) -> FloatArray:
+        found = []
+        for ends in zip(*(shape._ends for shape in shapes), strict=True):
+            found.append(_wall_supports(ends, directions))
+            for shape, way in np.argwhere(np.isnan(found[-1])).tolist():
+                wall, hollow, hole = ends[shape]
+                x, y, z = directions[shape, way].tolist()
+                found[-1][shape, way] = wall.support((x, y, z), hollow, hole)
+        return np.asarray(np.max(found, axis=0))
+
+
 def ring_support(edge: float, height: ex.BigFloat, direction: Vector) -> float:
     """Return sup direction·p over a circle of radius `edge` about the axis at a height."""
     z = direction[2]
@@ -215,7 +294,7 @@ def round_tube(radius: float) -> QuadricSurface:
 
 
 @dataclass(frozen=True)
-class Conic(PrimitiveSolid):
+class Conic(ConicEnds, PrimitiveSolid):
     """x² + y² + (1 + k) z² <= 2 R z between the vertex, z = 0, and the plane of the rim: a solid cap.
 
     R is `radius_of_curvature`, over 0 where the centre lies at z > 0; k is `conic_constant`: below -1 a hyperboloid,
@@ -252,15 +331,12 @@ class Conic(PrimitiveSolid):
         return Cell((conic, end, *cut))
 
     @property
-    def _support_is_apart(self) -> bool:
-        return True
-
-    def support(self, direction: Vector) -> float:
-        return self.wall.support(direction, hollow=True)
+    def _ends(self) -> tuple[tuple[ConicWall, bool, float], ...]:
+        return ((self.wall, True, 0.0),)
 
 
 @dataclass(frozen=True)
-class ConicSheet(PrimitiveSheet):
+class ConicSheet(ConicEnds, PrimitiveSheet):
     """z = c r² / (1 + sqrt(1 - (1 + k) c² r²)), hole / 2 <= r <= aperture / 2: a thin mirror or an ideal surface.
 
     c is 1 / `radius_of_curvature`, 0 for an infinite one: a flat ring; k is `conic_constant`, `aperture` the diameter
@@ -298,8 +374,9 @@ class ConicSheet(PrimitiveSheet):
             clip = Cell(tuple(Face(surface.moved(motion), 0) for surface in planes))
         return SurfaceSheet(wall.surface.moved(motion), clip, side, uv=transform_uv(wall.uv, motion))
 
-    def support(self, direction: Vector) -> float:
-        return self.wall.support(direction, hollow=True, hole=self.hole / 2)
+    @property
+    def _ends(self) -> tuple[tuple[ConicWall, bool, float], ...]:
+        return ((self.wall, True, self.hole / 2),)
 
 
 def check_conic(shape: Conic | ConicSheet) -> None:

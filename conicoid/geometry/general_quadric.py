@@ -8,19 +8,20 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+
 from .._util.arrays import BoxEnds, Matrix4, Vector
 from .._util.validation import check_matrix4
 from ..numerics import bigfloat as ex
-from .bounds.quadric_extent import dual_support, quadric_bounds
+from .bounds.quadric_extent import dual_support, quadric_ends
 from .bounds.support import along_normal, half_space_bounds, plane_through, plane_uv
 from .cell import UV, Cell, Face, transform_uv
+from .principal_axes import Symmetric, principal_quadric
 from .quadric_classification import (
     Classification,
-    Symmetric,
     check_coefficients,
     classify,
     matrix_of_coefficients,
-    principal_quadric,
     symmetric_part,
 )
 from .shape import PrimitiveSolid
@@ -103,7 +104,7 @@ class Quadric(PrimitiveSolid):
     def _uv(self) -> UV:
         if isinstance(self.surface, PlaneSurface):
             return plane_uv(self.surface)
-        x, y, z = (float(c) for c in self.surface.anchor)
+        x, y, z = map(ex.rounded, self.surface.anchor)
         upright = UV(True, ((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0)))
         return transform_uv(upright, Motion((Translate((x, y, z)),)))
 
@@ -119,14 +120,17 @@ class Quadric(PrimitiveSolid):
         reach = dual_support(surface, ex.apply(rows, u))
         return float(reach) if isinstance(reach, float) else float(ex.dot(u, ex.exact_row(surface.anchor), reach))
 
-    def bounds_under(self, outer: Motion) -> BoxEnds:
+    def ends(self, motion: Motion) -> list[float]:
         """Return the bounds by the dual quadric in 3000 bits, rounded outward; an end is infinite exactly if it is."""
-        return _surface_bounds(self.surface.moved(self.under(outer)))
+        return _surface_ends(self.surface.moved(motion))
 
     def outside_bounds_under(self, outer: Motion) -> BoxEnds:
         """Return the bounds of f >= 0."""
-        return _surface_bounds(self._outside.moved(self.under(outer)))
+        ends = _surface_ends(self._outside.moved(self.under(outer)))
+        return np.array(ends[:3]), np.array(ends[3:])
 
 
-def _surface_bounds(surface: Surface) -> BoxEnds:
-    return half_space_bounds(surface, above=False) if isinstance(surface, PlaneSurface) else quadric_bounds(surface)
+def _surface_ends(surface: Surface) -> list[float]:
+    if isinstance(surface, PlaneSurface):
+        return [end for side in half_space_bounds(surface, above=False) for end in side.tolist()]
+    return quadric_ends(surface)

@@ -25,13 +25,13 @@ from ..numerics.portable_math import is_finite
 from .body import Body
 from .bounds.support import corners_support, plane_uv
 from .cell import All, Cell, Face, Not, Tree, cylindrical_uv
-from .conic import ConicWall, check_radius, check_reach, conic_reaches, round_tube
+from .conic import ConicEnds, ConicWall, check_radius, check_reach, conic_reaches, round_tube
 from .shape import PrimitiveSolid
 from .surface import PlaneSurface
 
 
 @dataclass(frozen=True)
-class Lens(PrimitiveSolid):
+class Lens(ConicEnds, PrimitiveSolid):
     """front(r) <= z <= thickness + back(r), r <= diameter / 2: two conics with their vertices on the z axis.
 
     Each is z = c r² / (1 + sqrt(1 - (1 + k) c² r²)), c = 1 / R. `front_radius` and `back_radius` are the radii of
@@ -75,17 +75,13 @@ class Lens(PrimitiveSolid):
         return tree_between_walls(self.front, self.back, 0.0)
 
     @property
-    def _support_is_apart(self) -> bool:
-        return True
-
-    def support(self, direction: Vector) -> float:
+    def _ends(self) -> tuple[tuple[ConicWall, bool, float], ...]:
         # A front of positive radius bulges towards -z, out of the lens; so does a back of negative radius, towards +z
-        front = self.front.support(direction, hollow=self.front_radius > 0)
-        return max(front, self.back.support(direction, hollow=self.back_radius < 0))
+        return (self.front, self.front_radius > 0, 0.0), (self.back, self.back_radius < 0, 0.0)
 
 
 @dataclass(frozen=True)
-class Mirror(PrimitiveSolid):
+class Mirror(ConicEnds, PrimitiveSolid):
     """A mirror with its substrate: from z = c r² / (1 + sqrt(1 - (1 + k) c² r²)) to the plane z = thickness.
 
     c is 1 / `radius_of_curvature`: with light along +z, a mirror of a negative radius collects it. k is
@@ -132,10 +128,10 @@ class Mirror(PrimitiveSolid):
         low, high = walls if self.thickness > 0 else walls[::-1]
         return tree_between_walls(low, high, self.hole / 2)
 
-    def support(self, direction: Vector) -> float:
+    @property
+    def _ends(self) -> tuple[tuple[ConicWall, bool, float], ...]:
         hollow = (self.radius_of_curvature > 0) == (self.thickness > 0)
-        back = self.back.support(direction, hollow=False)
-        return max(back, self.front.support(direction, hollow=hollow, hole=self.hole / 2))
+        return (self.back, False, 0.0), (self.front, hollow, self.hole / 2)
 
 
 def tree_between_walls(low: ConicWall, high: ConicWall, hole: float) -> Tree:

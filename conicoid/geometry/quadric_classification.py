@@ -1,24 +1,21 @@
 """Classification of quadrics, decided exactly: the kind, and center, axes and semi-axes, rounded once.
 
-The file also checks the named coefficients of a quadric, and puts a general quadric on its principal axes
-(`principal_quadric`).
+The file also checks the named coefficients of a quadric. `principal_axes.py` computes the axes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cache, cached_property
-from typing import Any, NoReturn, TypeAlias
+from functools import cached_property
+from typing import Any, NoReturn
 
 from .._util.arrays import Vector
-from .._util.process import fork_safe_rlock
 from .._util.validation import check_number, format_value
 from ..numerics import bigfloat as ex, rational
-from ..numerics.rational import row_echelon
-from .surface import UPRIGHT, QuadricSurface, Triples
+from .principal_axes import Symmetric, eigen_decomposition
+from .surface import UPRIGHT, QuadricSurface
 from .transform import IDENTITY_MOTION, Motion
 
 COEFFICIENT_NAMES = ("xx", "yy", "zz", "xy", "yz", "xz", "x", "y", "z", "constant")
@@ -29,7 +26,7 @@ _PLACES = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "yz": (1, 2),
     "constant": (3, 3),
 }
 
-Symmetric: TypeAlias = tuple[tuple[Fraction, ...], ...]
+_HALF = Fraction(1, 2)
 
 
 class Coefficients(dict[str, float]):
@@ -69,15 +66,15 @@ def matrix_of_coefficients(values: Mapping[str, float]) -> Symmetric:
     rows = [[Fraction(0)] * 4 for _ in range(4)]
     for name, value in values.items():
         i, j = _PLACES[name]
-        rows[i][j] += Fraction(value) / 2
-        rows[j][i] += Fraction(value) / 2
+        rows[i][j] += ex.rational(value) * _HALF
+        rows[j][i] += ex.rational(value) * _HALF
     return tuple(tuple(row) for row in rows)
 
 
 def symmetric_part(matrix: Iterable[Iterable[float]]) -> Symmetric:
     """Return (Q + Qᵀ) / 2, exact."""
-    rows = [[Fraction(value) for value in row] for row in matrix]
-    return tuple(tuple((rows[i][j] + rows[j][i]) / 2 for j in range(4)) for i in range(4))
+    rows = [[ex.rational(value) for value in row] for row in matrix]
+    return tuple(tuple((rows[i][j] + rows[j][i]) * _HALF for j in range(4)) for i in range(4))
 
 
 # --- Kinds of quadrics
@@ -187,136 +184,6 @@ def _format_number(value: float) -> str:
 
 def _format_point(point: Vector) -> str:
     return f"({', '.join(_format_number(c) for c in point)})"
-
-
-# A general quadric on its principal axes: directions, center or vertex, in exact arithmetic
-#
-# xᵀA x + 2 b·x + c becomes Σ λ_i y_i² + 2 Σ β_i y_i + γ with y = W (x - anchor). The rows of W are the unit
-# eigenvectors of A, and β_i = 0 if the anchor can be at the center along axis i.
-
-_WEAK_EIGENVALUE = Fraction(1, 1024)
-"""An axis below this share of the largest eigenvalue may keep its linear term."""
-_FAR_CENTER = 1024
-"""The anchor does not move to a center so many times farther away than the part near the origin."""
-_EIGENVECTOR_NOISE = ex.power_of_two(-ex.CANCELLED)
-"""Entries of unit eigenvectors below this are rounding."""
-_mp_lock = fork_safe_rlock()
-
-
-@cache
-def _mpmath() -> Any:
-    """Return a context of mpmath, imported on first use: few scenes have a matrix that needs it."""
-    from mpmath import MPContext
-
-    return MPContext()
-
-
-@contextmanager
-def _mpmath_precision(bits: int) -> Iterator[Any]:
-    """Lend mpmath at a precision to one thread at a time: all threads share its precision and cached constants."""
-    with _mp_lock:
-        mp = _mpmath()
-        mp.prec = bits
-        yield mp
-
-
-def _from_mpmath(value: Any, places: int) -> ex.BigFloat:
-    """Return a number of mpmath with an error below 2^-places; call it within `_mpmath_precision` of that many bits."""
-    mp = _mpmath()
-    scaled = int(mp.nint(mp.ldexp(value, places)))
-    return ex.settled(ex.BigFloat(scaled, -places, 2))
-
-
-def principal_quadric(matrix: Symmetric) -> QuadricSurface:
-    """Return the surface (x, 1) matrix (x, 1)ᵀ = 0 on its principal axes; its second-order part is not zero."""
-    values, rows = eigen_decomposition(matrix)
-    first = (matrix[0][3], matrix[1][3], matrix[2][3])
-    if rows is UPRIGHT:
-        slopes = [ex.exact(value) for value in first]
-    else:
-        slopes = [ex.dot(row, ex.exact_row(first)) for row in rows]
-    squares = [ex.exact(value) for value in values]
-    place, linear, constant = _anchor(squares, slopes, ex.exact(matrix[3][3]))
-    anchor = place if rows is UPRIGHT else tuple(ex.dot(column, place) for column in ex.transpose(rows))
-    return QuadricSurface(
-        (values[0], values[1], values[2]),
-        (linear[0], linear[1], linear[2]),
-        -constant,
-        rows,
-        (anchor[0], anchor[1], anchor[2]),
-    )
-
-
-def eigen_decomposition(matrix: Symmetric, rank: int | None = None) -> tuple[list[ex.Writable], Triples]:
-    """Return the eigenvalues and unit eigenvectors (rows) of the second-order part; those of a diagonal one are exact.
-
-    Parameters
-    ----------
-    matrix : Symmetric
-        The 4 × 4 matrix of the quadric.
-    rank : int, optional
-        The rank of the second-order part, if its entries are rounded. It is computed from exact entries.
-    """
-    a = [list(row[:3]) for row in matrix[:3]]
-    if not (a[0][1] or a[0][2] or a[1][2]):
-        return [a[0][0], a[1][1], a[2][2]], UPRIGHT
-    entries = [abs(value) for row in a for value in row if value]
-    # Small eigenvalues beside large ones need more digits
-    spread = (max(entries) / min(entries)).numerator.bit_length()
-    scale, places = max(entries), ex.BITS + 4 * spread
-    with _mpmath_precision(places + 64) as mp:
-        scaled = [[v / scale for v in row] for row in a]
-        eigenvalues, vectors = mp.eigsy(
-            mp.matrix([[mp.mpf(v.numerator) / v.denominator for v in row] for row in scaled])
-        )
-        order = sorted(range(3), key=lambda k: max(range(3), key=lambda i: abs(vectors[i, k])))
-        rank = len(row_echelon(a, 3)[1]) if rank is None else rank
-        vanishing = sorted(range(3), key=lambda k: abs(eigenvalues[k]))[: 3 - rank]
-        values = [ex.ZERO if k in vanishing else _from_mpmath(eigenvalues[k], places) * scale for k in order]
-        rows = tuple(tuple(_denoise_entry(_from_mpmath(vectors[i, k], ex.BITS)) for i in range(3)) for k in order)
-    return values, rows  # type: ignore[return-value]
-
-
-def _denoise_entry(entry: ex.BigFloat) -> ex.BigFloat:
-    """Return an entry of a unit vector, 0 if it is only rounding."""
-    return ex.ZERO if abs(entry) < _EIGENVECTOR_NOISE else entry
-
-
-def _anchor(
-    squares: list[ex.BigFloat], slopes: list[ex.BigFloat], constant: ex.BigFloat
-) -> tuple[list[ex.BigFloat], list[ex.BigFloat], ex.BigFloat]:
-    """Return (anchor, linear terms about it, constant about it), all along the principal axes.
-
-    Strong axes move to their center first. Then weak and flat axes move to their center if it is near, otherwise to the
-    vertex nearest to the origin, where they keep a linear term.
-    """
-    place, linear = [ex.ZERO] * 3, list(slopes)
-    largest = max(abs(s) for s in squares)
-    strength = sorted(range(3), key=lambda i: -abs(squares[i]))
-    for i in strength:
-        s, b = squares[i], linear[i]
-        if not b:
-            continue
-        weak = abs(s) < _WEAK_EIGENVALUE.numerator * largest / _WEAK_EIGENVALUE.denominator
-        y = _vertex(s, b, constant, largest) if weak else -b / s
-        place[i], linear[i] = y, ex.cancelling_sum((b, s * y))
-        constant = ex.cancelling_sum((constant, s * y * y, 2 * b * y))
-    return place, linear, constant
-
-
-def _vertex(s: ex.BigFloat, b: ex.BigFloat, constant: ex.BigFloat, largest: ex.BigFloat) -> ex.BigFloat:
-    """Return the place of the anchor on a weak axis, along which the quadric is s y² + 2 b y + constant."""
-    root = ex.sqrt
-    discriminant = ex.cancelling_sum((b * b, -s * constant))
-    near = ex.ZERO
-    if discriminant >= 0:
-        # The smaller root, by the formula without cancellation
-        near = -constant / (b + (root(discriminant) if b > 0 else -root(discriminant)))
-    if not s:
-        return near
-    center = -b / s
-    width = root(abs(constant) / largest)
-    return near if abs(center - near) > _FAR_CENTER * (abs(near) + width) else center
 
 
 # The kind of xᵀA x + 2 b·x + c <= 0, and its center, axes and semi-axes

@@ -197,12 +197,12 @@ def _ring_tree(ring: _ProfileRing, walls: dict[int, Face], level: Sequence[Any],
     `inner_number` is the face number of planes between rings, which are no walls.
     """
     ends = []
-    for z, sense in ((ring.low, -1.0), (ring.high, 1.0)):
+    for z, inside in ((ring.low, -1), (ring.high, 1)):
         inner, outer = (edge.radius(z) if edge else Fraction(0) for edge in (ring.inner, ring.outer))
         number = next((k for a, b, at, k in level if _equal(at, z) and a < outer and inner < b), inner_number)
         radius = ex.rounded(max((b for _, b, at, k in level if k == number), default=Fraction(1)))
         uv = cartesian_uv((radius, 0, 0), (0, radius, 0))
-        ends.append(Face(PlaneSurface((0.0, 0.0, sense), sense * z, (0.0, 0.0, z)), number, uv))
+        ends.append(_level_face(z, number, uv, inside))
     outside = walls[ring.outer.number]
     # The cell lists its faces by their numbers
     ends.sort(key=lambda face: face.number)
@@ -211,6 +211,11 @@ def _ring_tree(ring: _ProfileRing, walls: dict[int, Face], level: Sequence[Any],
         return body
     # The bore needs the same two ends: without them another edge in line with it would get its face number
     return All((body, Cell((replace(walls[ring.inner.number], inside=-1), *ends))))
+
+
+def _level_face(z: Any, number: int, uv: UV, inside: int) -> Face:
+    """Return the face across the axis at a height, one plane for the ring below it and for the ring above."""
+    return Face(PlaneSurface((0.0, 0.0, 1.0), z, (0.0, 0.0, z)), number, uv, inside)
 
 
 # The polycone
@@ -273,8 +278,8 @@ class Polycone(PrimitiveSolid):
         """Return the part between two sections as a cell, or as two if it has a bore."""
         sides, count = cylindrical_uv(low[0], high[0]), len(self.sections)
         r0, r1, z0, z1 = (ex.rational(value) for value in (low[2], high[2], low[0], high[0]))
-        bottom = self._level(low[0], -1.0, 2 * (count - 1) + k)
-        top = self._level(high[0], 1.0, 2 * (count - 1) + k + 1)
+        bottom = self._level(low[0], -1, 2 * (count - 1) + k)
+        top = self._level(high[0], 1, 2 * (count - 1) + k + 1)
         body = Cell((Face(frustum_side(r0, z0, r1, z1), k, sides), bottom, top))
         if not (low[1] > 0 or high[1] > 0):
             return body
@@ -282,9 +287,8 @@ class Polycone(PrimitiveSolid):
         # The bore needs the same two ends: without them another bore in line with it would get its face number
         return All((body, Cell((Face(bore, count - 1 + k, sides, inside=-1), bottom, top))))
 
-    def _level(self, z: float, sense: float, number: int) -> Face:
-        uv = cartesian_uv((self.widest, 0, 0), (0, self.widest, 0))
-        return Face(PlaneSurface((0.0, 0.0, sense), sense * z, (0.0, 0.0, z)), number, uv)
+    def _level(self, z: float, inside: int, number: int) -> Face:
+        return _level_face(z, number, cartesian_uv((self.widest, 0, 0), (0, self.widest, 0)), inside)
 
     def _walls(self) -> tuple[Face, ...]:
         tallest = portable_max(abs(self.sections[0][0]), abs(self.sections[-1][0]))

@@ -52,6 +52,10 @@ class Symbol:
         """Return the square root."""
         raise NotImplementedError
 
+    def ball(self, radius: BigFloat) -> BigFloat:
+        """Return a number within a radius of this one."""
+        raise NotImplementedError
+
     def sine_cosine(self) -> tuple[BigFloat, BigFloat]:
         """Return sine and cosine of an angle in degrees."""
         raise NotImplementedError
@@ -312,6 +316,17 @@ def cut(value: BigFloat, bits: int) -> BigFloat:
         return BigFloat(value.mantissa, value.exponent)
     size = ((size >> (less - 1)) + 1) >> 1
     return BigFloat(size if value.mantissa > 0 else -size, value.exponent + less)
+
+
+def ball(middle: BigFloat, radius: BigFloat) -> BigFloat:
+    """Return a number that lies within a radius, of either sign, of a middle."""
+    if isinstance(middle, Symbol):
+        return middle.ball(radius)
+    least = min(middle.exponent, radius.exponent)
+    reach = (abs(radius.mantissa) + radius.off) << (radius.exponent - least)
+    return BigFloat(
+        middle.mantissa << (middle.exponent - least), least, (middle.off << (middle.exponent - least)) + reach
+    )
 
 
 def power_of_two(exponent: int) -> BigFloat:

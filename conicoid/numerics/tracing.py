@@ -341,6 +341,9 @@ class TracedBig(_TracedComparison, BigFloat, Symbol):  # type: ignore[misc]
         result: TracedFloat | None = self.tape.recorded_result("round", self.register)
         return self.tape.plain("round", float(self.value), self.register) if result is None else result
 
+    def ball(self, radius: BigFloat) -> BigFloat:
+        return self._binary("ball", bigfloat.ball, self, exact(radius))
+
     def root(self) -> TracedBig:
         """Return the square root."""
         return self._one("root", bigfloat.sqrt)

@@ -474,6 +474,8 @@ class RawSurfaces:
     rest: Remainders
     balls: list[Floats]
     exact: ExactSurfaces
+    repeated: Longs | None = None
+    """For each surface one that is equal because of how its body is made: itself, or an earlier one of the body."""
     compact: bool = False
     """Drop the rows of planes and quadrics that another row represents? Scenes that may be edited keep them."""
 
@@ -546,15 +548,18 @@ class _SurfaceMerger:
             member = kinds == k
             row[:single][member] = np.arange(member.sum())
         first = np.arange(count, dtype=np.int32)
-        is_plain = np.ones(count, bool)
+        if raw.repeated is not None:
+            first[:single] = raw.repeated
+        is_plain, is_fresh = np.ones(count, bool), first == np.arange(count, dtype=np.int32)
         is_plain[:single] = raw.plain
         for k, table in ((PLANE, planes), (SPHERE, all_spheres), (QUADRIC, quadrics)):
             if _has_equal(table):
                 members = np.flatnonzero(kind == k)
-                plain = is_plain[members]
-                _merge_equal(first, members[plain], _rows_of(table, plain))
-                if not plain.all():
-                    self._merge_leaves(first, members[~plain], _rows_of(table, ~plain))
+                fresh, plain = is_fresh[members], is_plain[members]
+                _merge_equal(first, members[fresh & plain], _rows_of(table, fresh & plain))
+                if (fresh & ~plain).any():
+                    self._merge_leaves(first, members[fresh & ~plain], _rows_of(table, fresh & ~plain))
+        first = first[first]
         # Planes across the axes are compared without exact names, which take about a millisecond each.
         flat = np.flatnonzero((kind[:single] == PLANE) & is_plain[:single])
         settled = _merge_across_axes(first, flat, row, planes)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import operator
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import chain
@@ -40,7 +40,7 @@ def _field_columns(kind: Any, things: Sequence[Any]) -> list[list[Any]]:
 
 
 def flatten(thing: Any) -> ShapeParameters | None:
-    """Flatten a shape or a step; None where it holds more than numbers, strings, None and tuples of these."""
+    """Flatten a shape or a step; None where it holds more than numbers, strings, None, tuples and mappings of these."""
     form: list[Hashable] = [cast(Hashable, type(thing))]
     numbers: list[float] = []
     for get in _field_readers(cast(Any, type(thing))):
@@ -67,6 +67,9 @@ def _flatten_value(value: Any, form: list[Hashable], numbers: list[float]) -> bo
                 return False
     elif value is None or kind in (str, bool, int):
         form.append(value)
+    elif isinstance(value, Mapping):  # coefficients by their names
+        form.append(tuple(value))
+        return _flatten_value(tuple(value.values()), form, numbers)
     elif isinstance(value, Shape) and not value.motion.steps:  # such as the box that cuts a quadric
         flat = flatten(value)
         if flat is None:
@@ -185,6 +188,8 @@ def _rebuild_value(value: Any, tape: Tape) -> Any:
         return tape.input(value)
     if isinstance(value, Shape):
         return unflatten(value, tape)
+    if isinstance(value, Mapping):
+        return {name: tape.input(number) for name, number in value.items()}
     return tuple(_rebuild_value(each, tape) for each in value) if type(value) is tuple else value
 
 

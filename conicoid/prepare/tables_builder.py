@@ -46,6 +46,7 @@ from .pattern import (
     BulkBalls,
     FactoredRows,
     RowPlaces,
+    RowTable,
     row_blocks,
 )
 
@@ -347,10 +348,13 @@ class TablesBuilder:
         # Planes along the axes lose nothing: pages of zeros that nobody writes to take no memory.
         lost = {kind: np.zeros((count, SIZES[kind])) for kind, count in counts.items()}
         forms, rests_of_forms = [quadrics.forms], [lost[QUADRIC]]
-        senses = np.ones(len(inputs.leads), np.int8)
+        senses, repeated = np.ones(len(inputs.leads), np.int8), np.arange(len(inputs.leads))
         for group in self.contents.groups:
             if isinstance(group.rows, FactoredRows):
                 continue
+            for number, before in _repeated_surfaces(group):
+                begin = self.surfaces.first[group.bodies]
+                repeated[inputs.rank[begin + number]] = inputs.rank[begin + before]
             # Every surface leads, and has the record, what rounding removed from it, and its sense side by side
             every, bodies = np.array(group.pattern.records).reshape(-1, 3), self.surfaces.first[group.bodies, None]
             for kind, size in SIZES.items():
@@ -397,7 +401,7 @@ class TablesBuilder:
         kinds = inputs.kinds[inputs.leads]
         known = RawSurfaces(
             kinds, senses, records[PLANE], records[SPHERE], quadrics, rest, balls, LeadSurfaces(exact, inputs.leads),
-            compact=len(inputs.leads) < len(inputs.lead),
+            repeated, compact=len(inputs.leads) < len(inputs.lead),
         )  # fmt: skip
         return inputs.expand(merge_surfaces(known))
 
@@ -518,6 +522,20 @@ class TablesBuilder:
                 len(group.rows), -1, 3
             )
         return lost
+
+
+def _repeated_surfaces(group: BodyGroup) -> list[tuple[int, int]]:
+    """List (surface, earlier one) of a body that are equal: a recording computed the numbers of both once.
+
+    The wall of a revolved edge that bounds several rings is in the cell of each.
+    """
+    if not isinstance(group.rows, RowTable):
+        return []
+    known: dict[tuple[int, bytes, bytes], int] = {}
+    each = ((kind, slice(first, sense + 1)) for kind, first, sense in group.pattern.records)
+    keys = [(kind, group.rows.table[own].tobytes(), group.rows.column[own].tobytes()) for kind, own in each]
+    firsts = [known.setdefault(key, number) for number, key in enumerate(keys)]
+    return [(number, first) for number, first in enumerate(firsts) if first < number]
 
 
 def _sign_rows(rows: Ints) -> Ints:

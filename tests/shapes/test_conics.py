@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 
+import mpmath
 import numpy as np
 import pytest
 
 import conicoid as co
+from conicoid.geometry.conic import ConicWall, _wall_supports, conic_reaches
 
 CONSTANTS = [-4.0, -1.5, -1.0, -0.6, 0.0, 1.5]
 
@@ -180,3 +182,33 @@ def test_the_glass_may_be_thinnest_between_axis_and_edge():
     co.Lens(front, back, least * 1.0001, 12, k1, k2)
     with pytest.raises(ValueError, match="must leave glass everywhere"):
         co.Lens(front, back, least * 0.9999, 12, k1, k2)
+
+
+def test_supports_in_floats_are_above_the_exact_ones_and_near_them() -> None:
+    """Walls of any size and conic, in directions of any slope, beside the maximum over rim, hole and cap in 300 bits."""
+    rng, walls = np.random.default_rng(11), []
+    while len(walls) < 80:
+        radius = float(rng.choice([-1, 1]) * 10 ** rng.uniform(-3, 6))
+        conic = float(rng.choice([0, -1, rng.uniform(-3, 3), -(10 ** rng.uniform(0, 3))]))
+        semi = float(abs(radius) * 10 ** rng.uniform(-5, 1.5))
+        if conic_reaches(radius, conic, semi):
+            wall = ConicWall(radius, conic, float(rng.choice([0, 1, 1e4])), semi, semi * float(rng.choice([1, 1.5])))
+            walls.append((wall, bool(rng.random() < 0.7), float(semi * rng.choice([0, 0.3]))))
+    ways = rng.normal(size=(len(walls), 2, 3)) * (1, 1, 100)
+    found = _wall_supports(walls, ways)
+    with mpmath.workprec(300):
+        for (wall, hollow, hole), own, reaches in zip(walls, ways.tolist(), found.tolist(), strict=True):
+            r, steep, vertex = mpmath.mpf(wall.radius), 1 + mpmath.mpf(wall.conic), mpmath.mpf(wall.vertex)
+            for (x, y, z), reach in zip(own, reaches, strict=True):
+                across, slope = mpmath.hypot(x, y), -mpmath.hypot(x, y) / z
+                at = [(wall.semi, wall.edge), *([(hole, hole)] if hole or hollow else [])]
+                if hollow and slope * r > 0 and 1 + steep * slope**2 > 0:
+                    # z' = slope there
+                    distance = abs(slope * r) / mpmath.sqrt(1 + steep * slope**2)
+                    at += [(distance, distance)] if hole <= distance <= wall.semi else []
+                sags = [
+                    q * q / (r * (1 + mpmath.sqrt(1 - steep * q * q / r**2))) for q in (mpmath.mpf(q) for q, _ in at)
+                ]
+                true = max(z * (vertex + sag) + across * edge for sag, (_, edge) in zip(sags, at, strict=True))
+                size = abs(z) * (abs(vertex) + abs(sags[0])) + across * wall.edge
+                assert math.isnan(reach) or true <= reach <= true + 1e-9 * size

@@ -20,18 +20,18 @@ from ..surface import UPRIGHT, PlaneSurface, QuadricSurface
 from .support import round_up
 
 
-def quadric_bounds(surface: QuadricSurface) -> BoxEnds:
-    """Return (low, high) of the solid inside a quadric surface, rounded outward, in the surface's coordinates x."""
+def quadric_ends(surface: QuadricSurface) -> list[float]:
+    """Return (low x, y, z, high x, y, z) of the solid inside a quadric surface, rounded outward."""
     w = ex.exact_row(surface.rows[0]), ex.exact_row(surface.rows[1]), ex.exact_row(surface.rows[2])
     anchor = ex.exact_row(surface.anchor)
     columns = ex.inverse(w)
-    low, high = np.empty(3), np.empty(3)
+    low, high = [], []
     for i in range(3):
         # x_i = anchor_i + row i of W⁻¹ · y
         up, down = columns[i], (-columns[i][0], -columns[i][1], -columns[i][2])
-        high[i] = _shift_support(dual_support(surface, up), anchor[i])
-        low[i] = -_shift_support(dual_support(surface, down), -anchor[i])
-    return low + 0.0, high
+        high.append(_shift_support(dual_support(surface, up), anchor[i]))
+        low.append(0.0 - _shift_support(dual_support(surface, down), -anchor[i]))
+    return [*low, *high]
 
 
 def _shift_support(support: ex.BigFloat | float, shift: ex.BigFloat) -> float:

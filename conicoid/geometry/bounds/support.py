@@ -163,6 +163,13 @@ def raised_sums(terms: FloatArray) -> FloatArray:
     return np.where((terms != 0).sum(axis=-1) > 1, total + 2 * _SLACK * size, total)
 
 
+def plane_lengths(x: FloatArray, y: FloatArray) -> FloatArray:
+    """Return sqrt(x² + y²) of many, even if squares overflow or vanish."""
+    most = np.maximum(np.abs(x), np.abs(y))
+    unit = np.where(most > 0, most, 1.0)
+    return np.asarray(most * np.sqrt((x / unit) ** 2 + (y / unit) ** 2))
+
+
 def _roots(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
     """Return `real_roots` of many equations along a last axis of two; NaN for none."""
     scale = np.ldexp(1.0, -np.frexp(np.maximum(np.maximum(np.abs(a), np.abs(b)), np.abs(c)))[1])
@@ -192,10 +199,7 @@ def elliptic_supports(solids: FloatArray, directions: FloatArray) -> FloatArray:
         The directions.
     """
     width_x, width_y, g0, g1, g2, low, high = (column[:, None] for column in solids.T)
-    ux, uy, uz = (np.abs(directions[..., 0] * width_x), np.abs(directions[..., 1] * width_y), directions[..., 2])
-    most = np.maximum(ux, uy)
-    unit = np.where(most > 0, most, 1.0)
-    w = most * np.sqrt((ux / unit) ** 2 + (uy / unit) ** 2)
+    w, uz = plane_lengths(directions[..., 0] * width_x, directions[..., 1] * width_y), directions[..., 2]
     steep = w * w * g2 - uz * uz
     still = _roots(4 * g2 * steep, 4 * g1 * steep, w * w * g1 * g1 - 4 * uz * uz * g0)
     ends = np.broadcast_to(np.concatenate([low, high, _roots(g2, g1, g0)[:, 0]], axis=1)[:, None], (*w.shape, 4))

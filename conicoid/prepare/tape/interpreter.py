@@ -26,6 +26,7 @@ from .registers import (
     STATE_UNDECIDED,
     STATE_VALID,
     add_rows,
+    ball_rows,
     divide_rows,
     fill_rows,
     multiply_rows,
@@ -42,17 +43,17 @@ from .registers import (
 )
 
 OPERATIONS = (
-    "widen", "constant", "given", "add", "subtract", "multiply", "divide", "root", "negate", "size", "sine and cosine",
-    "round", "input", "number", "plain add", "plain subtract", "plain multiply", "plain divide", "plain root",
-    "plain negate", "plain size", "greater", "above", "above if", "power", "count", "several", "leading", "unit sign",
-    "sign", "plain sign", "turn", "write wide",
+    "widen", "constant", "given", "add", "subtract", "multiply", "divide", "ball", "root", "negate", "size",
+    "sine and cosine", "round", "input", "number", "plain add", "plain subtract", "plain multiply", "plain divide",
+    "plain root", "plain negate", "plain size", "greater", "above", "above if", "power", "count", "several", "leading",
+    "unit sign", "sign", "plain sign", "turn", "write wide",
 )  # fmt: skip
 (
-    WIDEN, CONSTANT, GIVEN, ADD, SUBTRACT, MULTIPLY, DIVIDE, ROOT, NEGATE, SIZE, SINE_COSINE,
+    WIDEN, CONSTANT, GIVEN, ADD, SUBTRACT, MULTIPLY, DIVIDE, BALL, ROOT, NEGATE, SIZE, SINE_COSINE,
     ROUND, INPUT, NUMBER, PLAIN_ADD, PLAIN_SUBTRACT, PLAIN_MULTIPLY, PLAIN_DIVIDE, PLAIN_ROOT,
     PLAIN_NEGATE, PLAIN_SIZE, GREATER, ABOVE, ABOVE_IF, POWER, COUNT_NONZERO, SEVERAL, LEADING, UNIT_SIGN,
     SIGN_IS, PLAIN_SIGN_IS, TURN_IS, WRITE_WIDE,
-) = range(33)  # fmt: skip
+) = range(34)  # fmt: skip
 
 _FEW = 4
 """Where only one in so many lanes is still working, its body waits until there are more."""
@@ -79,6 +80,8 @@ def _wide_step(step: tuple[int, int, int, int], w: Floats, state: Floats) -> Non
         multiply_rows(w, d, a, b)
     elif which == DIVIDE:
         divide_rows(w, d, a, b, state)
+    elif which == BALL:
+        ball_rows(w, d, a, b)
     elif which == ROOT:
         root_rows(w, d, a, state)
     elif which == NEGATE:

@@ -168,7 +168,7 @@ _TESTS = ("sign", "plain sign", "turn")
 _WIDE, _PLAIN = 0, 1
 _NONE = ("constant", "given", "input", "number")
 _OF_A_WIDE = ("root", "negate", "size", "round", "sign", "write wide")
-_OF_WIDES = ("add", "subtract", "multiply", "divide")
+_OF_WIDES = ("add", "subtract", "multiply", "divide", "ball")
 _OF_A_PLAIN = (
     "widen", "sine and cosine", "plain root", "plain negate", "plain size", "above", "power", "unit sign", "plain sign",
     "turn",

@@ -115,6 +115,18 @@ def root_rows(w: Floats, d: int, a: int, state: Floats) -> None:
 
 
 @helper
+def ball_rows(w: Floats, d: int, a: int, b: int) -> None:
+    """d = a number within |b| of a"""
+    d, a, b = wide(d), wide(a), wide(b)
+    for i in range(ALL):
+        middle, radius = load(w, a, i), load(w, b, i)
+        # The last three of four floats are below 2^-49 of the first
+        reach = abs(radius.a) * (1.0 + 2.0**-48) + radius.error
+        error = (middle.error + reach) * (1.0 + 2.0**-48)
+        store(w, d, i, QuadDouble(middle.a, middle.b, middle.c, middle.d, error))
+
+
+@helper
 def negate_rows(w: Floats, d: int, a: int) -> None:
     """d = -a"""
     d, a = wide(d), wide(a)

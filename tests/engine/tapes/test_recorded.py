@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
+from conicoid.geometry.quadric_classification import COEFFICIENT_NAMES
 from conicoid.prepare.batch_lowering import BatchLowering
 from conicoid.prepare.csg_plan import csg_plan
 from conicoid.prepare.lower_shape import compute_shape
@@ -61,6 +62,9 @@ KINDS = {
     "ParabolicCylinder": lambda r: co.ParabolicCylinder(size(r), _about_origin(r)),
     "Lens": lambda r: co.Lens(7 + number(r) / 3, -7 + number(r) / 3, thickness=1 + size(r) / 9, diameter=2.0),
     "Conic": lambda r: co.Conic(7 + number(r) / 3, number(r) / 3, 2.0),
+    "Mirror": lambda r: co.Mirror(-9 + number(r) / 3, number(r) / 3, 2.0, size(r), 0.1),
+    "Quadric": lambda r: co.Quadric(coefficients={name: number(r) for name in COEFFICIENT_NAMES}),
+    "Quadric by a matrix": lambda r: co.Quadric([[number(r) for _ in range(4)] for _ in range(4)]),
     "Triangle": lambda r: co.Triangle(point(r), point(r), point(r)),
     "Disc": lambda r: co.Disc(point(r), point(r), size(r)),
     "HalfSpace": lambda r: co.HalfSpace(point(r), number(r)),
@@ -124,7 +128,16 @@ def test_primitives(kind, motion):
 
 
 MOST = ["Sphere", "Box", "Cylinder", "Cone", "Ellipsoid", "Triangle", "Disc", "RegularPrism", "part of a Polycone"]
-MOST += ["barrel", "EllipticCone", "OneSheetHyperboloid", "EllipticParaboloid", "HyperbolicParaboloid", "Conic"]
+MOST += [
+    "barrel",
+    "EllipticCone",
+    "OneSheetHyperboloid",
+    "EllipticParaboloid",
+    "HyperbolicParaboloid",
+    "Conic",
+    "Mirror",
+]
+MOST += ["Quadric"]
 
 
 @pytest.mark.parametrize("kind", MOST)
@@ -182,7 +195,7 @@ def test_some_booleans_are_lowered_together():
 
 
 def test_one_body_of_many_primitives_is_composed_of_their_rows():
-    """Also where some have more than numbers: quadrics by named coefficients."""
+    """Also where some are too few for a recording: quadrics by named coefficients."""
     rng = random.Random(9)
     quadrics = [co.Quadric(coefficients={"xx": size(rng), "yy": size(rng), "xy": 0.1, "constant": -1.0})] * 3
     parts = [*(KINDS["Cone"](rng) for _ in range(20)), *quadrics]

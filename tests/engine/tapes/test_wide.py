@@ -313,3 +313,20 @@ def test_roots_and_differences_keep_their_digits():
     assert (errors[:, 1:] <= [2.0**-200, 2.0**-240, 2.0**-200, 0.0]).all()
     for (x, y, z), found in zip(inputs, played.fours[:, 3], strict=True):
         assert abs(sum_of(found) - Fraction(x) * Fraction(y) * Fraction(z)) <= error_of(found)
+
+
+def test_a_ball_holds_all_within_its_radius():
+    """In 3,000 bits and in four floats, for radii of either sign; the bound is as tight as its digits."""
+    rng = np.random.default_rng(7)
+    values = rng.normal(size=(60, 2)) * 2.0 ** rng.integers(-200, 60, size=(60, 2))
+    tape = Tape()
+    tape.write_wide(number.ball(exact(tape.input(1.0)), exact(tape.input(2.0))))
+    fours = TapeProgram.of(tape).play(values, NO_INPUTS, np.zeros(60, np.int32)).fours[:, 0]
+    np.testing.assert_array_equal(fours[:, 0], values[:, 0])
+    assert (fours[:, 4] >= np.abs(values[:, 1])).all()
+    np.testing.assert_allclose(fours[:, 4], np.abs(values[:, 1]), rtol=1e-12)
+    for middle, radius in values.tolist():
+        ball = number.ball(exact(middle), exact(radius))
+        off = Fraction(ball.off) * Fraction(2) ** ball.exponent
+        reach = abs(fraction(ball) - Fraction(middle)) + abs(Fraction(radius))
+        assert reach <= off <= reach * (1 + Fraction(2) ** -20)
