@@ -212,12 +212,15 @@ def prepare_edit(
     if not old.can_be_edited or isinstance(old.entries, InstanceList) or isinstance(bodies, InstanceList):
         if have_same_shapes(old.entries, bodies):
             return old.labelled(bodies)
-        found = exchanged_entries(old.entries, bodies) if isinstance(old.edit_state, LatticeState) else None
+        state, entries = old.edit_state, old.entries
+        if not (isinstance(state, LatticeState) and isinstance(entries, InstanceList)):
+            return None
+        found = exchanged_entries(entries, bodies) if isinstance(bodies, InstanceList) else None
         if found is None or not isinstance(bodies, InstanceList):
             return None
-        before_edit: Any = without_memory(old.lowered), old.geometry.places, old.woods, old.edit_state, old.entries
+        lowered, places, woods = without_memory(old.lowered), old.geometry.places, old.woods
         del old  # nothing here reads its memory any more
-        edited = edit_lattice(*before_edit, bodies, found)
+        edited = edit_lattice(lowered, places, woods, state, entries, bodies, found)
         if edited is None:
             return None
         lowered, geometry, woods, state = edited

@@ -17,14 +17,12 @@ from __future__ import annotations
 import dataclasses
 import math
 import sys
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from ..._util.arrays import unique_with_inverse
-from ...geometry.body import Body
 from ...geometry.instance_edits import InstanceOrigins
 from ...geometry.instances import InstanceList, transform_offsets
 from ...geometry.shape import Shape
@@ -129,9 +127,9 @@ def without_memory(lowered: LoweredScene) -> LoweredScene:
     return dataclasses.replace(lowered, tables=Tables(*shapes))
 
 
-def exchanged_entries(old: Sequence[Body], new: Sequence[Body]) -> list[int] | None:
-    """Return the entries in which two lists of instances differ; None where there are too many, or lists of others."""
-    if not (isinstance(old, InstanceList) and isinstance(new, InstanceList)) or len(old) != len(new):
+def exchanged_entries(old: InstanceList, new: InstanceList) -> list[int] | None:
+    """Return the entries in which two lists differ; None where there are too many, or one has more entries."""
+    if len(old) != len(new):
         return None
     its, mine = InstanceOrigins.of(old), InstanceOrigins.of(new)
     if its.base is not mine.base:

@@ -304,7 +304,7 @@ def test_bodies_are_exchanged_in_the_tables_of_others(tmp_path: Path, monkeypatc
         middle = np.mean(scene.bodies[number].shape.bounds, axis=0)
         new = [
             lambda shape: shape.translate((0, 0, 0.01)), lambda shape: shape.translate((1.26, 0, 0)),
-            lambda _: co.Sphere(0.4, middle), lambda shape: shape.rotate("z", 20),
+            lambda _, at=middle: co.Sphere(0.4, at), lambda shape: shape.rotate("z", 20),
         ][step % 4]  # fmt: skip
         scene = scene.moved(number, new)
         held += [scene] * (step % 3 == 0)
