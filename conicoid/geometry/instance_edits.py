@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -49,6 +49,10 @@ class InstanceOrigins:
             return bodies.origins
         return cls(bodies, np.arange(len(bodies), dtype=np.int32), (), {})
 
+    def shape(self, number: int) -> Any:
+        """Return the shape of a number of `numbers`."""
+        return self.base.shape(number) if number >= 0 else self.own[-1 - number].shape
+
     def with_body(self, entry: int, old: Body, new: Body) -> InstanceOrigins:
         """Return the origins with `new` in place of the body `old` at `entry`."""
         number = int(self.numbers[entry])
@@ -57,7 +61,10 @@ class InstanceOrigins:
             own[-1 - number] = new
             return replace(self, own=tuple(own))
         if new.shape is not old.shape:
-            return self.without([entry]).with_more(entry, [new])
+            numbers = self.numbers.copy()
+            numbers[entry] = -1 - len(self.own)
+            stay = {key: body for key, body in self.relabelled_bodies.items() if key != number}
+            return InstanceOrigins(self.base, numbers, (*self.own, new), stay)
         labelled = {**self.relabelled_bodies, number: new}
         was = self.base[number]
         if (new.name, new.material) == (was.name, was.material):
@@ -103,7 +110,9 @@ class InstanceOrigins:
                     f"scene.added([many.single(k) for k in range(len(many))]), many being the {kind}"
                 )
             return None
-        if not self.relabelled_bodies and np.array_equal(self.numbers, np.arange(len(self.base), dtype=np.int32)):
+        if not (self.own or self.relabelled_bodies) and np.array_equal(
+            self.numbers, np.arange(len(self.base), dtype=np.int32)
+        ):
             return self.base
         return EditedInstances(self)
 
@@ -116,23 +125,44 @@ class EditedInstances(InstanceList):
     """
 
     def __init__(self, origins: InstanceOrigins) -> None:
-        base, numbers, own = origins.base, origins.numbers, origins.own
-        self.origins, self._first_own = origins, len(base.materials)
-        of_base = np.flatnonzero(numbers >= 0)
-        there = numbers[of_base]
-        kinds, index = self._first_own - 1 - numbers, np.zeros((3, len(numbers)), np.int32)
-        kinds[of_base], index[:, of_base] = base.kinds[there], base.shifts.index[:, there]
-        looks = kinds.copy()
-        looks[of_base] = base.looks[there]
-        if origins.relabelled_bodies:
-            labels = np.full(len(base), -1, np.int32)
-            labels[list(origins.relabelled_bodies)] = (
-                np.arange(len(origins.relabelled_bodies)) + self._first_own + len(own)
-            )
-            looks[of_base] = np.where(labels[there] < 0, looks[of_base], labels[there])
-        others = (body.material for body in (*own, *origins.relabelled_bodies.values()))
-        super().__init__(kinds, ShiftTable(base.shifts.values, index), [*base.materials, *others])
-        self.looks, self.single_columns = looks, base.single_columns
+        base = origins.base
+        others = (body.material for body in (*origins.own, *origins.relabelled_bodies.values()))
+        super().__init__(origins.numbers, base.shifts, [*base.materials, *others])
+        # An edit of many bodies needs none of these: they are computed when somebody reads them
+        del self.kinds, self.shifts, self.looks
+        self.origins, self._first_own, self.single_columns = origins, len(base.materials), base.single_columns
+
+    def __len__(self) -> int:
+        return len(self.origins.numbers)
+
+    if not TYPE_CHECKING:  # in place of attributes of an `InstanceList`
+
+        @cached_property
+        def kinds(self) -> Ints:
+            """The kind of each body."""
+            return self._of_bodies(self.origins.base.kinds)
+
+        @cached_property
+        def shifts(self) -> ShiftTable:
+            """The shifts of the bodies; none for one of its own."""
+            numbers, base = self.origins.numbers, self.origins.base.shifts
+            return ShiftTable(base.values, np.where(numbers >= 0, base.index[:, numbers], np.int32(0)))
+
+        @cached_property
+        def looks(self) -> Ints:
+            """The index of each body's material."""
+            origins, looks = self.origins, self.origins.base.looks
+            if origins.relabelled_bodies:
+                looks = looks.copy()
+                looks[list(origins.relabelled_bodies)] = (
+                    np.arange(len(origins.relabelled_bodies)) + self._first_own + len(origins.own)
+                )
+            return self._of_bodies(looks)
+
+    def _of_bodies(self, of_base: Ints) -> Ints:
+        """Return numbers of bodies from those of the base; bodies of its own are numbered behind its materials."""
+        numbers = self.origins.numbers
+        return np.where(numbers >= 0, of_base[numbers], np.int32(self._first_own - 1) - numbers)
 
     @cached_property
     def bodies_by_material(self) -> list[Ints]:
@@ -155,8 +185,7 @@ class EditedInstances(InstanceList):
 
     def shape(self, number: int) -> Any:
         """Return the shape of a body, the same object as in the base."""
-        source = int(self.origins.numbers[number])
-        return self.origins.base.shape(source) if source >= 0 else self.origins.own[-1 - source].shape
+        return self.origins.shape(int(self.origins.numbers[number]))
 
     def name(self, number: int) -> Any:
         """Return the name of a body; None for one of its own without a name."""

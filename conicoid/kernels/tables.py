@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple, TypeAlias
 
@@ -268,10 +269,11 @@ def room_for(tables: Tables) -> Geometry:
     return Geometry(places, np.empty(integers, np.int32), line_array(floats + SPARE))
 
 
-def places_of(tables: Tables, order: Sequence[int] = range(LENGTHS)) -> tuple[Longs, int, int]:
+def places_of(tables: Tables, order: Sequence[int] = range(LENGTHS), spare_rows: int = 0) -> tuple[Longs, int, int]:
     """Return `Geometry.places` and the numbers of integers and of floats for tables of these shapes.
 
-    `order` is the order in which the tables lie in memory; each table of floats begins at a cache line.
+    `order` is the order in which the tables lie in memory; each table of floats begins at a cache line. Behind each
+    table there is room for `spare_rows` more rows.
     """
     arrays: tuple[npt.NDArray[Any], ...] = tables
     places = np.zeros(2 * LENGTHS + 5, np.int64)
@@ -280,7 +282,8 @@ def places_of(tables: Tables, order: Sequence[int] = range(LENGTHS)) -> tuple[Lo
         table = arrays[k]
         real = table.dtype == np.float64
         places[k], places[LENGTHS + k] = ends[real], table.size
-        ends[real] += -(-table.size // LINE) * LINE if real else table.size
+        size = table.size + spare_rows * math.prod(table.shape[1:])
+        ends[real] += -(-size // LINE) * LINE if real else size
     return places, ends[0], ends[1]
 
 

@@ -240,11 +240,12 @@ class ExactBodySurfaces:
         `shapes` gives the shape of each entry; `starts` the number of its first body (None: each entry has one body).
         `first` and `first_outline` give for each body the number of its first surface and first outline.
         """
-        self._shapes, self._starts, self._first, self._first_outline = shapes, starts, first, first_outline
+        self._shapes, self._starts, self.first, self._first_outline = shapes, starts, first, first_outline
 
-    def of(self, shapes: ShapeSource) -> ExactBodySurfaces:
-        """Return the same for other entries with as many bodies and surfaces."""
-        return ExactBodySurfaces(shapes, self._starts, self._first, self._first_outline)
+    def of(self, shapes: ShapeSource, first: Any = None) -> ExactBodySurfaces:
+        """Return the same for other entries with as many bodies, and surfaces, unless `first` says how many."""
+        first = self.first if first is None else first
+        return ExactBodySurfaces(shapes, self._starts, first, self._first_outline)
 
     def __getitem__(self, index: int) -> Surface:
         return _body_surface(*self._of(index))
@@ -264,17 +265,17 @@ class ExactBodySurfaces:
         """
         if len(indices) < FEWEST_SURFACES:
             return {}
-        owners = surface_owners(self._first, indices)
+        owners = surface_owners(self.first, indices)
         shapes = {body: self._single(body) for body in owners}
         known = names_before_rotation(shapes, owners)
-        return {int(self._first[body]) + own: name for (body, own), name in known.items()}
+        return {int(self.first[body]) + own: name for (body, own), name in known.items()}
 
     def leaf_names(self, indices: Longs) -> dict[int, Hashable]:
         """Return names that are equal for one surface of primitives with equal numbers, moved by equal steps.
 
         A volume that others are cut from has their primitives too.
         """
-        owners = surface_owners(self._first, indices)
+        owners = surface_owners(self.first, indices)
         parts = {body: placed_primitives(self._single(body)) for body in owners}
         known: dict[tuple[int, tuple[Step, ...]], Any] = {}
 
@@ -291,13 +292,13 @@ class ExactBodySurfaces:
         }
         # How many surfaces a primitive has is known without its tree where it is a body of its own
         counts: dict[Hashable, int] = {
-            only[0].key: int(self._first[body + 1] - self._first[body])
+            only[0].key: int(self.first[body + 1] - self.first[body])
             for body, only in flat.items()
-            if len(only) == 1 and only[0] is not None and body + 1 < len(self._first)
+            if len(only) == 1 and only[0] is not None and body + 1 < len(self.first)
         }
         names: dict[int, Hashable] = {}
         for body, own in owners.items():
-            begin, pending = int(self._first[body]), sorted(own, reverse=True)
+            begin, pending = int(self.first[body]), sorted(own, reverse=True)
             end = begin
             for (leaf, _), one in zip(parts[body], flat.get(body, ()), strict=False):
                 if not pending:
@@ -319,9 +320,10 @@ class ExactBodySurfaces:
 
     def _of(self, index: int) -> tuple[Shape, int]:
         """Return the shape that a surface belongs to, and the number of the surface within that shape."""
-        body = int(np.searchsorted(self._first, index, side="right")) - 1
+        # Of the type of the array, which would be converted otherwise
+        body = int(np.searchsorted(self.first, self.first.dtype.type(index), side="right")) - 1
         shape = self._shape(body)
-        return shape, body - self._start(body) if isinstance(shape, Spheres) else index - int(self._first[body])
+        return shape, body - self._start(body) if isinstance(shape, Spheres) else index - int(self.first[body])
 
     def _entry(self, body: int) -> int:
         """Return the entry that a body belongs to."""

@@ -680,10 +680,10 @@ def concatenate(parts: Sequence[npt.NDArray[Any]]) -> npt.NDArray[Any]:
     return np.concatenate(non_empty) if len(non_empty) > 1 else (non_empty or parts)[0]
 
 
-def _row_hashes(table: Floats | QuadricTable) -> npt.NDArray[np.uint64]:
+def row_hashes(table: Floats | QuadricTable) -> npt.NDArray[np.uint64]:
     """Hash each row to uint64; equal rows, zeros of both signs alike, have equal hashes."""
     if isinstance(table, QuadricTable):  # copies share forms, which are hashed once
-        return _mix_rows(_row_hashes(table.forms)[table.form_of], table.rows[:, :3])
+        return _mix_rows(row_hashes(table.forms)[table.form_of], table.rows[:, :3])
     return _mix_rows(np.zeros(len(table), np.uint64), table)
 
 
@@ -706,14 +706,14 @@ def _rows_of(table: Floats | QuadricTable, some: npt.NDArray[np.bool_]) -> Float
 
 def _has_equal(table: Floats | QuadricTable) -> bool:
     """Return whether two rows may be equal: in a large table without equal rows much faster than a full comparison."""
-    mixed = _row_hashes(table)
+    mixed = row_hashes(table)
     mixed.sort()
     return bool((mixed[1:] == mixed[:-1]).any())
 
 
 def _merge_equal(first: Any, members: Any, table: Floats | QuadricTable) -> None:
     """Point each member at the earliest one with a record equal to the bit, zeros of both signs alike."""
-    order = np.argsort(_row_hashes(table), kind="stable")
+    order = np.argsort(row_hashes(table), kind="stable")
     same = np.zeros(len(order), bool)
     for begin in range(1, len(order), _CHUNK):
         rows = table[order[begin - 1 : begin + _CHUNK]]

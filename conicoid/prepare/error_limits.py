@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -298,9 +299,33 @@ Whole = npt.NDArray[Any]
 _USES = 1 << 17
 
 
+@dataclass
+class LimitMaxima:
+    """What the limits of surfaces follow from: columns (largest reach, largest kappa, 1 for unbounded uses)."""
+
+    size: float | None  # of the scene; None where all bodies are bounded
+    planes: Floats  # (3, planes)
+    forms: Floats  # (3, forms of quadrics)
+
+    def copy(self) -> LimitMaxima:
+        """Copy the maxima."""
+        return LimitMaxima(self.size, self.planes.copy(), self.forms.copy())
+
+    def column(self, kind: int, row: int) -> Floats:
+        """Return the column of a plane, or of a form of quadrics, as a view."""
+        return (self.planes if kind == PLANE else self.forms)[:, row]
+
+    def extend(self, kind: int) -> None:
+        """Add a column for a surface that nothing uses yet."""
+        if kind == PLANE:
+            self.planes = np.pad(self.planes, ((0, 0), (0, 1)))
+        elif kind == QUADRIC:
+            self.forms = np.pad(self.forms, ((0, 0), (0, 1)))
+
+
 def with_limits(tables: Tables, boxes: Floats, rest: Remainders) -> Tables:
     """Return the tables with `compute_limits` of them."""
-    return tables._replace(**compute_limits(tables, boxes, rest))
+    return tables._replace(**compute_limits(tables, boxes, rest)[0])
 
 
 def limit_shapes(tables: Tables) -> dict[str, Floats]:
@@ -312,7 +337,7 @@ def limit_shapes(tables: Tables) -> dict[str, Floats]:
     return {f"{of}_limits": np.broadcast_to(0.0, (count, 2)) for of, count in counts.items()}
 
 
-def compute_limits(tables: Tables, boxes: Floats, rest: Remainders) -> dict[str, Any]:
+def compute_limits(tables: Tables, boxes: Floats, rest: Remainders) -> tuple[dict[str, Any], LimitMaxima]:
     """Compute `plane_limits`, `quadric_limits`, and the limits of cells, programs, sheets and polygons.
 
     Parameters
@@ -326,8 +351,8 @@ def compute_limits(tables: Tables, boxes: Floats, rest: Remainders) -> dict[str,
 
     Returns
     -------
-    dict[str, Floats]
-        The columns (n, 2) by name.
+    tuple[dict[str, Floats], LimitMaxima]
+        The columns (n, 2) by name, and what those of surfaces follow from.
 
     Raises
     ------
@@ -336,7 +361,7 @@ def compute_limits(tables: Tables, boxes: Floats, rest: Remainders) -> dict[str,
     """
     cells, sheets, polygons = _rows_of_cells(tables), len(tables.sheet_surface), len(tables.polygon_surface)
     cell_entry = _entries_of_cells(tables)
-    size = 1.0 if np.isfinite(boxes).all() else scene_size(tables, boxes)  # for bounded bodies nothing depends on it
+    size = None if np.isfinite(boxes).all() else scene_size(tables, boxes)  # for bounded bodies nothing depends on it
     limits = no_limits(cells + sheets + polygons)
     last = max((int(surface.max(initial=-1)) for surface, _, _ in _uses(tables, cell_entry)), default=-1)
     place, used = _places(tables, last)
@@ -344,7 +369,7 @@ def compute_limits(tables: Tables, boxes: Floats, rest: Remainders) -> dict[str,
     records = RecordTables.of(tables, rest)
     for surface, owner, users in _uses(tables, cell_entry):
         places = place.take(surface, mode="clip")  # any place for a missing surface: `weigh` refuses it
-        weigh_all(records, boxes, size, (surface, places, owner, users), limits, most)
+        weigh_all(records, boxes, size or 1.0, (surface, places, owner, users), limits, most)
     # Each column is kept by itself: a view would keep the whole array alive
     of_cells = own_memory(limits[:cells])
     of_planes, of_quadrics = (
@@ -352,7 +377,7 @@ def compute_limits(tables: Tables, boxes: Floats, rest: Remainders) -> dict[str,
     )
     put_limits_of_planes(records, used, most, of_planes)
     put_limits_of_quadrics(records, used, most, of_quadrics)
-    return dict(
+    columns = dict(
         plane_limits=of_planes,
         quadric_limits=of_quadrics,
         cell_limits=of_cells,
@@ -360,6 +385,8 @@ def compute_limits(tables: Tables, boxes: Floats, rest: Remainders) -> dict[str,
         sheet_limits=own_memory(limits[cells : cells + sheets]),
         polygon_limits=own_memory(limits[cells + sheets :]),
     )
+    flat = len(tables.planes)
+    return columns, LimitMaxima(size, own_memory(most[:, :flat]), own_memory(most[:, flat:-1]))
 
 
 def _rows_of_cells(tables: Tables) -> int:

@@ -175,16 +175,16 @@ def lower(bodies: Sequence[Body], stages: ProgressStages | None = None) -> Lower
     )
 
 
-class _InstanceShapes:
-    """The shapes of instances, which the list builds on demand."""
+class InstanceShapes:
+    """The shapes of instances, which the list builds on demand; `pending` are those that an edit has yet to change."""
 
-    def __init__(self, bodies: InstanceList) -> None:
-        self._bodies = bodies
+    def __init__(self, bodies: InstanceList, pending: dict[int, Shape] | None = None) -> None:
+        self._bodies, self.pending = bodies, pending or {}
 
     def __getitem__(self, number: int) -> Shape:
-        return self._bodies.shape(number)
+        return self.pending[number] if number in self.pending else self._bodies.shape(number)
 
 
 def _shapes(bodies: Sequence[Body]) -> ShapeSource:
     """Return a source of the shape of each entry."""
-    return _InstanceShapes(bodies) if isinstance(bodies, InstanceList) else [body.shape for body in bodies]
+    return InstanceShapes(bodies) if isinstance(bodies, InstanceList) else [body.shape for body in bodies]

@@ -22,14 +22,19 @@ from ..kernels.tables import (
     ENTRY_KIND,
     LEAF_CELL,
     LEAF_ITEMS,
+    LENGTHS,
     LINE,
     NODE_BOXES,
     NODE_CHILDREN,
+    PLANE,
     PROGRAM_ROW,
     PROGRAM_SHIFTS,
+    QUADRIC,
     REGION,
     ROOTS,
     SHIFT_SIZE,
+    SPARE,
+    SPHERE,
     TREE_DEPTH,
     TREE_ORDER,
     TREE_ROOT,
@@ -43,11 +48,20 @@ from . import lowering
 from .bvh.leaf_items import put_items
 from .bvh.tree_patch import patch_trees, put_new_groups
 from .bvh.trees import SceneTrees, build_scene_trees
+from .coincidence import row_hashes
 from .edits.buffer_pool import BufferClaim, EditState, OpenBuffer
 from .edits.in_place import InPlaceEdit, adopt_buffer, release_memory
+from .edits.lattice_edit import (
+    LatticeState,
+    edit_lattice,
+    exchanged_entries,
+    first_state,
+    room_for_edits,
+    without_memory,
+)
 from .edits.scene_edit import SpliceEdit, edit_scene
 from .edits.scene_splice import find_runs
-from .lowering import LoweredScene
+from .lowering import LazyBounds, LoweredScene
 from .progress import AFTER_TREES, Progress, ProgressStages
 
 
@@ -86,13 +100,18 @@ class PreparedScene:
     @classmethod
     def of(cls, lowered: LoweredScene, bodies: Sequence[Body] = ()) -> PreparedScene:
         """Build the trees of a lowered scene and take over its tables; `bodies` give the names and materials."""
-        if lowered.layout is None:  # scenes with instances are not edited: their memory needs no pool
-            geometry, woods = build_scene_trees(lowered)
-            return cls(lowered.with_geometry(geometry), geometry, _flat_rest(lowered), woods, entries=bodies)
         # A list, since the trees decide when the buffer is made, and how large
         buffers: list[OpenBuffer] = []
-        geometry, woods = build_scene_trees(lowered, lambda tables: _reserve(buffers, tables))
-        lowered, kept = adopt_buffer(lowered.with_geometry(geometry), buffers[0])
+        if isinstance(lowered.bounds, LazyBounds):
+            geometry, woods, maxima = build_scene_trees(lowered, partial(room_for_edits, buffers))
+            lowered = lowered.with_geometry(geometry)
+            kept: EditState = first_state(buffers[0], maxima, lowered.tables)
+        elif lowered.layout is None:
+            geometry, woods, _ = build_scene_trees(lowered)
+            lowered, kept = lowered.with_geometry(geometry), EditState()
+        else:
+            geometry, woods, _ = build_scene_trees(lowered, lambda tables: _reserve(buffers, tables))
+            lowered, kept = adopt_buffer(lowered.with_geometry(geometry), buffers[0])
         return cls(lowered, geometry, _flat_rest(lowered), woods, entries=bodies, edit_state=kept)
 
     def edited(self, bodies: Sequence[Body], progress: Progress | None = None) -> PreparedScene | None:
@@ -117,6 +136,11 @@ class PreparedScene:
     def single_calls(self) -> dict[str, Callable[..., Any]]:
         """Functions (scene, *numbers) that answer queries of few rays or points, by names of queries."""
         return {}
+
+    @property
+    def has_gaps(self) -> bool:
+        """Return whether edits have left rows in the tables that nobody reads."""
+        return isinstance(self.edit_state, LatticeState) and bool(self.edit_state.loose)
 
     def keep_single_calls(self, query: str, answer: Callable[..., Any], *kernels: tuple[Any, ...]) -> None:
         """Let `answer(calls, scene, *numbers)` answer a query of few rays or points, by calls of kernels."""
@@ -146,9 +170,15 @@ class PreparedScene:
         from hashlib import blake2b
 
         tables, rest = self.lowered.tables, self.lowered.rest
-        surfaces = (tables.surface_kind, tables.surface_row, tables.planes, tables.spheres, tables.quadrics)
+        flat, round_, curved = (
+            tables.surface_row[tables.surface_kind == kind] for kind in (PLANE, SPHERE, QUADRIC)
+        )  # fmt: skip
+        # Copies share forms, and edits leave rows that no surface has: a digest of each form, by surfaces
+        forms = row_hashes(np.concatenate([tables.quadric_forms, rest.quadrics], axis=1))
+        surfaces = tables.surface_kind, tables.planes[flat], tables.spheres[round_], tables.quadrics[curved, :3]
+        rests = rest.planes[flat], rest.spheres[round_[round_ < len(rest.spheres)]]
         digest = blake2b(digest_size=16)
-        for array in (*surfaces, tables.quadric_forms, rest.planes, rest.spheres, rest.quadrics):
+        for array in (*surfaces, forms[tables.quadrics[curved, 3].astype(np.intp)], *rests):
             # The shapes too: two tables of other lengths may have the same bytes in a row
             digest.update(str(array.shape).encode())
             digest.update(np.ascontiguousarray(array).data.cast("B") if array.size else b"")
@@ -186,7 +216,21 @@ def prepare_edit(
     old = before.pop()
     # Instances have shared tables, which cannot be spliced: only their labels can change.
     if not old.can_be_edited or isinstance(old.entries, InstanceList) or isinstance(bodies, InstanceList):
-        return old.labelled(bodies) if have_same_shapes(old.entries, bodies) else None
+        if have_same_shapes(old.entries, bodies):
+            return old.labelled(bodies)
+        state, entries = old.edit_state, old.entries
+        if not (isinstance(state, LatticeState) and isinstance(entries, InstanceList)):
+            return None
+        found = exchanged_entries(entries, bodies) if isinstance(bodies, InstanceList) else None
+        if found is None or not isinstance(bodies, InstanceList):
+            return None
+        lowered, places, woods = without_memory(old.lowered), old.geometry.places, old.woods
+        del old  # nothing here reads its memory any more
+        edited = edit_lattice(lowered, places, woods, state, entries, bodies, found)
+        if edited is None:
+            return None
+        lowered, geometry, woods, state = edited
+        return PreparedScene(lowered, geometry, _flat_rest(lowered), woods, entries=bodies, edit_state=state)
     runs = find_runs(old.entries, bodies)
     # Other names or materials alone: all tables stay
     if not runs.fresh and len(bodies) == len(old.entries):
@@ -282,10 +326,16 @@ class Memory(_Sizes):
             raise AttributeError(f"'Memory' object has no attribute {name[:80]!r}{hint}", name=name, obj=self)
 
 
-def measure_memory(geometry: Geometry) -> Memory:
-    """Measure the memory of a geometry."""
-    # All tables are parts of two arrays
-    every = geometry.integers.nbytes + geometry.floats.nbytes
+def measure_memory(scene: PreparedScene) -> Memory:
+    """Measure the memory of a scene."""
+    geometry = scene.geometry
+    # All tables are parts of two arrays, some with room behind each
+    sizes, real = (
+        geometry.places[LENGTHS : 2 * LENGTHS],
+        np.array([column.dtype == np.float64 for column in scene.lowered.tables]),
+    )
+    floats = int((-(-sizes[real] // LINE) * LINE).sum()) + SPARE
+    every = int(sizes[~real].sum()) * geometry.integers.itemsize + floats * geometry.floats.itemsize
     boxes = int(length(geometry, NODE_BOXES) + length(geometry, LEAF_ITEMS)) * geometry.floats.itemsize
     tree = boxes + sum(int(length(geometry, k)) for k in _TREE) * geometry.integers.itemsize
     first, count = int(geometry.places[ENTRY_KIND]), int(length(geometry, ENTRY_KIND))

@@ -93,7 +93,7 @@ def row_ends(counts: Ints) -> Ints:
 #
 # Translated copies have few different rows of maps; each is in the table once.
 
-_SHIFT = 3
+WHICH_BITS = 3
 """Low bits of a number in `face_maps` of translated bodies: the column of `body_maps` that selects the row.
 
 See `kernels/body/uv.py`.
@@ -121,7 +121,7 @@ def build_face_maps(contents: BodyGroups, faces: RowPlaces) -> tuple[Ints, Ints,
         for some in row_blocks(len(group.bodies)):
             rows[at[some]] = group.rows[some, p.uv_at : p.bounds_at].reshape(*at[some].shape, MAP_SIZE)
         for some in row_blocks(len(group.bodies), len(p.angular)):
-            found = (at[some] << _SHIFT if moved else at[some])[:, p.maps]
+            found = (at[some] << WHICH_BITS if moved else at[some])[:, p.maps]
             found[:, p.angular != 0, 0] = -1 - found[:, p.angular != 0, 0]
             maps[faces.first[group.bodies[some], None] + np.arange(len(p.angular))] = found
     if not moved:
@@ -133,7 +133,7 @@ def build_face_maps(contents: BodyGroups, faces: RowPlaces) -> tuple[Ints, Ints,
         p, which = group.pattern, _MapSources()
         numbers: list[Any] = []
         for table, index in _group_maps(moving, range(p.uv_at, p.bounds_at, MAP_SIZE)):
-            numbers.append(count << _SHIFT | which.of(index))
+            numbers.append(count << WHICH_BITS | which.of(index))
             tables.append(table)
             count += len(table)
         parts.append(np.array(_number_map_rows(group, numbers), np.int32).reshape(-1, 3))

@@ -61,6 +61,7 @@ class Frames:
         from .._jit.sources import digest_of_files
 
         self.scene, self.folder, self.options = scene, folder, options
+        scene._close_gaps()
         lowered = scene._prepared.lowered
         tables = {k: v for k, v in lowered.tables._asdict().items() if k not in _TREE_TABLES}
         # Names show in pictures with labels only; a change of code makes other frames

@@ -524,12 +524,23 @@ class Scene:
                     self._cached_prepared = prepare(self._bodies, before, *progress)
             return self._cached_prepared
 
+    def _close_gaps(self) -> None:
+        """Prepare the scene afresh where edits of an imported model have left rows that nobody reads.
+
+        For those that go through all rows of the tables; numbers and answers stay.
+        """
+        if self._prepared.has_gaps:
+            from ..prepare.prepared_scene import prepare
+
+            with self._lock:
+                self._cached_prepared = prepare(self._bodies)
+
     @property
     def memory(self) -> Memory:
         """The size of the prepared scene: bytes of its tables and of its tree, and the number of primitives."""
         from ..prepare.prepared_scene import measure_memory
 
-        return measure_memory(self._prepared.geometry)
+        return measure_memory(self._prepared)
 
     # --- Queries along rays
 

@@ -165,6 +165,7 @@ def pack_scene(scene: Scene) -> dict[str, Any]:
 
     Raises ValueError for a scene that is too large for a browser, with the limit.
     """
+    scene._close_gaps()
     camera = view_of(scene)
     lights = scene.lights or fit_lights(camera)
     look = look_of(scene, lights)

@@ -230,6 +230,7 @@ def check(
     whole: SceneLike = extension("as_scene")("check", scene)
     check_callback("check", "progress", progress)
     rays, seed = check_integer("check", "rays", rays, 1, _MOST_RAYS), check_integer("check", "seed", seed, 0)
+    whole._close_gaps()
     lowered = whole._prepared.lowered
     targets, random = ProbeTargets.of(lowered), np.random.default_rng(seed)
     # Without bodies, all of the domain is undefined

@@ -31,7 +31,7 @@ from ...kernels.tables import (
 )
 from ...numerics.portable_math import odd_root
 from ..coincidence import concatenate
-from ..error_limits import compute_limits, limit_shapes
+from ..error_limits import LimitMaxima, compute_limits, limit_shapes
 from ..lowering import LazyBounds, LoweredScene
 from ..mmap_arrays import concatenate_mapped, trim_heap
 from .builder import (
@@ -233,7 +233,7 @@ def scene_extent(survey: BoxSurvey) -> Floats:
 
 def build_scene_trees(
     lowered: LoweredScene, room: Callable[[Tables], Geometry] = room_for
-) -> tuple[Geometry, SceneTrees]:
+) -> tuple[Geometry, SceneTrees, LimitMaxima]:
     """Pack a lowered scene, with limits and the trees over its entries and over the leaves of its bodies.
 
     The tables of the scene are taken over. Large arrays are made as late, and released as early, as possible.
@@ -247,8 +247,8 @@ def build_scene_trees(
 
     Returns
     -------
-    tuple[Geometry, SceneTrees]
-        The tables packed for kernels, and where the trees end in them.
+    tuple[Geometry, SceneTrees, LimitMaxima]
+        The tables packed for kernels, where the trees end in them, and what the limits of surfaces follow from.
     """
     tables = lowered.take_tables()
     count, cells = len(tables.entry_kind), len(tables.cell_quadric)
@@ -269,7 +269,8 @@ def build_scene_trees(
     place, woods = forest.places[-2], SceneTrees.of(forest, depth, levels, lowered.layout is not None)
     del forest  # releases what the trees were built from
     trim_heap(count)
-    columns.update(compute_limits(tables, lowered.boxes, lowered.rest))
+    limits, maxima = compute_limits(tables, lowered.boxes, lowered.rest)
+    columns.update(limits)
     del tables
     trim_heap(count)
     pack(geometry, columns, later=("node_boxes", "leaf_items", "group_bounds", "group_planes"))
@@ -279,7 +280,7 @@ def build_scene_trees(
     if isinstance(lowered.bounds, LazyBounds):
         lowered.bounds.release()
     trim_heap(count)
-    return geometry, woods
+    return geometry, woods, maxima
 
 
 def _blocks(lowered: LoweredScene) -> Sequence[InstanceBlock]:

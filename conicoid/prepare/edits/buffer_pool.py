@@ -172,6 +172,11 @@ class OpenBuffer:
         room = line_array(floats + more * _NODE + SPARE)
         return cls(SceneBuffer(np.empty(integers + more * _NODE + 2 * max(rows, 0), np.int32), room))
 
+    @property
+    def arrays(self) -> tuple[Ints, Floats]:
+        """The integers and floats of the buffer, in the form in which they may be handed out."""
+        return self._out(self._store.integers), self._out(self._store.floats)
+
     def _out(self, array: Array) -> Array:
         return np.asarray(_TokenArray(array, self._token))
 

@@ -18,7 +18,7 @@ from conicoid.geometry.cell import NOTHING, Tree
 from conicoid.geometry.instance_edits import EditedInstances
 from conicoid.geometry.instances import InstanceList
 from conicoid.geometry.shape import PrimitiveSolid
-from conicoid.prepare import body_collector as contents, instances
+from conicoid.prepare import body_collector as contents, instances, prepared_scene
 
 from ...samples import in_turn, size
 from .models import put
@@ -280,6 +280,42 @@ def test_edited_scenes_are_pickled(core: co.Scene) -> None:
     assert isinstance(again.bodies, EditedInstances)
     assert again == edited
     assert again.materials == edited.materials
+
+
+def numbered(scene: co.Scene) -> list[bytes]:
+    """Answers in which every number of a body, a face and a surface shows, to the bit."""
+    low, high = (np.nan_to_num(end, posinf=3, neginf=-3) for end in scene.bounds)
+    a, b = np.random.default_rng(7).uniform(low, high, (2, size(600, 1500), 3))
+    hits, crossings = scene.first_hit(co.Rays(a, b - a)), scene.crossings(co.Rays(a, b - a))
+    found = [hits.t, hits.body, hits.face, hits.surface, hits.uv, hits.normal, hits.local_point, hits.t_error]
+    found += [crossings.offsets, crossings.t, crossings.surface, scene.body_at(b)]
+    return [*(np.ascontiguousarray(each).tobytes() for each in found), scene._prepared.key]
+
+
+def test_bodies_are_exchanged_in_the_tables_of_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Most edits prepare nothing afresh; all have the numbers and the bits of a scene that is prepared afresh."""
+    scene = co.load_openmc(put(core_xml(1), tmp_path), void=False)
+    fresh, work = [], prepared_scene.lowering.lower
+    monkeypatch.setattr(prepared_scene.lowering, "lower", lambda *of: fresh.append(1) or work(*of))
+    scene.prepare()
+    held, random = [], np.random.default_rng(3)
+    for step in range(size(14, 40)):
+        number = inside(scene) if step % 2 else int(random.integers(len(scene.bodies)))
+        middle = np.mean(scene.bodies[number].shape.bounds, axis=0)
+        new = [
+            lambda shape: shape.translate((0, 0, 0.01)), lambda shape: shape.translate((1.26, 0, 0)),
+            lambda _, at=middle: co.Sphere(0.4, at), lambda shape: shape.rotate("z", 20),
+        ][step % 4]  # fmt: skip
+        scene = scene.moved(number, new)
+        held += [scene] * (step % 3 == 0)
+        same = co.Scene(scene.bodies)
+        count = len(fresh)
+        assert numbered(scene) == numbered(same)
+        assert len(fresh) <= count + 2
+    assert len(fresh) < 2 * step
+    assert str(co.check(scene, rays=300)) == str(co.check(co.Scene(scene.bodies), rays=300))
+    assert numbered(scene) == numbered(same)
+    assert numbered(held[0]) == numbered(co.Scene(held[0].bodies))
 
 
 def test_an_edit_makes_few_bodies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
