@@ -11,7 +11,7 @@ import pytest
 
 import conicoid as co
 
-from ..samples import sampled, size
+from ..samples import sampled
 from .solids import KNOWN, Known, askew
 
 # --- Closed forms of combinations against formulas and against rays: prisms, solids of revolution, cells of models
@@ -90,7 +90,7 @@ def test_a_hexagonal_can(tmp_path):
 @pytest.fixture
 def few_rays(monkeypatch):
     """As many rays as a test has time for, where the measure chooses how many it follows."""
-    monkeypatch.setattr(importlib.import_module("conicoid.apps.measures.measure"), "RAYS", size(60_000, 1_000_000))
+    monkeypatch.setattr(importlib.import_module("conicoid.apps.measures.measure"), "RAYS", 60_000)
 
 
 @pytest.mark.usefixtures("few_rays")
