@@ -22,7 +22,7 @@ from ..reference.trace import body_at, truth
 from ..reference.whole_items import SOLIDS, motion, plain, whole_motion
 from .motions import climb
 
-FAST, DEEP = 30, 500
+FAST, DEEP = 30, 120
 
 
 def test_a_residue_is_no_height() -> None:
