@@ -17,8 +17,8 @@ import pytest
 T = TypeVar("T")
 SEED = os.environ.setdefault("DEEP_SEED", str(secrets.randbelow(10_000)))
 """In the environment, so that the workers of a run have one."""
-CASES = 16
-"""Deep cases that a run takes of each test."""
+CASES = 40
+"""Deep cases that a run takes of each test: all kinds, and some of the products of kinds, motions and seeds."""
 _FAST_ALONE = "not deep"
 _marks = [""]
 """What `-m` says; `tests/conftest.py` puts it here."""

@@ -14,7 +14,7 @@ import pytest
 from .fuzzing.worker import BYTES, KINDS
 
 ROOT = Path(__file__).resolve().parents[2]
-SAMPLE, FULL, BLOCK = 60, 10_000, 250
+SAMPLE, FULL, BLOCK = 60, 10_000, 100
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="limits of memory are those of Linux")
 

@@ -114,7 +114,7 @@ def test_spheres_cones_and_what_is_between_them(tmp_path):
     assert found.volume_error == 0
 
 
-@pytest.mark.parametrize("count", [2, pytest.param(60, marks=pytest.mark.deep)])
+@pytest.mark.parametrize("count", [2, pytest.param(15, marks=pytest.mark.deep)])
 def test_random_combinations_agree_with_rays_and_move_with_their_parts(count):
     random = np.random.default_rng(11)
     seen = 0
