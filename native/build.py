@@ -14,11 +14,14 @@ import argparse
 import importlib
 import os
 import shutil
+import sqlite3
 import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 from .link import link
@@ -29,6 +32,23 @@ KEPT = HERE.parent / "out" / "kernels"
 """What builds in place make on the way."""
 EDITED = HERE.parent / "out" / "edited_kernels"
 """What incremental builds keep, so that the next one makes only what was edited."""
+_LONGEST = 3600
+"""Seconds that a build waits for another one, and then fails."""
+
+
+@contextmanager
+def alone() -> Iterator[None]:
+    """Wait for other builds of this checkout: they write the same files. SQLite's lock ends with its process."""
+    place = HERE.parent / "out" / "build.lock"
+    place.parent.mkdir(exist_ok=True)
+    with closing(sqlite3.connect(place, timeout=0)) as lock:
+        try:
+            lock.execute("BEGIN EXCLUSIVE")
+        except sqlite3.OperationalError:
+            print("Another build of this checkout is at work; this one waits for it ...", flush=True)
+            lock.execute(f"PRAGMA busy_timeout = {1000 * _LONGEST}")
+            lock.execute("BEGIN EXCLUSIVE")
+        yield
 
 
 def _python(*words: str) -> None:
@@ -193,7 +213,7 @@ def main() -> None:
     wanted = parser.parse_args()
     begin = time.monotonic()
     target = TARGETS[wanted.target] if wanted.target else host()
-    with tempfile.TemporaryDirectory() as temporary:
+    with tempfile.TemporaryDirectory() as temporary, alone():
         kept = EDITED if wanted.incremental else KEPT if wanted.in_place else Path(temporary)
         folder = wanted.folder or kept
         if wanted.in_place or wanted.incremental:

@@ -99,7 +99,12 @@ def groups(kernels: dict[str, dict[str, Any]], parts: list[Part]) -> dict[str, _
     made = {}
     for file, numbers in copies.items():
         names = {name for number in members[file] for name in parts[number].defined}
-        entries = {name: kernel for name, kernel in kernels.items() if kernel["symbol"] in names}
+        # Without the numbers of the functions that a kernel calls: an edit in any file shifts them
+        entries = {
+            name: {key: kernel[key] for key in kernel if key != "functions"}
+            for name, kernel in kernels.items()
+            if kernel["symbol"] in names
+        }
         made[file] = _Group([parts[number].code for number in numbers], sorted(names & seen), entries)
     return made
 

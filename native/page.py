@@ -15,7 +15,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from . import objects
-from .build import HERE, KEPT, drop_old_parts, is_newer, lowered, put, stamp_of
+from .build import HERE, KEPT, alone, drop_old_parts, is_newer, lowered, put, stamp_of
 from .link import PAGE_ENGINE
 from .targets import WASM
 
@@ -81,10 +81,10 @@ def main() -> None:
     from conicoid.viewer.html import read_engine
 
     place = HERE.parent / PAGE_ENGINE
-    if read_engine() is not None and is_newer(place):
-        return
-    print("Making the engine for pages ...", flush=True)
-    with tempfile.TemporaryDirectory() as temporary:
+    with tempfile.TemporaryDirectory() as temporary, alone():
+        if read_engine() is not None and is_newer(place):
+            return
+        print("Making the engine for pages ...", flush=True)
         drop_old_parts()
         folder = wanted.folder or (KEPT if (KEPT / "kernels.pickle").exists() else Path(temporary))
         folder.mkdir(parents=True, exist_ok=True)

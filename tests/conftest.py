@@ -6,6 +6,7 @@ Where there is no compiler, as beside an installed wheel, the tests of the compi
 from __future__ import annotations
 
 import re
+from collections import defaultdict
 from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
@@ -49,9 +50,22 @@ def pytest_pycollect_makeitem(collector: pytest.Collector, obj: Any) -> list[pyt
     return [] if samples.quick() and (own or collector.get_closest_marker("deep")) else None
 
 
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Keep of each deep test as many cases as a run takes, out of those that `-k` leaves."""
+    cases = defaultdict(list)
+    for item in items:
+        if item.get_closest_marker("deep"):
+            cases[item.nodeid.partition("[")[0]].append(item)
+    left = {item for name, those in cases.items() for item in {*those} - {*samples.drawn(those, samples.CASES, name)}}
+    config.hook.pytest_deselected(items=[item for item in items if item in left])
+    items[:] = [item for item in items if item not in left]
+
+
 def pytest_report_header() -> list[str]:
-    """Said, so that nobody takes less for the whole."""
-    return [f"no compiler: left out are {', '.join(collect_ignore)}"] if collect_ignore else []
+    """Say what was drawn or left out, so that nobody takes less for the whole."""
+    drawn = [] if samples.quick() else [f"deep tests are drawn by DEEP_SEED={samples.SEED}"]
+    return drawn + ([f"no compiler: left out are {', '.join(collect_ignore)}"] if collect_ignore else [])
 
 
 @pytest.fixture(autouse=True, scope="session")

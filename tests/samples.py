@@ -1,12 +1,24 @@
-"""A sample of many cases: some are fast tests, and the others are deep ones, which a fast run does not even collect."""
+"""A sample of many cases: some are fast tests, and the others are deep ones, which a fast run does not even collect.
+
+A deep run takes a part of what differs in luck alone, drawn by a seed that the head of its report shows. Other runs take
+other parts. `DEEP_SEED=7 make deep` repeats a run; `DEEP_SEED=all` takes all, for hours.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable
-from typing import Any
+import os
+import random
+import secrets
+from collections.abc import Container, Iterable, Sequence
+from typing import Any, TypeVar
 
 import pytest
 
+T = TypeVar("T")
+SEED = os.environ.setdefault("DEEP_SEED", str(secrets.randbelow(10_000)))
+"""In the environment, so that the workers of a run have one."""
+CASES = 40
+"""Deep cases that a run takes of each test: all kinds, and some of the products of kinds, motions and seeds."""
 _FAST_ALONE = "not deep"
 _marks = [""]
 """What `-m` says; `tests/conftest.py` puts it here."""
@@ -17,14 +29,17 @@ def choose(marks: str) -> None:
     _marks[0] = marks
 
 
-def size(fast: int, deep: int) -> int:
-    """Return how many rays, examples or steps a test takes in this run."""
-    return fast if quick() else deep
-
-
 def quick() -> bool:
     """Return whether this run wants no deep case."""
     return _marks[0] == _FAST_ALONE
+
+
+def drawn(cases: Sequence[T], count: int, name: str = "") -> list[T]:
+    """Return so many of some cases, in order, or all of them if this run wants all; each name has its own draw."""
+    places = range(len(cases))
+    if SEED != "all" and count < len(cases):
+        places = sorted(random.Random(f"{SEED} {name}").sample(places, count))
+    return [cases[place] for place in places]
 
 
 def sampled(cases: Iterable[Any], every: int) -> list[Any]:

@@ -94,8 +94,8 @@ def test_exactly_one(kind, folded):
 
 @pytest.mark.deep
 @pytest.mark.parametrize(("kind", "folded"), CASES)
-def test_exactly_one_of_a_million(kind, folded):
-    assert check(kind, folded, pairs=150, rays_per_pair=1500) > 1_000_000 / 6
+def test_exactly_one_of_many(kind, folded):
+    assert check(kind, folded, pairs=20, rays_per_pair=1500) > 20_000
 
 
 @pytest.mark.parametrize("folded", [False, True])

@@ -12,7 +12,7 @@ import conicoid as co
 
 from ..reference.random_shapes import generator
 from ..reference.whole_items import tree
-from ..samples import deep, size
+from ..samples import deep
 from .intervals import same, table
 from .rays import mixed_rays
 
@@ -44,7 +44,7 @@ def solids(request: Any) -> tuple[Any, Any, Any]:
     """Two solids and rays."""
     r = generator("set algebra", request.param)
     a, b = (tree(r, 2).shape(co) for _ in range(2))
-    return a, b, mixed_rays(r, size(200, 400))
+    return a, b, mixed_rays(r, 200)
 
 
 @pytest.mark.parametrize("law", EQUAL)

@@ -12,7 +12,6 @@ import pytest
 import conicoid as co
 
 from ..command_line import run
-from ..samples import size
 
 
 def of_kind(findings: list[co.checks.Finding], kind: str) -> list[co.checks.Finding]:
@@ -23,7 +22,7 @@ def shown(scene: co.Scene, finding: co.checks.Finding):
     return scene.spans(finding.origin, finding.direction)
 
 
-EDGE = size(4, 8)
+EDGE = 4
 
 CLEAN = {
     "nothing": [],

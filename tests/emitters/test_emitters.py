@@ -18,8 +18,6 @@ from conicoid.render.lights.environment import (
 from conicoid.render.lights.light_sampling import sample_triangle, triangle_angle
 from conicoid.render.lights.light_tables import triangulate
 
-from ..samples import size
-
 # --- Polygons cut into triangles: all of the area, nothing beside it; what crosses itself is left alone
 
 ARROW = [(0, 0), (4, -3), (1, 0), (4, 3)]
@@ -131,7 +129,7 @@ def test_directions_have_the_mean_that_stokes_says(corners, turned):
     """∫ ω dω over a spherical polygon is Σ θ n / 2 over its edges, of angle θ and unit normal n inwards (Lambert)."""
     corners = corners[::-1] if turned else corners
     f = row(*corners)
-    count = size(50_000, 200_000)
+    count = 50_000
     numbers, out = np.random.default_rng(1).random((count, 2)), np.empty((count, 3))
     _drawn_directions(f, 0.0, 0.0, 0.0, numbers, out)
     unit = np.array(corners, float) / np.linalg.norm(corners, axis=1)[:, None]

@@ -20,8 +20,6 @@ from conicoid.prepare.edits.buffer_pool import EditState, FullEditState
 from conicoid.prepare.edits.in_place import InPlaceEdit
 from tests.engine.edits import bodies, content, moved, note_memory_taken, same_answers, same_tables
 
-from ..samples import size
-
 
 @pytest.fixture
 def taken(monkeypatch):
@@ -101,9 +99,9 @@ def test_threads_that_exchange_in_one_scene_at_once():
     def work(seed):
         try:
             rng = np.random.default_rng(seed)
-            for _ in range(size(2, 3)):
+            for _ in range(2):
                 mine = scene
-                for _ in range(size(2, 3)):
+                for _ in range(2):
                     mine = moved(mine, rng)
                     same_tables(mine, co.Scene(mine.bodies))
                 same_answers(mine, co.Scene(mine.bodies), rng, 40)

@@ -77,7 +77,7 @@ def rays_of(width):
 
 
 @pytest.mark.parametrize("kind", [*KINDS, "trees"])
-@pytest.mark.parametrize("width", [48, pytest.param(1024, marks=pytest.mark.deep)])
+@pytest.mark.parametrize("width", [48, pytest.param(512, marks=pytest.mark.deep)])
 def test_every_route_agrees_to_the_bit(kind, width):
     scene, singles = scene_of(kind, 4 if width < 100 else 6), 50
     for rays in rays_of(width):

@@ -24,8 +24,6 @@ from conicoid.render.film import (
     square_means,
 )
 
-from ..samples import quick
-
 NAME = "path"
 
 
@@ -192,7 +190,7 @@ def test_noise_ends_where_it_is_low(tmp_path):
     assert samples.max() > 2 * LEAST_SAMPLES
     rms = np.sqrt(square_means(error.astype(float) ** 2, 8))
     assert ((rms <= limit * (1 + 1e-6)) | (samples[::8, ::8] == 400)).all()
-    converged = scene().render(WIDTH, HEIGHT, 1000 if quick() else 2000, NAME).pixels
+    converged = scene().render(WIDTH, HEIGHT, 1000, NAME).pixels
     difference = np.sqrt(np.clip(image.pixels, 0, None)) - np.sqrt(np.clip(converged, 0, None))
     assert np.sqrt((difference**2).mean()) < 1.5 * limit
     # what noise it was stopped at changes nothing of what follows

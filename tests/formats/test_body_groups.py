@@ -20,7 +20,7 @@ from conicoid.io.scene_file.nodes import MappingNode, Node, ScalarNode, Sequence
 from conicoid.io.scene_file.scene_file import parse_scene
 from conicoid.io.scene_file.yaml_parser import YamlError
 
-from ..samples import in_turn, quick, size
+from ..samples import in_turn, quick
 
 # --- Bodies that are made together: the same as if each were read alone, and the same mistakes in the same places
 # The oracle is the reader without this, which reads one body after the other.
@@ -217,7 +217,7 @@ def test_each_alias_of_a_body_counts(tmp_path, monkeypatch):
 # --- Bodies that are not parsed one by one: the same trees, bodies and mistakes as if they were
 # The oracle is the parser without this: trees of it, with every line and column, and scenes and messages made of them.
 
-RELAXED = settings(max_examples=size(50, 150), deadline=None, suppress_health_check=list(HealthCheck))
+RELAXED = settings(max_examples=50, deadline=None, suppress_health_check=list(HealthCheck))
 
 
 def told(node: Node | None) -> Any:
@@ -362,7 +362,7 @@ def test_damaged_texts(seed, form, inserted):
 
 
 @pytest.mark.deep
-@settings(max_examples=20_000, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=2000, deadline=None, suppress_health_check=list(HealthCheck))
 @given(st.integers(0, 2**32), st.sampled_from(sorted(FORMS)), st.text("-[]{}:, \n\t'\"#&*!|>%?abe10.\\\r", max_size=4))
 def test_damaged_texts_at_length(seed, form, inserted):
     draw, text = random.Random(seed), scene(FORMS[form], rows(30, seed), after="lights: []\n")

@@ -16,11 +16,11 @@ from conicoid.geometry.shape import Shape
 from conicoid.io.scene_file import yaml_parser, yaml_parser as scene_text
 from conicoid.io.scene_file.scene_file import SceneParts, read_scene, write_scene
 
-from ..samples import sampled, size
+from ..samples import sampled
 from .strategies import PRIMITIVES, moved, primitive, scenes, sheets, solids
 
 pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")  # of numbers that may be meant otherwise
-RELAXED = settings(max_examples=size(10, 25), deadline=None, suppress_health_check=list(HealthCheck))
+RELAXED = settings(max_examples=10, deadline=None, suppress_health_check=list(HealthCheck))
 
 
 def again(scene: co.Scene, name: str = "scene.yaml") -> co.Scene:
@@ -48,13 +48,13 @@ def test_every_shape(name):
     run()
 
 
-@settings(RELAXED, max_examples=size(20, 60))
+@settings(RELAXED, max_examples=20)
 @given(st.one_of(solids(), sheets()))
 def test_booleans(shape):
     check(shape)
 
 
-@settings(RELAXED, max_examples=size(20, 60))
+@settings(RELAXED, max_examples=20)
 @given(scenes())
 def test_scenes(scene):
     back = again(scene)

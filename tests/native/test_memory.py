@@ -12,6 +12,7 @@ import pytest
 from ..children import child
 from ..command_line import written
 from ..machine_code import needs_compiler, needs_machine_code
+from ..samples import deep, drawn
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="needs Linux")
 
@@ -55,7 +56,7 @@ def rendered(folder: Path, mebibytes: int, jit: str) -> subprocess.CompletedProc
 )
 @pytest.mark.parametrize(
     "mebibytes",
-    [150, 330, 430, *(pytest.param(m, marks=pytest.mark.deep) for m in range(140, 801, 20))],
+    [150, 330, 430, *map(deep, drawn(range(140, 801, 20), 6))],
 )
 def test_a_command_with_little_memory_says_so(tmp_path, mebibytes, jit):
     run = rendered(tmp_path, mebibytes, jit)

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import os
+import shutil
+import sqlite3
 import subprocess
 import sys
+from pathlib import Path
 from typing import NamedTuple
 
 import pytest
@@ -12,6 +16,8 @@ from tests.children import ROOT
 
 pytest.importorskip("numba")
 pytest.importorskip("llvmlite")
+
+from native import build
 
 PROGRAM = """
 from typing import NamedTuple
@@ -84,7 +90,9 @@ def groups_of(functions: dict[str, Function]) -> dict[str, object]:
         groups.Part(each.code or name.encode(), (name,), each.calls, each.copied, name.partition(".")[0])
         for name, each in functions.items()
     ]
-    return groups.groups({"kernel": {"symbol": "top.kernel"}}, parts)
+    return groups.groups(
+        {"kernel": {"symbol": "top.kernel", "functions": [list(functions).index("top.kernel")]}}, parts
+    )
 
 
 @pytest.mark.parametrize(
@@ -179,3 +187,54 @@ def test_functions_are_lowered_again_that_an_edit_changes(before: str, after: st
     edited = MODULE.replace(before, after)
     assert built(edited) == sorted(compiled.split())
     assert built(edited) == []
+
+
+ASK = """
+import conicoid as co
+print(co.__file__, *co.Scene([co.Sphere(1)]).first_hit([(0, 0, -3), (0, 0, 3)], (0, 0, 1)).face)
+"""
+FACE = "= surface, face, side"
+
+
+@pytest.mark.deep
+def test_a_kernel_is_edited_and_built_again(tmp_path: Path) -> None:
+    """In a copy of the checkout, with what its last incremental build kept, if there was one."""
+    for folder in ("conicoid", "native", "out/edited_kernels"):
+        if (ROOT / folder).exists():
+            left_out = shutil.ignore_patterns("__pycache__", "_kernels.*")
+            shutil.copytree(ROOT / folder, tmp_path / folder, ignore=left_out)
+    source = tmp_path / "conicoid/queries/hit_fields.py"
+    text = source.read_text(encoding="utf-8")
+    assert text.count(FACE) == 1
+
+    def run(*words: str) -> str:
+        return subprocess.check_output(
+            [sys.executable, "-W", "error", *words],
+            cwd=tmp_path, text=True, env=os.environ | {"PYTHONPATH": str(tmp_path)},
+        )  # fmt: skip
+
+    def built(code: str) -> tuple[list[str], set[str]]:
+        source.write_text(code, encoding="utf-8")
+        run("-m", "native.build", "--incremental")
+        place, *faces = run("-c", ASK).split()
+        assert Path(place).is_relative_to(tmp_path)
+        return faces, {file.name for file in (tmp_path / "out/edited_kernels/objects").iterdir()}
+
+    faces, objects = built(text)
+    extension = next((tmp_path / "conicoid").glob("_kernels.*")).read_bytes()
+    assert faces == ["0", "-1"]
+    faces, others = built(text.replace(FACE, "= surface, face + 7, side"))
+    assert faces == ["7", "-1"]
+    assert [name.partition("-")[0] for name in others - objects] == ["conicoid.queries.hit_fields"]
+    assert built(text)[0] == ["0", "-1"]
+    assert next((tmp_path / "conicoid").glob("_kernels.*")).read_bytes() == extension
+
+
+def test_one_build_waits_for_another(monkeypatch, tmp_path, capsys) -> None:
+    monkeypatch.setattr(build, "HERE", tmp_path / "native")
+    monkeypatch.setattr(build, "_LONGEST", 0)
+    with build.alone(), pytest.raises(sqlite3.OperationalError, match="locked"), build.alone():
+        pass
+    assert "Another build of this checkout is at work" in capsys.readouterr().out
+    with build.alone():
+        assert not capsys.readouterr().out

@@ -11,7 +11,6 @@ import pytest
 import conicoid as co
 from conicoid.render.bsdf.registry import lower_materials
 
-from ..samples import size
 from .exact_sides import sides, wall_of_ball, wall_of_box
 from .printed import PRINTED
 
@@ -377,7 +376,7 @@ def compare(seed, count):
 
 
 def test_both_sides_of_every_wall_against_whole_numbers():
-    assert sum(compare(seed, 300) for seed in range(size(20, 40))) > 1000
+    assert sum(compare(seed, 300) for seed in range(20)) > 1000
 
 
 SOLIDS = [
@@ -444,8 +443,8 @@ def test_a_transparent_body_counts_before_an_opaque_one():
 
 
 @pytest.mark.deep
-def test_both_sides_of_a_million_walls_against_whole_numbers():
+def test_both_sides_of_many_walls_against_whole_numbers():
     done, seed = 0, 1000
-    while done < 1_000_000:
+    while done < 40_000:
         done += compare(seed, 4000)
         seed += 1

@@ -14,7 +14,6 @@ import pytest
 
 import conicoid as co
 
-from ..samples import size
 from .along import CLOSE, first, flat, spans
 
 P1, P2, P3, RADIUS = (1, 0, 0), (1, 4, 0), (1, 1, 2), 2
@@ -82,7 +81,7 @@ def test_angles_of_equation_12(start, end):
     """From the axis outwards at angle θ: the patch is met where θ is in the range, whatever atan2 says."""
     patch = co.CylinderPatch(P1, P2, RADIUS, start, end, P3)
     wedge = co.Cylinder(P1, P2, RADIUS, start, end, P3)
-    for theta in range(-177, 540, size(20, 10)):
+    for theta in range(-177, 540, 20):
         inside = any(start <= theta + 360 * k <= end for k in range(-3, 4))
         outward = BASIS.T @ [math.cos(math.radians(theta)), math.sin(math.radians(theta)), 0]
         hit = first(patch, world((0, 0, 1)), outward)

@@ -27,7 +27,7 @@ from conicoid.geometry.quadrics import (
     TwoSheetHyperboloid,
 )
 
-from ..samples import sampled, size
+from ..samples import sampled
 from .catalogue import SAMPLES, Sample
 from .motions import carried, climb, random_motion
 
@@ -222,7 +222,7 @@ def elliptic_solids(rng: np.random.Generator) -> list[EllipticSolid]:
     ]
 
 
-@pytest.mark.parametrize("seed", range(size(20, 400)))
+@pytest.mark.parametrize("seed", sampled(range(400), 20))
 def test_supports_of_elliptic_solids_are_those_of_50_digits(seed: int) -> None:
     """Less by the rounding of a direction at most, which boxes add, and more by 1e-12 of the solid's size at most.
 
@@ -254,7 +254,7 @@ def test_supports_of_elliptic_solids_are_those_of_50_digits(seed: int) -> None:
             assert exact - mp.mpf(2) ** -52 * reach <= found <= exact + mp.mpf(10) ** -12 * reach
 
 
-@pytest.mark.parametrize("seed", range(size(10, 100)))
+@pytest.mark.parametrize("seed", sampled(range(100), 10))
 def test_supports_in_boxes_hold_all_points_and_are_reached(seed: int) -> None:
     """Points on a grid of the box: none is beyond, and one is within a step of the support."""
     rng = np.random.default_rng(seed)

@@ -13,7 +13,7 @@ import conicoid as co
 from conicoid.geometry.quadric_classification import KINDS
 from conicoid.numerics import rational
 
-from ..samples import deep, sampled, size
+from ..samples import deep, sampled
 
 # The 17 affine classes of real quadrics (real points or none), and the plane: coefficients, kind, inside
 CLASSES = [
@@ -233,7 +233,7 @@ def test_moved_ones_are_described_in_the_world(values, kind, inside, move):
         assert abs(value(point)) < 1e-12 * size**2
 
 
-@settings(max_examples=size(40, 100), deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(st.lists(whole, min_size=10, max_size=10))
 def test_inertia_is_that_of_the_eigenvalues(entries):
     q = np.zeros((4, 4))

@@ -15,7 +15,7 @@ import conicoid as co
 from conicoid.geometry.instances import InstanceList
 from conicoid.io.gdml.solids import SOLID_READERS
 
-from ...samples import sampled, size
+from ...samples import sampled
 from .evaluator import Evaluator
 from .files import placed, scene_of, solid_scene, text_of, volume
 from .published import EVERY
@@ -92,7 +92,7 @@ def test_normals(solid):
 
 
 def test_sizes(solid, monkeypatch):
-    monkeypatch.setattr(importlib.import_module("conicoid.apps.measures.measure"), "RAYS", size(60_000, 1_000_000))
+    monkeypatch.setattr(importlib.import_module("conicoid.apps.measures.measure"), "RAYS", 60_000)
     one, scene = solid
     if one.extent is not None:
         low, high = scene.bounds
@@ -101,9 +101,7 @@ def test_sizes(solid, monkeypatch):
         assert np.allclose(high, one.extent[1], rtol=rough, atol=1e-13)
     if one.volume is None and one.area is None:
         return
-    found = co.measure(
-        scene.bodies[0].shape, rays=None if isinstance(scene.bodies[0].shape, co.Polyhedron) else size(3000, 12_000)
-    )
+    found = co.measure(scene.bodies[0].shape, rays=None if isinstance(scene.bodies[0].shape, co.Polyhedron) else 3000)
     for value, error, expected in (
         (found.volume, found.volume_error, one.volume),
         (found.area, found.area_error, one.area),
@@ -156,7 +154,7 @@ def test_the_deepest_volume(tmp_path, seed):
     )
     text = text_of(SOLIDS, structure + volume("world", "w", inside))
     scene = scene_of(tmp_path, text)
-    count = size(10_000, 50_000)
+    count = 10_000
     around = np.array([(-40, -40, 0), (40, 40, 0), (50, -50, 0), (0, 0, 75)])[chance.integers(0, 4, count)]
     p = np.concatenate([chance.uniform(-100, 100, (count, 3)), chance.uniform(-30, 30, (count, 3)) + around])
     names = np.array([body.name.rpartition("/")[2].partition("#")[0] for body in scene.bodies] + [""], object)
@@ -169,7 +167,7 @@ def test_the_deepest_volume(tmp_path, seed):
 
 EVERY_SOLID = FLAT | {f"twisted: {name}": solid for name, solid in TWISTED.items()}
 PROTOCOLS = 2, pickle.HIGHEST_PROTOCOL
-_ACROSS = size(2, 3)
+_ACROSS = 2
 
 
 def rows_of(folder: Path, solids: str) -> co.Scene:

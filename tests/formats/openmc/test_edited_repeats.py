@@ -20,7 +20,7 @@ from conicoid.geometry.instances import InstanceList
 from conicoid.geometry.shape import PrimitiveSolid
 from conicoid.prepare import body_collector as contents, instances, prepared_scene
 
-from ...samples import in_turn, size
+from ...samples import in_turn
 from .models import put
 from .repeated_models import MODELS
 from .test_repeated import written_out
@@ -53,7 +53,7 @@ def core(tmp_path_factory: pytest.TempPathFactory) -> co.Scene:
 def asked(scene: co.Scene, low: np.ndarray, high: np.ndarray) -> list[np.ndarray]:
     """Answers of every kind to the same rays and points."""
     random = np.random.default_rng(11)
-    a, b = random.uniform(low, high, (2, size(600, 1500), 3))
+    a, b = random.uniform(low, high, (2, 600, 3))
     rays = co.Rays(a, b - a)
     hits, spans, crossings = scene.first_hit(rays), scene.spans(rays), scene.crossings(rays)
     return [

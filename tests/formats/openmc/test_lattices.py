@@ -247,7 +247,7 @@ def test_every_point_is_in_the_cell_that_the_rules_give(model: Model) -> None:
 
 @pytest.mark.deep
 def test_every_point_of_a_fine_grid_is_in_the_cell_that_the_rules_give(model: Model) -> None:
-    compare(model, 100)
+    compare(model, 50)
 
 
 def test_spans_have_the_lengths_of_the_cells(model: Model) -> None:
