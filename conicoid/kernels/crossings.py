@@ -447,8 +447,12 @@ def put_crossings(
 # Sums over the spans of each ray
 
 
+ROUNDING_OVERLAP = 1e-9
+"""Two spans that have less in common are neighbours, whose walls were given with few digits: a share of t."""
+
+
 @inline
-def _length(x: float, y: float, z: float) -> float:
+def length_of(x: float, y: float, z: float) -> float:
     """Return the length of a direction; dividing by the largest component keeps the squares finite."""
     scale = max(abs(x), abs(y), abs(z))
     scale = scale if scale > 0.0 else 1.0
@@ -468,7 +472,7 @@ def integrate_spans(
     for i in range(begin, end):
         for k in range(total.shape[1]):
             total[i, k] = 0.0
-        length = _length(directions[i, 0], directions[i, 1], directions[i, 2])
+        length = length_of(directions[i, 0], directions[i, 1], directions[i, 2])
         for row in range(max(0, offsets[i]), min(offsets[i + 1], len(places))):
             place, chord = places[row], (t_exit[row] - t_enter[row]) * length
             if not 0 <= place < len(weights):

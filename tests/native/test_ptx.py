@@ -12,7 +12,8 @@ import pytest
 
 import conicoid as co
 from conicoid.kernels.body.hit import is_doubtful
-from conicoid.kernels.device import EACH, SHARED, SIZES, ScratchSize, size_name
+from conicoid.kernels.crossings import trace_rows_alone
+from conicoid.kernels.device import EACH, ROW_COLUMNS, SHARED, SIZES, ScratchSize, size_name
 from conicoid.kernels.first_hits import HitBuffers, trace_first_alone
 from conicoid.kernels.ray import RayArrays
 from conicoid.queries.exact.membership import locate_packets
@@ -42,9 +43,9 @@ def kernels():
     return device_kernels()
 
 
-def addresses(*arrays):
-    """Arrays as an entry takes them: each by its address and its length."""
-    return [number for array in arrays for number in (array.ctypes.data, len(array))]
+def addresses(*given):
+    """Arrays and numbers as an entry takes them: an array by its address and its length."""
+    return [n for each in given for n in ((each,) if isinstance(each, int) else (each.ctypes.data, len(each)))]
 
 
 def launch(kernels, scene, name, size, *arrays):
@@ -82,7 +83,26 @@ def same_rays(kernels, scene, rays, names=()):
         sure = ~is_doubtful(expected.turn) & ~is_doubtful(result)
         assert np.array_equal(result[sure] & 1, (expected.body >= 0)[sure])
         assert not np.any(is_doubtful(result) & ~is_doubtful(expected.turn) & (expected.body < 0))
+    same_lists(kernels, scene, rays, names or sizes(scene))
     return expected
+
+
+def same_lists(kernels, scene, rays, names):
+    """Assert that certain rays have the rows of the CPU, of spans and of crossings."""
+    n = len(rays.origins)
+    for columns, spans in ((7, 0), (9, 1)):
+        counts, doubts = np.zeros(n, np.int32), np.zeros(n, np.int8)
+        rows = trace_rows_alone(scene._prepared.geometry, rays, spans == 1, 0, n, counts, doubts)
+        for size in names:
+            many, doubtful, offsets = np.full(n, 77, np.int32), np.full(n, 77, np.int8), np.zeros(n + 1, np.int64)
+            launch(kernels, scene, "list_rows", size, *rays, spans, offsets, np.empty((0, 1)), many, doubtful)
+            np.cumsum(many, out=offsets[1:])
+            table = np.empty((offsets[-1], ROW_COLUMNS))
+            if len(table):
+                launch(kernels, scene, "list_rows", size, *rays, spans, offsets, table, many, doubtful)
+            assert (doubtful <= doubts).all()
+            mine = table[np.repeat(doubts == 0, many), :columns]
+            assert mine.tobytes() == rows.tobytes(), (size, spans)
 
 
 def same_points(kernels, scene, points):
