@@ -31,6 +31,7 @@ from .bvh.walk import (
     scene_tree,
     way_size,
 )
+from .closest.safety import bound_of_point
 from .crossings import ROUNDING_OVERLAP, length_of
 from .first_hits import HitBuffers, first_crossing, put_hit
 from .programs import forget_program
@@ -59,7 +60,7 @@ class ScratchSize(NamedTuple):
         """The lengths of the arrays of `Scratch`; first hits and points need no list of entries, and no mask."""
         events = 4 * self.leaves + 4  # a leaf has at most two spans
         return {
-            "time": TIME * events,
+            "time": max(TIME * events, self.gates),
             "event": EVENT * events,
             "counts": self.gates + 2,
             "way": way_size(self.depth),
@@ -159,6 +160,17 @@ def first_bodies(
     while i < len(points):
         place = points[i, 0], points[i, 1], points[i, 2]
         bodies[i], undecided[i] = _first_body(geometry, rest, scratch, place, whole(after[i if len(after) > 1 else 0]))
+        i += step
+
+
+def wall_bounds(
+    geometry: Geometry, points: Floats, reach: Floats, bounds: Floats, scratch: Scratch, begin: int, step: int
+) -> None:
+    """Write for points begin, begin + step, ... what `bounds_of_points` does."""
+    i = begin
+    while i < len(points):
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        bounds[i] = bound_of_point(geometry, scratch.way, scratch.time, x, y, z, reach[i])
         i += step
 
 
@@ -331,6 +343,7 @@ FUNCTIONS = {
     first_hits: {"found": "out"},
     any_hits: {"result": "out n"},
     first_bodies: {"points": "n 3", "after": "n|1", "bodies": "out n", "undecided": "out n"},
+    wall_bounds: {"points": "n 3", "reach": "n", "bounds": "out n"},
     list_rows: {"offsets": "n+1", "rows": "out * 10", "counts": "out n", "doubts": "out n"},
     sum_spans: {
         "directions": "n 3",

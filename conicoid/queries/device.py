@@ -324,23 +324,16 @@ class Device:
                     launch(begin, end, [table.address, used])
                 if sums:
                     given = [lines[1].part(begin, end), offsets.part(begin, end, 1), [table.address, used]]
-                    given += [[self._table_address(each), each.size] for each in (sums.places, sums.weights)]
-                    given += [[width, int(sums.groups)], total.part(begin * width, end * width)]
-                    numbers = [number for pair in (*given, crossed.part(begin, end)) for number in pair]
-                    self._launch(
-                        lane,
-                        shared._replace(function="sum_spans", tables=[], room=_Room(EACH)),
-                        status,
-                        numbers,
-                        end - begin,
-                    )
+                    made = total.part(begin * width, end * width), crossed.part(begin, end)
+                    self._sum(lane, status, sums, given, made, end - begin)
                 else:
                     lane.fetch(status, table, doubtful)
-                    yield
-                    rows, sure = table.array[:, :columns], doubtful.array[begin:end] == 0
-                    if many.array[begin:end][~sure].any():  # in doubt since they were sorted: they give their rows up
-                        rows = rows[np.repeat(sure, many.array[begin:end])]
-                        many.array[begin:end][~sure] = 0
+                yield  # after sums too: the next piece may need a larger table
+                if not sums:
+                    sure, its = doubtful.array[begin:end] == 0, many.array[begin:end]
+                    rows = table.array[:, :columns]
+                    if its[~sure].any():  # in doubt since they were sorted: they give their rows up
+                        rows, its[~sure] = rows[np.repeat(sure, its)], 0
                     pieces.append((first + begin, first + end, np.array(rows)))
                 begin = end
             if sums:
@@ -350,9 +343,18 @@ class Device:
             _check_status(status.array)
             counts[first:last], doubts[first:last] = many.array, doubtful.array
 
-        return (
-            pieces if self._run_chunks(scene, "list_rows", count, min(CHUNK, _NUMBERS // max(1, width)), work) else None
-        )
+        size = min(CHUNK, _NUMBERS // max(1, width))
+        return pieces if self._run_chunks(scene, "list_rows", count, size, work) else None
+
+    def _sum(
+        self, lane: _Lane, status: _Twin, sums: SpanSums, given: Sequence[list[int]], made: Sequence[list[int]],
+        count: int,
+    ) -> None:  # fmt: skip
+        """Run `sum_spans` on so many rays, in a lane."""
+        tables = [[self._table_address(each), each.size] for each in (sums.places, sums.weights)]
+        parts = *given, *tables, [sums.total.shape[1], int(sums.groups)], *made
+        shared = _Pass("sum_spans", [], _Room(EACH))
+        self._launch(lane, shared, status, [number for part in parts for number in part], count)
 
     def _run_chunks(
         self, scene: PreparedScene, function: str, count: int, size: int,

@@ -190,12 +190,10 @@ def test_bodies_of_all_kinds(kernels, kind, sort):
 def test_what_llvm_optimises_for_a_gpu(module):
     """The last form of the code before PTX."""
     target = objects.machine_for(ptx.TRIPLE, ptx.LEVEL)
-    whole = llvm.parse_bitcode(module)
+    whole, kept = llvm.parse_bitcode(module), [f"{ptx.PREFIX}{x}_few" for x in ("first_hits", "any_hits", "list_rows")]
     for each in (*whole.functions, *whole.global_variables):
         if not each.is_declaration:
-            each.linkage = (
-                "external" if each.name in (f"{ptx.PREFIX}first_hits_few", f"{ptx.PREFIX}any_hits_few") else "internal"
-            )
+            each.linkage = "external" if each.name in kept else "internal"
     objects.optimize(whole, target)
     scene, rays = crowded_scene(), camera(48)
     arrays = arrays_of(rays.origins.reshape(-1, 3), rays.directions.reshape(-1, 3))
@@ -230,13 +228,14 @@ def test_ptx_that_rounds_otherwise_is_refused(line, wrong):
 
 
 @pytest.mark.skipif(shutil.which("ptxas") is None, reason="NVIDIA's assembler is not here")
-def test_registers_and_spills_are_within_bounds(module, tmp_path):
-    """Of the kernel that most scenes need: few spills in the loop over nodes, none that local memory would be large for."""
+@pytest.mark.parametrize("name", ["any_hits_few", "list_rows_few"])
+def test_registers_and_spills_are_within_bounds(module, tmp_path, name):
+    """Of kernels that most scenes need: few spills in the loop over nodes, none that local memory would be large for."""
     source = tmp_path / "kernel.ptx"
-    source.write_text(ptx.ptx(module, "any_hits_few"))
+    source.write_text(ptx.ptx(module, name))
     command = ["ptxas", "-v", "-arch=sm_75", "-o", str(tmp_path / "kernel.cubin"), str(source)]
     said = subprocess.run(command, capture_output=True, text=True, check=True).stderr
-    entry = said[said.index("for any_hits_few") :]
+    entry = said[said.index(f"for {name}") :]
     frame, stores, loads = map(
         int, re.search(r"(\d+) bytes stack frame, (\d+) bytes spill stores, (\d+)", entry).groups()
     )

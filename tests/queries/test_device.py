@@ -105,14 +105,24 @@ def test_doubtful_rays_go_to_the_exact_route_and_come_back(card):
 
 
 @pytest.mark.parametrize("leaves", [3, 40, 150])
-def test_points_in_bodies_of_all_sizes(card, leaves):
-    scene = co.Scene([carved(leaves), co.Sphere(0.4)])
+def test_points_in_bodies_of_all_sizes(card, leaves, monkeypatch):
+    scene, size = co.Scene([carved(leaves), co.Sphere(0.4)]), {3: "few", 40: "many", 150: "any"}[leaves]
     r = np.random.default_rng(5)
     points = np.concatenate([r.uniform(-1.2, 1.2, (1200, 3)), [[1, 1, 1], [0, 0, 0.4], [1, 0, 0]]])
     for query in (scene.body_at, scene.contains):
         assert np.array_equal(query(points, device="cuda"), query(points, device="cpu"))
-    size = {3: "few", 40: "many", 150: "any"}[leaves]
     assert {name for name, _ in card.launches} == {f"first_bodies_{size}"}
+    lists, done = [], []
+    for name in ("cuda", "cpu"):
+        monkeypatch.setenv("CONICOID_DEVICE", name)
+        lists.append(
+            [scene.distance(points, progress=lambda *k: done.append(k)), scene.distance(points, max_distance=0.1)]
+        )
+    for one, other in zip(*lists, strict=True):
+        assert one.distance.tobytes() == other.distance.tobytes()
+        assert one.lower.tobytes() == other.lower.tobytes()
+    assert done[0] == done[-1] == (len(points), len(points))
+    assert f"wall_bounds_{size}" in dict(card.launches)
     assert scene.contains((0, 0, 0.2), device="cuda")
     same_answers(scene, co.Rays(points, r.normal(size=points.shape)))
     assert f"list_rows_{size}" in dict(card.launches)
