@@ -23,6 +23,7 @@ import tempfile
 import time
 import venv
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -112,6 +113,19 @@ def scenes() -> dict[str, Any]:
     }
 
 
+def wrong_lists(scene: Any, rays: Any) -> list[str]:
+    """Fields of spans and crossings, and sums over spans, that differ, of one ray in sixteen."""
+    import numpy as np
+
+    some, wrong = [each.reshape(-1, 3)[::16] for each in rays], []
+    for query in (scene.spans, scene.crossings):
+        there, here = (query(*some, device=each) for each in DEVICES)
+        wrong += [x for x in ("offsets", *here._columns) if getattr(there, x).tobytes() != getattr(here, x).tobytes()]
+    values = np.linspace(0, 1, scene.body_count)
+    sums = [scene.line_integral(values, *some, overlaps="both", device=each).tobytes() for each in DEVICES]
+    return wrong + (["line_integral"] if sums[0] != sums[1] else [])
+
+
 def alone(query: Callable[..., Any], *arrays: Any) -> str:
     """How many millions a second a card answers where rays and answers stay there."""
     times: list[float] = []
@@ -192,6 +206,7 @@ def here(side: int) -> int:
             wrong = [each for each in FIELDS if getattr(there, each).tobytes() != getattr(hits, each).tobytes()]
             if not np.array_equal(*(scene.occluded(rays, device=each) for each in DEVICES)):
                 wrong.append("occluded")
+            wrong += wrong_lists(scene, rays)
             failures += len(wrong)
             first = f"first calls {time.perf_counter() - begin:.1f} s, {int(hits.doubtful.sum())} doubtful"
             verdict = f"DIFFERENT: {', '.join(wrong)}" if wrong else "equal to the bit"
@@ -201,7 +216,10 @@ def here(side: int) -> int:
             failures += len(wrong)
             verdict += f"; DIFFERENT where arrays stay: {', '.join(wrong)}" if wrong else ", also where arrays stay"
             speeds = (
-                "" if few else f"{rates(scene.first_hit, rays)}, {alone(scene.first_hit, *arrays)} where they stay; "
+                ""
+                if few
+                else f"{rates(scene.first_hit, rays)}, {alone(scene.first_hit, *arrays)} where they stay, "
+                f"{rates(partial(scene.line_integral, np.ones(scene.body_count), overlaps='both'), rays)} integrals; "
             )
             print(f"{name}, {kind}: {speeds}{verdict}; {first}", flush=True)
         equal = np.array_equal(*(scene.body_at(points, device=each) for each in DEVICES))

@@ -473,8 +473,12 @@ def put_crossings(
 # Sums over the spans of each ray
 
 
+ROUNDING_OVERLAP = 1e-9
+"""Two spans that have less in common are neighbours, whose walls were given with few digits: a share of t."""
+
+
 @inline
-def _length(x: float, y: float, z: float) -> float:
+def length_of(x: float, y: float, z: float) -> float:
     """Return the length of a direction; dividing by the largest component keeps the squares finite."""
     scale = max(abs(x), abs(y), abs(z))
     scale = scale if scale > 0.0 else 1.0
@@ -510,7 +514,7 @@ def integrate_spans(
     for i in range(begin, end):
         for k in range(total.shape[1]):
             total[i, k] = 0.0
-        length = _length(directions[i, 0], directions[i, 1], directions[i, 2])
+        length = length_of(directions[i, 0], directions[i, 1], directions[i, 2])
         for row in range(max(0, offsets[i]), min(offsets[i + 1], len(places))):
             _add_chord((t_exit[row] - t_enter[row]) * length, places[row], weights, i, total)
 
@@ -543,7 +547,7 @@ def sum_rays(
             for i in range(first, first + n):
                 for k in range(total.shape[1]):
                     total[i, k] = 0.0
-                length, last = _length(rays.directions[i, 0], rays.directions[i, 1], rays.directions[i, 2]), -math.inf
+                length, last = length_of(rays.directions[i, 0], rays.directions[i, 1], rays.directions[i, 2]), -math.inf
                 for _ in range(counts[i]):
                     t_enter, t_exit, place = rows[row, ENTER], rows[row, EXIT], whole(rows[row, BODY])
                     if len(columns) > 0:

@@ -13,15 +13,32 @@ from typing import NamedTuple
 from .._jit.decorators import helper, inline
 from .._util.validation import BELOW_ROUNDING, LARGEST, SMALLEST
 from . import tables as table
+from .body.crossing_rows import BODY, ENTER, EXIT, BodyRows, put_rows, scale_rows, sort_rows_in_place
+from .body.entry import entry_crossings, entry_nearness
 from .body.hit import DOUBTFUL, Hit, no_hit
 from .body.membership import entry_holds, point_ray
 from .body.scratch import EVENT, LEAF_COUNT, TIME, Scratch
-from .bvh.walk import FEW, OWN_BEAM, leaf_range, next_leaf, push_roots, put_beam, scene_tree, way_size
+from .bvh.culling import hit_balls, lowest_bit
+from .bvh.walk import (
+    FEW,
+    OWN_BEAM,
+    leaf_at,
+    leaf_item,
+    leaf_range,
+    next_leaf,
+    push_roots,
+    put_beam,
+    scene_tree,
+    way_size,
+)
+from .closest.safety import bound_of_point
+from .crossings import ROUNDING_OVERLAP, length_of
 from .first_hits import HitBuffers, first_crossing, put_hit
 from .programs import forget_program
-from .ray import DEAD, RayArrays, load_ray
+from .ray import DEAD, RayArrays, load_ray, scale_ray, span_inverse
 from .surface.exact_crossing import OPEN, RoundingRest
-from .tables import Floats, Geometry, Ints, Longs, Signs, integer, whole
+from .surface.interval import is_open
+from .tables import REGION, Floats, Geometry, Ints, Longs, Signs, integer, whole
 
 
 class ScratchSize(NamedTuple):
@@ -43,7 +60,7 @@ class ScratchSize(NamedTuple):
         """The lengths of the arrays of `Scratch`; first hits and points need no list of entries, and no mask."""
         events = 4 * self.leaves + 4  # a leaf has at most two spans
         return {
-            "time": TIME * events,
+            "time": max(TIME * events, self.gates),
             "event": EVENT * events,
             "counts": self.gates + 2,
             "way": way_size(self.depth),
@@ -146,6 +163,129 @@ def first_bodies(
         i += step
 
 
+def wall_bounds(
+    geometry: Geometry, points: Floats, reach: Floats, bounds: Floats, scratch: Scratch, begin: int, step: int
+) -> None:
+    """Write for points begin, begin + step, ... what `bounds_of_points` does."""
+    i = begin
+    while i < len(points):
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        bounds[i] = bound_of_point(geometry, scratch.way, scratch.time, x, y, z, reach[i])
+        i += step
+
+
+# Spans and crossings: counted first, written second
+
+ROW_COLUMNS = 10
+"""Of a row on a card: those of a span (body/crossing_rows.py), or the fewer of a crossing, and one for sorting."""
+
+
+@helper
+def _list_ray(
+    geometry: Geometry, rays: RayArrays, scratch: Scratch, i: int, spans: bool, rows: Floats, first: int
+) -> tuple[int, bool]:
+    """Write the rows of a ray at rows[first:], sorted; return their number, and whether they are in doubt.
+
+    Without any `rows` it counts. The walk comes to entries in any order, since the sort is by t and body.
+    """
+    unscaled = load_ray(rays, i)
+    if unscaled.start == DEAD or not is_open(unscaled.t_min, unscaled.t_max):
+        return 0, False
+    ray, scale = scale_ray(unscaled)
+    way, inverse, used, doubtful = scratch.way, span_inverse(ray), first, False
+    put_beam(way, OWN_BEAM, ray)
+    code, _, top = next_leaf(geometry, way, way, OWN_BEAM, push_roots(geometry, way, scene_tree(geometry)))
+    while code != 0:
+        begin, end = leaf_range(code)
+        at, count = leaf_at(geometry, begin), end - begin
+        for eight in range(0, count, 8):
+            bits = hit_balls(geometry.floats, at + eight, count, count - eight, ray, inverse, ray.t_max)
+            while bits != 0:
+                item = leaf_item(geometry, at, count, eight + lowest_bit(bits))
+                bits &= bits - 1
+                if spans and item.kind > REGION:
+                    continue
+                crossings, inside, unsure = entry_crossings(geometry, scratch, item.entry, ray, 1 << 30)
+                doubtful |= unsure
+                if len(rows) == 0:
+                    used += (crossings + (2 if inside else 1)) >> 1 if spans else crossings
+                elif crossings > 0 or inside:
+                    off = entry_nearness(geometry, item.entry, ray).off
+                    met = BodyRows(crossings, inside, off, unsure)
+                    used = put_rows(geometry, scratch, item.entry, met, ray, spans, rows, used)
+        code, _, top = next_leaf(geometry, way, way, OWN_BEAM, top)
+    if len(rows) > 0:
+        doubtful |= sort_rows_in_place(rows, first, used, spans)
+        scale_rows(rows, first, used, scale, unscaled, spans)
+    return used - first, doubtful
+
+
+def list_rows(
+    geometry: Geometry, rays: RayArrays, spans: int, offsets: Longs, rows: Floats, counts: Ints, doubts: Signs,
+    scratch: Scratch, begin: int, step: int,
+) -> None:  # fmt: skip
+    """Count the spans or crossings of rays begin, begin + step, ...; or write them, if there are `rows`.
+
+    A doubtful ray has doubts[i] = 1, and none where they are counted. Ray i has the rows from offsets[i] - offsets[0]
+    on, as many as were counted; one that turns out to be doubtful where they are sorted keeps its rows.
+    """
+    _open_scratch(scratch)
+    i, counting = begin, len(rows) == 0
+    while i < len(rays.origins):
+        if counting or counts[i] > 0:
+            first = 0 if counting else offsets[i] - offsets[0]
+            found, unsure = _list_ray(geometry, rays, scratch, i, spans != 0, rows, first)
+            counts[i], doubts[i] = 0 if counting and unsure else found, 1 if unsure else 0
+        i += step
+
+
+@inline
+def _overlaps(rows: Floats, one: int, other: int) -> bool:
+    """Return whether two spans have more in common than rounding explains (queries/overlaps.py); the first is `one`."""
+    start, end = rows[other, ENTER], rows[one, EXIT]
+    common = min(end, rows[other, EXIT]) - start
+    return common > 0.0 and (common == math.inf or common > ROUNDING_OVERLAP * max(abs(start), abs(end)))
+
+
+def sum_spans(
+    directions: Floats, offsets: Longs, rows: Floats, places: Ints, weights: Floats, width: int, groups: int,
+    total: Floats, crossed: Signs, begin: int, step: int,
+) -> None:  # fmt: skip
+    """Sum up the spans of rays begin, begin + step, ...: `width` numbers each, as `integrate_spans` does.
+
+    places: of the sums of each body, or its row of weights. Without any `weights` the sums are lengths.
+    crossed: whether spans overlap that count; of one place, if `groups` is not 0.
+    """
+    i = begin
+    while i < len(directions):
+        for k in range(i * width, (i + 1) * width):
+            total[k] = 0.0
+        length = length_of(directions[i, 0], directions[i, 1], directions[i, 2])
+        first, last, reach = offsets[i] - offsets[0], whole(-1), -math.inf
+        crossed[i] = 0
+        for row in range(first, offsets[i + 1] - offsets[0]):
+            place, counts = whole(places[whole(rows[row, BODY])]), len(weights) == 0
+            chord = (rows[row, EXIT] - rows[row, ENTER]) * length
+            if counts:
+                total[i * width + place] += chord
+            else:
+                for k in range(width):
+                    weight = weights[place * width + k]
+                    if weight != 0.0:
+                        total[i * width + k] += weight * chord
+                        counts = True
+            if not counts:
+                continue
+            if reach > rows[row, ENTER]:
+                one = last
+                while groups != 0 and one >= first and places[whole(rows[one, BODY])] != place:
+                    one -= 1
+                if one >= first and _overlaps(rows, one, row):
+                    crossed[i] = 1
+            last, reach = row, max(reach, rows[row, EXIT])
+        i += step
+
+
 # For arrays that live on a card
 
 
@@ -203,6 +343,17 @@ FUNCTIONS = {
     first_hits: {"found": "out"},
     any_hits: {"result": "out n"},
     first_bodies: {"points": "n 3", "after": "n|1", "bodies": "out n", "undecided": "out n"},
+    wall_bounds: {"points": "n 3", "reach": "n", "bounds": "out n"},
+    list_rows: {"offsets": "n+1", "rows": "out * 10", "counts": "out n", "doubts": "out n"},
+    sum_spans: {
+        "directions": "n 3",
+        "offsets": "n+1",
+        "rows": "* 10",
+        "places": "*",
+        "weights": "*",
+        "total": "out *",
+        "crossed": "out n",
+    },
     check_points: {"points": "n 3", "bad": "out 1"},
     clear_negligible: {"vectors": "out n 3"},
     are_bodies: {"bodies": "n", "result": "out n"},

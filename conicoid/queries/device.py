@@ -10,10 +10,12 @@ there, one is traced, one on its way back. Python waits for a stream in short na
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import threading
 import time
 import weakref
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
@@ -23,6 +25,8 @@ import numpy as np
 from .._util.environment import DEVICES, read_device
 from .._util.process import fork_safe_lock
 from .._util.validation import format_value
+from ..kernels.body.crossing_rows import CROSSING_COLUMNS, SPAN_COLUMNS
+from ..kernels.device import EACH, ROW_COLUMNS, ROWS, SHARED, WIDTHS, ScratchSize, size_name
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -36,6 +40,8 @@ CHUNK = 1 << 19
 LANES = 3
 """Chunks on their way."""
 _LINE = 256  # bytes to which arrays in a card's memory are aligned
+_ROWS = 1 << 21  # rows of spans or crossings that a lane has room for, 170 MB
+_NUMBERS = 1 << 24  # sums that a lane has room for
 _PIECE = 1 << 22  # rays or points that live on a card, between two looks for Ctrl-C
 _SHARE = 2  # scratch memory that threads share takes up to one part in so many of a card's free memory
 _NAP = 5e-5  # seconds between two looks at a stream
@@ -44,10 +50,10 @@ _default_device: list[str] = []
 
 
 def set_device(device: str | None) -> None:
-    """Answer `first_hit`, `occluded`, `contains` and `body_at` on a device from now on: "cpu" or "cuda".
+    """Answer queries of rays, `contains` and `body_at` on a device from now on: "cpu" or "cuda".
 
     The answers are the same to the bit. One point, one ray and up to a thousand rays in a list stay on the CPU.
-    Other queries stay there too, except for parts that call one of these four.
+    Other queries stay there too, except for parts that call one of these.
 
     Parameters
     ----------
@@ -133,15 +139,6 @@ class CardMemory:
         weakref.finalize(self, driver.release, self.address).atexit = False
 
 
-class _Chunk(NamedTuple):
-    """Rays first..last of a query, on their way through a lane."""
-
-    first: int
-    last: int
-    results: tuple[Any, ...]
-    """Views of the lane's memory: the status, then the outputs."""
-
-
 class _Room(NamedTuple):
     """Scratch memory of a kernel."""
 
@@ -154,14 +151,77 @@ class _Room(NamedTuple):
         return min(self.most, count) if self.most else count
 
 
+class _Twin(NamedTuple):
+    """An array of the CPU's, and the address of its copy on the card."""
+
+    array: Any
+    address: int
+
+    def part(self, first: int, last: int, more: int = 0) -> list[int]:
+        """Return what a kernel takes for rows first..last: address and length. One row stands for all."""
+        if len(self.array) == 1:
+            return [self.address, 1]
+        return [self.address + first * self.array.strides[0], last - first + more]
+
+
 class _Lane:
     """A stream with memory for one chunk, on the card and on the CPU."""
 
     def __init__(self, driver: GpuDriver) -> None:
-        self.stream = driver.stream()
-        self.memory: Any = None
-        self.pinned: Any = None
-        self.chunk: _Chunk | None = None
+        self.driver, self.stream = driver, driver.stream()
+        self._rooms: dict[str, tuple[CardMemory, Any]] = {}
+
+    def twins(self, name: str, *kinds: tuple[tuple[int, ...], Any]) -> list[_Twin]:
+        """Return arrays of these shapes and types, not initialised, in memory that belongs to a name."""
+        sizes = [math.prod(shape) * np.dtype(kind).itemsize for shape, kind in kinds]
+        ends = np.cumsum([0, *(-(-size // _LINE) * _LINE for size in sizes)]).tolist()
+        if name not in self._rooms or self._rooms[name][0].size < ends[-1]:
+            self._rooms.pop(name, None)  # before the new memory, which may not have room beside it
+            self._rooms[name] = CardMemory(self.driver, ends[-1]), self.driver.pinned(max(_LINE, ends[-1]))
+        memory, pinned = self._rooms[name]
+        return [
+            _Twin(pinned[begin : begin + size].view(kind).reshape(shape), memory.address + begin)
+            for (shape, kind), size, begin in zip(kinds, sizes, ends, strict=False)
+        ]
+
+    def open(self, arrays: Sequence[Any], first: int, last: int, count: int, kinds: Sequence[Any]) -> list[_Twin]:
+        """Send a status, and rows first..last of arrays of `count` rows or one; return them and arrays of `kinds`."""
+        parts = [np.zeros(1, np.int64), *(array[first:last] if len(array) == count else array for array in arrays)]
+        twins = self.twins("rays", *((part.shape, part.dtype) for part in parts), *kinds)
+        for twin, part in zip(twins, parts, strict=False):
+            twin.array[...] = part
+        self.send(*twins[: len(parts)])
+        return twins
+
+    def send(self, *twins: _Twin) -> None:
+        """Copy arrays to the card."""
+        for array, address in twins:
+            if array.size:
+                self.driver.send(address, array, self.stream)
+
+    def fetch(self, *twins: _Twin) -> None:
+        """Copy arrays from the card."""
+        for array, address in twins:
+            if array.size:
+                self.driver.fetch(array, address, self.stream)
+
+
+class SpanSums(NamedTuple):
+    """What a card sums up along rays (`kernels.device.sum_spans`), and arrays for the answers."""
+
+    places: Any
+    weights: Any
+    groups: bool
+    total: Any  # (rays, width)
+    crossed: Any
+
+
+class _Pass(NamedTuple):
+    """What the chunks of a query have in common."""
+
+    function: str
+    tables: list[int]
+    room: _Room
 
 
 class Device:
@@ -208,27 +268,130 @@ class Device:
         memory than the card has.
         """
         count = len(outputs[0])
+
+        def work(lane: _Lane, shared: _Pass, first: int, last: int) -> Iterator[None]:
+            results = [array[first:last] for array in outputs]
+            kinds = [(part.shape, part.dtype) for part in results]
+            status, *rest = lane.open(inputs, first, last, count, kinds)
+            numbers = [n for twin in rest for n in twin.part(0, len(twin.array))]
+            self._launch(lane, shared, status, numbers, last - first)
+            found = rest[len(inputs) :]
+            lane.fetch(status, *found)
+            yield
+            _check_status(status.array)
+            for result, twin in zip(results, found, strict=True):
+                result[...] = twin.array
+
+        return self._run_chunks(scene, function, count, CHUNK, work)
+
+    def list_rows(
+        self, scene: PreparedScene, rays: Any, spans: bool, counts: Any, doubts: Any, sums: SpanSums | None = None
+    ) -> list[tuple[int, int, Any]] | None:
+        """Return the rows of spans or crossings, or sum spans up; None as `run` returns False.
+
+        They are in pieces, in no order: first ray, last ray, rows. `counts` and `doubts` are those of `trace_rows`.
+        """
+        count, width = len(counts), sums.total.shape[1] if sums else 0
+        columns = SPAN_COLUMNS if spans else CROSSING_COLUMNS
+        pieces: list[tuple[int, int, Any]] = []
+
+        def work(lane: _Lane, shared: _Pass, first: int, last: int) -> Iterator[None]:
+            n = last - first
+            kinds = ((n + 1,), np.int64), ((n,), np.int32), ((n,), np.int8), ((n * width,), np.float64), ((n,), np.int8)
+            status, *lines, offsets, many, doubtful, total, crossed = lane.open(rays, first, last, count, kinds)
+
+            def launch(begin: int, end: int, table: list[int]) -> None:
+                """Count the rows of some rays, or write them into a table."""
+                given = [number for line in lines for number in line.part(begin, end)]
+                own = [*offsets.part(begin, end, 1), *table, *many.part(begin, end), *doubtful.part(begin, end)]
+                self._launch(lane, shared, status, [*given, int(spans), *own], end - begin)
+
+            launch(0, n, [offsets.address, 0])
+            lane.fetch(status, many)
+            yield
+            _check_status(status.array)
+            offsets.array[0] = 0
+            np.cumsum(many.array, out=offsets.array[1:])
+            lane.send(offsets)
+            begin = 0
+            while begin < n:
+                # At least one ray, however many rows it has
+                end = int(np.searchsorted(offsets.array, offsets.array[begin] + _ROWS, side="right")) - 1
+                end = max(begin + 1, end)
+                used = int(offsets.array[end] - offsets.array[begin])
+                (table,) = lane.twins("rows", ((used, ROW_COLUMNS), np.float64))
+                if used:
+                    launch(begin, end, [table.address, used])
+                if sums:
+                    given = [lines[1].part(begin, end), offsets.part(begin, end, 1), [table.address, used]]
+                    made = total.part(begin * width, end * width), crossed.part(begin, end)
+                    self._sum(lane, status, sums, given, made, end - begin)
+                else:
+                    lane.fetch(status, table, doubtful)
+                yield  # after sums too: the next piece may need a larger table
+                if not sums:
+                    sure, its = doubtful.array[begin:end] == 0, many.array[begin:end]
+                    rows = table.array[:, :columns]
+                    if its[~sure].any():  # in doubt since they were sorted: they give their rows up
+                        rows, its[~sure] = rows[np.repeat(sure, its)], 0
+                    pieces.append((first + begin, first + end, np.array(rows)))
+                begin = end
+            if sums:
+                lane.fetch(status, doubtful, total, crossed)
+                yield
+                sums.total[first:last], sums.crossed[first:last] = total.array.reshape(n, width), crossed.array
+            _check_status(status.array)
+            counts[first:last], doubts[first:last] = many.array, doubtful.array
+
+        size = min(CHUNK, _NUMBERS // max(1, width))
+        return pieces if self._run_chunks(scene, "list_rows", count, size, work) else None
+
+    def _sum(
+        self, lane: _Lane, status: _Twin, sums: SpanSums, given: Sequence[list[int]], made: Sequence[list[int]],
+        count: int,
+    ) -> None:  # fmt: skip
+        """Run `sum_spans` on so many rays, in a lane."""
+        tables = [[self._table_address(each), each.size] for each in (sums.places, sums.weights)]
+        parts = *given, *tables, [sums.total.shape[1], int(sums.groups)], *made
+        shared = _Pass("sum_spans", [], _Room(EACH))
+        self._launch(lane, shared, status, [number for part in parts for number in part], count)
+
+    def _run_chunks(
+        self, scene: PreparedScene, function: str, count: int, size: int,
+        work: Callable[[_Lane, _Pass, int, int], Iterator[None]],
+    ) -> bool:  # fmt: skip
+        """Run the work of chunks of `size` rays, each in a lane; it yields where it waits for what it put there.
+
+        Returns False, and does nothing, if there is not enough scratch memory.
+        """
         with self.lock:
             for lane in self.lanes:  # a second Ctrl-C may have left work behind
                 self.wait(lane)
             room = self._room(scene, function)
             if room is None:
                 return False
+            shared, starts = _Pass(function, self.tables(scene, function), room), iter(range(0, count, max(1, size)))
+            # Kernels that share scratch memory follow each other
+            waiting = deque[tuple[_Lane, Iterator[None]]]()
+            waiting.extend((lane, iter(())) for lane in (self.lanes[:1] if room.most else self.lanes))
             try:
-                tables = self.tables(scene, function)
-                # Kernels that share scratch memory follow each other
-                lanes = self.lanes[:1] if room.most else self.lanes
-                for number, first in enumerate(range(0, count, CHUNK)):
-                    lane = lanes[number % len(lanes)]
-                    self._end(lane, outputs)
-                    self._begin(lane, tables, room, function, inputs, outputs, first, min(count, first + CHUNK))
-                for lane in self.lanes:
-                    self._end(lane, outputs)
+                while waiting:
+                    lane, steps = waiting.popleft()
+                    self.wait(lane)
+                    if next(steps, self) is None:
+                        waiting.append((lane, steps))
+                    elif (first := next(starts, None)) is not None:
+                        waiting.appendleft((lane, work(lane, shared, first, min(count, first + max(1, size)))))
             finally:  # after Ctrl-C too: the memory is used again
                 for lane in self.lanes:
-                    lane.chunk = None
                     self.wait(lane)
         return True
+
+    def _launch(self, lane: _Lane, shared: _Pass, status: _Twin, numbers: Sequence[int], count: int) -> None:
+        """Run a kernel on so many rays or points, in a lane."""
+        function, tables, room = shared
+        arguments = [status.address, *tables, *numbers, *room.numbers]
+        self.driver.launch(f"{function}_{room.size}", arguments, room.threads(count), lane.stream)
 
     def send(self, address: int, array: Any) -> None:
         """Copy an array to the card, and wait for it."""
@@ -259,8 +422,6 @@ class Device:
         numbers: the arguments for rows first..last. Returns False, and does nothing, if the scene needs more scratch
         memory than the card has.
         """
-        from ..kernels.device import EACH, ROWS
-
         status = np.zeros(1, np.int64)
         with self._idle_lane() as lane:
             room = _Room(EACH) if scene is None or function in ROWS else self._room(scene, function)
@@ -280,8 +441,6 @@ class Device:
 
     def _room(self, scene: PreparedScene, function: str) -> _Room | None:
         """Return scratch memory for a function; None if that of one block would not fit."""
-        from ..kernels.device import SHARED, WIDTHS, ScratchSize, size_name
-
         needed, driver = ScratchSize.needed(scene.geometry), self.driver
         size = size_name(needed)
         if size != SHARED:
@@ -299,48 +458,6 @@ class Device:
         begins = np.cumsum([self._scratch.address, *sizes]).tolist()
         numbers = (n for pair in zip(begins, lengths.values(), strict=False) for n in pair)
         return _Room(size, tuple(numbers), threads)
-
-    def _begin(
-        self, lane: _Lane, tables: list[int], room: _Room, function: str, inputs: Sequence[Any], outputs: Sequence[Any],
-        first: int, last: int,
-    ) -> None:  # fmt: skip
-        """Put a chunk into a lane."""
-        parts = [array[first:last] if len(array) == len(outputs[0]) else array for array in inputs]
-        results = [np.zeros(1, np.int64), *(array[first:last] for array in outputs)]
-        ends = np.cumsum([0, *(-(-part.nbytes // _LINE) * _LINE for part in (*parts, *results))]).tolist()
-        if lane.memory is None or lane.memory.size < ends[-1]:
-            lane.memory = None  # before the new memory, which may not have room beside it
-            lane.memory, lane.pinned = CardMemory(self.driver, ends[-1]), self.driver.pinned(ends[-1])
-        views = [
-            lane.pinned[begin : begin + part.nbytes].view(part.dtype).reshape(part.shape)
-            for part, begin in zip((*parts, *results), ends, strict=False)
-        ]
-        for view, part in zip(views, parts, strict=False):
-            view[...] = part
-        views[len(parts)][0] = 0
-        middle, base = ends[len(parts)], lane.memory.address
-        numbers = [n for view, begin in zip(views, ends, strict=False) for n in (base + begin, len(view))]
-        status, rays, rest = numbers[2 * len(parts)], numbers[: 2 * len(parts)], numbers[2 * len(parts) + 2 :]
-        driver = self.driver
-        driver.send(base, lane.pinned[: middle + _LINE], lane.stream)
-        driver.launch(
-            f"{function}_{room.size}",
-            [status, *tables, *rays, *rest, *room.numbers],
-            room.threads(last - first),
-            lane.stream,
-        )
-        driver.fetch(lane.pinned[middle : ends[-1]], base + middle, lane.stream)
-        lane.chunk = _Chunk(first, last, tuple(views[len(parts) :]))
-
-    def _end(self, lane: _Lane, outputs: Sequence[Any]) -> None:
-        """Take the answers of a lane's chunk."""
-        if lane.chunk is None:
-            return
-        self.wait(lane)
-        (first, last, (status, *results)), lane.chunk = lane.chunk, None
-        _check_status(status)
-        for array, result in zip(outputs, results, strict=True):
-            array[first:last] = result
 
 
 def _check_status(status: Any) -> None:

@@ -8,40 +8,53 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from .._util.arrays import FloatArray
-from ..kernels.crossings import DOUBTFUL, sum_rays
+from ..kernels.crossings import DOUBTFUL, OVERLAPPING, sum_rays
 from ..kernels.packet.lanes import LANES
 from ..kernels.ray import RayArrays
 from ..kernels.threads import KernelRange, Progress, chunk_of_rays, run_on
 from ..prepare.prepared_scene import PreparedScene
+from .device import Device, SpanSums, device_of
 from .overlaps import COUNT_BOTH, check_overlaps, is_silent
-from .ray_queries import _packets, arrays_of, as_rays, rays_after_values
+from .ray_queries import _are_few, _packets, arrays_of, as_rays, rays_after_values
 from .rays import Rays
 from .spans import Spans, refuse_large_lengths, trace_lists
 from .weights import BODY, check_by, weights_of
 
 _PACKETS = 64  # packets that a thread takes at a time, at most
 _SOME = 1 << 10  # rays whose spans are made at a time
+_ON_CARD = 1 << 22  # rays between two calls of `progress` where a GPU sums up
+
+
+class _Sums(NamedTuple):
+    """What is summed up along rays, and how."""
+
+    query: str
+    by: str
+    table: FloatArray  # weights (rows, width), or (0, width) for lengths
+    overlaps: str | None
+    of_spans: Callable[[Spans], FloatArray]  # the sums of spans, which reports overlaps
 
 
 def answer(
     scene: PreparedScene, query: str, origins: Any, directions: Any, t_min: Any, t_max: Any,
-    progress: Progress | None, options: dict[str, Any],
+    progress: Progress | None, options: dict[str, Any], device: str | None = None,
 ) -> Any:  # fmt: skip
     """Return `lengths` or `line_integral` of rays; `options` are the arguments beyond rays and interval."""
     if query == "lengths":
-        return lengths(scene, as_rays(query, origins, directions), t_min, t_max, progress=progress, **options)
+        rays = as_rays(query, origins, directions)
+        return lengths(scene, rays, t_min, t_max, progress=progress, device=device, **options)
     rays = rays_after_values(options["values"], origins, directions)
-    return line_integral(scene, rays, t_min, t_max, progress=progress, **options)
+    return line_integral(scene, rays, t_min, t_max, progress=progress, device=device, **options)
 
 
 def line_integral(
     scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any, values: Any, otherwise: Any, progress: Progress | None,
-    overlaps: Any = None,
+    overlaps: Any = None, device: str | None = None,
 ) -> Any:  # fmt: skip
     """Return `spans(...).line_integral(values)`, to the bit, in bounded memory."""
     weights = weights_of(values, otherwise, scene.lowered.body_count, scene.labels.distinct)
@@ -49,26 +62,21 @@ def line_integral(
     if how is None and (weights.values < 0).any():
         how = COUNT_BOTH
     table = np.ascontiguousarray(weights.values.reshape(len(weights.values), math.prod(weights.shape)))
-    arrays = arrays_of("line_integral", scene, rays, t_min, t_max)
-    total = _sums(
-        scene, rays, arrays, weights.by, table, how, lambda some: some._integral(weights, how), progress
-    )  # fmt: skip
-    return total.reshape((*rays.shape, *weights.shape))[()]
+    plan = _Sums("line_integral", weights.by, table, how, lambda some: some._integral(weights, how))
+    return _sums(scene, rays, t_min, t_max, plan, progress, device).reshape((*rays.shape, *weights.shape))[()]
 
 
 def lengths(
-    scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any, by: Any, progress: Progress | None, overlaps: Any = None
-) -> FloatArray:
+    scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any, by: Any, progress: Progress | None, overlaps: Any = None,
+    device: str | None = None,
+) -> FloatArray:  # fmt: skip
     """Return `spans(...).lengths(by)`, to the bit; beyond the result itself memory is bounded."""
     (count,) = trailing_axes(scene, "lengths", dict(by=by))
     how: Any = check_overlaps("lengths", overlaps)
     refuse_large_lengths(rays.size, count, by)
     how = COUNT_BOTH if how is None and by == BODY else how
-    arrays = arrays_of("lengths", scene, rays, t_min, t_max)
-    total = _sums(
-        scene, rays, arrays, by, np.empty((0, count)), how, lambda some: some.lengths(by, overlaps=how), progress
-    )  # fmt: skip
-    return total.reshape((*rays.shape, count))
+    plan = _Sums("lengths", by, np.empty((0, count)), how, lambda some: some.lengths(by, overlaps=how))
+    return _sums(scene, rays, t_min, t_max, plan, progress, device).reshape((*rays.shape, count))
 
 
 def trailing_axes(scene: PreparedScene, query: str, options: dict[str, Any]) -> tuple[int, ...]:
@@ -82,27 +90,49 @@ def trailing_axes(scene: PreparedScene, query: str, options: dict[str, Any]) -> 
 
 
 def _sums(
-    scene: PreparedScene, rays: Rays, arrays: RayArrays, by: str, table: FloatArray, overlaps: str | None,
-    sums: Callable[[Spans], FloatArray], progress: Progress | None,
+    scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any, plan: _Sums, progress: Progress | None,
+    device: str | None,
 ) -> FloatArray:  # fmt: skip
-    """Return the sums (rays, columns) of all rays; `sums` has those of spans, and reports overlaps."""
+    """Return the sums (rays, columns) of all rays."""
+    gpu = device_of(plan.query, device, _are_few(rays))
+    arrays = arrays_of(plan.query, scene, rays, t_min, t_max)
     count, (width, packets) = len(arrays.origins), _packets(rays)
-    columns = np.zeros(0, np.int32) if by == BODY else scene.material_columns
-    total, counts, marks = np.empty((count, table.shape[1])), np.empty(count, np.int32), np.zeros(count, np.int8)
-    chunk = chunk_of_rays(scene.geometry, packets, _PACKETS, count)
-    work = KernelRange(sum_rays, (arrays, width, columns, table), (total, counts, marks))
-    run_on(scene.geometry, work, packets, chunk, count, progress and _in_rays(progress, count))
+    columns = np.zeros(0, np.int32) if plan.by == BODY else scene.material_columns
+    total, counts, marks = np.empty((count, plan.table.shape[1])), np.empty(count, np.int32), np.zeros(count, np.int8)
+    if gpu is None or not _sum_on_card(gpu, scene, arrays, plan, columns, total, marks, progress):
+        chunk = chunk_of_rays(scene.geometry, packets, _PACKETS, count)
+        work = KernelRange(sum_rays, (arrays, width, columns, plan.table), (total, counts, marks))
+        run_on(scene.geometry, work, packets, chunk, count, progress and _in_rays(progress, count))
     pending = np.flatnonzero(marks)
     for begin in range(0, len(pending), _SOME):
         which = pending[begin : begin + _SOME]
-        if is_silent(scene.labels, overlaps):
+        if is_silent(scene.labels, plan.overlaps):
             which = which[marks[which] == DOUBTFUL]
         if len(which):
             some = arrays.some(which)
             own = Rays._spawned(some.origins, some.directions, some.starts, rays._home)
             found = Spans(scene, own, trace_lists(scene, some, 0, -(-len(which) // LANES), True))
-            total[which] = sums(found).reshape(len(which), -1)
+            total[which] = plan.of_spans(found).reshape(len(which), -1)
     return total
+
+
+def _sum_on_card(
+    gpu: Device, scene: PreparedScene, arrays: RayArrays, plan: _Sums, columns: Any, total: FloatArray, marks: Any,
+    progress: Progress | None,
+) -> bool:  # fmt: skip
+    """Write the sums and marks of rays by a GPU; return False if it has too little memory."""
+    places = columns if plan.by != BODY else np.arange(scene.lowered.body_count, dtype=np.int32)
+    is_grouped = not len(plan.table) and plan.by != BODY  # only spans of one material overlap
+    for begin in range(0, len(total), _ON_CARD):
+        part = slice(begin, min(begin + _ON_CARD, len(total)))
+        counts, (doubts, crossed) = np.zeros(part.stop - begin, np.int32), np.zeros((2, part.stop - begin), np.int8)
+        sums = SpanSums(places, plan.table, is_grouped, total[part], crossed)
+        if gpu.list_rows(scene, arrays.some(part), True, counts, doubts, sums) is None:
+            return False
+        marks[part] = np.where(doubts, DOUBTFUL, np.where(crossed, OVERLAPPING, 0))
+        if progress is not None:
+            progress(part.stop, len(total))
+    return True
 
 
 def _in_rays(progress: Progress, count: int) -> Progress:

@@ -12,13 +12,13 @@ import numpy as np
 from .._util.text import closest_name, format_count
 from .._util.validation import format_value
 from ..geometry.labels import Labels
-from ..kernels.crossings import count_overlaps, row_owners
+from ..kernels.crossings import ROUNDING_OVERLAP, count_overlaps, row_owners
 from ..kernels.threads import KernelRange, run_chunks
 
 COUNT_BOTH, REFUSE_OVERLAPS = "both", "error"
 _RAYS = 1 << 13  # rays that a thread takes at a time
-_THIN_OVERLAP, _ROUNDING_OVERLAP = 1e-5, 1e-9
-"""Thinner overlaps are ignored, since walls given with few digits leave them: shares of the longest stretch, of t."""
+_THIN_OVERLAP = 1e-5
+"""Thinner overlaps are ignored, since walls given with few digits leave them: a share of the longest stretch."""
 
 
 def check_overlaps(owner: str, overlaps: Any) -> str | None:
@@ -77,7 +77,7 @@ def _find_overlaps(spans: Any, rows: Any, kinds: Any = None) -> tuple[Any, Any]:
     stretches = spans.t_exit - spans.t_enter
     longest = stretches.max(initial=0.0, where=np.isfinite(stretches))
     far = np.maximum(np.abs(start), np.abs(end))
-    thick = np.isinf(common) | ((common > _THIN_OVERLAP * longest) & (common > _ROUNDING_OVERLAP * far))
+    thick = np.isinf(common) | ((common > _THIN_OVERLAP * longest) & (common > ROUNDING_OVERLAP * far))
     overlap = same & (common > 0) & thick
     return one[overlap], other[overlap]
 

@@ -505,16 +505,19 @@ def distance_bounds(
     scene: PreparedScene, flat: FloatArray, reach: FloatArray, progress: Progress | None = None, width: int = 0
 ) -> Nearest:
     """Return certified bounds without walls. width: of the picture that the points make, or 0."""
-    count, bounds = len(flat), np.empty(len(flat))
+    count, bounds, gpu = len(flat), np.empty(len(flat)), device_of("distance", None, len(flat) == 1)
     packets = packets_of(count, width)
-    run_on(
-        scene.geometry,
-        KernelRange(bounds_of_points, (flat, reach, width), (bounds,)),
-        packets,
-        chunk_size(packets, _BOUND_CHUNK),
-        count,
-        _progress_in_points(progress, packets, count),
-    )
+    if gpu is None or not gpu.run(scene, "wall_bounds", (flat, reach), (bounds,)):
+        run_on(
+            scene.geometry,
+            KernelRange(bounds_of_points, (flat, reach, width), (bounds,)),
+            packets,
+            chunk_size(packets, _BOUND_CHUNK),
+            count,
+            _progress_in_points(progress, packets, count),
+        )
+    elif progress is not None:
+        progress(count, count)
     found = Nearest.nothing(count)
     beyond = ~(bounds < math.inf)
     found.distance[:] = _sign_distances(scene, flat, bounds)

@@ -392,21 +392,23 @@ def _resolve_occlusion(scene: PreparedScene, arrays: RayArrays, which: Any) -> A
     return found.body >= 0
 
 
-def spans(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any) -> Spans:
+def spans(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any, device: str | None = None) -> Spans:
     """Return every stretch of each ray inside each solid, clipped to [t_min, t_max]."""
     from .spans import Spans, trace_lists
 
+    gpu = device_of("spans", device, _are_few(rays))
     arrays = arrays_of("spans", scene, rays, t_min, t_max)
     if len(arrays.origins) == 1 and scene.lacks_single_calls("spans"):
         _keep_single_lists(scene, Spans)
-    return Spans(scene, rays, trace_lists(scene, arrays, *_packets(rays), True))
+    return Spans(scene, rays, trace_lists(scene, arrays, *_packets(rays), True, gpu))
 
 
-def crossings(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any) -> Crossings:
+def crossings(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any, device: str | None = None) -> Crossings:
     """Return every crossing of each ray with every body, solid or sheet, in (t_min, t_max)."""
     from .spans import Crossings, trace_lists
 
+    gpu = device_of("crossings", device, _are_few(rays))
     arrays = arrays_of("crossings", scene, rays, t_min, t_max)
     if len(arrays.origins) == 1 and scene.lacks_single_calls("crossings"):
         _keep_single_lists(scene, Crossings)
-    return Crossings(scene, rays, trace_lists(scene, arrays, *_packets(rays), False))
+    return Crossings(scene, rays, trace_lists(scene, arrays, *_packets(rays), False, gpu))

@@ -67,6 +67,7 @@ from .weights import BODY, DistinctMaterials, LineValues, Weights, check_by, wei
 
 if TYPE_CHECKING:
     from ..prepare.prepared_scene import PreparedScene
+    from .device import Device
 
 
 class _OfSingle(cached_property):  # type: ignore[type-arg]
@@ -649,7 +650,9 @@ def _counts(part: Any) -> dict[str, Any]:
 _LIST_PACKETS = 64  # packets that a thread takes at a time, at most
 
 
-def trace_lists(scene: PreparedScene, rays: RayArrays, width: int, packets: int, spans: bool) -> CrossingLists:
+def trace_lists(
+    scene: PreparedScene, rays: RayArrays, width: int, packets: int, spans: bool, gpu: Device | None = None
+) -> CrossingLists:
     """Return all spans, or all crossings, of rays in packets.
 
     width: of the picture that the rays make, whose squares are the packets, or 0 (`packet_row` in
@@ -657,10 +660,17 @@ def trace_lists(scene: PreparedScene, rays: RayArrays, width: int, packets: int,
     """
     count = len(rays.origins)
     counts, doubts, offsets = np.zeros(count, np.int32), np.zeros(count, np.int8), np.zeros(count + 1, np.int64)
-    work = KernelRange(trace_rows, (rays, width, spans), (counts, doubts))
-    chunk = chunk_of_rays(scene.geometry, packets, _LIST_PACKETS, count)
-    traced = run_on(scene.geometry, work, packets, chunk, count)
-    pieces = [_Piece(np.asarray(rows), counts, offsets[:-1], width, begin, end) for begin, end, rows in traced]
+    there = None if gpu is None else gpu.list_rows(scene, rays, spans, counts, doubts)
+    if there is None:
+        work = KernelRange(trace_rows, (rays, width, spans), (counts, doubts))
+        chunk = chunk_of_rays(scene.geometry, packets, _LIST_PACKETS, count)
+        traced = run_on(scene.geometry, work, packets, chunk, count)
+        pieces = [_Piece(np.asarray(rows), counts, offsets[:-1], width, begin, end) for begin, end, rows in traced]
+    else:
+        pieces = [
+            _Piece(rows, counts[begin:end], offsets[begin:end], 0, 0, -(-(end - begin) // 64))
+            for begin, end, rows in there
+        ]
     doubtful = np.flatnonzero(doubts)
     if not len(doubtful):
         np.cumsum(counts, out=offsets[1:])

@@ -564,7 +564,7 @@ class Scene:
             queries take it as well.
         device : {"cpu", "cuda"}, optional
             What answers, with the same bits: the processor, or a GPU of NVIDIA's (page "On a GPU"). Default: that of
-            `co.set_device`. `occluded`, `contains` and `body_at` take it as well.
+            `co.set_device`. All queries of rays, `contains` and `body_at` take it.
 
         Returns
         -------
@@ -605,31 +605,31 @@ class Scene:
     def spans(
         self, origins: ArrayLike | Rays, directions: ArrayLike | None = None, t_min: ArrayLike = DEFAULT_T_MIN,
         t_max: ArrayLike = DEFAULT_T_MAX, *,
-        executor: Any = None,
+        executor: Any = None, device: Literal["cpu", "cuda"] | None = None,
     ) -> Spans:  # fmt: skip
         """Return every stretch of each ray inside each solid, clipped to [t_min, t_max], sorted along the ray.
 
         Parameters
         ----------
-        origins, directions, t_min, t_max, executor
+        origins, directions, t_min, t_max, executor, device
             As for `first_hit`. An empty interval, t_min >= t_max, has no spans.
         """
-        spans: Spans = self._along_rays("spans", executor, None, origins, directions, t_min, t_max)
+        spans: Spans = self._along_rays("spans", executor, device, origins, directions, t_min, t_max)
         return spans
 
     def crossings(
         self, origins: ArrayLike | Rays, directions: ArrayLike | None = None, t_min: ArrayLike = DEFAULT_T_MIN,
         t_max: ArrayLike = DEFAULT_T_MAX, *,
-        executor: Any = None,
+        executor: Any = None, device: Literal["cpu", "cuda"] | None = None,
     ) -> Crossings:  # fmt: skip
         """Return every crossing of each ray with solids and sheets, strictly between t_min and t_max, in order.
 
         Parameters
         ----------
-        origins, directions, t_min, t_max, executor
+        origins, directions, t_min, t_max, executor, device
             As for `first_hit`. An empty interval, t_min >= t_max, has no crossings.
         """
-        crossings: Crossings = self._along_rays("crossings", executor, None, origins, directions, t_min, t_max)
+        crossings: Crossings = self._along_rays("crossings", executor, device, origins, directions, t_min, t_max)
         return crossings
 
     @ignore_fp_errors
@@ -678,12 +678,13 @@ class Scene:
         t_max: ArrayLike = DEFAULT_T_MAX, *,
         by: Literal["body", "material"] = "body", overlaps: Literal["both", "error"] | None = None,
         progress: Progress | None = None, executor: Any = None,
+        device: Literal["cpu", "cuda"] | None = None,
     ) -> FloatArray:  # fmt: skip
         """Return `spans(...).lengths(by)`, equal to the bit, for any number of rays: their spans are not kept.
 
         Parameters
         ----------
-        origins, directions, t_min, t_max, executor
+        origins, directions, t_min, t_max, executor, device
             As for `first_hit`. In an empty interval, t_min >= t_max, lengths are 0.
         by : {"body", "material"}
             The last axis of the result; materials are in the order of `scene.materials`.
@@ -697,7 +698,7 @@ class Scene:
         float64 (..., bodies) or (..., materials)
         """
         lengths: FloatArray = self._along_many_rays(
-            "lengths", executor, None, origins, directions, t_min, t_max, progress, by=by, overlaps=overlaps
+            "lengths", executor, device, origins, directions, t_min, t_max, progress, by=by, overlaps=overlaps
         )
         return lengths
 
@@ -706,6 +707,7 @@ class Scene:
         t_min: ArrayLike = DEFAULT_T_MIN, t_max: ArrayLike = DEFAULT_T_MAX, *, otherwise: ArrayLike | None = None,
         overlaps: Literal["both", "error"] | None = None,
         progress: Progress | None = None, executor: Any = None,
+        device: Literal["cpu", "cuda"] | None = None,
     ) -> Any:  # fmt: skip
         """Return `spans(...).line_integral(values)`, equal to the bit, for any number of rays without their spans.
 
@@ -716,7 +718,7 @@ class Scene:
         values : (bodies,), (bodies, energies), mapping or str
             Of each body; or from names of materials to numbers or arrays (energies,), a name standing for all materials
             that have it; or the name of a property of materials.
-        origins, directions, t_min, t_max, executor
+        origins, directions, t_min, t_max, executor, device
             As for `first_hit`. Over an empty interval, t_min >= t_max, it is 0.
         otherwise : optional
             The value of materials without one. Default: such materials raise ValueError.
@@ -731,7 +733,7 @@ class Scene:
         """
         options = dict(values=values, otherwise=otherwise, overlaps=overlaps)
         rays = origins, directions, t_min, t_max
-        return self._along_many_rays("line_integral", executor, None, *rays, progress, **options)
+        return self._along_many_rays("line_integral", executor, device, *rays, progress, **options)
 
     def _along_rays(self, query: str, executor: Any, device: str | None, *rays: Any) -> Any:
         """Answer a query of rays: origins, directions, t_min and t_max."""
@@ -766,7 +768,8 @@ class Scene:
         if options:  # sums of spans
             from ..queries import line_integrals
 
-            return line_integrals.answer(self._prepared, query, origins, directions, t_min, t_max, progress, options)
+            given = origins, directions, t_min, t_max
+            return line_integrals.answer(self._prepared, query, *given, progress, options, device)
         from ..queries import ray_queries
 
         answer, rays = getattr(ray_queries, query), ray_queries.as_rays(query, origins, directions)

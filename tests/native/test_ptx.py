@@ -12,7 +12,8 @@ import pytest
 
 import conicoid as co
 from conicoid.kernels.body.hit import is_doubtful
-from conicoid.kernels.device import EACH, SHARED, SIZES, ScratchSize, size_name
+from conicoid.kernels.crossings import trace_rows_alone
+from conicoid.kernels.device import EACH, ROW_COLUMNS, SHARED, SIZES, ScratchSize, size_name
 from conicoid.kernels.first_hits import HitBuffers, trace_first_alone
 from conicoid.kernels.ray import RayArrays
 from conicoid.queries.exact.membership import locate_packets
@@ -42,9 +43,9 @@ def kernels():
     return device_kernels()
 
 
-def addresses(*arrays):
-    """Arrays as an entry takes them: each by its address and its length."""
-    return [number for array in arrays for number in (array.ctypes.data, len(array))]
+def addresses(*given):
+    """Arrays and numbers as an entry takes them: an array by its address and its length."""
+    return [n for each in given for n in ((each,) if isinstance(each, int) else (each.ctypes.data, len(each)))]
 
 
 def launch(kernels, scene, name, size, *arrays):
@@ -82,7 +83,26 @@ def same_rays(kernels, scene, rays, names=()):
         sure = ~is_doubtful(expected.turn) & ~is_doubtful(result)
         assert np.array_equal(result[sure] & 1, (expected.body >= 0)[sure])
         assert not np.any(is_doubtful(result) & ~is_doubtful(expected.turn) & (expected.body < 0))
+    same_lists(kernels, scene, rays, names or sizes(scene))
     return expected
+
+
+def same_lists(kernels, scene, rays, names):
+    """Assert that certain rays have the rows of the CPU, of spans and of crossings."""
+    n = len(rays.origins)
+    for columns, spans in ((7, 0), (9, 1)):
+        counts, doubts = np.zeros(n, np.int32), np.zeros(n, np.int8)
+        rows = trace_rows_alone(scene._prepared.geometry, rays, spans == 1, 0, n, counts, doubts)
+        for size in names:
+            many, doubtful, offsets = np.full(n, 77, np.int32), np.full(n, 77, np.int8), np.zeros(n + 1, np.int64)
+            launch(kernels, scene, "list_rows", size, *rays, spans, offsets, np.empty((0, 1)), many, doubtful)
+            np.cumsum(many, out=offsets[1:])
+            table = np.empty((offsets[-1], ROW_COLUMNS))
+            if len(table):
+                launch(kernels, scene, "list_rows", size, *rays, spans, offsets, table, many, doubtful)
+            assert (doubtful <= doubts).all()
+            mine = table[np.repeat(doubts == 0, many), :columns]
+            assert mine.tobytes() == rows.tobytes(), (size, spans)
 
 
 def same_points(kernels, scene, points):
@@ -170,12 +190,10 @@ def test_bodies_of_all_kinds(kernels, kind, sort):
 def test_what_llvm_optimises_for_a_gpu(module):
     """The last form of the code before PTX."""
     target = objects.machine_for(ptx.TRIPLE, ptx.LEVEL)
-    whole = llvm.parse_bitcode(module)
+    whole, kept = llvm.parse_bitcode(module), [f"{ptx.PREFIX}{x}_few" for x in ("first_hits", "any_hits", "list_rows")]
     for each in (*whole.functions, *whole.global_variables):
         if not each.is_declaration:
-            each.linkage = (
-                "external" if each.name in (f"{ptx.PREFIX}first_hits_few", f"{ptx.PREFIX}any_hits_few") else "internal"
-            )
+            each.linkage = "external" if each.name in kept else "internal"
     objects.optimize(whole, target)
     scene, rays = crowded_scene(), camera(48)
     arrays = arrays_of(rays.origins.reshape(-1, 3), rays.directions.reshape(-1, 3))
@@ -210,13 +228,14 @@ def test_ptx_that_rounds_otherwise_is_refused(line, wrong):
 
 
 @pytest.mark.skipif(shutil.which("ptxas") is None, reason="NVIDIA's assembler is not here")
-def test_registers_and_spills_are_within_bounds(module, tmp_path):
-    """Of the kernel that most scenes need: few spills in the loop over nodes, none that local memory would be large for."""
+@pytest.mark.parametrize("name", ["any_hits_few", "list_rows_few"])
+def test_registers_and_spills_are_within_bounds(module, tmp_path, name):
+    """Of kernels that most scenes need: few spills in the loop over nodes, none that local memory would be large for."""
     source = tmp_path / "kernel.ptx"
-    source.write_text(ptx.ptx(module, "any_hits_few"))
+    source.write_text(ptx.ptx(module, name))
     command = ["ptxas", "-v", "-arch=sm_75", "-o", str(tmp_path / "kernel.cubin"), str(source)]
     said = subprocess.run(command, capture_output=True, text=True, check=True).stderr
-    entry = said[said.index("for any_hits_few") :]
+    entry = said[said.index(f"for {name}") :]
     frame, stores, loads = map(
         int, re.search(r"(\d+) bytes stack frame, (\d+) bytes spill stores, (\d+)", entry).groups()
     )

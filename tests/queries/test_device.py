@@ -11,6 +11,7 @@ import pickle
 import sys
 import types
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import ClassVar
 
 import numpy as np
@@ -41,6 +42,7 @@ def card(kernels, monkeypatch):
     monkeypatch.setattr(device, "NvidiaDriver", lambda: emulated)
     monkeypatch.setattr(device, "_devices", {})
     monkeypatch.setattr(device, "CHUNK", 500)
+    monkeypatch.setattr(device, "_ROWS", 300)
     yield emulated
     emulated.check()
 
@@ -51,10 +53,22 @@ def same_hits(one, other):
 
 
 def same_answers(scene, rays, t_max=np.inf):
-    """Assert that both devices answer alike, and that a card did."""
-    same_hits(scene.first_hit(rays, t_max=t_max, device="cuda"), scene.first_hit(rays, t_max=t_max, device="cpu"))
-    there, here = (scene.occluded(rays, t_max=t_max, device=name) for name in ("cuda", "cpu"))
-    assert np.array_equal(there, here)
+    """Assert that both devices answer alike."""
+    there, here = (dict(t_max=t_max, device=name) for name in ("cuda", "cpu"))
+    same_hits(scene.first_hit(rays, **there), scene.first_hit(rays, **here))
+    assert np.array_equal(scene.occluded(rays, **there), scene.occluded(rays, **here))
+    for query in (scene.spans, scene.crossings):
+        one, other = query(rays, **there), query(rays, **here)
+        for field in ("offsets", *other._columns):
+            assert getattr(one, field).tobytes() == getattr(other, field).tobytes(), field
+    weights = np.random.default_rng(2).normal(size=(scene.body_count, 3)).round()
+    for query in (
+        partial(scene.lengths, rays, overlaps="both"),
+        partial(scene.lengths, rays, by="material", overlaps="both"),
+        partial(scene.line_integral, weights[:, 0], rays),
+        partial(scene.line_integral, weights, rays),
+    ):
+        assert query(**there).tobytes() == query(**here).tobytes()
 
 
 def carved(leaves):
@@ -66,7 +80,8 @@ def carved(leaves):
 def test_pictures_lists_and_single_rays(card):
     scene, rays = crowded_scene(), camera(48)
     same_answers(scene, rays)
-    assert {name for name, _ in card.launches} == {"first_hits_few", "any_hits_few"}
+    used = {"first_hits_few", "any_hits_few", "list_rows_few", "sum_spans_each"}
+    assert {name for name, _ in card.launches} == used
     assert max(threads for _, threads in card.launches) == 500  # in chunks
     same_answers(scene, rays[3], np.linspace(2, 5, 48))
     same_answers(scene, rays[3, 4])
@@ -90,15 +105,59 @@ def test_doubtful_rays_go_to_the_exact_route_and_come_back(card):
 
 
 @pytest.mark.parametrize("leaves", [3, 40, 150])
-def test_points_in_bodies_of_all_sizes(card, leaves):
-    scene = co.Scene([carved(leaves), co.Sphere(0.4)])
+def test_points_in_bodies_of_all_sizes(card, leaves, monkeypatch):
+    scene, size = co.Scene([carved(leaves), co.Sphere(0.4)]), {3: "few", 40: "many", 150: "any"}[leaves]
     r = np.random.default_rng(5)
     points = np.concatenate([r.uniform(-1.2, 1.2, (1200, 3)), [[1, 1, 1], [0, 0, 0.4], [1, 0, 0]]])
     for query in (scene.body_at, scene.contains):
         assert np.array_equal(query(points, device="cuda"), query(points, device="cpu"))
-    assert {name for name, _ in card.launches} == {f"first_bodies_{({3: 'few', 40: 'many', 150: 'any'})[leaves]}"}
+    assert {name for name, _ in card.launches} == {f"first_bodies_{size}"}
+    lists, done = [], []
+    for name in ("cuda", "cpu"):
+        monkeypatch.setenv("CONICOID_DEVICE", name)
+        lists.append(
+            [scene.distance(points, progress=lambda *k: done.append(k)), scene.distance(points, max_distance=0.1)]
+        )
+    for one, other in zip(*lists, strict=True):
+        assert one.distance.tobytes() == other.distance.tobytes()
+        assert one.lower.tobytes() == other.lower.tobytes()
+    assert done[0] == done[-1] == (len(points), len(points))
+    assert f"wall_bounds_{size}" in dict(card.launches)
     assert scene.contains((0, 0, 0.2), device="cuda")
     same_answers(scene, co.Rays(points, r.normal(size=points.shape)))
+    assert f"list_rows_{size}" in dict(card.launches)
+
+
+def test_what_is_said_of_overlaps(card, caplog):
+    """As on the CPU: an error or a note where spans overlap that count, by material or at all."""
+    iron, gold = co.Material(name="iron"), co.Material(name="gold")
+    bodies = [co.Body(co.Sphere(1), iron), co.Body(co.Sphere(1).translate((1, 0, 0)), gold)]
+    pins = [co.Body(co.Sphere(0.1).translate((9, y, 0)), iron) for y in range(7)]
+    rays = co.Rays(np.linspace([-5, 0.3, -0.9], [-5, 0.3, 0.9], 1200), [1.0, 0, 0])
+    scene = co.Scene([*bodies, *pins])
+    apart = partial(scene.lengths, rays, by="material", overlaps="error")  # they overlap, but of no material
+    assert apart(device="cuda").tobytes() == apart(device="cpu").tobytes()
+    together = co.Scene([*bodies, co.Body(co.Sphere(0.5), gold), *pins])
+    values = np.ones(together.body_count)
+    for query in (
+        partial(scene.lengths, rays, overlaps="error"),
+        partial(together.lengths, rays, by="material", overlaps="error"),
+        partial(together.line_integral, values, rays, overlaps="error"),
+        partial(together.line_integral, -values, rays, overlaps="error"),
+    ):
+        texts = []
+        for name in ("cuda", "cpu"):
+            with pytest.raises(ValueError, match="overlap on the ray") as raised:
+                query(device=name)
+            texts.append(str(raised.value).partition("through")[2])
+        assert texts[0] == texts[1]
+    together.line_integral(values, rays, device="cuda")
+    together.line_integral(values, rays, device="cuda")
+    assert [record.message.partition(":")[0] for record in caplog.records] == ["line_integral"]
+    calls = []
+    result = scene.line_integral(np.zeros(len(scene)), rays, device="cuda", progress=lambda *done: calls.append(done))
+    assert not result.any()
+    assert calls == [(1200, 1200)]
 
 
 @pytest.mark.parametrize("kind", sampled(SCENES, 4))
@@ -111,7 +170,8 @@ def test_against_exact_arithmetic(card, kind):
         co.set_device(None)
     assert score.rows
     score.check(doubts=False)
-    assert {name.rpartition("_")[0] for name, _ in card.launches} == {"first_hits", "any_hits", "first_bodies"}
+    used = {name.rpartition("_")[0] for name, _ in card.launches}
+    assert used >= {"first_hits", "any_hits", "first_bodies", "list_rows"}
 
 
 def test_a_scene_without_bodies_and_what_is_pickled(card):

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..._jit.decorators import allocator, helper, inline
-from ..numbers.shell_sort import make_sort
+from ..numbers.shell_sort import first_gap, make_sort, next_gap
 from ..ray import Ray
 from ..tables import Floats, Geometry, whole
 from .boolean import read_crossing
@@ -175,6 +175,26 @@ def sort_rows(rows: Floats, first: int, last: int, spans: bool) -> bool:
         _insert_rows(rows, first, last, 2 if spans else 3)
     else:
         _sort_many_rows(rows, first, last, 2 if spans else 3)
+    return _unsettled(rows, first, last, ENTER_SURFACE if spans else SURFACE, ENTER_OFF if spans else OFF)
+
+
+@helper
+def sort_rows_in_place(rows: Floats, first: int, last: int, spans: bool) -> bool:
+    """`sort_rows` without memory: the last column, beyond those of a row, is for the order of equal rows."""
+    columns, extra, gap = 2 if spans else 3, rows.shape[1] - 1, first_gap(last - first)
+    for i in range(first, last):
+        rows[i, extra] = i
+    while gap > 0:
+        for i in range(first + gap, last):
+            j = i
+            while j >= first + gap:
+                order = _order(rows, j - gap, j, columns)
+                if order < 0 or (order == 0 and rows[j - gap, extra] < rows[j, extra]):
+                    break
+                for k in range(rows.shape[1]):
+                    rows[j - gap, k], rows[j, k] = rows[j, k], rows[j - gap, k]
+                j -= gap
+        gap = next_gap(gap)
     return _unsettled(rows, first, last, ENTER_SURFACE if spans else SURFACE, ENTER_OFF if spans else OFF)
 
 

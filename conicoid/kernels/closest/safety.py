@@ -436,20 +436,21 @@ _LOOKED, _SHARE = 1024, 8
 
 
 @inline
-def _walls_of(
-    geometry: Geometry, single: Neighbourhood, item: LeafItem, x: float, y: float, z: float, enough: float
-) -> float:
+def _walls_of(geometry: Geometry, gates: Floats, item: LeafItem, x: float, y: float, z: float, enough: float) -> float:
     """Return a lower bound of the distance from one point to the walls of an entry."""
     if item.kind == POLYGON:
         distance, off, _, _, _ = polygon_distance(geometry, item.index, x, y, z)
         return max(0.0, distance - off)
-    return entry_bound(geometry, single.gates, item.entry, x, y, z, enough)
+    return entry_bound(geometry, gates, item.entry, x, y, z, enough)
 
 
 @helper
-def bound_of_point(geometry: Geometry, single: Neighbourhood, x: float, y: float, z: float, reach: float) -> float:
-    """Return a lower bound of the distance from a point to the nearest wall; infinite if none is within reach."""
-    way, best, bound = single.scratch.way, reach, math.inf
+def bound_of_point(geometry: Geometry, way: Floats, gates: Floats, x: float, y: float, z: float, reach: float) -> float:
+    """Return a lower bound of the distance from a point to the nearest wall; infinite if none is within reach.
+
+    way, gates: as those of `Scratch` and `Neighbourhood`.
+    """
+    best, bound = reach, math.inf
     around = PointBox(x, y, z, x, y, z)
     found = next_near_leaf(geometry, way, begin_search(geometry, way), around, best)
     while found.code != 0:
@@ -458,7 +459,7 @@ def bound_of_point(geometry: Geometry, single: Neighbourhood, x: float, y: float
         for k in range(count):
             near = max(found.distance, distance_to_ball(leaf_ball(geometry, at, count, k), x, y, z))
             if near <= best:
-                near = max(near, _walls_of(geometry, single, leaf_item(geometry, at, count, k), x, y, z, best))
+                near = max(near, _walls_of(geometry, gates, leaf_item(geometry, at, count, k), x, y, z, best))
                 if near <= best:
                     best, bound = near, near
         found = next_near_leaf(geometry, way, found.top, around, best)
@@ -496,7 +497,7 @@ def _meet(geometry: Geometry, memory: SafetyLanes, item: LeafItem, near: int) ->
         i = lane_index(k)
         if room[NEAR + i] <= room[BEST + i]:
             x, y, z = room[X + i], room[Y + i], room[Z + i]
-            keep_bound(room, i, _walls_of(geometry, memory.single, item, x, y, z, room[BEST + i]))
+            keep_bound(room, i, _walls_of(geometry, memory.single.gates, item, x, y, z, room[BEST + i]))
 
 
 @inline
@@ -537,7 +538,7 @@ def bounds_of_points(
 ) -> None:
     """Write lower bounds of the distances from points to the nearest wall; infinite if none is within reach[i]."""
     memory = new_memory(geometry)
-    room, count = memory.room, len(points)
+    room, count, single = memory.room, len(points), memory.single
     for packet in range(begin, end):
         if is_halted(geometry):
             return
@@ -549,6 +550,5 @@ def bounds_of_points(
                 if together:
                     bounds[i] = lane_bound(room, lane_index(8 * row + k))
                 elif not is_halted(geometry):
-                    bounds[i] = bound_of_point(
-                        geometry, memory.single, points[i, 0], points[i, 1], points[i, 2], reach[i]
-                    )
+                    x, y, z = points[i, 0], points[i, 1], points[i, 2]
+                    bounds[i] = bound_of_point(geometry, single.scratch.way, single.gates, x, y, z, reach[i])
