@@ -524,6 +524,7 @@ class Scene:
                     self._cached_prepared = prepare(self._bodies, before, *progress)
             return self._cached_prepared
 
+    @ignore_fp_errors
     def _close_gaps(self) -> None:
         """Prepare the scene afresh where edits of an imported model have left rows that nobody reads.
 
