@@ -11,7 +11,7 @@ import dataclasses
 import itertools
 import math
 import operator
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
@@ -24,7 +24,6 @@ from ...geometry.cell import UV, Cell, Face, Not, PolygonSheet, Tree, transform_
 from ...geometry.facets import newell_normal
 from ...geometry.general_quadric import Quadric
 from ...geometry.polyhedron import Extrusion, Mesh, Polyhedron
-from ...geometry.quadric_classification import _PLACES as PLACES
 from ...geometry.quadrics import Ellipsoid
 from ...geometry.revolution import Revolution, SphereSection
 from ...geometry.shape import Boolean, ClippedSheet, PrimitiveSheet, PrimitiveSolid, Shape
@@ -248,7 +247,7 @@ def special_faces(shape: Any, slopes: Any, motion: Motion) -> Iterator[tuple[int
         return _faces_of_mesh(shape, slopes, motion)
     if not isinstance(shape, Quadric):
         return None
-    q, surface = _symmetric(slopes), shape.surface
+    q, surface = slopes.symmetric, shape.surface
     if isinstance(surface, PlaneSurface):
         # f = 2 B·x + C is the plane with the normal 2 B and the offset -C.
         normal = (2 * q[0][3], 2 * q[1][3], 2 * q[2][3])
@@ -268,20 +267,7 @@ def special_faces(shape: Any, slopes: Any, motion: Motion) -> Iterator[tuple[int
     return iter([(0, FormSurface(anchor, _form(q, motion, anchor)), uv)])
 
 
-def _symmetric(slopes: Any) -> list[list[Any]]:
-    """Return the symmetric 4 x 4 matrix Q of a general quadric, in duals."""
-    if slopes.matrix is not None:
-        return [[(slopes.matrix[i][j] + slopes.matrix[j][i]) * 0.5 for j in range(4)] for i in range(4)]
-    rows: list[list[Any]] = [[ex.ZERO] * 4 for _ in range(4)]
-    for name, value in slopes.coefficients.items():
-        i, j = PLACES[name]
-        # A coefficient off the diagonal counts half in both of its places, one on the diagonal wholly.
-        rows[i][j] = rows[i][j] + value * 0.5
-        rows[j][i] = rows[j][i] + value * 0.5
-    return rows
-
-
-def _form(q: list[list[Any]], motion: Motion, anchor: tuple[float, ...]) -> list[Any]:
+def _form(q: Sequence[Sequence[Any]], motion: Motion, anchor: tuple[float, ...]) -> list[Any]:
     """Return the form about an anchor in the world: (x, 1) Q (x, 1) with x = back (anchor + r) + shift."""
     back, shift = motion.inverse
     at = ex.exact_row(anchor)
@@ -293,7 +279,7 @@ def _form(q: list[list[Any]], motion: Motion, anchor: tuple[float, ...]) -> list
     return [*second, *first, sum((start[k] * (slope[k] + q[k][3]) for k in range(3)), q[3][3])]
 
 
-def _center_uv(q: list[list[Any]], anchor: tuple[Any, ...]) -> UV:
+def _center_uv(q: Sequence[Sequence[Any]], anchor: tuple[Any, ...]) -> UV:
     """Return the uv map about the center c, which moves by -A⁻¹ (dA c + db); NaN if the quadric has no center."""
     # The anchor is the center only if A is regular and the gradient vanishes there.
     a = np.array([[float(value_of(q[i][k])) for k in range(3)] for i in range(3)])
