@@ -37,6 +37,8 @@ class Card:
 
     line: int
     text: str
+    hint: str = ""
+    """What to append to messages about the card: that its line may be meant as a continuation."""
 
     @property
     def element(self) -> XmlElement:
@@ -121,12 +123,12 @@ def _join_lines(
 
     A line continues a card after `&` at the end of the line before, or with five blanks at its beginning.
     """
-    block, pieces, begin, goes_on = next(blocks), [""], 0, False
+    block, pieces, begin, goes_on, hint = next(blocks), [""], 0, False, ""
 
     def close() -> None:
         text = " ".join(pieces).replace("=", " ").strip()  # "=" is a blank in MCNP
         if text:
-            block.append(Card(begin, text))
+            block.append(Card(begin, text, hint))
         pieces.clear()
 
     for number in range(start, len(lines)):
@@ -148,7 +150,8 @@ def _join_lines(
             continue  # nothing but a comment after $
         if not goes_on and not line.startswith("     "):
             close()
-            begin = number + 1
+            begin, blanks = number + 1, len(line) - len(line.lstrip())
+            hint = f"; a continued line needs five blanks, this one has {blanks}" if block and blanks > 1 else ""
         elif not goes_on and not "".join(pieces).strip():
             problems.append(Problem(number + 1, 1, "", "continues a card, and there is none before it"))
         goes_on = text.rstrip().endswith("&")
@@ -173,6 +176,7 @@ MAX_ENTRIES = 1_000_000
 """Most entries of one card, with shortcuts expanded."""
 _NUMBER = re.compile(r"([-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))(?:[ed]?([-+][0-9]+)|[ed]([0-9]+))?")
 _SHORTCUT = re.compile(r"([0-9]{0,9})(r|i|j)|(.+)m")
+_LOG_SHORTCUT = re.compile(r"(\d{0,9})i?log")
 _INTEGER = re.compile(r"[-+]?[0-9]{1,15}")
 
 
@@ -216,12 +220,12 @@ def parse_numbers(words: Iterable[str]) -> list[Fraction]:
 def expand_entries(words: Iterable[str]) -> list[Fraction | None]:
     """Return the entries of a card with shortcuts expanded; None for entries that nJ skips.
 
-    nR repeats the entry before it, nI interpolates n entries, nM multiplies. Raise ValueError for wrong entries.
+    nR repeats the entry before it, nI and nLOG interpolate n entries, nM multiplies. Wrong entries raise ValueError.
     """
     result: list[Fraction | None] = []
     steps, log = 0, False
     for word in words:
-        # nILOG interpolates logarithms, which needs numbers above 0
+        # nLOG and nILOG interpolate logarithms, which needs numbers of one sign
         if match := _LOG_SHORTCUT.fullmatch(word):
             word, log = f"{match[1]}i", True
         short = _SHORTCUT.fullmatch(word)
@@ -253,9 +257,6 @@ def expand_entries(words: Iterable[str]) -> list[Fraction | None]:
     return result
 
 
-_LOG_SHORTCUT = re.compile(r"(\d{0,9})ilog")
-
-
 def _repeat_count(word: str, before: list[Fraction | None]) -> int:
     """Return n of a shortcut, 1 if it is missing. Raise ValueError before a list becomes too long."""
     times = int(word or 1)
@@ -270,8 +271,8 @@ def _interpolate(result: list[Fraction | None], steps: int, end: Fraction, log: 
         start = result[-1]
         assert start is not None
         if log:
-            if not (start > 0 and end > 0):
-                raise ValueError(f"the shortcut {steps}ilog needs numbers above 0 on both sides")
+            if start * end <= 0:
+                raise ValueError(f"the shortcut {steps}ilog needs two numbers of one sign, and not 0, around it")
             ratio = float(end / start)
             result += [start * Fraction(ratio ** (i / (steps + 1))) for i in range(1, steps + 1)]
             return
@@ -412,7 +413,7 @@ class DataCards:
         name, *words = card.text.split()
         match = _DATA_CARD_NAME.fullmatch(name)
         if match is None:
-            self.remarks.append(f"line {card.line}: {shorten(name, 20)!r} is not read")
+            self.remarks.append(f"line {card.line}: {shorten(name, 20)!r} is not read{card.hint}")
             return
         star, kind, digits, particles = match.groups()
         if particles == "*":  # the star may also follow the number

@@ -198,14 +198,13 @@ class _DeckReader:
                 continue
             with self._reporting(cell.card, f"cell {number}"):
                 try:
-                    # The cell of a lattice defines its elements, which the transformation moves as a whole.
-                    region = self.unmoved if "lat" in cell.keywords else self.regions
-                    builder.add(cell, region[number], self.changes.get(number))
+                    builder.add(cell, self.unmoved[number], self.regions[number], self.changes.get(number))
                 except ValueError:
                     builder.broken.add(builder.universe_of(cell))
                     raise
         for cell, message in builder.missing():
             self._report(cell.card.line, f"cell {cell.number}", message)
+        self.remarks += builder.crowded()
         return builder
 
     def _left_out(self, builder: UniverseBuilder) -> Iterator[str]:
@@ -259,7 +258,7 @@ class _DeckReader:
             pass
         except (ValueError, OverflowError, ZeroDivisionError) as error:
             message = str(error) if type(error) is ValueError else f"numbers are out of range ({error})"
-            self._report(card.line, where, message)
+            self._report(card.line, where, message + card.hint)
 
     def _report(self, line: int, where: str, message: str) -> None:
         self.problems.append(Problem(line, 1, where, message))
