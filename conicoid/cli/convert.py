@@ -59,9 +59,13 @@ def import_(
         int | None, typer.Option(min=0, help="How many levels of volumes are opened.", show_default="all")
     ] = None,
     smooth: Annotated[bool, typer.Option("--smooth", help="Circles are round, whatever $fn of OpenSCAD says.")] = False,
-    entities: Annotated[
-        bool, typer.Option("--entities", help="Read files in its folder that GDML includes by entities.")
-    ] = False,
+    entities: Annotated[bool, typer.Option("--entities", help="Read files that GDML includes by entities.")] = False,
+    root: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FOLDER", help="The folder within which a file may name others.", show_default="that of the file"
+        ),
+    ] = None,
 ) -> None:
     """Turn a file of another program into a scene; print remarks on it, and its materials."""
     with user_mistakes():
@@ -80,7 +84,7 @@ def import_(
                 raise ValueError(f"{file}: is of no known format: {', '.join(each.name for each in IMPORT_FORMATS)}")
             imported = importer.read(
                 file,
-                ImportOptions(void, max_bodies, strict, only, depth, smooth, entities, _import_parts(file, bar)),
+                ImportOptions(void, max_bodies, strict, only, depth, smooth, entities, root, _import_parts(file, bar)),
             )
         with write_output(output, ".yaml") as place, Bar("writing", "body") as bar:
             scene_file.write_scene(imported, place, imported.material_names, bar)

@@ -113,7 +113,10 @@ def test_options(tmp_path: Path) -> None:
         ("3 rpp -1 1", "1 rpp -1 1", ":9:1: surface 1: its number is taken"),
         ("m2 40000 -1", "tr1 0 0 0 1 1 0 0 1 0 0 0 1", ":12:1: tr1: the matrix of a transformation must be a rotation"),
         ("m2 40000 -1", "tr1 0 0 0 1 1 0 0", ":12:1: tr1: the matrix of a transformation is given by 9, 6, 5, 3"),
-        ("m2 40000 -1", "read file=/etc/passwd", ":12:1: read: refers to another file, which is not opened"),
+        ("m2 40000 -1", "read file=/etc/passwd", ":12:1: read: file '/etc/passwd' is outside of the folder that may"),
+        ("m2 40000 -1", "read file=../x", ":12:1: read: file '../x' is outside of the folder that may be read"),
+        ("m2 40000 -1", "read decode=secret file=x", ":12:1: read: is encrypted, or not written as READ FILE=name"),
+        ("m2 40000 -1", "read file=deck.mcnp", ":12:1: read: file 'deck.mcnp' refers to itself"),
         ("m2 40000 -1", "#   imp:n", ":12:1: #: begins a table in columns"),
     ],
 )  # fmt: skip
@@ -121,6 +124,29 @@ def test_mistakes_have_their_lines(tmp_path: Path, old: str, new: str, told: str
     assert old in PIN
     with pytest.raises(ValueError, match=told):
         loaded(tmp_path, PIN.replace(old, new, 1))
+
+
+def test_files_that_a_deck_reads(tmp_path: Path) -> None:
+    """READ inserts a file after the card, also in files that are inserted, and in any block (the manual, on READ)."""
+    lines = PIN.splitlines()
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "Cells.inp").write_text("\n".join(lines[2:4]) + "\nREAD FILE = ../surfaces.inp noecho\n")
+    (tmp_path / "surfaces.inp").write_text("\n".join(lines[4:8]) + "\n")
+    deck = "\n".join(
+        [*lines[:2], " read file=parts/Cells.inp $ cells", "read noecho", *lines[8:], "", "read file=none"]
+    )
+    assert loaded(tmp_path, deck).bodies == loaded(tmp_path, PIN).bodies
+    (tmp_path / "surfaces.inp").write_text("\n".join(lines[4:8]).replace("cz 0.5", "cz -0.5"))
+    with pytest.raises(ValueError, match=r":3:1: surface 2: the radius must be > 0, got -0.5 \(line 4 of surfaces.inp"):
+        loaded(tmp_path, deck)
+    (tmp_path / "parts" / "deck.mcnp").write_text(deck.replace("parts/Cells.inp", "../above.inp"))
+    (tmp_path / "above.inp").write_text("\n".join(lines[2:8]))
+    path = tmp_path / "parts" / "deck.mcnp"
+    with pytest.raises(ValueError, match=r"read: file '../above.inp' is outside of the folder"):
+        co.load(path)
+    assert co.load(path, root=tmp_path).bodies == loaded(tmp_path, PIN).bodies
+    with pytest.raises(ValueError, match="root must be a folder"):
+        co.load(path, root=tmp_path / "none")
 
 
 def test_universes_in_circles(tmp_path: Path) -> None:
