@@ -336,7 +336,8 @@ def _read_fill_entries(words: list[str], read: Callable[[list[str]], FrameChange
         # The universe before a parenthesis is prepended, as a shortcut after it may refer to it ("5 (1) 3r").
         before = [entries[-1][0]] if entries else []
         values = expand_entries([*map(str, before), *plain])[len(before) :]
-        entries.extend((abs(parse_integer("fill: a universe", _transformation_value(value))), None) for value in values)
+        # nJ skips entries, and 0 is the default of FILL: there is no element
+        entries.extend((abs(parse_integer("fill: a universe", value or Fraction(0))), None) for value in values)
         plain.clear()
 
     at = 0
@@ -357,13 +358,6 @@ def _read_fill_entries(words: list[str], read: Callable[[list[str]], FrameChange
     if len(entries) > MAX_ENTRIES:
         raise ValueError(f"fill: has more than {MAX_ENTRIES:,} universes")
     return entries
-
-
-def _transformation_value(value: Fraction | None) -> Fraction:
-    """Return an entry that must not be skipped."""
-    if value is None:
-        raise ValueError("fill: jumps over a universe (nJ)")
-    return value
 
 
 # Cells and lattices as the records of a CellGeometry

@@ -194,6 +194,14 @@ def test_a_lattice_beside_other_cells_of_its_universe(tmp_path: Path) -> None:
     assert names_at(loaded(tmp_path, swapped), [(1.5, 0.5, 2), (0.5, 0.5, 0)]) == ["cell 5 @ cell 3", inside.format(0)]
 
 
+def test_shortcuts_in_a_filling(tmp_path: Path) -> None:
+    text = "t\n1 0 -1 u=1\n4 0 -1 u=3\n2 0 -2 u=2 lat=1 fill=0:4 0:0 0:0 {}\n3 0 -4 fill=2\n9 0 4 imp:n=0\n\n"
+    text += "1 so 99\n2 rpp 0 1 0 1 0 0\n4 rpp -9 9 -9 9 -9 9\n"
+    written = loaded(tmp_path, text.format("1 1 0 0 3")).bodies
+    assert loaded(tmp_path, text.format("1 r 2j 3")).bodies == written
+    assert loaded(tmp_path, text.format("1 1r j j 3")).bodies == written
+
+
 MANUAL = """\
 Repeated structures, an example of the manual
 1 0 {} fill=1
