@@ -130,6 +130,20 @@ def _check_regular(mode: int, path: str | os.PathLike[str]) -> None:
         raise OSError(errno.EINVAL, "is not a regular file", os.fspath(path))
 
 
+def resolve_part(path: str | os.PathLike[str], name: str, root: str | os.PathLike[str]) -> str:
+    """Return the path, without links, of a file that the file `path` names relative to its own folder.
+
+    Raise ValueError unless it lies within the folder `root`.
+    """
+    if not name or "\0" in name:
+        raise ValueError(f"{name[:40]!r} is no name of a file")
+    # A file from a stranger must not read others of this machine, neither by ".." nor by a link that leads out
+    found, within = os.path.realpath(os.path.join(os.path.dirname(os.path.abspath(path)), name)), os.path.realpath(root)
+    if not Path(found).is_relative_to(within):
+        raise ValueError(f"file {name[:80]!r} is outside of the folder that may be read (root=, --root): {within}")
+    return found
+
+
 def check_memory(size: int) -> None:
     """Raise ValueError for more bytes than any machine should take for a file, or than this one has."""
     most = min(MAX_FILE_BYTES, _machine_memory())

@@ -59,9 +59,13 @@ def import_(
         int | None, typer.Option(min=0, help="How many levels of volumes are opened.", show_default="all")
     ] = None,
     smooth: Annotated[bool, typer.Option("--smooth", help="Circles are round, whatever $fn of OpenSCAD says.")] = False,
-    entities: Annotated[
-        bool, typer.Option("--entities", help="Read files in its folder that GDML includes by entities.")
-    ] = False,
+    entities: Annotated[bool, typer.Option("--entities", help="Read files that GDML includes by entities.")] = False,
+    root: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FOLDER", help="The folder within which a file may name others.", show_default="that of the file"
+        ),
+    ] = None,
     glasses: Annotated[
         Path | None, typer.Option(help="A catalogue of glasses (.agf) for a lens file.", show_default=False)
     ] = None,
@@ -85,7 +89,7 @@ def import_(
             imported = importer.read(
                 file,
                 ImportOptions(
-                    void, max_bodies, strict, only, depth, smooth, entities, glasses, _import_parts(file, bar)
+                    void, max_bodies, strict, only, depth, smooth, entities, root, glasses, _import_parts(file, bar)
                 ),
             )
         with write_output(output, ".yaml") as place, Bar("writing", "body") as bar:

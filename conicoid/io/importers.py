@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 from .._util.files import MAX_LISTED_PROBLEMS, open_regular, printable
 from .._util.text import check_choice, format_count
-from .._util.validation import check_callback, check_flag, check_integer, format_value
+from .._util.validation import check_callback, check_flag, check_integer, check_path, format_value
 from ..geometry.body import Body
 from ..geometry.shape import Solid
 from ..materials.color import srgb_encode
@@ -137,7 +137,10 @@ class ImportOptions:
     smooth
         Whether circles stay round if the file requests prisms of a number of sides (OpenSCAD's $fn).
     entities
-        Whether to read files of the same folder that an XML file includes by entities, such as parts of GDML files.
+        Whether to read files that an XML file includes by entities, such as parts of GDML files.
+    root
+        The folder within which a file may name others (modules of GDML, READ of MCNP); nothing outside of it is opened.
+        None is the folder of the file.
     glasses
         Media by name, or the path of a catalogue of glasses (.agf), for lens files.
     progress
@@ -157,6 +160,7 @@ class ImportOptions:
     depth: int | None = None
     smooth: bool = False
     entities: bool = False
+    root: str | os.PathLike[str] | None = None
     glasses: Mapping[str, Any] | str | os.PathLike[str] | None = None
     progress: Callable[[int, int], Any] | None = None
 
@@ -169,6 +173,8 @@ class ImportOptions:
             check_integer("load", "depth", self.depth, 0)
         if self.only is not None and (not isinstance(self.only, str) or not self.only):
             raise ValueError(f"load: only must be a pattern of names or None, got {format_value(self.only)}")
+        if self.root is not None and not os.path.isdir(check_path("load", self.root, "root")):
+            raise ValueError(f"load: root must be a folder, got {format_value(self.root)}")
         check_callback("load", "progress", self.progress)
 
     @property

@@ -42,7 +42,7 @@ def load(
         Allow pictures of textures outside of the folder of the file. Otherwise they are an error.
     **options
         For files of other programs, those of `conicoid.io.importers.ImportOptions`: void, max_bodies, strict, only,
-        depth, smooth, entities, glasses.
+        depth, smooth, entities, root, glasses.
 
     Returns
     -------

@@ -50,6 +50,7 @@ from ..geometry.entries import (
     find_entry,
     insert_entries,
     one_entry,
+    refuse_other_unit,
     refuse_same_names,
     refuse_second,
     refuse_unknown_tracks,
@@ -326,7 +327,7 @@ class Scene:
             raise TypeError("Scene: a scene does not change, scene.added(items) is one with more entries")
         if not isinstance(other, Scene):
             return NotImplemented
-        raise TypeError("Scene: scenes are put together by their entries, co.Scene([*a.bodies, *b.bodies], a.lights)")
+        raise TypeError("Scene: scenes are put together by a.added(b), which keeps the lights and the camera of a")
 
     __or__ = __add__
 
@@ -407,19 +408,23 @@ class Scene:
         old = self._bodies[entry]
         return self._with_entry(entry, old, dataclasses.replace(old, shape=apply_motion(old.shape, motion)))
 
-    def added(self, items: Shape | Body | Iterable[Shape | Body], before: str | int | None = None) -> Scene:
+    def added(self, items: Shape | Body | Iterable[Shape | Body] | Scene, before: str | int | None = None) -> Scene:
         """Return a scene with more entries.
 
         Parameters
         ----------
-        items : iterable of Shape or Body, Shape or Body
-            The new entries. ValueError is raised for a name that another entry has.
+        items : iterable of Shape or Body, Shape or Body, or Scene
+            The new entries, or a scene of them; its lights and other parts are left out. ValueError is raised for a
+            name that another entry has, and for a scene in another unit: bodies alone have no unit.
         before : str or int, optional
             The entry that follows them, as for `replace`; None puts them at the end.
         """
         place = len(self._bodies)
         if before is not None:
             place = one_entry(self._bodies, self._first_numbers, before, "added", "before")
+        if isinstance(items, Scene):
+            refuse_other_unit(self._unit, items._unit)
+            items = items._bodies
         bodies = insert_entries(self._bodies, place, as_bodies(items, "added"))
         refuse_same_names(bodies)
         return self._edited(bodies)

@@ -149,6 +149,19 @@ def test_a_complex_index_absorbs_by_the_wavelength():
     assert metres.arriving[inside] == pytest.approx(paths.arriving[inside], rel=1e-13)
 
 
+def test_a_complex_index_absorbs_in_the_unit_of_the_scene():
+    """Without `unit`, scenes of one plate in two units absorb the same; that is a millimetre where none is stated."""
+    glass, found = co.glass(1.5 + 1e-5j), {}
+    for unit, depth in ((None, 0.2), ("mm", 0.2), ("cm", 0.02), ("m", 0.2e-3), ("in", 0.2 / 25.4)):
+        scene = slab(glass, depth).replace(unit=unit)
+        paths = co.optics.trace_paths(scene, DOWN, depth=1, wavelength=0.5)
+        inside = followed(paths, False)
+        found[unit] = float(paths.arriving[inside][0] / paths.weight[inside][0])
+    assert list(found.values()) == pytest.approx([math.exp(-4 * math.pi * 1e-5 / 0.5 * 200)] * 5, rel=1e-12)
+    stated = co.optics.trace_paths(slab(glass, 0.2).replace(unit="cm"), DOWN, depth=1, wavelength=0.5, unit=1000)
+    assert float(stated.arriving[inside][0] / stated.weight[inside][0]) == pytest.approx(found["mm"], rel=1e-12)
+
+
 def test_a_coated_lens():
     # a quarter wave of MgF2 on 1.52 at 0.55 μm: 1.26 % (Macleod), from outside and from inside
     coat = co.optics.Coating.quarter_wave([1.38], 0.55)

@@ -11,14 +11,14 @@ would have if it were built at its place.
 from __future__ import annotations
 
 import os
-from collections import Counter
+from collections import ChainMap, Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import pairwise
 from typing import Any
 
-from ..._util.files import MAX_PROBLEMS, Problem, SceneFileError
+from ..._util.files import MAX_PROBLEMS, Problem, SceneFileError, resolve_part
 from ..._util.text import format_count
 from ...geometry.instances import Shift
 from ...geometry.polyhedron import Polyhedron
@@ -46,7 +46,7 @@ from ..xml_tree import XmlElement, read_xml
 from .materials import GAS_DENSITY, GdmlMaterial, MaterialTable, read_materials
 from .solid_template import SolidTemplate
 from .solids import SolidTable, read_solids
-from .structure import LogicalVolume, StructureReader, resolve_module_file
+from .structure import LogicalVolume, StructureReader
 from .values import GdmlError, GdmlReader, UnsupportedGdml, local_tag, look_up, read_defines, read_reference
 
 
@@ -248,14 +248,21 @@ class GdmlGeometry:
 
 @dataclass
 class _ModuleFiles:
-    """Files read so far: `folder` by path, and `stack` the paths that are being read, outermost first."""
+    """Files read so far: `folder` by path, and `stack` the paths that are being read, outermost first.
 
+    `materials` holds the first material of each name, of all files: Geant4 has one table for them.
+    """
+
+    root: str
     entities: bool
+    materials: MaterialTable = field(default_factory=dict)
     folder: dict[str, GdmlGeometry] = field(default_factory=dict)
     stack: list[str] = field(default_factory=list)
 
 
-def read_gdml(path: str | os.PathLike[str], entities: bool = False) -> GdmlGeometry:
+def read_gdml(
+    path: str | os.PathLike[str], entities: bool = False, root: str | os.PathLike[str] | None = None
+) -> GdmlGeometry:
     """Read a GDML file and the modules that it refers to.
 
     Parameters
@@ -263,7 +270,9 @@ def read_gdml(path: str | os.PathLike[str], entities: bool = False) -> GdmlGeome
     path
         The file.
     entities
-        Whether to read files of the same folder that the file includes by entities.
+        Whether to read files that the file includes by entities.
+    root
+        The folder that holds all other files that may be read; None for that of the file.
 
     Raises
     ------
@@ -271,22 +280,24 @@ def read_gdml(path: str | os.PathLike[str], entities: bool = False) -> GdmlGeome
         The file or one of its modules has errors; all errors of the first such file are listed.
 
     """
-    return _read_file(os.fspath(path), _ModuleFiles(entities), None)
+    within = os.path.dirname(os.path.abspath(path)) if root is None else os.fspath(root)
+    return _read_file(os.fspath(path), _ModuleFiles(within, entities), None)
 
 
-_HINT = ", such as files that are parts of it: entities=True (--entities) reads those in its folder"
+_HINT = ", such as files that are parts of it: entities=True (--entities) reads those within its folder"
 
 
 def _read_file(path: str, files: _ModuleFiles, first: GdmlReader | None) -> GdmlGeometry:
     """Read one file; `first` is the reader of the file that refers to it, whose numbering of materials it continues."""
-    parts = (lambda name: resolve_module_file(path, name.removeprefix("./"))) if files.entities else None
+    parts = (lambda name: resolve_part(path, name, files.root)) if files.entities else None
     root = read_xml(path, doctype=True, parts=parts, hint="" if files.entities else _HINT)
     reading = GdmlReader(path)
     if first is not None:
         # Numbers of materials choose their colours, so that they go on through all files
         reading.counter = first.counter
     solids: SolidTable = {}
-    materials: MaterialTable = {}
+    # A file's own materials come first
+    materials: ChainMap[str, GdmlMaterial] = ChainMap({}, files.materials)
     modules: list[GdmlReader] = []
 
     def module(element: XmlElement) -> LogicalVolume:
@@ -308,6 +319,8 @@ def _read_file(path: str, files: _ModuleFiles, first: GdmlReader | None) -> Gdml
             read_defines(reading, section)
         elif tag == "materials":
             read_materials(reading, section, materials)
+            for name, material in materials.maps[0].items():
+                files.materials.setdefault(name, material)
         elif tag == "solids":
             structure.sources.update((child.attributes.get("name", ""), child) for child in section.children)
             read_solids(reading, section, solids)
@@ -343,13 +356,13 @@ def _find_world(reading: GdmlReader, root: XmlElement, structure: StructureReade
 
 
 def _read_module(reading: GdmlReader, element: XmlElement, files: _ModuleFiles) -> GdmlGeometry:
-    """Return the geometry of a module, another file of the same folder; each file is read once."""
+    """Return the geometry of a module, another file within the root; each file is read once."""
     name = element.attributes.get("name", "")
     try:
-        path = resolve_module_file(reading.path, name)
+        path = resolve_part(reading.path, name, files.root)
     except ValueError as error:
         raise GdmlError(element, str(error)) from None
-    own_path = os.path.abspath(reading.path)
+    own_path = os.path.realpath(reading.path)
     # A module that includes itself, directly or not, would never end
     if path in files.stack or path == own_path:
         raise GdmlError(element, f"file {shorten(name)!r} refers to itself, directly or through other files")
@@ -608,7 +621,7 @@ def import_file(path: str | os.PathLike[str], options: ImportOptions) -> ImportR
     path
         The file.
     options
-        Options of the import; `void`, `strict`, `only`, `depth` and `entities` apply.
+        Options of the import; `void`, `strict`, `only`, `depth`, `entities` and `root` apply.
 
     Raises
     ------
@@ -618,8 +631,8 @@ def import_file(path: str | os.PathLike[str], options: ImportOptions) -> ImportR
         An option does not apply to GDML, or `only` names no body.
 
     """
-    options.refuse_others("a GDML file", "void", "strict", "only", "depth", "entities")
-    geometry = read_gdml(path, options.entities)
+    options.refuse_others("a GDML file", "void", "strict", "only", "depth", "entities", "root")
+    geometry = read_gdml(path, options.entities, options.root)
     levels = MAX_VOLUME_DEPTH + 1 if options.depth is None else options.depth
     expansion = GdmlExpansion(geometry, options.void, levels, options.most, options.progress)
     expansion.run()

@@ -7,6 +7,7 @@ a volume hints at, or a palette colour by their number.
 from __future__ import annotations
 
 import re
+from collections.abc import MutableMapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -55,7 +56,7 @@ class GdmlMaterial:
         return matte(self.color or "#000000", name=self.name, properties=self.properties)
 
 
-MaterialTable = dict[str, GdmlMaterial]
+MaterialTable = MutableMapping[str, GdmlMaterial]
 
 
 def read_materials(reading: GdmlReader, section: XmlElement, materials: MaterialTable) -> None:

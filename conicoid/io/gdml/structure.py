@@ -6,7 +6,6 @@ times by a rule: replicas, parameterised volumes and divisions.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -210,18 +209,6 @@ def _is_container(element: XmlElement) -> bool:
     attributes = element.attributes
     kind = attributes.get("auxtype"), attributes.get("auxvalue")
     return element.tag == "auxiliary" and kind == ("Conicoid", "container")
-
-
-def resolve_module_file(path: str, name: str) -> str:
-    """Return the path of a file in the same folder as `path`. Raise ValueError for other folders and for links."""
-    if not name or os.path.basename(name) != name or name in (".", "..") or "\0" in name or "\\" in name:
-        raise ValueError(f"file must be the name of a file in the same folder, got {shorten(name)!r}")
-    folder = os.path.dirname(os.path.abspath(path))
-    # A file from a stranger must not read others of this machine, neither by ".." nor by a link that leads out
-    resolved = os.path.join(folder, name)
-    if os.path.realpath(resolved) != os.path.join(os.path.realpath(folder), name):
-        raise ValueError(f"file must be in the same folder, and {shorten(name)!r} is a link")
-    return resolved
 
 
 # Replicas and parameterised volumes: one volume placed many times in its mother by a rule.

@@ -10,11 +10,12 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from types import MappingProxyType
 
-from ..._util.files import Problem, SceneFileError, read_regular, unreadable_error
+from ..._util.files import Problem, SceneFileError, read_regular, resolve_part, unreadable_error
 from ..._util.text import suggest_name
 from ...materials.properties import Properties
 from ..openmc.values import OpenmcMaterial
@@ -37,6 +38,8 @@ class Card:
 
     line: int
     text: str
+    hint: str = ""
+    """What to append to messages: whether its line may be meant as a continuation, and its place in another file."""
 
     @property
     def element(self) -> XmlElement:
@@ -55,25 +58,112 @@ class Deck:
     remarks: list[str] = field(default_factory=list)
 
 
-def read_cards(path: str | os.PathLike[str]) -> Deck:
-    """Read the cards of a file. Raise SceneFileError if it cannot be read, is too large, or is no deck."""
-    try:
-        raw = read_regular(path, MAX_DECK_BYTES)
-    except OSError as error:
-        raise unreadable_error(path, error) from None
-    if len(raw) > MAX_DECK_BYTES:
-        raise SceneFileError(path, [Problem(0, 0, "", f"is too large: at most {MAX_DECK_BYTES >> 20} MB are read")])
-    # Comments of old decks are in any encoding, and cards are ASCII; `splitlines` would also split at form feeds
-    lines = raw.decode("utf-8", "replace").removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    deck, problems = parse_deck(lines)
+def read_cards(path: str | os.PathLike[str], root: str | os.PathLike[str] | None = None) -> Deck:
+    """Read the cards of a file and of those within `root` that its READ cards name; None is the folder of the file.
+
+    Raise SceneFileError if a file cannot be read or is too large, or if the file is no deck.
+    """
+    files = _DeckFiles(path, os.path.dirname(os.path.abspath(path)) if root is None else root)
+    lines = files.read(path)
+    first = _title_line(lines)
+    files.lines, files.numbers = lines[: first + 1], [*range(1, first + 2)]
+    files.insert(path, lines, first + 1, None)
+    deck, problems = parse_deck(files.lines, files.numbers, files.places)
     if problems:
         raise SceneFileError(path, problems)
     return deck
 
 
-def parse_deck(lines: list[str]) -> tuple[Deck, list[Problem]]:
-    """Return the cards in lines of text, and the errors."""
+MAX_INSERTED_FILES, MAX_INSERTED_DEPTH = 200, 8
+"""Most files that READ cards insert, and most levels of them."""
+# A READ card, as far as it is on one line
+_READ = re.compile(r" {0,4}read(?: (.*))?", re.I)
+_READ_FILE = re.compile(r"(?<![^ ])file(?=[ =]) *+=?+ *+([^ =&]+)", re.I)
+
+
+@dataclass
+class _DeckFiles:
+    """The lines of a deck, with the files that READ cards insert.
+
+    `numbers` are the numbers of lines in the deck itself, and `places` texts for lines of other files, by index.
+    """
+
+    deck: str | os.PathLike[str]
+    root: str | os.PathLike[str]
+    size: int = 0
+    inserted: int = 0
+    blanks: int = 0
+    lines: list[str] = field(default_factory=list)
+    numbers: list[int] = field(default_factory=list)
+    places: dict[int, str] = field(default_factory=dict)
+
+    def read(self, path: str | os.PathLike[str]) -> list[str]:
+        """Return the lines of a file. Raise SceneFileError if it cannot be read, or is too large with those before."""
+        try:
+            raw = read_regular(path, MAX_DECK_BYTES)
+        except OSError as error:
+            raise unreadable_error(path, error) from None
+        self.size += len(raw)
+        if self.size > MAX_DECK_BYTES:
+            raise SceneFileError(path, [Problem(0, 0, "", f"is too large: at most {MAX_DECK_BYTES >> 20} MB are read")])
+        # Comments of old decks are in any encoding, and cards are ASCII; `splitlines` would also split at form feeds
+        text = raw.decode("utf-8", "replace").removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
+        return text.split("\n")
+
+    def insert(
+        self, path: str | os.PathLike[str], lines: list[str], start: int, line: int | None, stack: tuple[str, ...] = ()
+    ) -> None:
+        """Add lines of a file from the index `start` on, with the files that they insert.
+
+        `line` is the number of the READ card of the deck itself; None for the deck.
+        """
+        for index in range(start, len(lines)):
+            number = line or index + 1
+            card = _READ.fullmatch(_strip_comment(lines[index].expandtabs(8)))
+            # After the third block are notes, which name no files
+            if card is not None and self.blanks < 3 and self._follow(path, card[1] or "", number, stack):
+                continue
+            self.blanks += not lines[index].strip()
+            if line is not None:
+                self.places[len(self.numbers)] = f" (line {index + 1} of {os.path.basename(path)})"
+            self.lines.append(lines[index])
+            self.numbers.append(number)
+
+    def _follow(self, path: str | os.PathLike[str], words: str, line: int, stack: tuple[str, ...]) -> bool:
+        """Insert the file that a READ card names; return False for a card that is encrypted or goes on."""
+        if words.endswith("&") or re.search(r"\b(de|en)code\b", words, re.I):
+            return False
+        name = _READ_FILE.search(words)
+        # ECHO and NOECHO alone choose what MCNP prints
+        if name is None:
+            return {*words.lower().split()} <= {"echo", "noecho"}
+        self.inserted += 1
+        stack = *stack, os.path.realpath(path)
+        try:
+            other = resolve_part(path, name[1], self.root)
+            if other in stack:
+                raise ValueError(f"file {name[1][:80]!r} refers to itself, directly or through other files")
+            if self.inserted > MAX_INSERTED_FILES or len(stack) > MAX_INSERTED_DEPTH:
+                raise ValueError(
+                    f"at most {MAX_INSERTED_FILES} files are read, nested {MAX_INSERTED_DEPTH} levels deep"
+                )
+        except ValueError as error:
+            raise SceneFileError(self.deck, [Problem(line, 1, "read", str(error))]) from None
+        lines = self.read(other)
+        # The end of the last line begins no line
+        self.insert(other, lines[:-1] if not lines[-1] else lines, 0, line, stack)
+        return True
+
+
+def parse_deck(
+    lines: list[str], numbers: Sequence[int] = (), places: Mapping[int, str] = MappingProxyType({})
+) -> tuple[Deck, list[Problem]]:
+    """Return the cards in lines of text, and the errors.
+
+    `numbers` are those of the lines, by default 1, 2, 3 and so on; `places` are texts for lines of other files.
+    """
     first = _title_line(lines)
+    numbers = numbers or range(1, len(lines) + 1)
     deck = Deck(lines[first].strip() if first < len(lines) else "")
     blocks = iter((deck.cells, deck.surfaces, deck.data))
     problems: list[Problem] = []
@@ -81,14 +171,17 @@ def parse_deck(lines: list[str]) -> tuple[Deck, list[Problem]]:
     if deck.title.lower().startswith("continue"):
         problems.append(Problem(first + 1, 1, "", "continues another run, and holds no geometry"))
         return deck, problems
-    for number, text in _join_lines(lines, first + 1, blocks, problems):  # runs the generator, which fills the blocks
+    for number, text in _join_lines(
+        lines, first + 1, blocks, problems, numbers, places
+    ):  # runs the generator, which fills the blocks
         del number, text
     if sum(map(len, (deck.cells, deck.surfaces, deck.data))) > MAX_CARDS:
         problems.append(Problem(0, 0, "", f"has more than {MAX_CARDS:,} cards"))
     for card in (*deck.cells, *deck.surfaces, *deck.data):
-        # A deck from a stranger must not choose which files of this machine are read
+        # READ cards of plain files are gone already
         if re.match(r"read\b", card.text):
-            problems.append(Problem(card.line, 1, "read", "refers to another file, which is not opened"))
+            message = "is encrypted, or not written as READ FILE=name on one line" + card.hint
+            problems.append(Problem(card.line, 1, "read", message))
         # Read as rows, a table in columns would give wrong numbers without an error; of sources it gives none
         if card.text.startswith("#") and any(map(_GEOMETRY_COLUMN.match, card.text[1:].split())):
             problems.append(Problem(card.line, 1, "#", "begins a table in columns (vertical input): write it in rows"))
@@ -98,7 +191,7 @@ def parse_deck(lines: list[str]) -> tuple[Deck, list[Problem]]:
         if len(_strip_comment(lines[n])) > MAX_COLUMNS and not _is_comment(lines[n])
     ]
     if long:
-        deck.remarks.append(f"line {long[0] + 1}: is read to its end, MCNP reads {MAX_COLUMNS} columns of a line")
+        deck.remarks.append(f"line {numbers[long[0]]}: is read to its end, MCNP reads {MAX_COLUMNS} columns of a line")
     return deck, problems
 
 
@@ -114,18 +207,19 @@ def _title_line(lines: list[str]) -> int:
 
 
 def _join_lines(
-    lines: list[str], start: int, blocks: Iterator[list[Card]], problems: list[Problem]
-) -> Iterator[tuple[int, str]]:
+    lines: list[str], start: int, blocks: Iterator[list[Card]], problems: list[Problem],
+    numbers: Sequence[int], places: Mapping[int, str],
+) -> Iterator[tuple[int, str]]:  # fmt: skip
     """Join continued lines into cards and fill the blocks; a blank line ends a block.
 
     A line continues a card after `&` at the end of the line before, or with five blanks at its beginning.
     """
-    block, pieces, begin, goes_on = next(blocks), [""], 0, False
+    block, pieces, begin, goes_on, hint = next(blocks), [""], 0, False, ""
 
     def close() -> None:
         text = " ".join(pieces).replace("=", " ").strip()  # "=" is a blank in MCNP
         if text:
-            block.append(Card(begin, text))
+            block.append(Card(begin, text, hint))
         pieces.clear()
 
     for number in range(start, len(lines)):
@@ -147,9 +241,12 @@ def _join_lines(
             continue  # nothing but a comment after $
         if not goes_on and not line.startswith("     "):
             close()
-            begin = number + 1
+            begin, blanks = numbers[number], len(line) - len(line.lstrip())
+            hint = f"; a continued line needs five blanks, this one has {blanks}" if block and blanks > 1 else ""
+            hint += places.get(number, "")
         elif not goes_on and not "".join(pieces).strip():
-            problems.append(Problem(number + 1, 1, "", "continues a card, and there is none before it"))
+            message = "continues a card, and there is none before it" + places.get(number, "")
+            problems.append(Problem(numbers[number], 1, "", message))
         goes_on = text.rstrip().endswith("&")
         pieces.append(text.rstrip().removesuffix("&") if goes_on else text)
         yield number, text
@@ -172,6 +269,7 @@ MAX_ENTRIES = 1_000_000
 """Most entries of one card, with shortcuts expanded."""
 _NUMBER = re.compile(r"([-+]?(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++))(?:[ed]?([-+][0-9]+)|[ed]([0-9]+))?")
 _SHORTCUT = re.compile(r"([0-9]{0,9})(r|i|j)|(.+)m")
+_LOG_SHORTCUT = re.compile(r"(\d{0,9})i?log")
 _INTEGER = re.compile(r"[-+]?[0-9]{1,15}")
 
 
@@ -215,12 +313,12 @@ def parse_numbers(words: Iterable[str]) -> list[Fraction]:
 def expand_entries(words: Iterable[str]) -> list[Fraction | None]:
     """Return the entries of a card with shortcuts expanded; None for entries that nJ skips.
 
-    nR repeats the entry before it, nI interpolates n entries, nM multiplies. Raise ValueError for wrong entries.
+    nR repeats the entry before it, nI and nLOG interpolate n entries, nM multiplies. Wrong entries raise ValueError.
     """
     result: list[Fraction | None] = []
     steps, log = 0, False
     for word in words:
-        # nILOG interpolates logarithms, which needs numbers above 0
+        # nLOG and nILOG interpolate logarithms, which needs numbers of one sign
         if match := _LOG_SHORTCUT.fullmatch(word):
             word, log = f"{match[1]}i", True
         short = _SHORTCUT.fullmatch(word)
@@ -252,9 +350,6 @@ def expand_entries(words: Iterable[str]) -> list[Fraction | None]:
     return result
 
 
-_LOG_SHORTCUT = re.compile(r"(\d{0,9})ilog")
-
-
 def _repeat_count(word: str, before: list[Fraction | None]) -> int:
     """Return n of a shortcut, 1 if it is missing. Raise ValueError before a list becomes too long."""
     times = int(word or 1)
@@ -269,8 +364,8 @@ def _interpolate(result: list[Fraction | None], steps: int, end: Fraction, log: 
         start = result[-1]
         assert start is not None
         if log:
-            if not (start > 0 and end > 0):
-                raise ValueError(f"the shortcut {steps}ilog needs numbers above 0 on both sides")
+            if start * end <= 0:
+                raise ValueError(f"the shortcut {steps}ilog needs two numbers of one sign, and not 0, around it")
             ratio = float(end / start)
             result += [start * Fraction(ratio ** (i / (steps + 1))) for i in range(1, steps + 1)]
             return
@@ -411,7 +506,7 @@ class DataCards:
         name, *words = card.text.split()
         match = _DATA_CARD_NAME.fullmatch(name)
         if match is None:
-            self.remarks.append(f"line {card.line}: {shorten(name, 20)!r} is not read")
+            self.remarks.append(f"line {card.line}: {shorten(name, 20)!r} is not read{card.hint}")
             return
         star, kind, digits, particles = match.groups()
         if particles == "*":  # the star may also follow the number
@@ -430,7 +525,7 @@ class DataCards:
                 self.materials[int(digits)] = _nuclide_shares(words)
             except ValueError as error:  # nuclides are no geometry
                 self.materials[int(digits)] = {}
-                self.remarks.append(f"line {card.line}: m{int(digits)}: its nuclides are not read: {error}")
+                self.remarks.append(f"line {card.line}: m{int(digits)}: its nuclides are not read: {error}{card.hint}")
         elif kind in PER_CELL_CARDS and not digits:
             # Where one entry ends and the next cell's begins would need the ranges of every lattice
             if kind in ("fill", "trcl") and (star or ":" in card.text or "(" in card.text):

@@ -44,9 +44,12 @@ class DeckGeometry:
     remarks: tuple[str, ...]
 
 
-def read_deck(path: str | os.PathLike[str]) -> DeckGeometry:
-    """Return the geometry of a deck. Raise SceneFileError with all errors in it."""
-    return _DeckReader(path).read()
+def read_deck(path: str | os.PathLike[str], root: str | os.PathLike[str] | None = None) -> DeckGeometry:
+    """Return the geometry of a deck and of the files within `root` that it reads.
+
+    None is the folder of the deck. Raise SceneFileError with all errors in it.
+    """
+    return _DeckReader(path, root).read()
 
 
 @dataclass
@@ -54,6 +57,7 @@ class _DeckReader:
     """Reader of one deck. Numbers of broken cells and surfaces are noted, so that references report no second error."""
 
     path: str | os.PathLike[str]
+    root: str | os.PathLike[str] | None = None
     problems: list[Problem] = field(default_factory=list)
     cards: dict[int, CellCard] = field(default_factory=dict)
     data: DataCards = field(default_factory=DataCards)
@@ -67,7 +71,7 @@ class _DeckReader:
 
     def read(self) -> DeckGeometry:
         """Read the deck: transformations first, as surfaces and cells need them."""
-        deck = read_cards(self.path)
+        deck = read_cards(self.path, self.root)
         for card in deck.data:
             with self._reporting(card, card.text.split()[0]):
                 self.data.read(card)
@@ -198,14 +202,13 @@ class _DeckReader:
                 continue
             with self._reporting(cell.card, f"cell {number}"):
                 try:
-                    # The cell of a lattice defines its elements, which the transformation moves as a whole.
-                    region = self.unmoved if "lat" in cell.keywords else self.regions
-                    builder.add(cell, region[number], self.changes.get(number))
+                    builder.add(cell, self.unmoved[number], self.regions[number], self.changes.get(number))
                 except ValueError:
                     builder.broken.add(builder.universe_of(cell))
                     raise
         for cell, message in builder.missing():
             self._report(cell.card.line, f"cell {cell.number}", message)
+        self.remarks += builder.crowded()
         return builder
 
     def _left_out(self, builder: UniverseBuilder) -> Iterator[str]:
@@ -259,7 +262,7 @@ class _DeckReader:
             pass
         except (ValueError, OverflowError, ZeroDivisionError) as error:
             message = str(error) if type(error) is ValueError else f"numbers are out of range ({error})"
-            self._report(card.line, where, message)
+            self._report(card.line, where, message + card.hint)
 
     def _report(self, line: int, where: str, message: str) -> None:
         self.problems.append(Problem(line, 1, where, message))
@@ -284,7 +287,7 @@ def import_file(path: str | os.PathLike[str], options: ImportOptions) -> ImportR
     path
         The file.
     options
-        Options of the import; `void`, `strict` and `only` apply.
+        Options of the import; `void`, `strict`, `only` and `root` apply.
 
     Raises
     ------
@@ -295,8 +298,8 @@ def import_file(path: str | os.PathLike[str], options: ImportOptions) -> ImportR
         An option does not apply to MCNP, or `only` names no body.
 
     """
-    options.refuse_others("an MCNP deck", "void", "strict", "only")
-    deck = read_deck(path)
+    options.refuse_others("an MCNP deck", "void", "strict", "only", "root")
+    deck = read_deck(path, options.root)
     expansion = UniverseExpansion(path, deck.geometry, options.most, options.void, options.progress)
     expansion.run()
     remarks = (*deck.remarks, *_remarks(expansion))

@@ -342,6 +342,8 @@ _ZERO_OFFSET = Fraction(0)
 _ROOT_3_4 = Fraction(portable_sqrt(Fraction(3, 4)))
 MAX_SKEW = Fraction(1, 1000)
 """Largest cosine between vectors that must be perpendicular."""
+_INFINITE_HEIGHT = 10**6
+"""Height in cm from which a hexagonal prism has no ends, by the manual on RHP."""
 
 
 def _vectors(numbers: Numbers) -> list[Point]:
@@ -373,13 +375,17 @@ def _check_across(*vectors: Point) -> None:
 
 
 def _rpp(numbers: Numbers) -> SurfaceBounds:
-    """Return a box along the axes from xmin xmax ymin ymax zmin zmax."""
+    """Return a box along the axes from xmin xmax ymin ymax zmin zmax; equal ends leave one direction infinite."""
     facets: list[Surface] = []
     for axis in range(3):
         low, high = numbers[2 * axis : 2 * axis + 2]
-        if low >= high:
+        if low > high:
             raise ValueError(f"rpp: the {'xyz'[axis]} of one end must be below that of the other")
-        facets += [FlatSurface(IDENTITY[axis], high), FlatSurface(scale_vector(IDENTITY[axis], -1), -low)]
+        # The manual, on facets: those of an infinite direction are skipped, so that later ones have lower numbers
+        if low < high:
+            facets += [FlatSurface(IDENTITY[axis], high), FlatSurface(scale_vector(IDENTITY[axis], -1), -low)]
+    if len(facets) < 4:
+        raise ValueError("rpp: at most one direction may be infinite, by equal ends")
     return SurfaceBounds(tuple(facets), True)
 
 
@@ -485,7 +491,7 @@ def _ell(numbers: Numbers) -> SurfaceBounds:
 def _rhp(numbers: Numbers) -> SurfaceBounds:
     """Return a hexagonal prism from base, height and the vectors to the middles of three sides.
 
-    With one vector r only, the other two are r turned by 60 and 120 degrees.
+    With one vector r only, the other two are r turned by 60 and 120 degrees. Of 10⁶ cm or more the height is infinite.
     """
     base, height, r, *others = _vectors(numbers)
     if others:
@@ -499,7 +505,8 @@ def _rhp(numbers: Numbers) -> SurfaceBounds:
         s = add_scaled(scale_vector(r, Fraction(1, 2)), across, _ROOT_3_4)
         t = add_scaled(s, r, -1)
     facets = [_facet(scale_vector(v, sign), add_scaled(base, v, sign)) for v in (r, s, t) for sign in (1, -1)]
-    return SurfaceBounds((*facets, *_end_planes(height, base)), True)
+    ends = () if dot(height, height) >= _INFINITE_HEIGHT**2 else _end_planes(height, base)
+    return SurfaceBounds((*facets, *ends), True)
 
 
 def _length(vector: Point) -> Fraction:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import product
 
@@ -336,7 +336,8 @@ def _read_fill_entries(words: list[str], read: Callable[[list[str]], FrameChange
         # The universe before a parenthesis is prepended, as a shortcut after it may refer to it ("5 (1) 3r").
         before = [entries[-1][0]] if entries else []
         values = expand_entries([*map(str, before), *plain])[len(before) :]
-        entries.extend((abs(parse_integer("fill: a universe", _transformation_value(value))), None) for value in values)
+        # nJ skips entries, and 0 is the default of FILL: there is no element
+        entries.extend((abs(parse_integer("fill: a universe", value or Fraction(0))), None) for value in values)
         plain.clear()
 
     at = 0
@@ -357,13 +358,6 @@ def _read_fill_entries(words: list[str], read: Callable[[list[str]], FrameChange
     if len(entries) > MAX_ENTRIES:
         raise ValueError(f"fill: has more than {MAX_ENTRIES:,} universes")
     return entries
-
-
-def _transformation_value(value: Fraction | None) -> Fraction:
-    """Return an entry that must not be skipped."""
-    if value is None:
-        raise ValueError("fill: jumps over a universe (nJ)")
-    return value
 
 
 # Cells and lattices as the records of a CellGeometry
@@ -414,15 +408,15 @@ class UniverseBuilder:
         except ValueError:
             return 0
 
-    def add(self, cell: CellCard, region: Region | None, trcl: FrameChange | None) -> None:
+    def add(self, cell: CellCard, unmoved: Region | None, region: Region | None, trcl: FrameChange | None) -> None:
         """Add a cell.
 
         Parameters
         ----------
         cell
             The cell.
-        region
-            Its region, already moved by `trcl`, except for lattices; None for all of space.
+        unmoved, region
+            Its region before and after `trcl` moved it; None for all of space.
         trcl
             Its transformation, which also moves its filling.
 
@@ -446,7 +440,7 @@ class UniverseBuilder:
                 self.root_outside.append(cell.number)
             return
         if kind:
-            self._lattice(cell, universe, region, filling, trcl, kind)
+            self._lattice(cell, universe, (unmoved, region), filling, trcl, kind)
         elif filling is None:
             self._put(universe, self._matter(cell, universe, region, cell.number))
         else:
@@ -496,20 +490,23 @@ class UniverseBuilder:
         self,
         cell: CellCard,
         universe: int,
-        region: Region | None,
+        regions: tuple[Region | None, Region | None],
         filling: CellFilling | None,
         trcl: FrameChange | None,
         kind: int,
     ) -> None:
-        """Add a lattice and the cell that it fills; a transformation moves the whole lattice with its content."""
-        first = _lattice_element(region, self.surfaces, kind)
-        dimensions = len(first.ways)
+        """Add a lattice and the cell that it fills; a transformation moves the whole lattice with its content.
+
+        A universe with a transformation of its own does not inherit that of the cell (the manual, on FILL): then the
+        planes are moved, and each universe by itself. `regions` are those before and after `trcl`.
+        """
         content = filling or CellFilling(((universe, None),))
-        # Which of both moves first is not defined well enough to choose one silently
-        if trcl is not None and any(change is not None for _, change in content.entries):
-            raise ValueError(
-                "a lattice has a trcl, and a universe in it a transformation: how they go together is unclear"
-            )
+        is_moved = trcl is not None and any(change is not None for _, change in content.entries)
+        if is_moved:
+            content = replace(content, entries=tuple((fill, change or trcl) for fill, change in content.entries))
+            trcl = None
+        first = _lattice_element(regions[is_moved], self.surfaces, kind)
+        dimensions = len(first.ways)
         ranges = content.ranges or ((0, 0),) * 3
         # Without planes across a direction all elements along it are one
         for axis in range(dimensions, 3):
@@ -555,18 +552,22 @@ class UniverseBuilder:
         return FIRST_FREE_KEY + self.body_count
 
     def missing(self) -> Iterator[tuple[CellCard, str]]:
-        """Yield errors, with their cells: unknown universes, and lattices that share a universe with other cells."""
+        """Yield errors, with their cells: unknown universes."""
         for cell, fills in self.refers.values():
             unknown = sorted(fills - self.cells.keys() - self.broken)
             if unknown:
                 plural = "s" if len(unknown) > 1 else ""
                 yield cell, f"fill: no cells are in the universe{plural} {', '.join(map(str, unknown[:10]))}"
-        owners = {lattice.cell for lattice in self.lattices.values() if isinstance(lattice, CellLattice)}
-        for cells in self.cells.values():
-            # A lattice fills all of space, so another cell in its universe would overlap it
-            for own in cells:
-                if own.id in owners and len(cells) > 1:
-                    yield self.refers[own.id][0], "lat: a lattice must be the only cell of its universe"
+
+    def crowded(self) -> Iterator[str]:
+        """Yield remarks about lattices that share a universe with other cells."""
+        for lattice in self.lattices.values():
+            assert isinstance(lattice, CellLattice)
+            card, universe = self.refers[lattice.cell][0].card, self.universe_of(self.refers[lattice.cell][0])
+            # The manual wants a lattice to be alone, as it fills all of space where its FILL has no ranges
+            if len(self.cells[universe]) > 1:
+                what = "other cells are in its universe; a point in several is in the one listed first"
+                yield f"line {card.line}: {lattice}: {what}"
 
     def readable(self, circle: str) -> str:
         """Return a circle of universes without the numbers that the deck does not have."""

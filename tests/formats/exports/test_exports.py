@@ -522,6 +522,37 @@ def test_lengths_are_converted_to_the_unit_of_the_file(tmp_path, unit, suffix):
     assert found == pytest.approx(expected * factor, rel=1e-9)
 
 
+def test_scenes_of_two_units_are_not_mixed():
+    inches = co.Scene([co.Body(co.Box((0, 0, 0), (1, 1, 1)), name="box")], lights=[co.AmbientLight()], unit="in")
+    metres = co.Scene([co.Body(co.Sphere(1), name="ball")], unit="m")
+    with pytest.raises(ValueError, match=r"a scene in m does not go into one in in: .*shape.scale\(39.37"):
+        inches.added(metres)
+    with pytest.raises(ValueError, match=r"a scene in in does not go into one in m"):
+        metres.added(inches, before="ball")
+    with pytest.raises(TypeError, match=r"put together by a.added\(b\)"):
+        inches + metres
+    for other in (metres.replace(unit=None), metres.replace(unit="in")):
+        both = inches.added(other)
+        assert (both.unit, [body.name for body in both.bodies], both.lights) == ("in", ["box", "ball"], inches.lights)
+    with pytest.raises(ValueError, match=r"in mm does not go into one in um: .*shape.scale\(1000\)"):
+        metres.replace(unit="um").added(inches.replace(unit="mm"))
+    with pytest.raises(ValueError, match="both named 'box'"):
+        inches.added(inches)
+
+
+def test_line_integrals_are_in_the_unit_of_the_scene(tmp_path):
+    """One plate of 2 g/cm³ and 3 mm in two units: density × length differs as the units do (docs/queries.md)."""
+    gdml = """<gdml><materials><material name="m"><D value="2"/></material></materials>
+<solids><box name="b" x="9" y="9" z="3" lunit="mm"/></solids><structure><volume name="v"><materialref ref="m"/>
+<solidref ref="b"/></volume></structure><setup name="Default" version="1.0"><world ref="v"/></setup></gdml>"""
+    (tmp_path / "a.gdml").write_text(gdml)
+    (tmp_path / "a.mcnp").write_text("t\n1 1 -2 -1\n\n1 rpp -.45 .45 -.45 .45 -.15 .15\n\nm1 1001 1\n")
+    found = {}
+    for scene in map(co.load, (tmp_path / "a.gdml", tmp_path / "a.mcnp")):
+        found[scene.unit] = float(scene.line_integral("density", co.Rays((0, 0, 50), (0, 0, -1))))
+    assert found == {"mm": 6, "cm": pytest.approx(0.6, rel=1e-15)}
+
+
 def test_a_scene_keeps_its_unit(tmp_path):
     scene = co.Scene([co.Body(co.Sphere(1), name="ball")], unit="in")
     for path in (tmp_path / "scene.yaml", tmp_path / "scene.json"):

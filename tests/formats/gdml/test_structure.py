@@ -9,6 +9,7 @@ import conicoid as co
 from conicoid._util.files import SceneFileError
 from conicoid.io import importers as options
 
+from ...command_line import done
 from .files import HEAD, placed, scene_of, text_of, volume
 
 WORLD = '<box name="w" x="40" y="40" z="40"/>'
@@ -286,15 +287,49 @@ def test_a_module_of_the_same_folder(tmp_path):
         assert at(scene, (5, 0, 0)) == [f"world/{volume_name}"]
 
 
-@pytest.mark.parametrize(
-    "name", ["../a.gdml", "/etc/passwd", "sub/a.gdml", "..", "", "a.gdml", "none.gdml", "link.gdml"]
-)
+@pytest.mark.parametrize("name", ["../a.gdml", "/etc/passwd", "..", "", "a.gdml", "none.gdml", "link.gdml"])
 def test_other_modules_are_refused(tmp_path, name):
+    (tmp_path / "a.gdml").write_text(text_of(BAR, volume("world", "bar")))
     (tmp_path / "sub").mkdir()
-    (tmp_path / "sub" / "a.gdml").write_text(text_of(BAR, volume("world", "bar")))
-    (tmp_path / "link.gdml").symlink_to(tmp_path / "sub" / "a.gdml")
-    with pytest.raises(SceneFileError, match=r"same folder|refers to itself|cannot be read"):
-        scene_of(tmp_path, text_of(WORLD, volume("world", "w", f'<physvol><file name="{name}"/></physvol>')))
+    (tmp_path / "sub" / "link.gdml").symlink_to(tmp_path / "a.gdml")
+    with pytest.raises(SceneFileError, match=r"outside of the folder|refers to itself|cannot be read|is no name"):
+        scene_of(tmp_path / "sub", text_of(WORLD, volume("world", "w", f'<physvol><file name="{name}"/></physvol>')))
+
+
+def test_modules_in_folders_below_and_beside(tmp_path):
+    """The root is the folder of the file unless a user names another; files refer to others from where they are."""
+    for folder in ("below", "beside"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "beside" / "bar.gdml").write_text(text_of(BAR, volume("part", "bar"), world="part"))
+    inside = '<physvol><file name="../beside/bar.gdml"/></physvol>'
+    (tmp_path / "below" / "part.gdml").write_text(text_of(WORLD, volume("world", "w", inside)))
+    text = text_of(WORLD, volume("world", "w", '<physvol><file name="below/part.gdml"/></physvol>'))
+    assert at(scene_of(tmp_path, text), (0, 0, 0)) == ["world/world/part"]
+    path = tmp_path / "below" / "part.gdml"
+    with pytest.raises(SceneFileError, match=r"'../beside/bar.gdml' is outside of the folder that may be read \(root="):
+        co.load(path)
+    assert at(co.load(path, root=tmp_path), (0, 0, 0)) == ["world/part"]
+    done("import", path, "-o", tmp_path / "a.yaml", "--root", tmp_path)
+    assert at(co.load(tmp_path / "a.yaml"), (0, 0, 0)) == ["world/part"]
+
+
+def test_materials_of_all_modules_are_known_to_each(tmp_path):
+    """Geant4 has one table of materials: a module uses those before it, and later volumes use those of the module."""
+    iron = '<material name="{}" state="solid"><D value="{}"/></material>'.format
+    other = f"<materials>{iron('copper', 8.96)}{iron('iron', 1)}</materials>"
+    part = text_of(BAR, volume("part", "bar", material="lead") + volume("own", "bar"), world="part", materials=other)
+    (tmp_path / "part.gdml").write_text(part)
+    inside = '<physvol><file name="part.gdml"/></physvol><physvol><file name="part.gdml" volname="own"/></physvol>'
+    inside += '<physvol><volumeref ref="late"/></physvol>'
+    late = volume("early", "bar", '<physvol><file name="part.gdml"/></physvol>') + volume(
+        "late", "bar", material="copper"
+    )
+    materials = f"<materials>{iron('iron', 7.87)}{iron('lead', 11.35)}</materials>"
+    scene = scene_of(tmp_path, text_of(WORLD + BAR, late + volume("world", "w", inside), materials=materials))
+    found = {body.name: (body.material.name, body.material.properties["density"]) for body in scene.bodies}
+    assert found == {
+        "world": ("iron", 7.87), "world/part": ("lead", 11.35), "world/own": ("iron", 1), "world/late": ("copper", 8.96),
+    }  # fmt: skip
 
 
 def test_a_mistake_in_a_module_is_told_with_its_file(tmp_path):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import conicoid as co
@@ -112,7 +113,10 @@ def test_options(tmp_path: Path) -> None:
         ("3 rpp -1 1", "1 rpp -1 1", ":9:1: surface 1: its number is taken"),
         ("m2 40000 -1", "tr1 0 0 0 1 1 0 0 1 0 0 0 1", ":12:1: tr1: the matrix of a transformation must be a rotation"),
         ("m2 40000 -1", "tr1 0 0 0 1 1 0 0", ":12:1: tr1: the matrix of a transformation is given by 9, 6, 5, 3"),
-        ("m2 40000 -1", "read file=/etc/passwd", ":12:1: read: refers to another file, which is not opened"),
+        ("m2 40000 -1", "read file=/etc/passwd", ":12:1: read: file '/etc/passwd' is outside of the folder that may"),
+        ("m2 40000 -1", "read file=../x", ":12:1: read: file '../x' is outside of the folder that may be read"),
+        ("m2 40000 -1", "read decode=secret file=x", ":12:1: read: is encrypted, or not written as READ FILE=name"),
+        ("m2 40000 -1", "read file=deck.mcnp", ":12:1: read: file 'deck.mcnp' refers to itself"),
         ("m2 40000 -1", "#   imp:n", ":12:1: #: begins a table in columns"),
     ],
 )  # fmt: skip
@@ -120,6 +124,29 @@ def test_mistakes_have_their_lines(tmp_path: Path, old: str, new: str, told: str
     assert old in PIN
     with pytest.raises(ValueError, match=told):
         loaded(tmp_path, PIN.replace(old, new, 1))
+
+
+def test_files_that_a_deck_reads(tmp_path: Path) -> None:
+    """READ inserts a file after the card, also in files that are inserted, and in any block (the manual, on READ)."""
+    lines = PIN.splitlines()
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "Cells.inp").write_text("\n".join(lines[2:4]) + "\nREAD FILE = ../surfaces.inp noecho\n")
+    (tmp_path / "surfaces.inp").write_text("\n".join(lines[4:8]) + "\n")
+    deck = "\n".join(
+        [*lines[:2], " read file=parts/Cells.inp $ cells", "read noecho", *lines[8:], "", "read file=none"]
+    )
+    assert loaded(tmp_path, deck).bodies == loaded(tmp_path, PIN).bodies
+    (tmp_path / "surfaces.inp").write_text("\n".join(lines[4:8]).replace("cz 0.5", "cz -0.5"))
+    with pytest.raises(ValueError, match=r":3:1: surface 2: the radius must be > 0, got -0.5 \(line 4 of surfaces.inp"):
+        loaded(tmp_path, deck)
+    (tmp_path / "parts" / "deck.mcnp").write_text(deck.replace("parts/Cells.inp", "../above.inp"))
+    (tmp_path / "above.inp").write_text("\n".join(lines[2:8]))
+    path = tmp_path / "parts" / "deck.mcnp"
+    with pytest.raises(ValueError, match=r"read: file '../above.inp' is outside of the folder"):
+        co.load(path)
+    assert co.load(path, root=tmp_path).bodies == loaded(tmp_path, PIN).bodies
+    with pytest.raises(ValueError, match="root must be a folder"):
+        co.load(path, root=tmp_path / "none")
 
 
 def test_universes_in_circles(tmp_path: Path) -> None:
@@ -142,10 +169,92 @@ def test_a_transformation_of_the_filling_takes_the_place_of_trcl(tmp_path: Path)
     assert names_at(moved, [(2, 0, 0), (0, 1.5, 0)]) == [None, "cell 1 @ cell 2"]
 
 
-def test_what_is_unclear_is_refused(tmp_path: Path) -> None:
-    text = "t\n1 0 -1 u=1\n2 0 -2 3 u=2 lat=1 fill=1(1 0 0) trcl=(2 0 0)\n3 0 -1 fill=2\n\n1 so 1\n2 px 1\n3 px 0\n"
-    with pytest.raises(ValueError, match=r":3:1: cell 2: a lattice has a trcl"):
-        loaded(tmp_path, text)
+def test_transformations_of_fillings_in_a_lattice_with_trcl(tmp_path: Path) -> None:
+    """A universe with a transformation does not inherit that of the cell (the manual, on FILL): only the planes do."""
+    text = "t\n1 0 -1 u=1\n4 0 1 u=1\n2 0 -2 3 u=2 lat=1 fill=0:1 0:0 0:0 1{} 1 trcl=(2 0 0 0 1 0 -1 0 0 0 0 1)\n"
+    text += "3 0 -4 fill=2\n9 0 4 imp:n=0\n\n1 s 0.5 0 0 0.4\n2 px 1\n3 px 0\n4 rpp 1 4 -3 3 -3 3\n"
+    balls = [(2, 0.5, 0), (2, 1.5, 0)]
+    same = "cell 1 @ cell 3, cell 2, lattice [0, 0, 0]", "cell 1 @ cell 3, cell 2, lattice [1, 0, 0]"
+    assert names_at(loaded(tmp_path, text.format("")), balls) == [*same]
+    moved = loaded(tmp_path, text.format("(3 0.5 0)"))
+    assert names_at(moved, [(3.5, 0.5, 0), *balls]) == [same[0], same[0].replace("cell 1", "cell 4"), same[1]]
+
+
+def test_a_lattice_beside_other_cells_of_its_universe(tmp_path: Path) -> None:
+    text = "t\n1 0 -1 u=1\n2 0 -2 u=2 lat=1 fill=0:1 0:0 0:0 1 1\n5 0 2 u=2\n3 0 -4 fill=2\n9 0 4 imp:n=0\n\n"
+    text += "1 so 99\n2 rpp 0 1 0 1 0 0\n4 rpp -3 3 -3 3 -3 3\n"
+    scene = loaded(tmp_path, text)
+    assert any("line 3: lattice of cell 2: other cells are in its universe" in note for note in scene.notes)
+    inside = "cell 1 @ cell 3, cell 2, lattice [{}, 0, 0]"
+    assert names_at(scene, [(0.5, 0.5, 0), (1.5, 0.5, 2), (-1, 0, 0)]) == [
+        inside.format(0), inside.format(1), "cell 5 @ cell 3",
+    ]  # fmt: skip
+    first, second = text.index("2 0 -2"), text.index("5 0 2")
+    swapped = text[:first] + "5 0 2 u=2\n" + text[first:second] + text[second + 10 :]
+    assert names_at(loaded(tmp_path, swapped), [(1.5, 0.5, 2), (0.5, 0.5, 0)]) == ["cell 5 @ cell 3", inside.format(0)]
+
+
+def test_shortcuts_in_a_filling(tmp_path: Path) -> None:
+    text = "t\n1 0 -1 u=1\n4 0 -1 u=3\n2 0 -2 u=2 lat=1 fill=0:4 0:0 0:0 {}\n3 0 -4 fill=2\n9 0 4 imp:n=0\n\n"
+    text += "1 so 99\n2 rpp 0 1 0 1 0 0\n4 rpp -9 9 -9 9 -9 9\n"
+    written = loaded(tmp_path, text.format("1 1 0 0 3")).bodies
+    assert loaded(tmp_path, text.format("1 r 2j 3")).bodies == written
+    assert loaded(tmp_path, text.format("1 1r j j 3")).bodies == written
+
+
+MANUAL = """\
+Repeated structures, an example of the manual
+1 0 {} fill=1
+2 0 {} u=1 fill=2 lat=1
+3 0 -11 u=-2
+4 0 11 u=2
+
+1 px 0
+2 px 50
+3 py 10
+4 py -10
+5 pz 5
+6 pz -5
+7 px 10
+8 py 0
+20 rpp 0 50 -10 10 -5 5
+30 rpp 0 10 0 10 0 0
+11 s 5 5 0 4
+"""
+
+
+def test_boxes_that_are_infinite_in_a_direction(tmp_path: Path) -> None:
+    """Equal ends leave a direction out; the facets after it have numbers lower by two (the manual, on facets)."""
+    planes, box = loaded(tmp_path, MANUAL.format("1 -2 -3 4 -5 6", "-7 1 -3 8")), loaded(
+        tmp_path, MANUAL.format("-20", "-30")
+    )  # fmt: skip
+    points = np.random.default_rng(1).uniform((-5, -15, -9), (55, 15, 9), (2000, 3))
+    assert names_at(planes, points) == names_at(box, points)
+    text = "t\n1 0 -1 \n2 0 1 -1.3 -2\n\n1 rpp -1 1 3 3 -2 2\n2 rpp -5 5 -5 5 -5 5\n"
+    scene = loaded(tmp_path, text)
+    assert names_at(scene, [(0, 9, 0), (3, 0, 1), (3, 0, 3)]) == ["cell 1", "cell 2", None]
+    with pytest.raises(ValueError, match="surface 1 has facets 1 to 4, got 1.5"):
+        loaded(tmp_path, text.replace("-1.3", "-1.5"))
+    with pytest.raises(ValueError, match="rpp: at most one direction may be infinite"):
+        loaded(tmp_path, text.replace("-1 1 3 3", "1 1 3 3"))
+
+
+def test_hexagonal_prisms_of_a_million_centimetres_have_no_ends(tmp_path: Path) -> None:
+    text = "t\n1 0 -1 -2{}\n\n1 rhp 0 0 0 0 0 {} 1 0 0\n2 so 1e7\n"
+    assert names_at(loaded(tmp_path, text.format("", 999_999)), [(0, 0, 5), (0, 0, -5)]) == ["cell 1", None]
+    assert names_at(loaded(tmp_path, text.format("", "1e6")), [(0, 0, 5), (0, 0, -5), (2, 0, 0)]) == [
+        "cell 1", "cell 1", None,
+    ]  # fmt: skip
+    with pytest.raises(ValueError, match="surface 1 has facets 1 to 6, got 1.7"):
+        loaded(tmp_path, text.format(" -1.7", "1e6"))
+
+
+def test_a_continued_line_that_lacks_a_blank(tmp_path: Path) -> None:
+    hint = "a continued line needs five blanks, this one has 4"
+    with pytest.raises(ValueError, match=f":3:1: cell -2: .*; {hint}"):
+        loaded(tmp_path, PIN.replace("1 1 -10.4 -1 imp:n=1", "1 1 -10.4 -1\n    -2 imp:n=1"))
+    notes = loaded(tmp_path, PIN.replace("92235.80c 0.05", "92235.80c 0.05\n   ")).notes
+    assert any(f"line 12: '92238.80c' is not read; {hint}" in note for note in notes)
 
 
 def test_one_axis_is_enough_where_the_others_do_not_matter(tmp_path: Path) -> None:
@@ -188,7 +297,8 @@ def test_shortcuts_of_materials_and_of_logarithms(tmp_path: Path) -> None:
     assert cards.materials[3] == {"ao": {"8016": 8016}, "wo": {}}
     cards.read(Card(1, "m4 8016 r"))
     assert cards.materials[4] == cards.materials[3]
+    assert expand_entries("-1 log -100".split()) == [-1, -10, -100]
     deck = "t\n1 0 -1\n2 0 1 -2\n3 0 2 -3\n4 0 3\n\n1 so 1\n2 so 2\n3 so 3\n\nimp:n 1 1ilog 4 0\n"
     assert len(loaded(tmp_path, deck)) == 3
-    with pytest.raises(ValueError, match="1ilog needs numbers above 0"):
+    with pytest.raises(ValueError, match="1ilog needs two numbers of one sign"):
         loaded(tmp_path, deck.replace("1 1ilog 4 0", "0 1ilog 4 1"))
