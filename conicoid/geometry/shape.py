@@ -22,7 +22,7 @@ import numpy as np
 
 from .._util.arrays import BoxEnds, FloatArray, Vector, VectorLike, ignore_fp_errors
 from .._util.text import unknown_attribute
-from .._util.validation import describe_kind, format_value
+from .._util.validation import check_integer, describe_kind, format_value
 from .._util.value_objects import pickle_state, restore_state
 from ..materials.material import Material
 from ..materials.presets import as_material
@@ -289,15 +289,17 @@ class Solid(Shape, abstract=True):
     def __invert__(self) -> Complement:
         return Complement(self)
 
-    def painted(self, material: Any) -> Painted:
+    def painted(self, material: Any, faces: Sequence[int] | None = None) -> Painted:
         """Return the solid with a material of its own for its faces: ``body - bore.painted(red)`` has red cuts.
 
         Parameters
         ----------
         material : Material or colour
             As for `Body`.
+        faces : sequence of int, optional
+            Only these faces, by the numbers that hits on the solid report; all without it.
         """
-        return Painted(self, material)
+        return Painted(self, material, None if faces is None else tuple(faces))
 
 
 class PrimitiveSolid(Solid, Primitive, abstract=True):
@@ -446,16 +448,39 @@ class Complement(Boolean):
 class Painted(Boolean):
     """The solid `operand`, whose faces have a `material` of their own and keep it in any Boolean combination.
 
-    ``body - bore.painted(red)`` has red cuts. All other faces have the material of the body, and so has the inside of
-    a transparent body. Of two paints on one face the inner one stays. A colour stands for the matte material.
+    ``body - bore.painted(red)`` has red cuts. With `faces` only these numbers of its faces are painted. All other faces
+    have the material of the body, and so has the inside of a transparent body. Of two paints on one face the inner one
+    stays. A colour stands for the matte material.
     """
 
     operand: Solid
     material: Material
+    faces: tuple[int, ...] | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "operand", _check_solids("Painted", (self.operand,))[0])
         object.__setattr__(self, "material", as_material("Painted", self.material))
+        if self.faces is not None:
+            if isinstance(self.faces, str) or not isinstance(self.faces, Iterable):
+                raise TypeError(f"Painted: faces must be numbers of faces, got {format_value(self.faces)}")
+            faces = [check_integer("Painted", f"faces[{k}]", face, 0) for k, face in enumerate(self.faces)]
+            object.__setattr__(self, "faces", tuple(sorted(set(faces))))
+
+    @property
+    def paint(self) -> tuple[Material, tuple[int, ...] | None]:
+        """The material, and the numbers of its faces."""
+        return self.material, self.faces
+
+    def painted_faces(self, first: int, last: int) -> Iterable[int]:
+        """Return the painted ones of the operand's faces, which have the numbers from `first` to `last` in a body.
+
+        Raise ValueError for a number beyond them.
+        """
+        if self.faces is None:
+            return range(first, last)
+        if self.faces and self.faces[-1] >= last - first:
+            raise ValueError(f"Painted: faces must be below {last - first}, of its operand, got {self.faces[-1]}")
+        return [first + face for face in self.faces]
 
     @property
     def operands(self) -> tuple[Solid, ...]:  # type: ignore[override]
@@ -463,7 +488,8 @@ class Painted(Boolean):
         return (self.operand,)
 
     def __repr__(self) -> str:
-        return f"Painted({_short_repr(self.operand)}, {self.material!r}){self.motion.calls}"
+        faces = "" if self.faces is None else f", faces={self.faces}"
+        return f"Painted({_short_repr(self.operand)}, {self.material!r}{faces}){self.motion.calls}"
 
 
 def _short_repr(solid: Solid) -> str:
@@ -485,7 +511,7 @@ def _flatten_tree(solid: Solid) -> Iterator[Any]:
     """Yield what the nodes of a tree are, parents first. Two trees are equal if these sequences are."""
     for node in _tree_nodes(solid):
         if isinstance(node, Boolean):
-            yield type(node), node.motion, len(node.operands), getattr(node, "material", None)
+            yield type(node), node.motion, len(node.operands), getattr(node, "paint", None)
         else:
             yield node
 
@@ -502,12 +528,12 @@ def _rebuild_tree(nodes: Sequence[Any], sources: Mapping[int, Any]) -> Solid:
         if isinstance(part, Solid):
             done.append(part)
             continue
-        kind, motion, count, material = part
+        kind, motion, count, paint = part
         operands = tuple(done.pop() for _ in range(count))
         if issubclass(kind, (Union, Intersection, Difference)):
             done.append(kind(operands, motion=motion))
         elif issubclass(kind, Painted):
-            done.append(kind(operands[0], material, motion=motion))
+            done.append(kind(operands[0], *paint, motion=motion))
         else:
             done.append(kind(operands[0], motion=motion))
         if place in sources:

@@ -331,7 +331,11 @@ class BatchLowering:
 
     def _add_planned(self, shape: Boolean, number: int) -> bool:
         # Copies of a Boolean shape share their operands: the plan is built once for each combination of these.
-        key = type(shape), *map(id, shape.operands), id(shape.material) if isinstance(shape, Painted) else None
+        key = (
+            type(shape),
+            *map(id, shape.operands),
+            (id(shape.material), shape.faces) if isinstance(shape, Painted) else None,
+        )
         found = self._templates.get(key)
         if found is None:
             # The tuple keeps the operands alive, and with them their ids
@@ -506,13 +510,13 @@ class BatchLowering:
                 self._paint(int(bodies[i]), painted, composition)
         return results, left
 
-    def _paint(self, number: int, painted: list[tuple[int, int, Material]], composition: CsgComposition) -> None:
+    def _paint(self, number: int, painted: list[tuple[int, int, Painted]], composition: CsgComposition) -> None:
         """Record the materials of faces that have their own; paint further in takes precedence."""
         ends = [*composition.faces, len(composition.pattern.angular)]
         paints = self.paints.setdefault(number, {})
-        for first, last, material in painted:
-            for face in range(ends[first], ends[last]):
-                paints.setdefault(face, material)
+        for first, last, node in painted:
+            for face in node.painted_faces(ends[first], ends[last]):
+                paints.setdefault(face, node.material)
 
 
 def _lower_parts(left: Sequence[LeftPrimitive], places: Container[int]) -> list[PrimitiveRows]:

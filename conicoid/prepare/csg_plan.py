@@ -16,7 +16,6 @@ from ..geometry.cell import All, Any_, Cell, Not, Tree
 from ..geometry.shape import Boolean, Complement, Difference, Intersection, Painted, PrimitiveSolid, Shape, Solid, Union
 from ..geometry.transform import Step
 from ..kernels.tables import PLANE, PLANE_SIZE, QUADRIC_SIZE, SPHERE, Floats, Longs, Signs
-from ..materials.material import Material
 from .pattern import BOX_NUMBERS, FRAME_NUMBERS, BodyPattern, RowTable, row_blocks
 from .region_extent import MAX_PLANES, SIDES, narrow_csg_boxes
 
@@ -27,7 +26,7 @@ class CsgPlan:
 
     key: tuple[Hashable, ...]
     leaves: list[tuple[Shape, tuple[Step, ...]]]
-    painted: list[tuple[int, int, Material]]  # (first leaf, last leaf, material), from the innermost paint outward
+    painted: list[tuple[int, int, Painted]]  # (first leaf, last leaf, paint), from the innermost paint outward
 
 
 @cache
@@ -43,12 +42,12 @@ def csg_plan(solid: Boolean, still: bool = False) -> CsgPlan | None:
     """
     key: list[Hashable] = []
     leaves: list[tuple[Shape, tuple[Step, ...]]] = []
-    painted: list[tuple[int, int, Material]] = []
+    painted: list[tuple[int, int, Painted]] = []
     pending: list[tuple[Any, tuple[Step, ...], int]] = [(solid, (), -1)]
     while pending:
         node, steps, first = pending.pop()
         if first >= 0:
-            painted.append((first, len(leaves), node.material))
+            painted.append((first, len(leaves), node))
             continue
         mine = () if still and node is solid else node.motion.steps
         inner = mine + steps if mine else steps

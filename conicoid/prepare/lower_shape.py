@@ -142,7 +142,7 @@ def world_tree(solid: Solid, outer: Motion, faces: BodyFaces) -> Tree:
             results.append(combine_trees(type(node), parts))
             if isinstance(node, Painted):
                 # setdefault: the innermost paint comes first, and stays
-                for face in range(first_face, len(faces.rows)):
+                for face in node.painted_faces(first_face, len(faces.rows)):
                     faces.paints.setdefault(face, node.material)
         else:
             pending.append((node, motion, len(faces.rows)))

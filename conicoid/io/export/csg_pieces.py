@@ -257,7 +257,9 @@ class _PieceBuilder:
         """Return a Boolean. Complements are cut from the other operands, or from the box if there are none."""
         steps = solid.motion.steps
         if isinstance(solid, Painted):
-            return PieceBoolean("union", (self.node(solid.operand, room, depth),), steps, hex_color(solid.material)[0])
+            # No format has colours of single faces
+            color = hex_color(solid.material)[0] if solid.faces is None else None
+            return PieceBoolean("union", (self.node(solid.operand, room, depth),), steps, color)
         # A complement is unbounded, and no format has endless solids: within the box of the body it is the box less the
         # operand
         if isinstance(solid, Complement):
