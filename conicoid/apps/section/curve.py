@@ -255,14 +255,14 @@ class Graph(Curve):
         other_value = np.array([
             second_order(other, along, along), 2 * half_slope(other, base, along), _at(other, base)
         ])  # fmt: skip
-        mixed: Any = np.polysub(np.polymul(middle, other_value), np.polymul(other_middle, value))
+        mixed = np.convolve(middle, other_value) - np.convolve(other_middle, value)
         if high == 0:
             # Here the resultant has the factor A, which may be zero itself.
-            square, rest = a * np.polymul(other_value, other_value), other_middle
+            square, rest = a * np.convolve(other_value, other_value), other_middle
         else:
-            square, rest = np.polysub(a * other_value, high * value), np.polysub(a * other_middle, high * middle)
-            square = np.polymul(square, square)
-        resultant = np.polysub(square, 4 * np.polymul(rest, mixed))
+            difference, rest = a * other_value - high * value, a * other_middle - high * middle
+            square = np.convolve(difference, difference)
+        resultant = square - 4 * np.convolve(rest, mixed)
         # In the window |t| < 1, where small leading coefficients do not count. Their roots, far away, would cost digits
         # of the others.
         large = np.abs(resultant) > _LEAD * np.abs(resultant).max()
