@@ -19,7 +19,7 @@ import numpy as np
 from ...geometry.exact_crossings import IntegerForm
 from ...kernels.tables import PLANE, SPHERE
 from ...numerics.rational import is_certain
-from .curve import Curve, Ellipse, Hyperbola, Parabola, StraightLine
+from .curve import Curve, Ellipse, Graph, Hyperbola, Pair, StraightLine
 from .window import Window
 
 if TYPE_CHECKING:
@@ -28,9 +28,10 @@ if TYPE_CHECKING:
 
 Six: TypeAlias = tuple[int, int, int, int, int, int]
 Floats6: TypeAlias = tuple[float, float, float, float, float, float]
+Fractions6: TypeAlias = tuple[Fraction, Fraction, Fraction, Fraction, Fraction, Fraction]
 
 _FAR = 64
-"""Sizes of the window beyond which the centre of a conic is far from it."""
+"""Sizes of the window beyond which the centre of a conic is far from it, or its half-axis long."""
 _KEY = 80
 """Bits of the numbers by which curves are compared."""
 _BITS = 512
@@ -91,7 +92,7 @@ class PlaneConic:
         if whole == 0:
             pair = self._parallel() if det == 0 else self._crossing(det) if det < 0 else []
             return [self._line(numbers) for numbers in pair]
-        return [self._parabola()] if det == 0 else self._central(det, whole)
+        return self._graphs("parabola") if det == 0 else self._central(det, whole)
 
     def _difference(self, x: int, y: int) -> int:
         """Return x - y, or 0 if the difference cannot be distinguished from zero."""
@@ -166,35 +167,102 @@ class PlaneConic:
         """Return an ellipse, or both branches of a hyperbola."""
         a, b, c, d, e, _ = self.exact
         across, up = self.sides
-        center = float(Fraction(b * e - c * d, det)) * across, float(Fraction(b * d - a * e, det)) * up
-        at_center = float(Fraction(whole, det) / max(map(abs, self.exact)))
+        at_s, at_t = _as_float(Fraction(b * e - c * d, det)), _as_float(Fraction(b * d - a * e, det))
+        center = at_s * across, at_t * up
+        at_center = _as_float(Fraction(whole, det) / max(map(abs, self.exact)))
         first, other, cosine, sine, _ = self._axes()
-        if first == 0.0 or other == 0.0:
+        if first == 0.0:
             return []
         # The squares of the half-axes; one is negative for a hyperbola.
-        squares = -at_center / first, -at_center / other
+        squares = -at_center / first, -at_center / other if other else math.inf
+        if det > 0 and min(squares) <= 0:
+            return []
+        r, s = (math.sqrt(abs(square)) for square in squares)
         axes = (cosine, sine), (-sine, cosine)
+        if max(math.hypot(*center), r, s) > _FAR * math.hypot(across, up):
+            return self._graphs("ellipse", (center, axes[0], (r, s))) if det > 0 else self._graphs("hyperbola")
         floats, key = self.floats, conic_key(self.exact)
-        is_far = math.hypot(*center) > _FAR * math.hypot(across, up)
         if det > 0:
-            if min(squares) <= 0:
-                return []
-            r, s = math.sqrt(squares[0]), math.sqrt(squares[1])
-            return [Ellipse(("conic", *key), floats, center, axes[0], (r, s), is_far)]
+            return [Ellipse(("conic", *key), floats, center, axes[0], (r, s))]
         main = 0 if squares[0] > 0 else 1
-        r, s = math.sqrt(squares[main]), math.sqrt(-squares[1 - main])
         x, y = axes[main]
+        radii = (s, r) if main else (r, s)
         return [
-            Hyperbola((f"branch {k}", *key), floats, center, (turn * x, turn * y), (r, s), is_far)
+            Hyperbola((f"branch {k}", *key), floats, center, (turn * x, turn * y), radii)
             for k, turn in enumerate(_in_order(x, y))
         ]
 
-    def _parabola(self) -> Curve:
-        """Return the parabola λ η² + 2 δ η + 2 ε ξ + F = 0, with ξ along its axis and η across it."""
-        _, _, _, d, e, f = self.floats
-        _, _, cosine, sine, square = self._axes()
-        along, over = -d * sine + e * cosine, d * cosine + e * sine
-        return Parabola(("conic", *conic_key(self.exact)), self.floats, (cosine, sine), (square, over, along, f))
+    def _graphs(self, kind: str, whole: tuple[Pair, Pair, Pair] | None = None) -> list[Curve]:
+        """Return the parts near the window of a conic without a centre there, as graphs over lines."""
+        unit = math.hypot(*self.sides)
+        c, b, a, e, d, f = map(float, self._in_frame((0.0, 0.0), (1.0, 0.0), unit))
+        _, _, x, y, _ = self._axes()
+        slope, base = math.hypot(d, e), (0.0, 0.0)
+        is_steep = slope > 4 * abs(a * x * x + 2 * b * x * y + c * y * y)
+        if is_steep:
+            # The gradient hardly turns in the window, so the curve is one graph over a line across it.
+            x, y = d / slope, e / slope
+        else:
+            # The axis in which the conic is a parabola, or two lines, to first order: so y = 0 is in its middle.
+            if (x if abs(x) > 0.65 else y) < 0:  # equal for equal conics
+                x, y = -x, -y
+            middle = -unit * (d * x + e * y) / (a * x * x + 2 * b * x * y + c * y * y)
+            base = middle * x, middle * y
+        axis = y, -x
+        numbers = self._in_frame(base, axis, unit)
+        signs = [math.copysign(1.0, numbers[3])]
+        if not is_steep:
+            square, linear, constant = _discriminant(numbers)
+            ends = square - linear + constant, square + linear + constant
+            if max(ends) <= 0:
+                return []
+            signs = [1.0, -1.0]
+            if min(ends) <= 0:
+                # The apex is near: a graph over the other axis.
+                a2, b2, c2, d2, e2, f2 = numbers
+                axis, numbers = (x, y), (c2, -b2, a2, -e2, d2, f2)
+                signs = [math.copysign(1.0, numbers[3])]
+        p, q, r = map(float, _discriminant(numbers))
+        a, b, c, d, e, f = map(float, numbers)
+        key = conic_key(self.exact)
+        return [
+            Graph((f"part {k}", *key), self.floats, kind, base, axis, unit, (a, b, c, d, e, f), (p, q, r), sign, whole)
+            for k, sign in enumerate(signs)
+        ]
+
+    def _in_frame(self, base: Pair, axis: Pair, unit: float) -> Fractions6:
+        """Return the coefficients at base + unit (t axis + y (axis turned to the left)): of y², 2 ty, t², 2 y, 2 t, 1.
+
+        They are exact, for the largest of `exact` as 1 or -1, and of the sign for which the larger square is positive.
+        """
+        across, up = map(Fraction, self.sides)
+        a, b, c, d, e, f = self.exact
+        largest = max(map(abs, self.exact)) * (1 if a + c >= 0 else -1)
+        x, y, long = Fraction(axis[0]), Fraction(axis[1]), Fraction(unit)
+        s, t = Fraction(base[0]) / across, Fraction(base[1]) / up
+        (i, j), (k, m) = (x * long / across, y * long / up), (-y * long / across, x * long / up)
+        by_s, by_t = a * s + b * t + d, b * s + c * t + e
+        values = (
+            a * k * k + 2 * b * k * m + c * m * m, a * i * k + b * (i * m + j * k) + c * j * m,
+            a * i * i + 2 * b * i * j + c * j * j, by_s * k + by_t * m, by_s * i + by_t * j,
+            by_s * s + by_t * t + d * s + e * t + f,
+        )  # fmt: skip
+        one, two, three, four, five, six = (value / largest for value in values)
+        return one, two, three, four, five, six
+
+
+def _discriminant(numbers: Fractions6) -> tuple[Fraction, Fraction, Fraction]:
+    """Return the coefficients of t², t and 1 in a quarter of the discriminant of a conic by y."""
+    a, b, c, d, e, f = numbers
+    return b * b - a * c, 2 * (b * d - a * e), d * d - a * f
+
+
+def _as_float(value: Fraction) -> float:
+    """Return the float nearest to a number, infinite beyond the largest."""
+    try:
+        return float(value)
+    except OverflowError:
+        return math.copysign(math.inf, value)
 
 
 def _in_order(x: float, y: float) -> tuple[float, float]:

@@ -18,6 +18,8 @@ Floats6: TypeAlias = tuple[float, float, float, float, float, float]
 Pair: TypeAlias = tuple[float, float]
 NEAR = 1e-3
 """Relative tolerance for roots of crossings that are complex, or off the curve. Breaks too many are harmless."""
+_LEAD = 1e-9
+"""Share of the largest coefficient of a resultant below which a leading one is left out: roots are refined later."""
 _STEPS = 4
 """Newton steps of a crossing."""
 
@@ -82,7 +84,7 @@ def _at(conic: Any, at: Pair) -> float:
     return float(form_value(conic, np.array(at)))
 
 
-def real_roots_of(polynomial: list[Any]) -> Any:
+def real_roots_of(polynomial: Any) -> Any:
     """Return the complex roots of a polynomial, whose leading coefficients may be zero; none if all are."""
     numbers = np.array(polynomial)
     most = np.abs(numbers).max(initial=0.0)
@@ -101,8 +103,16 @@ class Curve:
     """Equal for curves that coincide."""
     conic: Floats6
     """The conic that the curve lies on, about the middle of the window."""
-    kind: ClassVar[str]
     closed: ClassVar[bool] = False
+
+    @property
+    def kind(self) -> str:
+        """Return the word for it: line, ellipse, parabola or hyperbola."""
+        raise NotImplementedError
+
+    def handle(self, h: float) -> float:
+        """Return the length of the handles of a Bézier over h of the parameter, in velocities."""
+        return h / 3
 
     def plain(self, t: Any) -> FloatArray:
         """Return the points (n, 2) by the formula alone, without projection."""
@@ -184,43 +194,81 @@ class StraightLine(Curve):
 
 
 @dataclass(frozen=True, eq=False)
-class Parabola(Curve):
-    """The parabola λ η² + 2 δ η + 2 ε ξ + φ = 0, with the parameter η. The direction of ξ is left of that of η."""
+class Graph(Curve):
+    """A root y(t) of the conic over a line: the places base + unit (t axis + y (axis turned to the left)).
 
-    kind = "parabola"
-    across: Pair
-    """The direction of η."""
-    numbers: tuple[float, float, float, float]
-    """λ, δ, ε and φ."""
+    The conic is A y² + 2 (B t + D) y + C t² + 2 E t + F, with B² - A C and the rest of the discriminant from exact
+    numbers. So parabolas, and ellipses and hyperbolas that look like parabolas or lines in the window, keep their
+    digits: neither a centre nor an axis enters.
+    """
+
+    kind: str = ""
+    base: Pair = (0.0, 0.0)
+    axis: Pair = (1.0, 0.0)
+    unit: float = 1.0
+    numbers: Floats6 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    """A to F, in the order of other conics in y and t: A, B, C, D, E, F."""
+    square: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """The coefficients of t², t and 1 in the discriminant."""
+    sign: float = 1.0
+    """Of its root."""
+    whole: tuple[Pair, Pair, Pair] | None = None
+    """For an ellipse: its centre, the direction of its first half-axis, and both half-axes."""
 
     @property
-    def _coefficients(self) -> tuple[Pair, Pair, Pair]:
-        """The vector coefficients of η⁰, η¹ and η² in a point."""
-        (x, y), (square, over, along, f) = self.across, self.numbers
-        low, middle, high = -f / along / 2, -over / along, -square / along / 2
-        return (-low * y, low * x), (x - middle * y, y + middle * x), (-high * y, high * x)
+    def _frame(self) -> tuple[Pair, Pair]:
+        """The vectors of t and y."""
+        x, y = self.unit * self.axis[0], self.unit * self.axis[1]
+        return (x, y), (-y, x)
+
+    def _roots(self, t: Any) -> Any:
+        """Return y; NaN where there is none."""
+        a, b, c, d, e, f = self.numbers
+        p, q, r = self.square
+        middle, value = b * t + d, (c * t + 2 * e) * t + f
+        with np.errstate(all="ignore"):
+            root = self.sign * np.sqrt((p * t + q) * t + r)
+            # Of the two forms of a root, the one in which nothing cancels.
+            return np.where(middle * root > 0, -value / (middle + root), (root - middle) / a)
 
     def plain(self, t: Any) -> FloatArray:
-        low, middle, high = map(np.array, self._coefficients)
-        return low + np.asarray(t)[:, None] * (middle + np.asarray(t)[:, None] * high)
+        along, over = self._frame
+        return np.array(self.base) + np.outer(t, along) + np.outer(self._roots(np.asarray(t)), over)
 
     def velocity(self, t: Any) -> FloatArray:
-        _, middle, high = map(np.array, self._coefficients)
-        return middle + 2 * np.asarray(t)[:, None] * high
+        a, b, c, d, e, _ = self.numbers
+        y, (along, over) = self._roots(np.asarray(t)), self._frame
+        with np.errstate(all="ignore"):
+            return np.array(along) + np.outer(-(b * y + c * t + e) / (a * y + b * t + d), over)
 
     def parameter(self, points: Any) -> FloatArray:
-        return points @ np.array(self.across)
+        return (points - np.array(self.base)) @ np.array(self.axis) / self.unit
 
     def roots_with(self, other: Any) -> FloatArray:
-        low, middle, high = self._coefficients
-        roots = real_roots_of([
-            second_order(other, high, high), 2 * second_order(other, middle, high),
-            second_order(other, middle, middle) + 2 * half_slope(other, low, high), 2 * half_slope(other, low, middle),
-            _at(other, low),
+        """Return the roots of the resultant by y, of degree four, of both signs."""
+        along, over = self._frame
+        base = self.base
+        a, b, c, d, e, f = self.numbers
+        middle, value = np.array([b, d]), np.array([c, 2 * e, f])
+        high = second_order(other, over, over)
+        other_middle = np.array([second_order(other, along, over), half_slope(other, base, over)])
+        other_value = np.array([
+            second_order(other, along, along), 2 * half_slope(other, base, along), _at(other, base)
         ])  # fmt: skip
+        mixed = np.convolve(middle, other_value) - np.convolve(other_middle, value)
+        if high == 0:
+            # Here the resultant has the factor A, which may be zero itself.
+            square, rest = a * np.convolve(other_value, other_value), other_middle
+        else:
+            difference, rest = a * other_value - high * value, a * other_middle - high * middle
+            square = np.convolve(difference, difference)
+        resultant = square - 4 * np.convolve(rest, mixed)
+        # In the window |t| < 1, where small leading coefficients do not count. Their roots, far away, would cost digits
+        # of the others.
+        large = np.abs(resultant) > _LEAD * np.abs(resultant).max()
+        roots = real_roots_of(resultant[large.argmax() :])
         # A nearly double root comes out complex: its real part is kept as a candidate.
-        size = np.abs(roots).max(initial=0.0)
-        return roots.real[np.abs(roots.imag) <= NEAR * np.abs(roots) + 1e-9 * size]
+        return roots.real[np.abs(roots.imag) <= NEAR * (1 + np.abs(roots))]
 
 
 # --- Curves with a centre: ellipses, and branches of hyperbolas
@@ -232,15 +280,13 @@ class _Central(Curve):
 
     C and S are cosine and sine, or hyperbolic cosine and sine.
 
-    t = 0 is a place on the curve near the middle of the window. Places and parameters are computed from there, so they
-    keep their digits however far away the centre is.
+    t = 0 is a place on the curve near the middle of the window. Places and parameters are computed from there. Curves
+    of a far centre or a long half-axis are a `Graph`.
     """
 
     center: Pair
     axis: Pair
     radii: Pair
-    is_far: bool = False
-    """Whether the centre is so far that angles about it do not tell places in the window apart."""
     start: Pair = field(init=False)
     """C(t0) and S(t0)."""
     base: Pair = field(init=False)
@@ -274,26 +320,6 @@ class _Central(Curve):
         (x, y), (r, s) = self.axis, self.radii
         return (offsets[:, 0] * x + offsets[:, 1] * y) / r, (offsets[:, 1] * x - offsets[:, 0] * y) / s
 
-    def _roots_nearby(self, other: Any, turn: float) -> Any:
-        """Return half-angle tangents τ of crossings about t = 0; `turn` is 1 for an ellipse, -1 for a hyperbola.
-
-        A place is base + 2 (τ V + τ² W) / (1 + turn τ²), V the velocity at t = 0 and W half a turn's way. In steps of
-        which V takes some length of the window, the other conic is a polynomial without cancellation.
-        """
-        (c, s), (a, b), base = self.start, np.array(self._sides), self.base
-        v = -turn * s * a + c * b
-        step = 1 / np.linalg.norm(v)
-        v, w = v * step, -turn * (c * a + turn * s * b) * step * step
-        bend = turn * step * step
-        value, by_v, by_w = _at(other, base), half_slope(other, base, v), half_slope(other, base, w)
-        vv, vw, ww = second_order(other, v, v), second_order(other, v, w), second_order(other, w, w)
-        roots = real_roots_of([
-            bend * bend * value + 4 * bend * by_w + 4 * ww, 4 * bend * by_v + 8 * vw,
-            2 * bend * value + 4 * by_w + 4 * vv, 4 * by_v, value,
-        ])  # fmt: skip
-        size = np.abs(roots).min(initial=math.inf)
-        return roots.real[np.abs(roots.imag) <= NEAR * np.abs(roots) + 1e-9 * size] * step
-
     def _terms(self, other: Any) -> Any:
         """Return another conic's (value at the centre, half the slopes along both half-axes, three quadratic terms)."""
         a, b = self._sides
@@ -308,6 +334,9 @@ class Ellipse(_Central):
     """An ellipse, with an angle in radians as parameter."""
 
     kind, closed = "ellipse", True
+
+    def handle(self, h: float) -> float:
+        return 4 / 3 * math.tan(h / 4)
 
     def _nearest(self, c: float, s: float) -> Pair:
         length = math.hypot(c, s)
@@ -331,8 +360,6 @@ class Ellipse(_Central):
         Conics with a constant too large for a zero are skipped. If second = 0, as for lines and between circles, an
         arccosine gives the angle. Otherwise z is a root of a polynomial of degree four.
         """
-        if self.is_far:
-            return super().candidates(others)
         second, first, constant = self._waves(others.T)
         reach = 2 * (np.abs(first) + np.abs(second))
         # |f - constant| <= reach on the whole ellipse.
@@ -345,9 +372,6 @@ class Ellipse(_Central):
         t = np.concatenate([middle + turn, middle - turn, *roots]) - math.atan2(self.start[1], self.start[0])
         one = np.flatnonzero(simple)
         return t, np.concatenate([one, one, np.repeat(rest, [len(part) for part in roots])])
-
-    def roots_with(self, other: Any) -> FloatArray:
-        return 2 * np.arctan(self._roots_nearby(other, 1.0))
 
     def _waves(self, other: Any) -> tuple[Any, Any, Any]:
         """Return (second, first, constant): the Fourier coefficients of another conic along the ellipse."""
@@ -371,6 +395,9 @@ class Hyperbola(_Central):
 
     kind = "hyperbola"
 
+    def handle(self, h: float) -> float:
+        return 4 / 3 * math.tanh(h / 4)
+
     def _nearest(self, c: float, s: float) -> Pair:
         return math.hypot(1.0, s), s
 
@@ -388,9 +415,6 @@ class Hyperbola(_Central):
 
     def roots_with(self, other: Any) -> FloatArray:
         """Return the crossings from the positive roots w = exp(t) of a polynomial of degree four."""
-        if self.is_far:
-            tangents = self._roots_nearby(other, -1.0)
-            return 2 * np.arctanh(tangents[np.abs(tangents) < 1])
         f, along, over, aa, ab, bb = self._terms(other)
         # cosh and sinh as (w ± 1/w) / 2, and the whole times w².
         second = (aa + bb) / 4

@@ -287,7 +287,13 @@ def svg_path(frame: PixelFrame, outline: Outline, off: float = OFF, text: Callab
     x, y = frame.scale
     radii, angle = outline.radii, outline.angle
     # Arcs need equal scales across and up: an unequal scale would change the radii and the angle.
-    if radii and angle is not None and max(radii) * max(x, y) < _FLAT and abs(x - y) <= 1e-12 * max(x, y):
+    if (
+        radii
+        and angle is not None
+        and outline._curve.closed
+        and max(radii) * max(x, y) < _FLAT
+        and abs(x - y) <= 1e-12 * max(x, y)
+    ):
         # More than half a turn becomes two arcs: an arc of a whole turn has no direction.
         parts = 2 if outline._stop - outline._begin > math.pi else 1
         places = frame.places(outline.points(parts + 1) - outline._origin)

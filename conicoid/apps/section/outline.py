@@ -23,7 +23,7 @@ from ...kernels.tables import BALL, CELL, POLYGON, REGION, SHEET
 from ...prepare.prepared_scene import exact_form
 from ...queries.points import bodies_at
 from .conic import PlaneConic, RecordConics, UnclearConicError, cut_conic, snap_conic
-from .curve import Curve, Ellipse, form_gradient, form_value
+from .curve import Curve, Ellipse, Graph, Pair, form_gradient, form_value
 from .window import Window
 
 if TYPE_CHECKING:
@@ -35,6 +35,8 @@ if TYPE_CHECKING:
 
 _DEEPEST = 12
 """Most halvings of the Béziers of a curve."""
+_BEND = 1e-9
+"""Sine of the angle between tangents below which a piece of a parabola is drawn as straight."""
 
 
 class Outline:
@@ -86,19 +88,28 @@ class Outline:
     @property
     def center(self) -> FloatArray | None:
         """The centre of an ellipse, (2,); None for other kinds."""
-        return np.array(self._curve.center) + self._origin if isinstance(self._curve, Ellipse) else None
+        whole = self._ellipse
+        return None if whole is None else np.array(whole[0]) + self._origin
 
     @property
     def radii(self) -> tuple[float, float] | None:
         """The half-axes of an ellipse; None for other kinds."""
-        return self._curve.radii if isinstance(self._curve, Ellipse) else None
+        whole = self._ellipse
+        return None if whole is None else whole[2]
 
     @property
     def angle(self) -> float | None:
         """The direction of the first half-axis of an ellipse, in degrees from u; None for other kinds."""
-        if not isinstance(self._curve, Ellipse):
-            return None
-        return math.degrees(math.atan2(self._curve.axis[1], self._curve.axis[0]))
+        whole = self._ellipse
+        return None if whole is None else math.degrees(math.atan2(whole[1][1], whole[1][0]))
+
+    @property
+    def _ellipse(self) -> tuple[Pair, Pair, Pair] | None:
+        """The centre, the direction of the first half-axis and both half-axes of an ellipse; None for other kinds."""
+        curve = self._curve
+        if isinstance(curve, Ellipse):
+            return curve.center, curve.axis, curve.radii
+        return curve.whole if isinstance(curve, Graph) else None
 
     def points(self, count: int = 33) -> FloatArray:
         """Return places along the outline, from end to end, each on the wall to rounding.
@@ -164,14 +175,20 @@ class Outline:
     def _with(self, pieces: int) -> FloatArray:
         """Return Béziers that are tangent to the curve at their ends, and meet it in the middle.
 
-        Their handles are k = 4/3 tan(h/4) times the velocity by the angle; h is the angle of a piece.
+        For an ellipse their handles are k = 4/3 tan(h/4) times the velocity by the angle; h is the angle of a piece.
         """
         t = np.linspace(self._begin, self._stop, pieces + 1)
-        places, slopes, h = self._about(t), self._curve.velocity(t), (self._stop - self._begin) / pieces
-        k = {"ellipse": 4 / 3 * math.tan(h / 4), "hyperbola": 4 / 3 * math.tanh(h / 4)}.get(self.kind, h / 3)
+        places, slopes = self._about(t), self._curve.velocity(t)
+        k = self._curve.handle((self._stop - self._begin) / pieces)
         first, last = places[:-1] + k * slopes[:-1], places[1:] - k * slopes[1:]
-        if self.kind == "line":
-            first, last = (2 * places[:-1] + places[1:]) / 3, (places[:-1] + 2 * places[1:]) / 3
+        if self.kind in ("line", "parabola"):
+            # A parabola is a quadratic Bézier exactly; its control point is where the tangents cross.
+            way = places[1:] - places[:-1]
+            control, turn = places[:-1] + way / 2, _cross(slopes[:-1], slopes[1:])
+            bends = np.abs(turn) > _BEND * np.linalg.norm(slopes[:-1], axis=1) * np.linalg.norm(slopes[1:], axis=1)
+            share = _cross(way, slopes[1:])[bends] / turn[bends]
+            control[bends] = places[:-1][bends] + share[:, None] * slopes[:-1][bends]
+            first, last = (places[:-1] + 2 * control) / 3, (places[1:] + 2 * control) / 3
         return np.stack([places[:-1], first, last, places[1:]], axis=1)
 
     def _off(self, cubics: FloatArray) -> float:
@@ -185,6 +202,12 @@ class Outline:
         (a, b), (c, d) = self.start.tolist(), self.end.tolist()
         way = "whole" if self.is_closed else f"({a:.6g}, {b:.6g}) to ({c:.6g}, {d:.6g})"
         return f"Outline({self.kind}, {way}, left={self.left}, right={self.right})"
+
+
+def _cross(one: FloatArray, other: FloatArray) -> FloatArray:
+    """Return the cross products of vectors (n, 2)."""
+    product: FloatArray = one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
+    return product
 
 
 # --- The bodies of a prepared scene: which of them a window may cut, and which hold a place
