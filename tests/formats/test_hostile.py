@@ -22,6 +22,8 @@ from conicoid.io.scene_file import yaml_parser
 from conicoid.io.scene_file.scene_file import read_scene
 from conicoid.io.scene_file.writer import dump_json
 from conicoid.materials.image_file import read_pixels
+from conicoid.parallel.pictures import Checkpoint
+from conicoid.viewer.playground import Playground
 
 MB = 1 << 20
 SECONDS = 20  # far more than any of them takes, for slow machines
@@ -326,8 +328,9 @@ def test_what_is_no_plain_file_is_refused(suffix, tmp_path):
     os.mkfifo(tmp_path / f"pipe.{suffix}")
     (tmp_path / f"zeros.{suffix}").symlink_to("/dev/zero")
     for path in tmp_path.iterdir():
-        with pytest.raises((OSError, ValueError), match="regular file"):
-            co.load(path)
+        for read in (co.load, Playground, lambda path: Checkpoint(path, b"")):
+            with pytest.raises((OSError, ValueError), match="regular file"):
+                read(path)
 
 
 @pytest.mark.parametrize("head", ["", "1\n", "HEADER\nATOM      1  C   ALA A   1       0.000   0.000   0.000\n"])
