@@ -14,6 +14,7 @@ from importlib.machinery import ModuleSpec
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+from ._util import process as _process  # noqa: F401 - forks wait from here on for the imports of other threads
 from ._util.version import __version__
 
 _MODULES = {

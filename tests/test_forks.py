@@ -70,8 +70,55 @@ if forked == 0:
 print(os.waitpid(forked, 0)[1])
 """
 
+IMPORTING = """
+import os, sys, threading, time
+import conicoid as co
+
+begun = threading.Event()
+
+class Slow:
+    def find_spec(self, name, *_):
+        if name == "conicoid.prepare.lowering" and not begun.is_set():
+            begun.set()
+            time.sleep(0.3)
+
+sys.meta_path.insert(0, Slow())
+threading.Thread(target=lambda: co.Scene([co.Sphere(1)])._prepared).start()
+begun.wait()
+forked = os.fork()
+if forked == 0:
+    print(co.Scene([co.Sphere(1)])._prepared.lowered.body_count, flush=True)
+    os._exit(0)
+print(os.waitpid(forked, 0)[1])
+"""
+
+CACHING = """
+import os, threading
+import conicoid as co
+
+begun, go_on, key = threading.Event(), threading.Event(), vars(type(co.Scene([])._prepared))["key"]
+compute, parent = key.func, os.getpid()
+
+def slow(prepared):
+    if os.getpid() == parent:
+        begun.set()
+        go_on.wait()
+    return compute(prepared)
+
+key.func = slow
+threading.Thread(target=lambda: co.Scene([co.Sphere(1)])._prepared.key).start()
+begun.wait()
+forked = os.fork()
+if forked == 0:
+    print(len(co.Scene([co.Sphere(1)])._prepared.key), flush=True)
+    os._exit(0)
+go_on.set()
+print(os.waitpid(forked, 0)[1])
+"""
+
 
 @pytest.mark.parametrize(("program", "said"), [
+    pytest.param(IMPORTING, "1", id="importing"), pytest.param(CACHING, "16", id="caching"),
     pytest.param(PREPARING, "1", id="preparing"), pytest.param(COMPILING, "2", id="compiling", marks=needs_compiler),
 ])  # fmt: skip
 def test_a_child_of_a_busy_process_works(program, said, monkeypatch):

@@ -35,7 +35,7 @@ from numba.core.registry import CPUDispatcher
 from numba.core.targetconfig import ConfigStack
 
 from .._util.environment import read_jit_mode
-from .._util.process import run_interruptible, start_thread
+from .._util.process import run_interruptible, start_thread, wait_for_imports
 
 TESTED = (0, 65), (0, 68)
 """The first and the last version of Numba with which this file, which uses private parts of it, has been tested."""
@@ -219,6 +219,7 @@ _fork_holds: list[bool] = []  # an element while a thread that forks holds the c
 
 def _lock_before_fork() -> None:
     """Take the compiler's lock: a fork while another thread compiles would leave the child half a compiler."""
+    wait_for_imports()  # before the lock is held, as an import may compile
     global_compiler_lock.acquire()
     _fork_holds.append(True)
 

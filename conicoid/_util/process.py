@@ -2,6 +2,8 @@
 
 Locks made here are open in every child of `os.fork`. A child has only the thread that forked; a lock that another
 thread held would stay shut in it for ever. So they must guard data for which a half-finished change is as good as none.
+The same holds for the cached properties of Python 3.11, which has a lock for each. An import leaves half a module, so
+a fork waits for those of other threads.
 """
 
 from __future__ import annotations
@@ -9,13 +11,18 @@ from __future__ import annotations
 import contextlib
 import gc
 import os
+import sys
 import threading
 import time
 import weakref
 from collections.abc import Callable, Iterable, Iterator
+from functools import cached_property
+from importlib import _bootstrap
 from typing import Any, TypeVar
 
 _locks: weakref.WeakSet[Any] = weakref.WeakSet()  # a lock lives as long as its owner
+_LONGEST_IMPORT = 10.0
+"""Seconds that a fork waits for the imports of other threads."""
 
 
 def fork_safe_lock() -> threading.Lock:
@@ -34,12 +41,34 @@ def fork_safe_rlock() -> Any:
 
 def _open_all() -> None:
     """Open all locks, in the child."""
-    for lock in list(_locks):
+    for lock in (*_locks, *_property_locks()):
         lock._at_fork_reinit()
 
 
+def _property_locks() -> list[Any]:
+    """Return the locks of the package's cached properties that this thread does not hold."""
+    modules = [module for name, module in sys.modules.items() if name.partition(".")[0] == "conicoid"]
+    kinds = {kind for module in modules for kind in vars(module).values() if isinstance(kind, type)}
+    members = [member for kind in kinds for member in vars(kind).values() if isinstance(member, cached_property)]
+    locks = [getattr(member, "lock", None) for member in members]
+    return [lock for lock in locks if lock is not None and not lock._is_owned()]
+
+
+def wait_for_imports() -> None:
+    """Wait until no other thread imports a module: a child would wait for its end for ever.
+
+    That thread may wait for a lock of this one, so a fork goes on after `_LONGEST_IMPORT`.
+    """
+    end, here = time.monotonic() + _LONGEST_IMPORT, threading.get_ident()
+    while time.monotonic() < end:
+        owners = {getattr(reference(), "owner", None) for reference in list(vars(_bootstrap)["_module_locks"].values())}
+        if owners <= {None, here}:
+            return
+        time.sleep(0.001)
+
+
 if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_open_all)
+    os.register_at_fork(before=wait_for_imports, after_in_child=_open_all)
 
 
 # The garbage collector, paused during work that makes millions of objects and no cycle.

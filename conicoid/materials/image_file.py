@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._util.files import open_regular
 from .._util.validation import format_value, real_array
 from .color import BYTE, srgb_decode
 
@@ -145,6 +144,8 @@ _PNG_PASSES = ((0, 0, 8, 8), (4, 0, 8, 8), (0, 4, 4, 8), (2, 0, 4, 4), (0, 2, 2,
 
 def _check_rows(path: Path) -> None:
     """Raise OSError for a PNG that ends before its last row: Pillow takes the memory of all, and leaves them black."""
+    from .._util.files import open_regular  # a start without textures needs no files
+
     decoder, missing = zlib.decompressobj(), 1
     with open_regular(path) as file:
         file.seek(8)

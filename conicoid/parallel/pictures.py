@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._util.files import replace_file
+from .._util.files import replace_file, resolve_output
 from .._util.validation import check_path as checked_path
 from ..render.exposure import Exposure, empty_sums, render_motion_blur, stills
 from ..render.film import COUNT, SUMS, mean_pixels
@@ -47,6 +47,7 @@ class Checkpoint:
     def __init__(self, path: str | os.PathLike[str], key: bytes) -> None:
         self.path = Path(checked_path("render", path, "resume"))
         self.head = _MAGIC + blake2b(key + source_version().encode(), digest_size=16).digest()
+        resolve_output(self.path)  # refuses a pipe, which `open` would wait for
         with open(self.path, "ab"):  # create the file if it is missing, keep it otherwise
             pass
         self.file = open(self.path, "r+b")  # noqa: SIM115 - open during the work

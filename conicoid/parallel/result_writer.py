@@ -142,7 +142,8 @@ class ResultParts:
         return StoredArray((column,), (*shape, *column.shape[1:]))
 
     def remove(self) -> None:
-        """Remove all parts."""
+        """Remove all parts, the state first: without it a later run begins anew."""
+        (self.folder / "state.json").unlink(missing_ok=True)
         shutil.rmtree(self.folder, ignore_errors=True)
 
 

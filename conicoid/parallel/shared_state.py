@@ -81,6 +81,7 @@ def write_tables(
         _BODIES: bodies,
     }
     with replace_file(path) as partial, open(partial, "r+b") as file:
+        os.chmod(partial, os.stat(partial).st_mode & 0o755)  # whatever the umask, no other user can write to it
         return _write_sections(file, edition, pickles, [np.frombuffer(buffer.raw(), np.uint8) for buffer in buffers])
 
 

@@ -14,6 +14,7 @@ import re
 from collections.abc import Callable
 from functools import cache
 from importlib import resources
+from io import TextIOWrapper
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,7 @@ import numpy as np
 
 import conicoid as co
 
-from .._util.files import SceneFileError
+from .._util.files import SceneFileError, open_regular
 from .._util.process import fork_safe_rlock
 from ..io.scene_file import scene_file
 from ..scene.scene import Scene
@@ -204,7 +205,10 @@ class Playground(Session):
     """The session of a served playground, which begins with the text of a file, or with the first example."""
 
     def __init__(self, path: Path | None = None) -> None:
-        self._text = None if path is None else path.read_text(encoding="utf-8")
+        self._text = None
+        if path is not None:
+            with TextIOWrapper(open_regular(path), "utf-8") as file:
+                self._text = file.read()
         place = NO_FILE if path is None else path
         super().__init__(first_scene() if self._text is None else scene_of(self._text, place), TITLE)
         self._typed = TextScenes(place)

@@ -298,7 +298,7 @@ def test_tasks_that_take_too_long_are_ended():
     began = time.monotonic()
     with co.parallel.Processes(1, retries=0, timeout=1) as pool:
         slow = pool.submit(time.sleep, 3600)
-        with pytest.raises(co.parallel.processes.WorkerDeath):
+        with pytest.raises(co.parallel.processes.WorkerDeath, match="took longer than timeout=1 s"):
             slow.result()
         assert pool.submit(abs, -1).result() == 1
     assert time.monotonic() - began < 600

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import difflib
 import os
+import struct
 import time
 import tracemalloc
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -14,8 +16,14 @@ import pytest
 import conicoid as co
 from conicoid._util import files as errors
 from conicoid._util.files import SceneFileError
+from conicoid.io import importers
+from conicoid.io.molecules.atoms import bonds_by_distance
 from conicoid.io.scene_file import yaml_parser
 from conicoid.io.scene_file.scene_file import read_scene
+from conicoid.io.scene_file.writer import dump_json
+from conicoid.materials.image_file import read_pixels
+from conicoid.parallel.pictures import Checkpoint
+from conicoid.viewer.playground import Playground
 
 MB = 1 << 20
 SECONDS = 20  # far more than any of them takes, for slow machines
@@ -155,12 +163,6 @@ def test_no_file_no_text(tmp_path):
             read_scene(path)
 
 
-def test_a_pipe_is_not_waited_for(tmp_path):
-    os.mkfifo(tmp_path / "scene.yaml")
-    with pytest.raises(SceneFileError, match="is not a regular file"):
-        read_scene(tmp_path / "scene.yaml")
-
-
 def test_many_bodies_are_fine(tmp_path):
     (tmp_path / "scene.yaml").write_text("bodies:\n" + "  - {shape: {Sphere: {radius: 2}}}\n" * 20_000)
     assert len(co.load(tmp_path / "scene.yaml").bodies) == 20_000
@@ -282,3 +284,92 @@ def test_typos_cost_nothing(tmp_path, monkeypatch):
         read_scene(tmp_path / "scene.yaml")
     assert len(caught.value.problems) >= 1000
     assert 0 < sum(compared) <= errors.MAX_COMPARISONS
+
+
+# Files of other programs
+
+UNITS = [
+    "\n",
+    "/**/",
+    "<?",
+    "<!--",
+    "<!DOCTYPE[",
+    "]",
+    "1",
+    "1.",
+    " ",
+    "a ",
+    "# \n",
+    "//\n",
+    "data_",
+    "SURF 0 ",
+    "\t\n",
+    '"',
+    '\\"',
+]
+HEADS = ["", "title\n1 1 ", "1\n", "<a", "<!DOCTYPE a[", "/*", "1 0 ", "#", "SURF 0", "1\n\nH "]
+
+
+def test_kinds_of_files_are_known_in_linear_time():
+    """64 KiB of hostile text of each alphabet in a tenth of a second of processor time."""
+    for head in HEADS:
+        for unit in UNITS:
+            text = head + unit * ((64 << 10) // len(unit))
+            begin = time.process_time()
+            for each in importers.IMPORT_FORMATS:
+                each.recognises(text, "")
+            assert time.process_time() - begin < 0.1, (head, unit)
+
+
+@pytest.mark.parametrize(
+    "suffix", ["yaml", "json", "gdml", "xml", "csg", "scad", "mcnp", "zmx", "xyz", "pdb", "cif", "none"]
+)
+def test_what_is_no_plain_file_is_refused(suffix, tmp_path):
+    os.mkfifo(tmp_path / f"pipe.{suffix}")
+    (tmp_path / f"zeros.{suffix}").symlink_to("/dev/zero")
+    for path in tmp_path.iterdir():
+        for read in (co.load, Playground, lambda path: Checkpoint(path, b"")):
+            with pytest.raises((OSError, ValueError), match="regular file"):
+                read(path)
+
+
+@pytest.mark.parametrize("head", ["", "1\n", "HEADER\nATOM      1  C   ALA A   1       0.000   0.000   0.000\n"])
+def test_a_line_without_end_is_refused(head, tmp_path):
+    path = tmp_path / ("a.xyz" if len(head) < 3 else "a.pdb")
+    with path.open("w") as file:
+        file.write(head)
+        file.truncate(1 << 40)
+    tracemalloc.start()
+    try:
+        with pytest.raises(SceneFileError, match="longer than|must stand here"):
+            co.load(path)
+        assert tracemalloc.get_traced_memory()[1] < 64 * MB
+    finally:
+        tracemalloc.stop()
+
+
+def test_atoms_that_are_all_neighbours_are_refused():
+    positions = np.random.default_rng(0).uniform(0, 1, (20_000, 3))
+    with pytest.raises(ValueError, match="atoms lie closer than any do"):
+        bonds_by_distance(positions, np.full(20_000, 6))
+
+
+def test_numbers_and_names_that_no_file_can_hold(tmp_path):
+    (tmp_path / "a.yaml").write_text("background: 1e999\n")
+    with pytest.raises(SceneFileError, match="background"):
+        co.load(tmp_path / "a.yaml")
+    with pytest.raises(ValueError, match="is not Unicode"):
+        dump_json({"name": "\ud800"})
+    assert "\\ud83d" in dump_json({"name": "\U0001f600"})
+
+
+def test_a_picture_without_rows_is_refused(tmp_path):
+    def chunk(kind: bytes, data: bytes) -> bytes:
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    rows = zlib.compress(b"\0" * 31 * 9)  # of ten
+    for size, data in (((1 << 13, 1 << 13), zlib.compress(b"")), ((10, 10), rows)):
+        parts = chunk(b"IHDR", struct.pack(">IIBBBBB", *size, 8, 2, 0, 0, 0)), chunk(b"IDAT", data), chunk(b"IEND", b"")
+        (tmp_path / "a.png").write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(parts))
+        with pytest.raises(ValueError, match="rows are missing"):
+            read_pixels(tmp_path / "a.png")

@@ -160,6 +160,8 @@ def test_what_numpy_writes_is_read(tmp_path):
         table = read_rays(tmp_path / "rays.npz")
         assert np.array_equal(table.rays.directions, RAYS[:, 3:])
         assert (table.t_min == -3).all()
+        hits = co.Scene([co.HalfSpace((1, 0, 0), 1e3)]).first_hit(table.rays)  # a kernel reads rows
+        assert np.array_equal(hits.t, co.Scene([co.HalfSpace((1, 0, 0), 1e3)]).first_hit(RAYS[:, :3], RAYS[:, 3:]).t)
 
 
 def test_small_files_do_not_unpack_to_large_ones(tmp_path, monkeypatch):

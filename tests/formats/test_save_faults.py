@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
+from conicoid.parallel.result_writer import ResultParts
 
 CALLS = {"open", "write", "writelines", "fsync", "replace", "rename", "close", "flush", "truncate"}
 """Functions through which anything reaches a disk."""
@@ -211,3 +212,53 @@ def test_no_room_for_files_of_any_length(tmp_path):
         assert os.waitstatus_to_exitcode(status) == (0 if limit == sizes[-1] else 3)
         check(path.parent, saved=limit == sizes[-1])
         assert not [file for file in path.parent.iterdir() if file.name.startswith(".")]
+
+
+def trace(folder: Path, suffix: str, *options: str) -> None:
+    from conicoid.cli.app import app
+
+    files = [f"{folder}/scene.yaml", f"{folder}/rays.npy", f"--output={folder}/hits{suffix}"]
+    app(["trace", *files, "--chunk=16", *options], standalone_mode=False)
+
+
+def contents(path: Path) -> Any:
+    return dict(np.load(path)) if path.suffix == ".npz" else path.read_bytes()
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are ended by a signal")
+@pytest.mark.parametrize("suffix", [".npz", ".csv", ".parquet"])
+def test_results_are_resumed_after_a_kill_at_any_step(suffix, tmp_path):
+    """In the first part, between parts, and between the last names: `trace --resume` ends with the same bytes."""
+    if suffix == ".parquet":
+        pytest.importorskip("pyarrow.parquet")
+    co.save(BESIDE, tmp_path / "scene.yaml")
+    np.save(tmp_path / "rays.npy", np.random.default_rng(3).normal(size=(40, 6)))
+    output, count = tmp_path / f"hits{suffix}", 1 << 30
+    trace(tmp_path, suffix)
+    with At(count, full) as at:
+        trace(tmp_path, suffix)
+    count -= at.left
+    whole, killed = contents(output), 0
+    for number in sorted({*range(0, count, max(1, count // 8)), *range(count - 4, count)}):
+        output.unlink(missing_ok=True)
+
+        def act(number: int = number) -> None:
+            with At(number, lambda: os.kill(os.getpid(), signal.SIGKILL)):
+                trace(tmp_path, suffix)
+
+        if status := in_child(act):
+            assert status == signal.SIGKILL
+            trace(tmp_path, suffix, "--resume")
+            killed += 1
+        np.testing.assert_equal(contents(output), whole, err_msg=f"killed at step {number}")
+        assert not list(tmp_path.glob("*.parts"))
+    assert killed >= 8
+
+
+def test_parts_without_a_column_are_refused(tmp_path):
+    parts = ResultParts(tmp_path / "hits.csv", "key", False)
+    parts.add({"lines": b"abc"}, 1, 1)
+    assert ResultParts(tmp_path / "hits.csv", "key", True).rays == 1
+    parts.file("lines").write_bytes(b"")
+    with pytest.raises(ValueError, match="is damaged; remove it"):
+        ResultParts(tmp_path / "hits.csv", "key", True)

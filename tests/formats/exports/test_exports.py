@@ -145,6 +145,12 @@ def test_what_is_narrowed_is_told(tmp_path: Path) -> None:
         assert not (tmp_path / f"strict{suffix}").exists()
 
 
+def test_a_file_of_openmc_has_a_cell(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="there is no body to write"):
+        co.export(co.Scene([]), tmp_path / "out.xml")
+    assert not list(tmp_path.iterdir())
+
+
 def test_cells_of_openmc_do_not_overlap(tmp_path: Path) -> None:
     """What two bodies share belongs to the one that is listed first, as `body_at` says."""
     scene = co.Scene([co.Body(co.Sphere(1), name="a"), co.Body(co.Sphere(1, (1, 0, 0)), name="b")])
