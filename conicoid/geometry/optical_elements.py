@@ -8,8 +8,8 @@ from __future__ import annotations
 import itertools
 import math
 from abc import abstractmethod
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
@@ -18,6 +18,7 @@ import numpy as np
 
 from .._util.arrays import Vector
 from .._util.validation import check_nonnegative, check_number, check_positive, describe_kind, format_value
+from ..materials.coating import Coating
 from ..materials.material import Material
 from ..materials.presets import glass
 from ..numerics import bigfloat as ex
@@ -26,7 +27,7 @@ from .body import Body
 from .bounds.support import corners_support, plane_uv
 from .cell import All, Cell, Face, Not, Tree, cylindrical_uv
 from .conic import ConicEnds, ConicWall, check_radius, check_reach, conic_reaches, round_tube
-from .shape import PrimitiveSolid
+from .shape import PrimitiveSolid, Solid
 from .surface import PlaneSurface
 
 
@@ -248,6 +249,8 @@ class LensGroup:
         Conic constants, 0 by default.
     names : sequence of str (n,), optional
         Names of the bodies.
+    coatings : sequence of co.optics.Coating or None (n + 1,), optional
+        Coats of the surfaces from first to last, each with its outermost film first.
 
     Raises
     ------
@@ -261,6 +264,7 @@ class LensGroup:
     materials: Sequence[Any]
     conics: Sequence[float] | None = None
     names: Sequence[str] | None = None
+    coatings: Sequence[Coating | None] | None = None
 
     def __post_init__(self) -> None:
         thicknesses = _check_row("thicknesses", self.thicknesses, None)
@@ -279,6 +283,8 @@ class LensGroup:
             if not all(isinstance(name, str) and name for name in names):
                 raise TypeError(f"LensGroup: names must be non-empty texts, got {format_value(self.names)}")
             object.__setattr__(self, "names", names)
+        if self.coatings is not None:
+            object.__setattr__(self, "coatings", _check_row("coatings", self.coatings, n + 1))
         # Built once here, so that a wrong element is refused when the group is made
         _ = self.bodies
 
@@ -290,25 +296,39 @@ class LensGroup:
 
     @property
     def lenses(self) -> tuple[Lens, ...]:
-        """The elements, each in its place."""
-        return tuple(body.shape for body in self.bodies)  # type: ignore[misc]
+        """The elements, each in its place, without their coats."""
+        return tuple(self._element(i) for i in range(len(self)))
 
     @cached_property
     def bodies(self) -> tuple[Body, ...]:
         """The elements with their materials, first to last."""
-        bodies = []
-        for i in range(len(self)):
-            (front, back), (first, second) = self.radii[i : i + 2], (self.conics or ())[i : i + 2]
-            try:
-                lens = Lens(front, back, self.thicknesses[i], self.diameter, first, second)
-            except ValueError as error:
-                raise ValueError(f"LensGroup: radii, thicknesses, diameter and conics: element {i}: {error}") from None
-            # One exact step after the other: walls of neighbours get the same place, however many elements stand before
-            # them
-            for thickness in self.thicknesses[:i]:
-                lens = lens.translate((0.0, 0.0, thickness))
-            bodies.append(Body(lens, self.materials[i], None if self.names is None else self.names[i]))
-        return tuple(bodies)
+        coats = self.coatings or (None,) * (len(self) + 1)
+        return tuple(
+            Body(coat_faces(lens, material, dict(enumerate(coats[i : i + 2]))), material, name)
+            for i, (lens, material, name) in enumerate(
+                zip(self.lenses, self.materials, self.names or (None,) * len(self), strict=True)
+            )
+        )
+
+    def _element(self, i: int) -> Lens:
+        """Return the element with a number, in its place."""
+        (front, back), (first, second) = self.radii[i : i + 2], (self.conics or ())[i : i + 2]
+        try:
+            lens = Lens(front, back, self.thicknesses[i], self.diameter, first, second)
+        except ValueError as error:
+            raise ValueError(f"LensGroup: radii, thicknesses, diameter and conics: element {i}: {error}") from None
+        # One exact step after the other, so that walls of neighbours get the same place
+        for thickness in self.thicknesses[:i]:
+            lens = lens.translate((0.0, 0.0, thickness))
+        return lens
+
+
+def coat_faces(lens: Solid, material: Material, coats: Mapping[int, Coating | None]) -> Solid:
+    """Return a lens of a material whose faces have coats; `coats` has them by the numbers of faces."""
+    for face, coat in coats.items():
+        if coat is not None:
+            lens = lens.painted(replace(material, coating=coat), (face,))
+    return lens
 
 
 def Doublet(
@@ -318,6 +338,7 @@ def Doublet(
     materials: Sequence[Any],
     conics: Sequence[float] | None = None,
     names: Sequence[str] | None = None,
+    coatings: Sequence[Coating | None] | None = None,
 ) -> LensGroup:
     """Return a cemented doublet, a `LensGroup` of two elements.
 
@@ -335,6 +356,8 @@ def Doublet(
         Conic constants, 0 by default.
     names : sequence of str (2,), optional
         Names of the bodies.
+    coatings : sequence of co.optics.Coating or None (3,), optional
+        Coats of the surfaces.
 
     Raises
     ------
@@ -343,7 +366,7 @@ def Doublet(
     """
     if len(_check_row("thicknesses", thicknesses, None)) != 2:
         raise ValueError(f"Doublet: thicknesses must be 2 numbers, got {format_value(thicknesses)}")
-    return LensGroup(radii, thicknesses, diameter, materials, conics, names)
+    return LensGroup(radii, thicknesses, diameter, materials, conics, names, coatings)
 
 
 def _check_row(field: str, value: Any, count: int | None) -> tuple[Any, ...]:

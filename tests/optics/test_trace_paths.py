@@ -345,3 +345,58 @@ def test_refusals():
         co.optics.trace_paths([], DOWN)
     with pytest.raises(TypeError, match="trace_paths: rays must be a Rays"):
         co.optics.trace_paths(scene, (0, 0, 1))
+
+
+# --- Coats of single surfaces of lenses: shares on the axis by Fresnel's formula and that of a film of a quarter wave
+
+CROWN, FLINT, FILM = (float(co.optics.glass(name)(0.55)) for name in ("N-BK7", "SF5", "MgF2"))
+BARE = [((a - b) / (a + b)) ** 2 for a, b in ((1, CROWN), (CROWN, FLINT), (FLINT, 1))]
+COATED = [((a * b - FILM**2) / (a * b + FILM**2)) ** 2 for a, b in ((1, CROWN), (CROWN, FLINT), (FLINT, 1))]
+SURFACES = dict(radii=(62.8, -45.7, -128.2), thicknesses=(4, 2.5), diameter=20, materials=("N-BK7", "SF5"))
+
+
+def _doublet(coats):
+    return co.Scene([*co.Doublet(**SURFACES, coatings=coats)])
+
+
+def _rows(coats):
+    media, ends = (*SURFACES["materials"], None), (*SURFACES["thicknesses"], 90)
+    rows = [
+        dict(radius=radius, thickness=thickness, medium=medium, diameter=20, coating=coat)
+        for radius, thickness, medium, coat in zip(SURFACES["radii"], ends, media, coats, strict=True)
+    ]
+    return co.optics.prescription(rows, 10.0).scene
+
+
+@pytest.mark.parametrize("made", [_doublet, _rows])
+@pytest.mark.parametrize("coated", [(), (0,), (2,), (0, 2), (1,), (0, 1, 2)])
+def test_each_surface_of_a_doublet_mirrors_by_its_own_coat(made, coated):
+    coat = co.optics.Coating.quarter_wave([FILM], 0.55)
+    scene = made([coat if k in coated else None for k in range(3)])
+    paths = co.optics.trace_paths(scene, co.Rays([(0, 0, -20)], (0, 0, 1)), depth=3, wavelength=0.55)
+    left, expected = 1.0, []
+    for k in range(3):
+        share = (COATED if k in coated else BARE)[k]
+        expected.append(left * share)
+        left *= 1 - share
+    # A ray that a surface k mirrored first has left at level k + 1, on its way back
+    for k, weight in enumerate(expected):
+        mirrored = (paths.level == k + 1) & (paths.direction[:, 2] < 0) & np.isclose(paths.weight, weight, rtol=1e-9)
+        assert mirrored.sum() == 1, (k, weight, paths.weight)
+
+
+def test_a_coat_needs_a_surface_of_glass():
+    coat = co.optics.Coating.quarter_wave([1.38], 0.55)
+    rows = [
+        dict(radius=50, thickness=4, medium=1.5, diameter=10),
+        dict(radius=-50, thickness=9, diameter=10),
+        dict(coating=coat),
+    ]
+    with pytest.raises(ValueError, match=r"rows\[2\]: coating must be None where there is no glass"):
+        _ = co.optics.prescription(rows, 4.0).bodies
+    with pytest.raises(ValueError, match="Row: coating must be None for a mirror"):
+        co.optics.Row(medium="mirror", coating=coat)
+    with pytest.raises(ValueError, match=r"Row: coating must be a co\.optics\.Coating"):
+        co.optics.Row(medium=1.5, coating=1.38)
+    with pytest.raises(ValueError, match="LensGroup: coatings must be 3 entries"):
+        co.Doublet(**SURFACES, coatings=[coat])

@@ -185,3 +185,39 @@ def test_long_arrays_are_told_in_short():
     assert repr(long) == "{'mu': <array of 10000 numbers>}"
     assert repr(Properties({"mu": [1, 2]})) == "{'mu': [1.0, 2.0]}"
     assert "9999.0" in long.exact_text
+
+
+@pytest.mark.parametrize("count", [1, 5])
+def test_single_faces_are_painted(count):
+    """Each painted side of a box looks like a box of that colour, alone and in Booleans."""
+    colours = ["red", "lime", "blue", "yellow", "cyan", "magenta"]
+    box, light = co.Box((-1, -1, -1), (1, 1, 1)), [co.AmbientLight(1.0)]
+    directions = np.concatenate([np.eye(3), -np.eye(3)])
+    faces = co.Scene([box]).first_hit(-3 * directions, directions).face.tolist()
+    painted = box
+    for face, colour in zip(faces, colours, strict=True):
+        painted = painted.painted(colour, (face,))
+    assert painted.painted("white") != painted == pickle.loads(pickle.dumps(painted))
+    far = co.Sphere(1, (9, 9, 9))
+    for shape in (painted, painted - far, far | painted, painted & co.Sphere(9)):
+        scene = co.Scene([co.Body(shape.translate((40 * k, 0, 0)), "white") for k in range(count)], light)
+        for direction, colour in zip(directions, colours, strict=True):
+            up, at = (0, 0, 1) if direction[2] == 0 else (0, 1, 0), np.array([40 * (count - 1), 0, 0])
+            seen, plain = (
+                one.replace(camera=co.OrthographicCamera(at - 3 * direction, at, up=up, height=0.1)).render(1, 1).pixels
+                for one in (scene, co.Scene([co.Body(box.translate(at), colour)], light))
+            )
+            assert seen.tolist() == plain.tolist(), (shape, direction)
+
+
+def test_faces_to_paint_are_checked():
+    box = co.Box()
+    for faces, error, message in (
+        ((-1,), ValueError, r"Painted: faces\[0\] must be an integer >= 0, got -1"),
+        ((0.5,), ValueError, r"Painted: faces\[0\] must be an integer"),
+        ("red", TypeError, "Painted: faces must be numbers of faces"),
+    ):
+        with pytest.raises(error, match=message):
+            co.Painted(box, "red", faces)
+    with pytest.raises(ValueError, match="Painted: faces must be below 6, of its operand, got 6"):
+        co.Scene([box.painted("red", (6,))]).first_hit((0, 0, 5), (0, 0, -1))

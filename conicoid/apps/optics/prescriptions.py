@@ -16,8 +16,9 @@ from ..._util.text import check_choice
 from ..._util.validation import check_flag, check_nonnegative, check_number, check_positive, describe_kind, format_value
 from ...geometry.body import Body
 from ...geometry.conic import ConicSheet, Stop, check_radius
-from ...geometry.optical_elements import Lens
+from ...geometry.optical_elements import Lens, coat_faces
 from ...geometry.shape import Shape
+from ...materials.coating import Coating
 from ...materials.dispersion import LINE_D
 from ...materials.presets import matte, mirror
 from ...queries.result import extension
@@ -128,6 +129,8 @@ class Row:
         Diameter of the hole of a mirror.
     name : str
         Name of the surface.
+    coating : Coating, optional
+        Of a surface of glass, its outermost film first; on a cemented one, as seen from behind.
     """
 
     radius: float = math.inf
@@ -138,6 +141,7 @@ class Row:
     stop: bool = False
     hole: float = 0.0
     name: str = ""
+    coating: Coating | None = None
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -153,6 +157,9 @@ class Row:
             put(self, "medium", parse_medium("Row", "medium", self.medium))
         if not isinstance(self.name, str):
             raise TypeError(f"Row: name must be a text, got {describe_kind(self.name)}")
+        if self.coating is not None and (self.reflects or not isinstance(self.coating, Coating)):
+            expected = "None for a mirror" if self.reflects else "a co.optics.Coating or None"
+            raise ValueError(f"Row: coating must be {expected}, got {format_value(self.coating)}")
 
     @property
     def reflects(self) -> bool:
@@ -235,12 +242,17 @@ def build_elements(system: Prescription) -> Elements:
             first, second = (FRONT, BACK) if (row.thickness or 0.0) > 0 else (BACK, FRONT)
             faces[i].append((len(bodies), first))
             faces[i + 1].append((len(bodies), second))
-            bodies.append(Body(_lens(system, i), system.media[i + 1].material(), f"lens {next(lenses)}"))
+            coats = {first: row.coating, second: system.rows[i + 1].coating}
+            material = system.media[i + 1].material()
+            bodies.append(Body(coat_faces(_lens(system, i), material, coats), material, f"lens {next(lenses)}"))
         # A stop on glass needs no screen: `trace` tests its diameter.
         elif row.stop and system.media[i].is_air:
             opening = system.diameters[i]
             screen = Stop(opening, _SCREEN * max(opening, *system.diameters))
             bodies.append(Body(_translate_row(screen, system, i), matte("black"), "stop"))
+    bare = [i for i, row in enumerate(system.rows) if row.coating is not None and not faces[i]]
+    if bare:
+        raise ValueError(f"prescription: rows[{bare[0]}]: coating must be None where there is no glass")
     return Elements(tuple(bodies), tuple(map(tuple, faces)))
 
 
