@@ -450,7 +450,8 @@ def put_spans(
     places = _places(len(rows), counts, offsets, width, begin, end)
     for k in range(len(places)):
         at = places[k]
-        t_enter[at], body[at], t_exit[at] = rows[k, ENTER], rows[k, BODY], rows[k, EXIT]
+        # + 0.0 turns -0.0 into 0.0: no answer is -0.0
+        t_enter[at], body[at], t_exit[at] = rows[k, ENTER] + 0.0, rows[k, BODY], rows[k, EXIT] + 0.0
         clipped[0, at], clipped[1, at] = rows[k, ENTER_CLIPPED] != 0.0, rows[k, EXIT_CLIPPED] != 0.0
         surfaces[0, at], surfaces[1, at] = rows[k, ENTER_SURFACE], rows[k, EXIT_SURFACE]
 
@@ -466,7 +467,7 @@ def put_crossings(
     places = _places(len(rows), counts, offsets, width, begin, end)
     for k in range(len(places)):
         at = places[k]
-        t[at], body[at], face[at] = rows[k, T], rows[k, BODY], rows[k, FACE]
+        t[at], body[at], face[at] = rows[k, T] + 0.0, rows[k, BODY], rows[k, FACE]
         surface[at], entering[at] = rows[k, SURFACE], rows[k, ENTERS] != 0.0
 
 

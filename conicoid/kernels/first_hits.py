@@ -137,7 +137,8 @@ class HitBuffers(NamedTuple):
 def put_hit(hit: Hit, i: Any, found: HitBuffers) -> None:
     """Write hit i."""
     i = np.uint64(i)
-    found.t[i], found.body[i], found.entry[i], found.place[i] = hit.t, hit.body, hit.entry, hit.place
+    # + 0.0 turns -0.0 into 0.0: no answer is -0.0
+    found.t[i], found.body[i], found.entry[i], found.place[i] = hit.t + 0.0, hit.body, hit.entry, hit.place
     found.turn[i] = turn_of(hit)
 
 

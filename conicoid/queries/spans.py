@@ -319,7 +319,7 @@ class Spans(QueryResult, RayLists, SpanDerivatives):
     _views = ("_single",)
 
     if not TYPE_CHECKING:
-        t_enter, t_exit = _OfSingle(lambda rows: rows[:, ENTER]), _OfSingle(lambda rows: rows[:, EXIT])
+        t_enter, t_exit = _OfSingle(lambda rows: rows[:, ENTER] + 0.0), _OfSingle(lambda rows: rows[:, EXIT] + 0.0)
         body = _OfSingle(lambda rows: rows[:, BODY_OF_ROW].astype(np.int32))
         enter_clipped = _OfSingle(lambda rows: rows[:, ENTER_CLIPPED] != 0.0)
         exit_clipped = _OfSingle(lambda rows: rows[:, EXIT_CLIPPED] != 0.0)

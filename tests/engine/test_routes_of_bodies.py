@@ -95,3 +95,25 @@ def test_every_route_agrees_to_the_bit(kind, width):
             one = scene.first_hit(shuffled[k])
             for field in FIELDS:
                 assert getattr(one, field) == getattr(again, field)[k], field
+
+
+@pytest.mark.parametrize("length", [1.0, 1e-100])
+def test_rays_that_begin_just_before_a_wall_of_their_origin_cross_it_at_plus_zero(length):
+    """t is 0, never -0.0, on every route; t_min = -1e-250 is before it, however short the direction is."""
+    box = co.Box((-1, -1, -1), (1, 1, 1))
+    for shape in (
+        box, box - co.Sphere(0.5), co.HalfSpace((0, 0, 1), 1), co.Cylinder((0, 0, -1), (0, 0, 1), 1),
+        co.Cone((0, 0, -1), (0, 0, 1), 2, 1), co.RegularPrism(4, 3, (-1, 1)), co.Disc((0, 0, 1), (0, 0, 1), 2),
+        co.Union(tuple(box.scale((s, s, 1)) for s in np.linspace(0.5, 1, 20))),
+    ):  # fmt: skip
+        scene = co.Scene([shape])
+        for way in ((0, 0, -1), (1, -1, 1)):
+            packet = co.Rays(np.tile((0.125, 0.25, 1.0), (3, 1)), length * np.tile(way, (3, 1)))
+            away = co.Rays((0.125, 0.25, 7.0), length * np.random.default_rng(2).choice((-1.0, 1.0), (2048, 3)))
+            # Together, alone, alone by the short call, and beside rays without order
+            for rays in (packet, packet[0], packet[0], co.Rays.concatenate([packet[:1], away])):
+                hits, rows = scene.first_hit(rays, t_min=-1e-250), scene.crossings(rays, t_min=-1e-250)
+                spans = scene.spans(rays, t_min=-1e-250)
+                assert hits.t.ravel()[0] == 0 == rows.t[0], (shape, way)
+                for t in (hits.t, rows.t, spans.t_enter, spans.t_exit):
+                    assert not np.signbit(t[t == 0]).any(), (shape, way)
