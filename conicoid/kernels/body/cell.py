@@ -176,7 +176,7 @@ def end_of(spans: CellSpans, end: int) -> tuple[float, Any]:
 MANY_PLANES = 32
 FIRST_CUTS, FIRST_GROUPS = 8, 2
 """Planes in all directions, which cut first; they are in the first groups, which bound nothing."""
-SURELY = 2.0**-47
+PLANE_ROUNDING = 2.0**-47
 """More than the relative rounding of the value of a plane at a point of a ray, as a share of the sizes."""
 
 
@@ -350,7 +350,7 @@ def _is_lost(geometry: Geometry, cell: int, slab: PlaneSlab, ray: Ray, inverse: 
 def margin_of(slab: PlaneSlab, ray: Ray, nearness: Nearness) -> float:
     """Return how far inside of a plane, whose normal has length 1, the ends of a slab are if it surely does not cut."""
     along, far = abs(ray.dx) + abs(ray.dy) + abs(ray.dz), abs(ray.ox) + abs(ray.oy) + abs(ray.oz)
-    return along * nearness.off + SURELY * (far + along * max(abs(slab.t_in), abs(slab.t_out)))
+    return along * nearness.off + PLANE_ROUNDING * (far + along * max(abs(slab.t_in), abs(slab.t_out)))
 
 
 @inline
@@ -414,7 +414,7 @@ def is_beside(geometry: Geometry, slab: PlaneSlab, place: int, ray: Ray, margin:
     height = (nx * (ox - ax) + ny * (oy - ay) + nz * (oz - az)) + above
     rate = nx * dx + ny * dy + nz * dz
     sense = 1.0 if plane_side(geometry, place) > 0 else -1.0
-    least = -(margin + SURELY * ((abs(ax) + abs(ay) + abs(az)) + abs(above)))
+    least = -(margin + PLANE_ROUNDING * ((abs(ax) + abs(ay) + abs(az)) + abs(above)))
     return (sense * (height + rate * slab.t_in) < least) & (sense * (height + rate * slab.t_out) < least)
 
 

@@ -63,11 +63,11 @@ from .secular import (
 
 # Begins of the rows
 (
-    X, Y, Z, BEST, FOUND, AWAY, NEAR, BOUND, CELL, FACE, PLAIN, LEAF, VALUE, OFF, GX, GY, GZ, STEEP, W, LOW, HIGH, DONE,
+    X, Y, Z, BEST, FOUND, BOX_DISTANCE, NEAR, BOUND, CELL, FACE, PLAIN, LEAF, VALUE, OFF, GX, GY, GZ, STEEP, W, LOW, HIGH, DONE,
     F, G0, G1, G2, A0, A1, A2, POLE,
 ) = (np.uint64(row) for row in range(0, 30 * LANES, LANES))  # fmt: skip
 """The points; walls beyond BEST do not matter; FOUND is 1 where a wall may be as near as BEST. For an entry: lower
-bounds by its boxes and its ball (AWAY, NEAR), its own bound, that of a cell, of a face, of a quadric by its value
+bounds by its boxes and its ball (BOX_DISTANCE, NEAR), its own bound, that of a cell, of a face, of a quadric by its value
 alone, of the box of a leaf. For a quadric: its form, the search for its nearest point, its equation."""
 GATES = 30 * LANES
 SIZE = GATES + MOST * LANES
@@ -468,9 +468,9 @@ def bound_of_point(geometry: Geometry, way: Floats, gates: Floats, x: float, y: 
 
 @inline
 def _put_boxes(geometry: Geometry, room: Floats, box: int) -> None:
-    """Compute AWAY: lower bounds of the distances to the box of a leaf."""
+    """Compute BOX_DISTANCE: lower bounds of the distances to the box of a leaf."""
     for i in range(EVERY):
-        room[AWAY + i] = distance_to_node(geometry, box, room[X + i], room[Y + i], room[Z + i])
+        room[BOX_DISTANCE + i] = distance_to_node(geometry, box, room[X + i], room[Y + i], room[Z + i])
 
 
 @inline
@@ -478,7 +478,7 @@ def _put_balls(room: Floats, ball: SphereRecord) -> int:
     """Compute NEAR: lower bounds of the distances to an entry by box and ball; return for how many lanes it is near."""
     near = 0
     for i in range(EVERY):
-        beyond = max(room[AWAY + i], distance_to_ball(ball, room[X + i], room[Y + i], room[Z + i]))
+        beyond = max(room[BOX_DISTANCE + i], distance_to_ball(ball, room[X + i], room[Y + i], room[Z + i]))
         room[NEAR + i] = beyond
         near += 1 if beyond <= room[BEST + i] else 0
     return near

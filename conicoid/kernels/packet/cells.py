@@ -21,7 +21,7 @@ from ..body.cell import (
     FIRST_GROUPS,
     MANY_PLANES,
     NO_PLACE,
-    SURELY,
+    PLANE_ROUNDING,
     PlaneGroup,
     PlaneSlab,
     SpanPair,
@@ -185,7 +185,7 @@ def _put_margin(lanes: Floats, i: Any, lengths: Nearness) -> None:
     ox, oy, oz, dx, dy, dz = lane_line(lanes, i)
     t_in, t_out = lanes[T_IN + i], lanes[T_OUT + i]
     along, far = abs(dx) + abs(dy) + abs(dz), max(abs(t_in), abs(t_out))
-    lanes[C + i] = along * off + SURELY * ((abs(ox) + abs(oy) + abs(oz)) + along * far)
+    lanes[C + i] = along * off + PLANE_ROUNDING * ((abs(ox) + abs(oy) + abs(oz)) + along * far)
     lanes[FOOT + i] = 1.0 if t_in > t_out + off else 0.0
 
 
@@ -213,7 +213,7 @@ def _lanes_to_cut(lanes: Floats, plane: PlaneRecord, inner: bool, place: int, fi
     sense = 1.0 if inner else -1.0
     nx, ny, nz = sense * plane.nx, sense * plane.ny, sense * plane.nz
     offset = (nx * plane.ax + ny * plane.ay + nz * plane.az) - sense * plane.above
-    margin = SURELY * ((abs(plane.ax) + abs(plane.ay) + abs(plane.az)) + abs(plane.above))
+    margin = PLANE_ROUNDING * ((abs(plane.ax) + abs(plane.ay) + abs(plane.az)) + abs(plane.above))
     some, ready = 0, float(place)
     for i in range(first, last):
         height = (nx * lanes[OX + i] + ny * lanes[OY + i] + nz * lanes[OZ + i]) - offset

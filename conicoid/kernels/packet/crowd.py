@@ -67,7 +67,7 @@ _MANY_LANES = 16.0
 _BODIES, _LANE_SUM, _CROWDED, _READY, _LEAVES = 0, 1, 2, 3, 4
 """Elements of `known`: number of Boolean bodies that the packet has seen; sum of the lanes that may meet them; 1 for a
 crowd; 1 if the packet's rays are copied; number of leaves in the current lot."""
-ITEM, HAS_MET, MET = 0, MOST_CHOSEN, 2 * MOST_CHOSEN
+ITEM, TRACED_BITS, LANE_BITS = 0, MOST_CHOSEN, 2 * MOST_CHOSEN
 """Sections of a crowd's integers: leaves of a lot, lanes that each has met, lanes that meet it in this round."""
 
 

@@ -71,8 +71,8 @@ from .cells import (
     quadric_of_lane,
 )
 from .lanes import (
-    AWAY,
-    BESIDE,
+    ORIGIN_SIZE,
+    START_SIZE,
     DOUBT,
     DX,
     DY,
@@ -395,7 +395,7 @@ def _quadric(lanes: Floats, i: Any) -> QuadricRecord:
 # Bodies of one form
 
 _MOVED = (
-    OX, OY, OZ, DX, DY, DZ, T_MIN, T_MAX, WITHIN, INVERSE, UNIT, START, AWAY, BESIDE, NARROW_IN, NARROW_OUT, SEEKS,
+    OX, OY, OZ, DX, DY, DZ, T_MIN, T_MAX, WITHIN, INVERSE, UNIT, START, ORIGIN_SIZE, START_SIZE, NARROW_IN, NARROW_OUT, SEEKS,
     DOUBT, OFF, BODY_OFF, BODY_FAR,
 )  # fmt: skip
 """Rows of a lane that are set before it meets its leaves; `_close_up` moves them."""
@@ -419,8 +419,8 @@ def _load_rays(geometry: Geometry, bodies: BodyQueue, form: int, rays: Floats, m
         within, unit = best + off, ray_unit(dx, dy, dz, inverse)
         size = ray_size(lanes[OX + i], lanes[OY + i], lanes[OZ + i], unit)
         lanes[DX + i], lanes[DY + i], lanes[DZ + i] = dx, dy, dz
-        lanes[INVERSE + i], lanes[START + i], lanes[UNIT + i], lanes[AWAY + i] = inverse, start, unit, size
-        lanes[BESIDE + i] = size * STARTING if start >= 0.0 else size
+        lanes[INVERSE + i], lanes[START + i], lanes[UNIT + i], lanes[ORIGIN_SIZE + i] = inverse, start, unit, size
+        lanes[START_SIZE + i] = size * STARTING if start >= 0.0 else size
         nearness = lane_nearness(lanes, i, Nearness(lanes[BODY_OFF + i], lanes[BODY_FAR + i]))
         # A body entered at the best hit must not seem to be left there: `begin_lane` searches as far as a tie
         limit = within + 2.0 * nearness.off + abs(best) * END + END_LEAST

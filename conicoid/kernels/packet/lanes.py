@@ -43,7 +43,7 @@ GROUPS = LANES // 8
 (
     OX, OY, OZ, IX, IY, IZ, T_MIN, T_MAX, WITHIN, DX, DY, DZ, INVERSE, UNIT, START, BEST, BODY, ENTRY, PLACE, SENSE,
     ENTERS, A, B, C, DISCRIMINANT, FOOT, T_IN, T_OUT, PLACE_IN, PLACE_OUT, LOW, HIGH, FLAG, TURN, NOW, NEXT, INSIDE,
-    SEEKS, NARROW_IN, NARROW_OUT, FOUND, NEW_PLACE, NEW_SENSE, NEW_ENTERS, AWAY, BESIDE, UNSURE, DOUBT, LATEST,
+    SEEKS, NARROW_IN, NARROW_OUT, FOUND, NEW_PLACE, NEW_SENSE, NEW_ENTERS, ORIGIN_SIZE, START_SIZE, UNSURE, DOUBT, LATEST,
     ENDS, OFF, OWN, EARLIEST,
 ) = (np.uint64(row) for row in range(0, 53 * LANES, LANES))  # fmt: skip
 BEAM_AT = 53 * LANES
@@ -127,9 +127,9 @@ def prepare_lanes(lanes: Floats) -> None:
         inverse = 1.0 / (dx * dx + dy * dy + dz * dz)
         unit = ray_unit(dx, dy, dz, inverse)
         size = ray_size(lanes[OX + i], lanes[OY + i], lanes[OZ + i], unit)
-        lanes[INVERSE + i], lanes[UNIT + i], lanes[AWAY + i] = inverse, unit, size
+        lanes[INVERSE + i], lanes[UNIT + i], lanes[ORIGIN_SIZE + i] = inverse, unit, size
         # `choose` is a select, which vectorises; a branch would not
-        lanes[BESIDE + i] = choose(lanes[START + i] >= 0.0, size * STARTING, size)
+        lanes[START_SIZE + i] = choose(lanes[START + i] >= 0.0, size * STARTING, size)
         lanes[BEST + i], lanes[WITHIN + i], lanes[DOUBT + i] = math.inf, math.inf, 0.0
         lanes[BODY + i], lanes[ENTRY + i], lanes[PLACE + i] = -1.0, -1.0, -1.0
         lanes[SENSE + i], lanes[ENTERS + i] = 1.0, 0.0
@@ -247,7 +247,7 @@ def lane_ray(lanes: Floats, i: Any, t_max: float) -> Ray:
 @inline
 def lane_nearness(lanes: Floats, i: int, lengths: Nearness) -> Nearness:
     """Convert limits from lengths to t of a lane."""
-    return limits_along(lengths, lanes[UNIT + i], lanes[AWAY + i], lanes[BESIDE + i])
+    return limits_along(lengths, lanes[UNIT + i], lanes[ORIGIN_SIZE + i], lanes[START_SIZE + i])
 
 
 @inline

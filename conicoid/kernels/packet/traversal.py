@@ -49,7 +49,7 @@ from ..bvh.walk import (
     scene_tree,
 )
 from ..tables import Floats, Geometry, Signs, box_at, whole
-from .crowd import HAS_MET, ITEM, MET, count_lot_leaves, open_crowd, put_lot_leaves, settle_crowd
+from .crowd import TRACED_BITS, ITEM, LANE_BITS, count_lot_leaves, open_crowd, put_lot_leaves, settle_crowd
 from .frontier import ITEM_COUNT, FrontierLevel, find_frontier, new_frontier, new_level
 from .lanes import (
     ALL,
@@ -116,7 +116,7 @@ def _first_pairs(packet: Packet, chosen: int) -> tuple[int, int, int]:
     for j in range(chosen):
         k = pending[j]
         if items[CODE + k] < 0.0 and items[BOX_OR_BALL + k] >= 0.0:
-            crowd.queue[ITEM + count], crowd.queue[HAS_MET + count] = k, 0
+            crowd.queue[ITEM + count], crowd.queue[TRACED_BITS + count] = k, 0
             pairs = _put_leaf(packet, count, pairs)
             count += 1
             # Beams shortened on the way save tests of the leaves behind
@@ -152,11 +152,11 @@ def _find_hits(packet: Packet, pairs: int, again: bool) -> None:
     """Find which lanes meet the leaves of the lot in this round."""
     crowd = packet.crowd
     for j in range(count_lot_leaves(crowd)):
-        crowd.queue[MET + j] = 0
+        crowd.queue[LANE_BITS + j] = 0
     for n in range(pairs):
         pair = packet.pending[PAIRS + n]
         row = WITHIN if again else EARLIEST
-        crowd.queue[MET + (pair >> 3)] |= lanes_entering(packet.lanes, row, crowd.entries, 8 * n, pair & 7)
+        crowd.queue[LANE_BITS + (pair >> 3)] |= lanes_entering(packet.lanes, row, crowd.entries, 8 * n, pair & 7)
 
 
 @helper
@@ -177,10 +177,10 @@ def meet_round(
         put_lot_leaves(crowd, count)
     _find_hits(packet, pairs, again)
     for j in range(count_lot_leaves(crowd)):
-        bits = crowd.queue[MET + j] & ~crowd.queue[HAS_MET + j]
+        bits = crowd.queue[LANE_BITS + j] & ~crowd.queue[TRACED_BITS + j]
         if bits == 0:
             continue
-        crowd.queue[HAS_MET + j] |= bits
+        crowd.queue[TRACED_BITS + j] |= bits
         begin, end = leaf_range(whole(items[CODE + crowd.queue[ITEM + j]]))
         at, size = leaf_at(geometry, begin), end - begin
         for item in range(size):

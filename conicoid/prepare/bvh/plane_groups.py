@@ -15,7 +15,7 @@ import numpy as np
 
 from ..._jit.decorators import helper, inline, kernel
 from ...kernels import tables as table
-from ...kernels.body.cell import FIRST_CUTS, FIRST_GROUPS, MANY_PLANES, SURELY, groups_of
+from ...kernels.body.cell import FIRST_CUTS, FIRST_GROUPS, MANY_PLANES, PLANE_ROUNDING, groups_of
 from ...kernels.faces import plane_side
 from ...kernels.surface.plane import PlaneRecord
 from ...kernels.surface.records import load_plane
@@ -206,9 +206,13 @@ def _put_bounds(
     # What is added is more than all rounding: of these numbers, of the normals and of the values
     at, f = geometry.places[table.GROUP_BOUNDS] + GROUP_SIZE * group, geometry.floats
     f[at], f[at + 1], f[at + 2] = 0.5 * (lx + hx), 0.5 * (ly + hy), 0.5 * (lz + hz)
-    f[at + 3], f[at + 4], f[at + 5] = 0.5 * (hx - lx) + SURELY, 0.5 * (hy - ly) + SURELY, 0.5 * (hz - lz) + SURELY
+    f[at + 3], f[at + 4], f[at + 5] = (
+        0.5 * (hx - lx) + PLANE_ROUNDING,
+        0.5 * (hy - ly) + PLANE_ROUNDING,
+        0.5 * (hz - lz) + PLANE_ROUNDING,
+    )
     f[at + 6], f[at + 7], f[at + 8] = ax, ay, az
-    f[at + 9] = most + 4.0 * SURELY * ((abs(ax) + abs(ay) + abs(az)) + far)
+    f[at + 9] = most + 4.0 * PLANE_ROUNDING * ((abs(ax) + abs(ay) + abs(az)) + far)
 
 
 @inline
