@@ -63,12 +63,12 @@ from .secular import (
 
 # Begins of the rows
 (
-    X, Y, Z, BEST, FOUND, BOX_DISTANCE, NEAR, BOUND, CELL, FACE, PLAIN, LEAF, VALUE, OFF, GX, GY, GZ, STEEP, W, LOW, HIGH, DONE,
-    F, G0, G1, G2, A0, A1, A2, POLE,
+    X, Y, Z, BEST, FOUND, BOX_DISTANCE, NEAR, BOUND, CELL, FACE, PLAIN, LEAF, VALUE, OFF, GX, GY, GZ, STEEP, W, LOW,
+    HIGH, DONE, F, G0, G1, G2, A0, A1, A2, POLE,
 ) = (np.uint64(row) for row in range(0, 30 * LANES, LANES))  # fmt: skip
 """The points; walls beyond BEST do not matter; FOUND is 1 where a wall may be as near as BEST. For an entry: lower
-bounds by its boxes and its ball (BOX_DISTANCE, NEAR), its own bound, that of a cell, of a face, of a quadric by its value
-alone, of the box of a leaf. For a quadric: its form, the search for its nearest point, its equation."""
+bounds by its boxes and its ball (BOX_DISTANCE, NEAR), its own bound, that of a cell, of a face, of a quadric by its
+value alone, of the box of a leaf. For a quadric: its form, the search for its nearest point, its equation."""
 GATES = 30 * LANES
 SIZE = GATES + MOST * LANES
 EVERY = np.uint64(LANES)

@@ -71,8 +71,6 @@ from .cells import (
     quadric_of_lane,
 )
 from .lanes import (
-    ORIGIN_SIZE,
-    START_SIZE,
     DOUBT,
     DX,
     DY,
@@ -87,6 +85,7 @@ from .lanes import (
     NEW_PLACE,
     NEW_SENSE,
     OFF,
+    ORIGIN_SIZE,
     OWN,
     OX,
     OY,
@@ -94,6 +93,7 @@ from .lanes import (
     SEEKS,
     SIZE,
     START,
+    START_SIZE,
     T_IN,
     T_MAX,
     T_MIN,
@@ -395,8 +395,8 @@ def _quadric(lanes: Floats, i: Any) -> QuadricRecord:
 # Bodies of one form
 
 _MOVED = (
-    OX, OY, OZ, DX, DY, DZ, T_MIN, T_MAX, WITHIN, INVERSE, UNIT, START, ORIGIN_SIZE, START_SIZE, NARROW_IN, NARROW_OUT, SEEKS,
-    DOUBT, OFF, BODY_OFF, BODY_FAR,
+    OX, OY, OZ, DX, DY, DZ, T_MIN, T_MAX, WITHIN, INVERSE, UNIT, START, ORIGIN_SIZE, START_SIZE, NARROW_IN, NARROW_OUT,
+    SEEKS, DOUBT, OFF, BODY_OFF, BODY_FAR,
 )  # fmt: skip
 """Rows of a lane that are set before it meets its leaves; `_close_up` moves them."""
 

@@ -49,7 +49,7 @@ from ..bvh.walk import (
     scene_tree,
 )
 from ..tables import Floats, Geometry, Signs, box_at, whole
-from .crowd import TRACED_BITS, ITEM, LANE_BITS, count_lot_leaves, open_crowd, put_lot_leaves, settle_crowd
+from .crowd import ITEM, LANE_BITS, TRACED_BITS, count_lot_leaves, open_crowd, put_lot_leaves, settle_crowd
 from .frontier import ITEM_COUNT, FrontierLevel, find_frontier, new_frontier, new_level
 from .lanes import (
     ALL,

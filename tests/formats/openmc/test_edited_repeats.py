@@ -285,7 +285,7 @@ def test_edited_scenes_are_pickled(core: co.Scene) -> None:
 def numbered(scene: co.Scene) -> list[bytes]:
     """Answers in which every number of a body, a face and a surface shows, to the bit."""
     low, high = (np.nan_to_num(end, posinf=3, neginf=-3) for end in scene.bounds)
-    a, b = np.random.default_rng(7).uniform(low, high, (2, size(600, 1500), 3))
+    a, b = np.random.default_rng(7).uniform(low, high, (2, 600, 3))
     hits, crossings = scene.first_hit(co.Rays(a, b - a)), scene.crossings(co.Rays(a, b - a))
     found = [hits.t, hits.body, hits.face, hits.surface, hits.uv, hits.normal, hits.local_point, hits.t_error]
     found += [crossings.offsets, crossings.t, crossings.surface, scene.body_at(b)]
@@ -299,7 +299,7 @@ def test_bodies_are_exchanged_in_the_tables_of_others(tmp_path: Path, monkeypatc
     monkeypatch.setattr(prepared_scene.lowering, "lower", lambda *of: fresh.append(1) or work(*of))
     scene.prepare()
     held, random = [], np.random.default_rng(3)
-    for step in range(size(14, 40)):
+    for step in range(14):
         number = inside(scene) if step % 2 else int(random.integers(len(scene.bodies)))
         middle = np.mean(scene.bodies[number].shape.bounds, axis=0)
         new = [
