@@ -162,6 +162,50 @@ def test_problems_are_shown_on_request():
     assert shown.count([255, 0, 255]) == 20 * 40
 
 
+ONE = co.Box((0, 0, 0), (1, 1, 1))
+
+
+def marked(tmp_path, other, origin):
+    """Pixels of a window where two bodies hold the centre, where they overlap, and whether the legend says so."""
+    scene = co.Scene([ONE, other])
+    cut = scene.slice(origin=origin, u=(2, 0, 0), v=(0, 1, 0), pixels=(25, 15))
+    cut.save(tmp_path / "cut.svg", problems=True)
+    held = int((scene.bodies_at(cut._window.rows(0, 15)).counts > 1).sum())
+    return held, int(cut.overlapping.sum()), "overlapping" in (tmp_path / "cut.svg").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("other", "origin"),
+    [
+        (co.Box((1, 0, 0), (2, 1, 1)), (0, 0, 0.5)),  # the centres of the middle column lie in the common wall
+        (co.Box((1, 0.5, 0), (2, 1.5, 1)), (0, 0, 0.5)),  # also at an edge
+        (co.Box((0, 0, 1), (1, 1, 2)), (0, 0, 1)),  # the window lies in it
+        (co.Sphere(0.5, (1.5, 0.5, 0.5)), (0, 0, 0.5)),  # one point is common
+        (co.Sphere(0.5, (0.5, 0.5, 1.5)), (-0.5, 0, 1)),
+    ],
+)
+def test_bodies_that_touch_do_not_overlap(tmp_path, other, origin):
+    held, overlapping, named = marked(tmp_path, other, origin)
+    assert held > 0
+    assert (overlapping, named) == (0, False)
+
+
+@pytest.mark.parametrize(
+    ("other", "origin"),
+    [
+        (co.Box((math.nextafter(1, 0), 0, 0), (2, 1, 1)), (0, 0, 0.5)),  # by the last digit
+        (co.Box((0, 0, math.nextafter(1, 0)), (1, 1, 2)), (0, 0, 1)),
+        (ONE, (0, 0, 1)),  # on one side of the window only
+        (co.Box((-1, 0, 0.5), (1, 1, 2)), (0, 0, 1)),
+        (co.Box((1, 0, 0), (2, 1, 1)) | co.Sphere(2.0**-30, (1, 0.5, 0.5)), (0, 0, 0.5)),
+    ],
+)
+def test_thin_overlaps_are_marked(tmp_path, other, origin):
+    held, overlapping, named = marked(tmp_path, other, origin)
+    assert held >= overlapping > 0
+    assert named
+
+
 IDS = SCENE.voxels(((-1, -1, -1), (1, 2, 3)), (4, 6, 8))
 SHARES = SCENE.voxels(((-1, -1, -1), (1, 2, 3)), (4, 6, 8), fractions="material", samples=2)
 

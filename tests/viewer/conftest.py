@@ -7,7 +7,7 @@ import pytest
 
 from .browser import launch
 from .mirrors.workbench import Workbench
-from .mirrors.worlds import exact_world, random_world
+from .mirrors.worlds import exact_world, random_world, tied_world
 
 
 @pytest.fixture(scope="session")
@@ -27,7 +27,7 @@ def browser(playwright_tool: Any) -> Iterator[Any]:
 @pytest.fixture(scope="session")
 def workbench(browser: Any) -> Iterator[Workbench]:
     bench = Workbench(browser)
-    for make_world in (exact_world, random_world):
+    for make_world in (exact_world, random_world, tied_world):
         bench.load(make_world())
     yield bench
     bench.close()

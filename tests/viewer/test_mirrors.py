@@ -11,13 +11,14 @@ import pytest
 from conicoid.viewer import html
 from conicoid.viewer.html import asset
 
+from ..engine.test_ties import CENTERS, walls_along
 from ..machine_code import needs_compiler
 from .browser import needs_browser
 from .mirrors import bodies, cells, looks, surfaces
 from .mirrors.case import disagreements, evaluator
 from .mirrors.markdown import PAGE, tables, written
 from .mirrors.table import MIRRORS, NO_MIRROR, OTHER_NAMES, python_name
-from .mirrors.worlds import exact_world, random_world
+from .mirrors.worlds import exact_world, random_world, tied_trees, tied_world
 
 # --- Each function of the shaders against the Python function that it mirrors
 
@@ -65,6 +66,21 @@ def troubles_of(bench, group, name, evaluate):
     return found
 
 
+@needs_browser
+def test_a_crossing_has_the_face_of_a_leaf_that_turns_the_body(workbench):
+    """Where walls of several leaves coincide and some are cut away: by unit cubes, as tests/engine/test_ties.py does."""
+    rng, inputs, expected = np.random.default_rng(19), [], []
+    for number, (tree, _) in enumerate(tied_trees()):
+        for axis, row in ((axis, rng.integers(0, 6, 2)) for axis in range(3) for _ in range(8)):
+            walls = walls_along(tree, axis, row)
+            origin = [*np.insert(CENTERS[row], axis, -2.0), 0]
+            inputs.append([origin, [*np.eye(3)[axis], 1e30], [-1, 0, 0, 0], [number, 0, 0, 0]])
+            expected.append([1, *map(int, walls[0])] if walls else [0, 0, 0])
+    workbench.load(tied_world())
+    found = workbench.run(bodies.ENTRY_GLSL, np.array(inputs, np.float32), 6)
+    assert found[:, [0, 2, 4]].tolist() == expected
+
+
 MISTAKES = [
     ("surfaces", "roots_of", "quadric", "discriminant > 1e-36", "discriminant >= 0.0"),
     ("surfaces", "roots_of", "quadric", "b < 0.0 ? -root : root", "root"),
@@ -107,8 +123,10 @@ MISTAKES = [
     ("bodies", "counts_in", "events", "t < t_max && !(t == 0.0", "t <= t_max && !(t == 0.0"),
     ("bodies", "counts_in", "events", "&& !(t == 0.0 && starts)", ""),
     ("bodies", "surface_of", "events", "if (t != 0.0) return NO_SURFACE;", ""),
-    ("bodies", "region_crossing", "events", "if (on == (leaf.w > 0)) { if (entering.y == 0)", "if (on == (leaf.w > 0)) { if (true)"),
-    ("bodies", "region_crossing", "events", "else if (leaving.y == 0) leaving", "else leaving"),
+    ("bodies", "region_crossing", "program", "if ((counts[gate - first_gate] >= row.y) != rises) return false;", ""),
+    ("bodies", "region_crossing", "events", "if (leaf_decides(integer4(LEAVES, event_key[k] >> 2), (event_key[k] & 1) == 1))", ""),
+    ("bodies", "region_crossing", "events", "(bits & 1u) == 1u && fits && leaf_decides(leaf, on)", "(bits & 1u) == 1u && fits"),
+    ("bodies", "region_crossing", "events", "entered ? any.y : -any.y", "any.y"),
     ("bodies", "region_crossing", "events", "now != inside && group < high", "now != inside && group <= high"),
     ("bodies", "region_crossing", "events", "else if (!(group == 0.0 && place_face(face.x).x == ray.start))", "else"),
     ("bodies", "region_crossing, closed", "events", "if (mode != CLOSED || on || t < ray.t_min)", ""),

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from ...queries.scene_protocol import SceneLike
 
 _ROWS = 1 << 21  # points of a query
+_OBLIQUE = ((0.41, 0.62, 1.0), (-0.37, -0.58, 1.0))
+"""Directions along u, v and the normal that lie in few walls; two, since one of them may pass an edge."""
 Mask = npt.NDArray[np.bool_]
 
 
@@ -108,8 +110,27 @@ class Slice:
 
     @cached_property
     def overlapping(self) -> Mask:
-        """bool (height, width): whether the pixel's centre is in more than one body."""
-        return self._each_row(lambda rows: self._scene.bodies_at(rows).counts > 1)
+        """bool (height, width): whether the pixel's centre is where bodies overlap; bodies that only touch do not."""
+        return self._each_row(self._share_space)
+
+    def _share_space(self, points: FloatArray) -> Mask:
+        """Return where several bodies hold a point and the beginning of a ray from it, one ray of four.
+
+        A point inside of an overlap or of one of its faces is always found, one on its edge may not be.
+        """
+        shared = self._scene.bodies_at(points).counts > 1
+        rows = np.flatnonzero(shared)
+        across, up = self._window.size
+        u, v = self.u / across, self.v / up
+        directions = np.array(_OBLIQUE) @ np.stack([u, v, np.cross(u, v)])
+        reach = min(across / self._window.width, up / self._window.height)
+        for d in (*directions, *-directions):
+            spans = self._scene.spans(points.reshape(-1, 3)[rows], d, t_max=reach)
+            # A body that the ray begins in has a span that begins at no wall
+            begun = np.append(0, np.cumsum(spans.enter_clipped))
+            rows = rows[np.diff(begun[spans.offsets]) < 2]
+        shared.reshape(-1)[rows] = False
+        return shared
 
     @cached_property
     def undefined(self) -> Mask:

@@ -79,6 +79,27 @@ void gather(int program, Ray ray, float inverse, float last) {
     }
 }
 
+// The events of a group from number `first` on whose leaves decide before it: one bit each, none for a lone event
+uint deciders(int first) {
+    uint bits = 0u;
+    int k = first;
+    for (; k < event_count && event_t[k] == event_t[first]; k++)
+        if (leaf_decides(integer4(LEAVES, event_key[k] >> 2), (event_key[k] & 1) == 1)) bits |= 1u << uint(k - first);
+    return k - first > 1 ? bits : 0u;
+}
+
+// (place, sense) of the first event of a group whose leaf turns the body: of the `deciders`, one that decides after it
+// as well. Else `any`, a place and whether its leaf is entered (1, -1).
+ivec2 deciding_face(int first, uint bits, bool entered, ivec2 any) {
+    for (int k = first; bits != 0u; k++) {
+        ivec4 leaf = integer4(LEAVES, event_key[k] >> 2);
+        bool on = (event_key[k] & 1) == 0, fits = on == (entered == (leaf.w > 0));
+        if ((bits & 1u) == 1u && fits && leaf_decides(leaf, on)) return ivec2(event_place[k], leaf.w);
+        bits >>= 1;
+    }
+    return ivec2(any.x, entered ? any.y : -any.y);
+}
+
 Crossing no_crossing() {
     return Crossing(false, FAR, NO_PLACE, 1, false, false, false, 0.0);
 }
@@ -131,14 +152,16 @@ Crossing region_crossing(int program, Ray ray, float inverse, int mode) {
     if (mode == CLOSED) low = FAR;
     bool inside = root_value(), started = false;
     float group = -2.0 * FAR;
-    ivec2 entering = ivec2(NO_PLACE, 0), leaving = ivec2(NO_PLACE, 0), any = ivec2(NO_PLACE, 1);  // place, sense
+    ivec2 any = ivec2(NO_PLACE, 1);
+    int first = 0;   // of the group's events, or -1 before they are taken
+    uint bits = 0u;  // its `deciders`, but for a group of more than EVENTS
     taken_t = -2.0 * FAR;
     taken_key = -1;
     event_count = 0;
     events_left = true;
     int i = 0;
     while (true) {
-        if (i == event_count && events_left) { gather(program, ray, inverse, stop); i = 0; }
+        if (i == event_count && events_left) { gather(program, ray, inverse, stop); i = 0; bits = 0u; }
         bool more = i < event_count && event_t[i] <= stop;
         float t = more ? event_t[i] : 2.0 * FAR;
         if (t > group) {
@@ -150,8 +173,7 @@ Crossing region_crossing(int program, Ray ray, float inverse, int mode) {
                 inside = now;
             } else if (group > low || (group == low && tie_counts && !u_cuts)) {
                 if (now != inside && group < high) {
-                    ivec2 face = now ? entering : leaving;
-                    face = face.y == 0 ? any : face;
+                    ivec2 face = deciding_face(first, bits, now, any);
                     if (mode == CHORDS) {
                         if (now) chord_from = group;
                         else result.chord += group - chord_from;
@@ -171,15 +193,18 @@ Crossing region_crossing(int program, Ray ray, float inverse, int mode) {
             }
             if (!more) break;
             group = t;
-            entering = ivec2(NO_PLACE, 0);
-            leaving = entering;
-            any = ivec2(event_place[i], integer4(LEAVES, event_key[i] >> 2).w);
+            first = -1;
+            // Perhaps its last ones had no room: gather from its first one on
+            if (i > 0 && events_left && event_t[event_count - 1] == t) { i = event_count; continue; }
+        }
+        if (first < 0) {
+            first = i;
+            any = ivec2(event_place[i], (event_key[i] & 1) == 0 ? 1 : -1);
+            bits = mode == FIRST ? deciders(i) : 0u;
         }
         ivec4 leaf = integer4(LEAVES, event_key[i] >> 2);
         bool on = (event_key[i] & 1) == 0;
         if (mode != CLOSED || on || t < ray.t_min) turn_leaf(leaf, on);
-        if (on == (leaf.w > 0)) { if (entering.y == 0) entering = ivec2(event_place[i], leaf.w); }
-        else if (leaving.y == 0) leaving = ivec2(event_place[i], leaf.w);
         taken_t = t;
         taken_key = event_key[i];
         i++;

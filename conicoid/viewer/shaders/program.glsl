@@ -29,3 +29,16 @@ void turn_leaf(ivec4 leaf, bool on) {
         gate = row.x;
     }
 }
+
+// Does every gate from a leaf to the root have the value that the leaf, inside (`on`) or outside, alone gives?
+bool leaf_decides(ivec4 leaf, bool on) {
+    int gate = leaf.y;
+    bool rises = on != (leaf.z == 1);
+    while (gate >= 0) {
+        ivec4 row = integer4(GATE, gate);
+        if ((counts[gate - first_gate] >= row.y) != rises) return false;
+        rises = rises != (row.z == 1);
+        gate = row.x;
+    }
+    return true;
+}

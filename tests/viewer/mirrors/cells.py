@@ -85,9 +85,9 @@ def clip_slab(world, scratch, x, out):
     _put_slab(out, slab)
 
 
-GIVEN_SLAB = f"Slab slab = PlaneSlab(given(0).x, given(0).y, {PLACE_IN}, {PLACE_OUT});"
+GIVEN_SLAB = f"Slab slab = Slab(given(0).x, given(0).y, {PLACE_IN}, {PLACE_OUT});"
 CLIP_GLSL = f"""{GIVEN_SLAB} vec4 plane = given(1);
-PlaneSlab s = clip_slab(slab, plane.x, plane.y, plane.z > 0.5, {NEW_PLACE}); {PUT_SLAB}"""
+Slab s = clip_slab(slab, plane.x, plane.y, plane.z > 0.5, {NEW_PLACE}); {PUT_SLAB}"""
 
 
 def _ends(rng: Any) -> Any:

@@ -7,6 +7,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from conicoid.kernels.body.boolean import (
+    deciding_event,
     gather_events,
     inside_program_at,
     put_event,
@@ -43,7 +44,7 @@ from conicoid.kernels.bvh.walk import (
 )
 from conicoid.kernels.first_hits import is_blocked, resolve_first_crossing
 from conicoid.kernels.numbers.vectors import normalize
-from conicoid.kernels.programs import hold_program, new_counts, root_value, turn_leaf
+from conicoid.kernels.programs import hold_program, leaf_decides, new_counts, root_value, turn_leaf
 from conicoid.kernels.ray import Ray, line_of, span_inverse
 from conicoid.kernels.surface.interval import Nearness, counts_in
 from conicoid.kernels.surface.plane import plane_on_ray
@@ -132,9 +133,12 @@ MIRRORS = {
     "start_gates": mirror(new_counts, undo_events, case="turn_leaf"),
     "root_value": mirror(root_value, case="turn_leaf"),
     "turn_leaf": mirror(turn_leaf),
+    "leaf_decides": mirror(leaf_decides, case="region_crossing"),
     "is_after": mirror(sort_events, case="put_event"),
     "put_event": mirror(put_event, sort_events),
     "gather": mirror(gather_events),
+    "deciders": mirror(deciding_event, case="region_crossing"),
+    "deciding_face": mirror(deciding_event, case="region_crossing"),
     "counts_in": mirror(counts_in),
     "surface_of": mirror(surface_of),
     "spans_crossing": mirror(crossings_of_spans, entry_sides, case="entry_crossing"),

@@ -14,6 +14,7 @@ from conicoid.kernels.tables import Geometry, Tables, length
 from conicoid.render.lights.light_tables import ShadingTables
 from conicoid.viewer.scene_data import look_of, pack_scene
 
+from ...engine.test_ties import random_tree
 from .table import new_stack
 
 ROUNDING = 2.0**-24
@@ -309,3 +310,15 @@ def exact_world() -> Scene:
     ]
     clipped = [sheet & solids[rng.integers(len(solids))] for sheet in sheets[:4] for _ in range(3)]
     return world_of(_scene([*solids, *regions, *sheets, *clipped], rng), 0)
+
+
+@cache
+def tied_trees() -> list[Any]:
+    """Trees of boxes whose walls coincide and are often cut away there, with their solids, of `tied_world`."""
+    rng = np.random.default_rng(17)
+    return [random_tree(rng, 2 + k % 4, [0]) for k in range(40)]
+
+
+@cache
+def tied_world() -> Scene:
+    return world_of(_scene([solid for _, solid in tied_trees()], np.random.default_rng(18)), 0)
