@@ -195,7 +195,7 @@ def read_regular(path: str | os.PathLike[str], most: int) -> bytes:
 
 
 def refuse_devices(folder: str | os.PathLike[str]) -> None:
-    """Raise OSError for what is no regular file within a folder and what links in it lead to."""
+    """Raise OSError for pipes and devices in a folder, and in folders that links in it lead to."""
     folders, found = [os.path.realpath(folder)], set()
     while folders:
         path = folders.pop()
