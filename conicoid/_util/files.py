@@ -5,7 +5,9 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+import shutil
 import stat
+import zlib
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from io import BufferedReader
@@ -27,21 +29,90 @@ def replace_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     OSError with the name `path` if that cannot be a file, its folder cannot be written to, or the disk is full.
     """
     final = resolve_output(path)
-    partial = final.with_name(f".{final.stem[:40]}-{os.urandom(4).hex()}{final.suffix}")
-    with _name_output_in_errors(path, partial):
-        # Exclusive: a file of that name, or a link planted there, is never written to
-        descriptor = os.open(partial, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666)
+    with _name_output_in_errors(path, final):
+        partial, lock = create_partial(final, final.suffix)
         try:
-            os.close(descriptor)
             yield partial
             _sync_to_disk(partial, os.O_RDWR)
             if final.exists():  # the new file keeps the permissions of the old one
                 partial.chmod(final.stat().st_mode & 0o777)
             os.replace(partial, final)
-        finally:
+        except BaseException:
             partial.unlink(missing_ok=True)
+            raise
+        finally:
+            release_partial(lock)
         if os.name == "posix":  # the folder holds the name; other systems cannot open one
             _sync_to_disk(final.parent, os.O_RDONLY)
+
+
+_NAMES = 4  # saves of one output at a time whose remains are found
+
+
+def create_partial(final: Path, suffix: str, folder: bool = False) -> tuple[Path, int]:
+    """Create a hidden file or folder beside an output. Return it, and a lock until `release_partial` or a kill.
+
+    Those of the same output that no process has locked are remains of killed ones, and go first. Windows and file
+    systems without locks keep them.
+    """
+    # Few names for each output, as a search of the folder would take long among the frames of a film
+    start = f".{final.stem[:40]}-{zlib.crc32(final.name.encode(errors='surrogatepass')):08x}"
+    for partial in (names := [final.with_name(f"{start}{k}{suffix}") for k in range(_NAMES)]):
+        with contextlib.suppress(OSError):
+            lock = _open_plain(partial, folder)
+            try:
+                if _lock(lock, partial, otherwise=False):
+                    shutil.rmtree(partial, ignore_errors=True) if folder else partial.unlink()
+            finally:
+                os.close(lock)
+    # Nobody takes the last one for remains
+    for partial in (*names, last := final.with_name(f"{start}-{os.urandom(4).hex()}{suffix}")):
+        with contextlib.nullcontext() if partial == last else contextlib.suppress(FileExistsError, FileNotFoundError):
+            if folder:
+                partial.mkdir()
+            # Exclusive: a file of that name, or a link planted there, is never written to
+            lock = _open_plain(partial, folder, 0 if folder else os.O_CREAT | os.O_EXCL)
+            if _lock(lock, partial, otherwise=True) or partial == last:
+                break
+            os.close(lock)
+    if os.name != "posix":  # others do not rename what is open
+        os.close(lock)
+        lock = -1
+    return partial, lock
+
+
+def release_partial(lock: int) -> None:
+    """Release the lock of `create_partial` or `lock_file`."""
+    if lock >= 0:
+        os.close(lock)
+
+
+def lock_file(path: Path) -> int:
+    """Lock a file that is about to replace a partial one, whose lock does not cover it. Return the lock."""
+    if os.name != "posix":
+        return -1
+    lock = _open_plain(path, False)
+    _lock(lock, path, otherwise=True)
+    return lock
+
+
+def _open_plain(path: Path, folder: bool, more: int = 0) -> int:
+    """Return a descriptor of a file, or of a folder, that can be locked; of no link."""
+    kind = os.O_RDONLY | getattr(os, "O_DIRECTORY", 0) if folder else os.O_RDWR  # NFS locks what can be written
+    return os.open(path, kind | more | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0), 0o666)
+
+
+def _lock(descriptor: int, path: Path, otherwise: bool) -> bool:
+    """Lock a file or folder, and return whether it is still the one at `path`; `otherwise` where there are no locks."""
+    try:
+        import fcntl
+
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        return os.path.samestat(os.fstat(descriptor), os.lstat(path))
+    except (BlockingIOError, FileNotFoundError):
+        return False
+    except (ImportError, OSError):
+        return otherwise
 
 
 def resolve_output(path: str | os.PathLike[str]) -> Path:
@@ -68,12 +139,13 @@ def resolve_links(path: str | os.PathLike[str]) -> Path:
 
 
 @contextlib.contextmanager
-def _name_output_in_errors(path: str | os.PathLike[str], partial: Path) -> Iterator[None]:
-    """Let errors of the partial file name the file that it was to become."""
+def _name_output_in_errors(path: str | os.PathLike[str], final: Path) -> Iterator[None]:
+    """Let errors of a partial file name the file that it was to become."""
+    start = os.fspath(final.with_name(f".{final.stem[:40]}-"))
     try:
         yield
     except OSError as error:
-        if error.errno is None or error.filename not in (None, str(partial), partial):
+        if error.errno is None or not str(error.filename or start).startswith(start):
             raise
         raise OSError(error.errno, error.strerror, os.fspath(path)) from None
 
@@ -120,6 +192,21 @@ def read_regular(path: str | os.PathLike[str], most: int) -> bytes:
     """Return the contents of a regular file; `most` + 1 bytes of a larger one, by which a caller notices it."""
     with open_regular(path) as file:
         return file.read(min(os.fstat(file.fileno()).st_size, most) + 1)
+
+
+def refuse_devices(folder: str | os.PathLike[str]) -> None:
+    """Raise OSError for pipes and devices in a folder, and in folders that links in it lead to."""
+    folders, found = [os.path.realpath(folder)], set()
+    while folders:
+        path = folders.pop()
+        if path not in found:  # links may lead in a circle
+            found.add(path)
+            with os.scandir(path) as entries:
+                for entry in entries:
+                    if entry.is_dir():
+                        folders.append(os.path.realpath(entry.path) if entry.is_symlink() else entry.path)
+                    elif not entry.is_file():
+                        _check_regular(os.stat(entry.path).st_mode, entry.path)
 
 
 def _check_regular(mode: int, path: str | os.PathLike[str]) -> None:

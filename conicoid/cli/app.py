@@ -196,7 +196,7 @@ def trace(
 ) -> None:
     """Follow rays through a scene and write what they hit."""
     with user_mistakes():
-        from ..parallel.result_writer import SUFFIXES, file_state, result_writer, write_answers
+        from ..parallel.result_writer import SUFFIXES, file_state, parts_folder, result_writer, write_answers
 
         # Files of these kinds are read and written part by part in any case
         parts = chunk is not None or bool({rays.suffix.lower(), output.suffix.lower()} & {".parquet", ".zarr"})
@@ -205,7 +205,8 @@ def trace(
             raise ValueError(f"trace: --errors goes with .csv; a {output.suffix} file has all fields in any case")
         if parts and output == STDOUT:
             raise ValueError("trace: --chunk writes a file, with which it can continue: name one with -o")
-        file = ray_file(rays, scene, output, t_min, t_max, SUFFIXES, not parts)
+        resumed = resume and parts_folder(output).is_dir()
+        file = ray_file(rays, scene, output, t_min, t_max, SUFFIXES, not parts, resumed)
         # Without parts invalid rays are found before the preparation, which may take much longer
         whole = None if parts else file.read()
         loaded = load(scene, threads)

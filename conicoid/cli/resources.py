@@ -110,11 +110,12 @@ def refuse_overwriting(output: Path, *read: Path) -> None:
 
 def ray_file(
     rays: Path, scene: Path, output: Path, t_min: float | None, t_max: float | None, suffixes: tuple[str, ...],
-    whole: bool = True,
+    whole: bool = True, resumed: bool = False,
 ) -> RayFile:  # fmt: skip
     """Open a file of rays, and print notes on it; refuse an output that cannot be written before.
 
     suffixes: those of results that the command writes, whatever the file of rays. whole: all rays must fit into memory.
+    resumed: whether the output may be the folder of an earlier run, which `result_writer` knows.
     """
     from ..io.array_file import check_output
     from ..io.ray_file import RayFile
@@ -122,7 +123,8 @@ def ray_file(
     refuse_stdin(rays, "rays")
     if output != STDOUT:
         check_output(output, suffixes)
-    check_folder(output)
+    if not resumed:
+        check_folder(output)
     refuse_overwriting(output, scene, rays)
     file = RayFile(rays, whole)
     file.check_limits(t_min, t_max)

@@ -10,10 +10,9 @@ from __future__ import annotations
 import contextlib
 import math
 import os
-import secrets
 import shutil
 import zipfile
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -22,7 +21,7 @@ from typing import IO, Any, Protocol
 import numpy as np
 
 from .._util.arrays import FloatArray
-from .._util.files import open_regular, printable, replace_file
+from .._util.files import create_partial, open_regular, printable, refuse_devices, release_partial, replace_file
 from .data_files import MAX_DATA_BYTES, check_heading, match_columns, read_csv_chunks
 from .npz import ArrayHeader, ArrayRows, NpyFormatError, NpzArchive, read_npy_header
 
@@ -279,6 +278,7 @@ class ZarrSource:
         zarr = zarr_module()
         if not path.is_dir():
             raise FileNotFoundError(2, "no such folder", str(path))
+        refuse_devices(path)
         try:
             found: Any = zarr.open(str(path), mode="r")
             arrays: dict[str, Any] = {TABLE: found} if hasattr(found, "shape") else dict(found.arrays())
@@ -351,11 +351,14 @@ Arrays = Mapping[str, Any]
 """Arrays in memory, and `StoredArray`."""
 
 
-def write_arrays(path: str | os.PathLike[str], arrays: Arrays) -> None:
-    """Write a .npz file, a new .zarr folder, or a .npy file of the only array. Raise OSError."""
+def write_arrays(path: str | os.PathLike[str], arrays: Arrays, about: Callable[[int], None] | None = None) -> None:
+    """Write a .npz file, a new .zarr folder, or a .npy file of the only array. Raise OSError.
+
+    about: gets the number that the file system has for the folder, before that has its name.
+    """
     suffix = Path(path).suffix.lower()
     if suffix == ".zarr":
-        _write_zarr(path, arrays)
+        _write_zarr(path, arrays, about)
         return
     with replace_file(path) as partial:
         if suffix == ".npy":
@@ -383,9 +386,11 @@ def _write_npy(file: IO[bytes], array: Any) -> None:
             file.write(np.ascontiguousarray(flat[begin : begin + _COPY_CHUNK]).tobytes())
 
 
-def _write_zarr(path: str | os.PathLike[str], arrays: Arrays) -> None:
+def _write_zarr(path: str | os.PathLike[str], arrays: Arrays, about: Callable[[int], None] | None) -> None:
     """Write a group of arrays, chunked along their first axis."""
     with new_zarr_group(path) as group:
+        if about is not None:
+            about(os.stat(group.store.root).st_ino)
         for name, array in arrays.items():
             if isinstance(array, StoredArray):
                 _write_zarr_array(group, name, array)
@@ -405,12 +410,15 @@ def new_zarr_group(path: str | os.PathLike[str]) -> Iterator[Any]:
     if not folder.parent.is_dir():
         raise FileNotFoundError(2, "no such folder", str(folder.parent))
     # Beside the final place, since a rename across file systems would be a copy
-    partial = folder.with_name(f".{folder.stem[:40]}-{secrets.token_hex(4)}.zarr")
+    partial, lock = create_partial(folder, ".zarr", folder=True)
     try:
-        yield zarr.open_group(str(partial), mode="w")
+        yield zarr.open_group(str(partial), mode="w-")  # "w" would replace the folder, and so its lock
         os.rename(partial, folder)
-    finally:
+    except BaseException:
         shutil.rmtree(partial, ignore_errors=True)
+        raise
+    finally:
+        release_partial(lock)
 
 
 def _write_zarr_array(group: Any, name: str, array: StoredArray) -> None:

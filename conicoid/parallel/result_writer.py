@@ -7,18 +7,27 @@
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import hashlib
 import json
 import os
 import shutil
-import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._util.files import read_regular, replace_file, resolve_output, write_text
+from .._util.files import (
+    create_partial,
+    lock_file,
+    read_regular,
+    release_partial,
+    replace_file,
+    resolve_output,
+    write_text,
+)  # fmt: skip
 from .._util.text import check_choice
 from .._util.validation import DEFAULT_T_MAX, DEFAULT_T_MIN, check_integer, check_path as checked_path, describe_kind
 from ..io.array_file import StoredArray, check_output, csv_lines, quote_csv, write_arrays, write_columns
@@ -63,8 +72,9 @@ class ResultParts:
     With a `key`, which names the work by its rays, its scene and the version, the folder `hits.csv.parts` stays after
     a failure. `state.json` then has the number of rays that are done and of valid bytes of each file. Bytes beyond
     belong to a piece that was not finished: each piece is written after the valid bytes of the one before. `state.json`
-    is replaced after the columns are written, so it never counts more than they hold. Without a key the folder has
-    a name that nothing else has.
+    is replaced after the columns are written, so it never counts more than they hold. It has the number of the folder
+    that becomes the result, too: a run that was killed after that had its name is known to be finished. Without a key
+    the folder has a name that nothing else has.
 
     Raise ValueError if the folder of parts exists and `resume` is false, or if it belongs to other work.
     """
@@ -72,13 +82,15 @@ class ResultParts:
     def __init__(self, output: Path, key: str | None, resume: bool) -> None:
         self.key = key
         self.rays = self.found = 0
+        self.result: int | None = None
+        self.lock = -1
         self.sizes: dict[str, int] = {}
         self.kinds: dict[str, Any] = {}
         if key is None:
-            parent = resolve_output(output).parent
-            self.folder = Path(tempfile.mkdtemp(".parts", f".{output.stem[:40]}-", parent))
+            self.folder, self.lock = create_partial(resolve_output(output), ".parts", folder=True)
             return
-        self.folder = output.with_name(output.name + ".parts")
+        self.folder = parts_folder(output)
+        shutil.rmtree(self._removed, ignore_errors=True)
         if self.folder.exists():
             if not resume:
                 raise ValueError(f"{self.folder}: is left of an earlier run; --resume goes on with it, or remove it")
@@ -96,7 +108,7 @@ class ResultParts:
             if saved["key"] != self.key:
                 raise ValueError(f"{self.folder}: holds results of other rays, another scene or version; remove it")
             self.rays, self.found = saved["rays"], saved["found"]
-            self.sizes, self.kinds = saved["sizes"], saved["kinds"]
+            self.sizes, self.kinds, self.result = saved["sizes"], saved["kinds"], saved["result"]
             is_whole = all(self.file(name).stat().st_size >= size for name, size in self.sizes.items())
         except (KeyError, TypeError, UnicodeDecodeError, json.JSONDecodeError, FileNotFoundError):
             is_whole = False
@@ -125,9 +137,18 @@ class ResultParts:
                 raise OSError(error.errno, error.strerror, os.fspath(path)) from None
             self.sizes[name] = self.sizes.get(name, 0) + len(data)
         self.rays, self.found = self.rays + rays, self.found + found
+        self._write()
+
+    def _write(self) -> None:
+        """Write the state, if there is a key."""
         if self.key is not None:
-            state = dict(key=self.key, rays=self.rays, found=self.found, sizes=self.sizes, kinds=self.kinds)
-            write_text(self.folder / "state.json", json.dumps(state))
+            names = ("key", "rays", "found", "sizes", "kinds", "result")
+            write_text(self.folder / "state.json", json.dumps({name: getattr(self, name) for name in names}))
+
+    def write_about(self, result: int) -> None:
+        """Write the number of the folder that becomes the result."""
+        self.result = result
+        self._write()
 
     def column(self, name: str) -> np.ndarray[Any, Any]:
         """Return a column of numbers, memory-mapped."""
@@ -141,10 +162,26 @@ class ResultParts:
         column = self.column(name)
         return StoredArray((column,), (*shape, *column.shape[1:]))
 
+    @property
+    def _removed(self) -> Path:
+        """The name of the folder while it is removed."""
+        return self.folder.with_name(f".{self.folder.name}")
+
     def remove(self) -> None:
-        """Remove all parts, the state first: without it a later run begins anew."""
-        (self.folder / "state.json").unlink(missing_ok=True)
-        shutil.rmtree(self.folder, ignore_errors=True)
+        """Remove all parts, at one stroke: a later run begins anew."""
+        folder = self.folder
+        if self.key is not None:
+            try:
+                folder = folder.rename(self._removed)
+            except OSError:  # another process reads in it
+                (folder / "state.json").unlink(missing_ok=True)
+        shutil.rmtree(folder, ignore_errors=True)
+        release_partial(self.lock)
+
+
+def parts_folder(output: Path) -> Path:
+    """Return the folder of the parts of work that can be resumed."""
+    return output.with_name(output.name + ".parts")
 
 
 def result_writer(
@@ -173,6 +210,8 @@ def result_writer(
         # The digest names the work: `resume` continues only the same query of the same scene with the same sources.
         key = hashlib.blake2b(shared_scene(scene).key + settings.encode(), digest_size=16).hexdigest()
     writer.parts = ResultParts(output, key, resume)
+    if key is not None and output.is_dir() and not writer.is_finished:
+        raise IsADirectoryError(errno.EISDIR, "is a directory", str(output))
     return writer
 
 
@@ -227,16 +266,28 @@ class ResultWriter:
         if not self.parts.rays:
             self.add(self._answer(none))
         if self._suffix == ".csv":
-            with replace_file(self.output) as partial:
-                partial.unlink()
-                try:  # the part stays until the file has its name
-                    os.link(self.parts.file(_TEXT), partial)
+            text = self.parts.file(_TEXT)
+            link = text.with_suffix(".link")
+            if self.output.exists() and self.output.samefile(text):  # its name since a run that was killed after that
+                return
+            with contextlib.ExitStack() as locks, replace_file(self.output) as partial:
+                locks.callback(release_partial, lock_file(text))  # until the file has its name
+                link.unlink(missing_ok=True)
+                try:  # the part stays until then
+                    os.link(text, link)
+                    os.replace(link, partial)
                 except OSError:  # a file system without links
-                    shutil.copyfile(self.parts.file(_TEXT), partial)
+                    shutil.copyfile(text, partial)
         elif self._suffix == ".parquet":
             write_columns(self.output, {name: self.parts.column(name) for name in self.parts.kinds})
-        else:
-            write_arrays(self.output, self._whole((self.parts.rays,) if shape is None else shape, none))
+        elif not self.is_finished:
+            arrays = self._whole((self.parts.rays,) if shape is None else shape, none)
+            write_arrays(self.output, arrays, self.parts.write_about)
+
+    @property
+    def is_finished(self) -> bool:
+        """Whether the folder of results has its name since an earlier run, which was killed after that."""
+        return self.output.is_dir() and self.output.stat().st_ino == self.parts.result
 
     def _answer(self, rays: Rays) -> Any:
         """Return the answer to some rays in this process."""

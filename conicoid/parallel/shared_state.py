@@ -80,6 +80,7 @@ def write_tables(
         _REST: pickle.dumps(rest, protocol=5),
         _BODIES: bodies,
     }
+    Path(path).unlink(missing_ok=True)  # the new file would keep the mode of one that others can write to
     with replace_file(path) as partial, open(partial, "r+b") as file:
         os.chmod(partial, os.stat(partial).st_mode & 0o755)  # whatever the umask, no other user can write to it
         return _write_sections(file, edition, pickles, [np.frombuffer(buffer.raw(), np.uint8) for buffer in buffers])

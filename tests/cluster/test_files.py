@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
+
 import numpy as np
 import pytest
 
 import conicoid as co
+from conicoid._util.files import refuse_devices
 
 from ..command_line import done, run
 from . import subject
@@ -247,6 +250,25 @@ def test_zarr(folder, rays):
     assert "empty.zarr: is not a folder of zarr" in refused(folder, "empty.zarr", "x.csv")
     next(path for path in (folder / "ends.zarr" / "origins").rglob("0") if path.is_file()).write_bytes(b"\xff" * 30)
     assert "ends.zarr: array origins has a chunk that cannot be read" in refused(folder, "ends.zarr", "y.csv")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes")
+def test_pipes_and_devices_in_folders_are_refused(tmp_path):
+    """A reader would wait for the first, and never come to an end with the second; links in a circle do no harm."""
+    inner = tmp_path / "rays.zarr" / "c"
+    inner.mkdir(parents=True)
+    (inner / "again").symlink_to(tmp_path)
+    (inner / "0").write_bytes(b"")
+    refuse_devices(inner)
+    for make in (os.mkfifo, lambda path: os.symlink("/dev/zero", path)):
+        make(inner / "1")
+        with pytest.raises(OSError, match="is not a regular file"):
+            refuse_devices(tmp_path / "rays.zarr")
+        (inner / "1").unlink()
+    pytest.importorskip("zarr")
+    os.mkfifo(tmp_path / "rays.zarr" / "zarr.json")
+    with pytest.raises(OSError, match="is not a regular file"):
+        co.Rays.load(tmp_path / "rays.zarr")
 
 
 @pytest.mark.parametrize(("name", "module"), [("rays.parquet", "pyarrow"), ("rays.zarr", "zarr")])

@@ -55,6 +55,21 @@ def test_a_file_that_others_can_write_to_is_not_unpickled(tmp_path):
     assert TablesFile(path, source_version(), digest).digest == digest, "a worker knows its hash from a trusted task"
 
 
+@pytest.mark.skipif(os.name != "posix", reason="files have no modes")
+def test_workers_do_not_unpickle_what_others_could_write(processes, tmp_path):
+    """By the whole route: who can write to the store plants a file under the name that the next run looks for."""
+    how, rays = co.parallel.Workers(processes, chunk=50, store=tmp_path), subject.rays(100)
+    wanted = crowd(303).first_hit(rays, executor=how)
+    (path,) = tmp_path.iterdir()
+    whole = path.read_bytes()
+    assert whole.count(b"conicoid.") > 0, "a pickle names classes"
+    path.write_bytes(whole.replace(b"conicoid.", b"conicoix."))
+    os.chmod(path, 0o666)
+    assert crowd(303).first_hit(rays, executor=how) == wanted
+    assert b"conicoix." not in path.read_bytes(), "it was written anew"
+    assert os.stat(path).st_mode & 0o022 == 0
+
+
 def test_what_is_opened_answers_the_same(kept):
     scene, path, digest = kept
     again, rays = open_scene_tables(path, source_version(), digest), subject.rays(5, 40)

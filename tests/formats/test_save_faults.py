@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import hashlib
 import os
 import resource
+import shutil
 import signal
 import sys
 from collections.abc import Callable, Iterator
@@ -16,6 +18,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
+from conicoid._util.files import replace_file, write_text
 from conicoid.parallel.result_writer import ResultParts
 
 CALLS = {"open", "write", "writelines", "fsync", "replace", "rename", "close", "flush", "truncate"}
@@ -191,8 +194,29 @@ def test_killed_at_every_step(tmp_path):
         if status == 0:
             break
         assert status == signal.SIGKILL
+        co.save(NEW, path)
+        assert not list(path.parent.glob(".*")), "the next save removes what a killed one left"
         steps += 1
     assert steps >= 8
+
+
+@pytest.mark.skipif(os.name != "posix", reason="there are no locks")
+def test_saves_at_a_time_leave_each_other_their_files(tmp_path):
+    """The name of a partial file is free again after a kill alone, and never that of what somebody planted."""
+    path, others = tmp_path / "a.txt", []
+    with contextlib.ExitStack() as stack:
+        for number in range(6):
+            others.append(stack.enter_context(replace_file(path)))
+            others[-1].write_text(f"{number}")
+        assert len(set(others)) == 6
+        assert [other.read_text() for other in others] == list("012345")
+    assert path.read_text() == "0", "the first one ends last"
+    assert list(tmp_path.iterdir()) == [path]
+    (tmp_path / "mine").write_text("mine")
+    others[0].symlink_to(tmp_path / "mine")
+    write_text(path, "new")
+    assert ((tmp_path / "mine").read_text(), path.read_text()) == ("mine", "new")
+    assert others[0].is_symlink()
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="limits are those of a process")
@@ -221,26 +245,33 @@ def trace(folder: Path, suffix: str, *options: str) -> None:
     app(["trace", *files, "--chunk=16", *options], standalone_mode=False)
 
 
+def remove(path: Path) -> None:
+    shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
+
+
 def contents(path: Path) -> Any:
+    if path.suffix == ".zarr":
+        return {f"{file.relative_to(path)}": file.read_bytes() for file in path.rglob("*") if file.is_file()}
     return dict(np.load(path)) if path.suffix == ".npz" else path.read_bytes()
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are ended by a signal")
-@pytest.mark.parametrize("suffix", [".npz", ".csv", ".parquet"])
+@pytest.mark.parametrize("suffix", [".npz", ".csv", ".parquet", ".zarr"])
 def test_results_are_resumed_after_a_kill_at_any_step(suffix, tmp_path):
     """In the first part, between parts, and between the last names: `trace --resume` ends with the same bytes."""
-    if suffix == ".parquet":
-        pytest.importorskip("pyarrow.parquet")
+    for module in {".parquet": ["pyarrow.parquet"], ".zarr": ["zarr"]}.get(suffix, []):
+        pytest.importorskip(module)
     co.save(BESIDE, tmp_path / "scene.yaml")
     np.save(tmp_path / "rays.npy", np.random.default_rng(3).normal(size=(40, 6)))
     output, count = tmp_path / f"hits{suffix}", 1 << 30
     trace(tmp_path, suffix)
+    remove(output)
     with At(count, full) as at:
         trace(tmp_path, suffix)
     count -= at.left
-    whole, killed = contents(output), 0
-    for number in sorted({*range(0, count, max(1, count // 8)), *range(count - 4, count)}):
-        output.unlink(missing_ok=True)
+    whole, killed, files = contents(output), 0, sorted(tmp_path.iterdir())
+    for number in sorted({*range(0, count, count // (2 if suffix == ".zarr" else 8)), *range(count - 8, count)}):
+        remove(output)
 
         def act(number: int = number) -> None:
             with At(number, lambda: os.kill(os.getpid(), signal.SIGKILL)):
@@ -248,10 +279,12 @@ def test_results_are_resumed_after_a_kill_at_any_step(suffix, tmp_path):
 
         if status := in_child(act):
             assert status == signal.SIGKILL
+            if output.exists() and not (tmp_path / f"{output.name}.parts").exists():  # all is done
+                remove(output)
             trace(tmp_path, suffix, "--resume")
             killed += 1
         np.testing.assert_equal(contents(output), whole, err_msg=f"killed at step {number}")
-        assert not list(tmp_path.glob("*.parts"))
+        assert sorted(tmp_path.iterdir()) == files, f"killed at step {number}"
     assert killed >= 8
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import struct
 
 import numpy as np
 import PIL.Image
@@ -309,6 +310,21 @@ def test_pictures_that_are_none(folder):
             co.load(folder / "scene.yaml")
         with pytest.raises(ValueError, match="ImageTexture: image "):
             co.materials.ImageTexture(folder / name)
+
+
+@pytest.mark.parametrize("side", [1 << 13, 1 << 20, (1 << 31) - 1])
+def test_an_exr_whose_size_is_far_beyond_its_bytes(side, tmp_path):
+    pytest.importorskip("OpenEXR")
+    resource = pytest.importorskip("resource")
+    co.Image(np.ones((4, 4, 3))).save(tmp_path / "x.exr")
+    head, rest = (tmp_path / "x.exr").read_bytes().split(window := b"dataWindow\0box2i\0" + struct.pack("<I", 16))
+    (tmp_path / "x.exr").write_bytes(head + window + struct.pack("<4i", 0, 0, side - 1, side - 1) + rest[16:])
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    with pytest.raises(
+        ValueError, match=r"'x.exr' (cannot be read as OpenEXR|has \d+ x \d+ pixels, a texture at most)"
+    ):
+        co.materials.ImageTexture(tmp_path / "x.exr")
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 100 << 10, "KiB"
 
 
 def test_floats_come_from_exr(tmp_path):

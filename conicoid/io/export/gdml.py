@@ -113,7 +113,9 @@ class GdmlMaterialWriter:
         if is_void(material) != thin:
             self._report.narrow(_COLORS_REMARK, name)
         attributes = "".join(
-            f" {key}={quoteattr(str(properties[key]))}" for key in ("formula", "state") if properties.get(key)
+            f" {key}={quoteattr(printable(str(properties[key])))}"
+            for key in ("formula", "state")
+            if properties.get(key)
         )
         if isinstance(properties.get("Z"), (int, float)):
             attributes += f' Z="{format_number(float(properties["Z"]))}"'
@@ -123,7 +125,10 @@ class GdmlMaterialWriter:
         else:
             self._report.narrow("materials without a density", name)
         parts = _material_parts(properties)
-        lines += [f'  <{tag} n="{format_number(float(share))}" ref={quoteattr(part)}/>' for tag, part, share in parts]
+        lines += [
+            f'  <{tag} n="{format_number(float(share))}" ref={quoteattr(printable(part))}/>'
+            for tag, part, share in parts
+        ]
         rest = sorted(map(str, set(properties) - _WRITTEN_PROPERTIES))
         if rest:
             self._report.narrow(f"not written: properties of materials ({', '.join(rest[:4])})", name)

@@ -246,7 +246,7 @@ class OpenmcMaterialWriter:
 
     def _element(self, material: Material, number: int) -> list[str]:
         properties = dict(material.properties)
-        name = f" name={quoteattr(material.name)}" if material.name else ""
+        name = f" name={quoteattr(printable(material.name))}" if material.name else ""
         attributes = "".join(
             f' {key}="{format_number(float(properties[key]))}"'
             for key in ("temperature", "volume")
@@ -261,11 +261,13 @@ class OpenmcMaterialWriter:
         for kind in ("ao", "wo"):
             if isinstance(properties.get(kind), Mapping):
                 for nuclide, share in properties[kind].items():
-                    lines.append(f'  <nuclide name={quoteattr(nuclide)} {kind}="{format_number(float(share))}"/>')
+                    lines.append(
+                        f'  <nuclide name={quoteattr(printable(nuclide))} {kind}="{format_number(float(share))}"/>'
+                    )
         for kind in ("sab", "macroscopic"):
             names = properties.get(kind, ())
             for each in (names,) if isinstance(names, str) else names:
-                lines.append(f"  <{kind} name={quoteattr(str(each))}/>")
+                lines.append(f"  <{kind} name={quoteattr(printable(str(each)))}/>")
         rest = sorted(set(properties) - _WRITTEN_PROPERTIES - ({"id"} if properties.get("id") == number else set()))
         if rest:
             names = ", ".join(map(str, rest[:4]))

@@ -10,6 +10,7 @@ import pickle
 import re
 from pathlib import Path
 from typing import Any
+from xml.parsers import expat
 
 import hypothesis
 import numpy as np
@@ -588,3 +589,16 @@ def test_a_scene_keeps_its_unit(tmp_path):
 def test_importers_state_the_unit(tmp_path, name, text, unit):
     (tmp_path / name).write_text(text)
     assert co.load(tmp_path / name).unit == unit
+
+
+@pytest.mark.parametrize("name", ["a\x01b", "a\ud800b", "a\x1b[31m", "a\x7f\ufffe", "a\nb", "a\x00b"])
+@pytest.mark.parametrize("suffix", [".gdml", ".xml"])
+def test_xml_is_valid_whatever_a_name_holds(name, suffix, tmp_path):
+    """A reader of XML refuses control characters, lone surrogates and U+FFFE, which a name may hold."""
+    bodies = [
+        co.Body(co.Sphere(), co.matte("red", name=name, properties={"state": name, "macroscopic": name}), name),
+        co.Body(co.Sphere(0.5).translate((3, 0, 0))),
+    ]
+    co.export(co.Scene(bodies), tmp_path / f"x{suffix}")
+    assert len(co.load(tmp_path / f"x{suffix}").bodies) == 2
+    expat.ParserCreate().Parse((tmp_path / f"x{suffix}").read_bytes(), True)
