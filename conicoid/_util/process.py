@@ -23,6 +23,8 @@ from typing import Any, TypeVar
 _locks: weakref.WeakSet[Any] = weakref.WeakSet()  # a lock lives as long as its owner
 _LONGEST_IMPORT = 10.0
 """Seconds that a fork waits for the imports of other threads."""
+_WAITED_FOR = ("conicoid", "numpy", "numba", "llvmlite")
+"""Packages whose imports a fork waits for."""
 
 
 def fork_safe_lock() -> threading.Lock:
@@ -46,7 +48,9 @@ def _open_all() -> None:
 
 
 def _property_locks() -> list[Any]:
-    """Return the locks of the package's cached properties that this thread does not hold."""
+    """Return the locks of the package's cached properties that this thread does not hold: Python 3.11 has them."""
+    if sys.version_info >= (3, 12):
+        return []
     modules = [module for name, module in sys.modules.items() if name.partition(".")[0] == "conicoid"]
     kinds = {kind for module in modules for kind in vars(module).values() if isinstance(kind, type)}
     members = [member for kind in kinds for member in vars(kind).values() if isinstance(member, cached_property)]
@@ -55,14 +59,16 @@ def _property_locks() -> list[Any]:
 
 
 def wait_for_imports() -> None:
-    """Wait until no other thread imports a module: a child would wait for its end for ever.
+    """Wait until no other thread imports a module of the package or of its compiler: a child would wait for ever.
 
-    That thread may wait for a lock of this one, so a fork goes on after `_LONGEST_IMPORT`.
+    Modules of others may take as long as they like, such as one that runs a server. The thread may wait for a lock of
+    this one, so a fork goes on after `_LONGEST_IMPORT`.
     """
     end, here = time.monotonic() + _LONGEST_IMPORT, threading.get_ident()
     while time.monotonic() < end:
-        owners = {getattr(reference(), "owner", None) for reference in list(vars(_bootstrap)["_module_locks"].values())}
-        if owners <= {None, here}:
+        locks = list(vars(_bootstrap)["_module_locks"].items())
+        ours = [reference() for name, reference in locks if name.partition(".")[0] in _WAITED_FOR]
+        if {getattr(lock, "owner", None) for lock in ours} <= {None, here}:
             return
         time.sleep(0.001)
 

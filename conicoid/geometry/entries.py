@@ -402,8 +402,8 @@ def as_unit(unit: Any) -> str | None:
     return None if unit is None else check_choice("Scene", "unit", unit, LENGTH_UNITS)
 
 
-def refuse_other_unit(unit: str | None, other: str | None) -> None:
-    """Raise ValueError for bodies of a scene in another unit; None fits any unit."""
+def common_unit(unit: str | None, other: str | None) -> str | None:
+    """Return the unit of a scene to which bodies of another are added. Raise ValueError for two units."""
     if unit is not None and other is not None and unit != other:
         factor = LENGTH_UNITS[other] / LENGTH_UNITS[unit]
         size = factor if factor.denominator == 1 else float(factor)
@@ -411,6 +411,7 @@ def refuse_other_unit(unit: str | None, other: str | None) -> None:
             f"added: a scene in {other} does not go into one in {unit}: "
             f"add [dataclasses.replace(body, shape=body.shape.scale({size})) for body in other.bodies]"
         )
+    return unit or other
 
 
 def as_domain(domain: Any) -> Solid | None:

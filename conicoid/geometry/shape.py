@@ -289,17 +289,17 @@ class Solid(Shape, abstract=True):
     def __invert__(self) -> Complement:
         return Complement(self)
 
-    def painted(self, material: Any, faces: Sequence[int] | None = None) -> Painted:
+    def painted(self, material: Any, faces: Iterable[int] | None = None) -> Painted:
         """Return the solid with a material of its own for its faces: ``body - bore.painted(red)`` has red cuts.
 
         Parameters
         ----------
         material : Material or colour
             As for `Body`.
-        faces : sequence of int, optional
+        faces : iterable of int, optional
             Only these faces, by the numbers that hits on the solid report; all without it.
         """
-        return Painted(self, material, None if faces is None else tuple(faces))
+        return Painted(self, material, faces)  # type: ignore[arg-type]  # it makes the tuple
 
 
 class PrimitiveSolid(Solid, Primitive, abstract=True):

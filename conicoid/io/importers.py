@@ -174,7 +174,7 @@ class ImportOptions:
         if self.only is not None and (not isinstance(self.only, str) or not self.only):
             raise ValueError(f"load: only must be a pattern of names or None, got {format_value(self.only)}")
         if self.root is not None and not os.path.isdir(check_path("load", self.root, "root")):
-            raise ValueError(f"load: root must be a folder, got {format_value(self.root)}")
+            raise ValueError(f"load: root must be a folder, got {format_value(os.fspath(self.root))}")
         check_callback("load", "progress", self.progress)
 
     @property

@@ -556,7 +556,7 @@ def sum_rays(
                     if _add_chord((t_exit - t_enter) * length, place, weights, i, total):
                         if min(last, t_exit) > t_enter:
                             marks[i] = OVERLAPPING
-                        last = t_exit
+                        last = max(last, t_exit)
                     row += 1
 
 
@@ -575,7 +575,7 @@ def count_overlaps(
             if len(counts) > 0 and counts[row] == 0:
                 continue
             found += 1 if min(last, t_exit[row]) > t_enter[row] else 0
-            last = t_exit[row]
+            last = max(last, t_exit[row])
     return found
 
 

@@ -277,12 +277,14 @@ def sum_spans(
             if not counts:
                 continue
             if reach > rows[row, ENTER]:
-                one = last
-                while groups != 0 and one >= first and places[whole(rows[one, BODY])] != place:
-                    one -= 1
-                if one >= first and _overlaps(rows, one, row):
-                    crossed[i] = 1
-            last, reach = row, max(reach, rows[row, EXIT])
+                # With groups each earlier span of the place, else the one that ends last
+                one = last if groups == 0 else row - 1
+                while one >= first and crossed[i] == 0:
+                    if (groups == 0 or places[whole(rows[one, BODY])] == place) and _overlaps(rows, one, row):
+                        crossed[i] = 1
+                    one = first - 1 if groups == 0 else one - 1
+            if rows[row, EXIT] >= reach:
+                last, reach = row, rows[row, EXIT]
         i += step
 
 

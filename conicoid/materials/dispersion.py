@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar, TypeAlias
@@ -259,11 +259,66 @@ class Tabulated(Dispersion):
         return n if self.k is None else n + 1j * np.interp(w, self.wavelengths, self.k)
 
 
+@dataclass(frozen=True)
+class CatalogueFormula(Dispersion):
+    """A refractive index by one of Zemax's formulas for which conicoid has no class of its own.
+
+    Parameters
+    ----------
+    number : int
+        Of the formula in the format: 3 Herzberger, 5 Conrady, 7 and 8 the Handbook of Optics, 10, 12 and 13 series of
+        powers.
+    coefficients : sequence of float
+        In the order of the file; missing ones are 0.
+    range, name, source
+        As in `Dispersion`.
+    """
+
+    number: int
+    coefficients: tuple[float, ...]
+    range: tuple[float, float] | None = None
+    name: str | None = None
+    source: str | None = None
+    _title: ClassVar[str] = "CatalogueFormula"
+
+    def __post_init__(self) -> None:
+        if self.number not in CATALOGUE_FORMULAS:
+            raise ValueError(f"CatalogueFormula: number must be one of {', '.join(map(str, CATALOGUE_FORMULAS))}")
+        self._keep(coefficients=check_row("CatalogueFormula", "coefficients", self.coefficients))
+
+    def _of(self, w: Any) -> Any:
+        return CATALOGUE_FORMULAS[self.number](w, (*self.coefficients, *[0.0] * 10))
+
+
+def _herzberger(w: Any, c: Sequence[float]) -> Any:
+    far = 1 / (w * w - 0.028)
+    return c[0] + c[1] * far + c[2] * far**2 + c[3] * w**2 + c[4] * w**4 + c[5] * w**6
+
+
+def _powers(*exponents: float) -> Callable[[Any, Sequence[float]], Any]:
+    """Return the formula n² = c0 + Σ c λ^exponent."""
+    return lambda w, c: np.sqrt(c[0] + sum(factor * w**power for factor, power in zip(c[1:], exponents, strict=False)))
+
+
+CATALOGUE_FORMULAS: Mapping[int, Callable[[Any, Sequence[float]], Any]] = {
+    3: _herzberger,
+    5: lambda w, c: c[0] + c[1] / w + c[2] / w**3.5,
+    7: lambda w, c: np.sqrt(c[0] + c[1] / (w * w - c[2]) - c[3] * w * w),
+    8: lambda w, c: np.sqrt(c[0] + c[1] * w * w / (w * w - c[2]) - c[3] * w * w),
+    10: _powers(2.0, -2.0, -4.0, -6.0, -8.0, -10.0, -12.0),
+    12: _powers(2.0, -2.0, -4.0, -6.0, -8.0, 4.0, 6.0),
+    13: _powers(2.0, 4.0, -2.0, -4.0, -6.0, -8.0, -10.0, -12.0),
+}
+"""Number in the format -> n of (λ in μm, coefficients); OpticStudio's manual, "Using glass catalogs"."""
+
+
 # Indices of any kind: checks, values at wavelengths, and the one number of pictures.
 
-Index: TypeAlias = float | str | Sellmeier | Cauchy | Schott | Edlen | Tabulated | Callable[[Any], Any]
+Index: TypeAlias = (
+    float | str | Sellmeier | Cauchy | Schott | Edlen | Tabulated | CatalogueFormula | Callable[[Any], Any]
+)
 """The refractive index of a material: a number, the name of a glass, a formula, a table, or a function."""
-FORMULAS = (Sellmeier, Cauchy, Schott, Edlen, Tabulated)
+FORMULAS = (Sellmeier, Cauchy, Schott, Edlen, Tabulated, CatalogueFormula)
 """The classes of formulas and tables."""
 
 

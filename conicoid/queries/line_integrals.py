@@ -102,7 +102,7 @@ def _sums(
     if gpu is None or not _sum_on_card(gpu, scene, arrays, plan, columns, total, marks, progress):
         chunk = chunk_of_rays(scene.geometry, packets, _PACKETS, count)
         work = KernelRange(sum_rays, (arrays, width, columns, plan.table), (total, counts, marks))
-        run_on(scene.geometry, work, packets, chunk, count, progress and _in_rays(progress, count))
+        run_on(scene.geometry, work, packets, chunk, count, progress and _in_rays(progress, packets, count))
     pending = np.flatnonzero(marks)
     for begin in range(0, len(pending), _SOME):
         which = pending[begin : begin + _SOME]
@@ -135,6 +135,6 @@ def _sum_on_card(
     return True
 
 
-def _in_rays(progress: Progress, count: int) -> Progress:
+def _in_rays(progress: Progress, packets: int, count: int) -> Progress:
     """Return a callback for packets that calls another with rays."""
-    return lambda done, _: progress(min(LANES * done, count), count)
+    return lambda done, _: progress(count if done == packets else min(LANES * done, count), count)

@@ -63,15 +63,21 @@ _OVERLAP_HINT = "; overlaps='both' says that it is meant, and overlaps='error' r
 
 
 def _find_overlaps(spans: Any, rows: Any, kinds: Any = None) -> tuple[Any, Any]:
-    """Return the pairs of neighbouring rows that overlap; `rows` are sorted by ray, group and start.
+    """Return pairs of rows that overlap, at least one for each ray and group; `rows` are sorted by ray, group and start.
 
-    Neighbours are enough: if any two rows of a ray overlap, then two neighbours do.
+    Each row is compared with the one before it that ends last in its ray and group. A neighbour would not do: a thin
+    one, whose overlaps do not count, may stand between two others.
     """
-    one, other = rows[:-1], rows[1:]
-    ray = row_owners(spans.offsets)
-    same = ray[one] == ray[other]
+    ray, count = row_owners(spans.offsets)[rows], len(rows)
+    begins = np.ones(count, np.int64)
+    begins[1:] = ray[1:] != ray[:-1]
     if kinds is not None:
-        same &= kinds[one] == kinds[other]
+        begins[1:] |= kinds[rows[1:]] != kinds[rows[:-1]]
+    group, order = np.cumsum(begins), np.argsort(spans.t_exit[rows], kind="stable")
+    rank = np.empty(count, np.int64)
+    rank[order] = np.arange(count)
+    latest = order[np.maximum.accumulate(group * count + rank)[:-1] % max(count, 1)]
+    one, other, same = rows[latest], rows[1:], group[1:] == group[:-1]
     start, end = spans.t_enter[other], spans.t_exit[one]
     common = np.minimum(end, spans.t_exit[other]) - start
     stretches = spans.t_exit - spans.t_enter

@@ -45,12 +45,12 @@ from ..geometry.entries import (
     as_index,
     as_unit,
     boxes_of,
+    common_unit,
     exchange_entry,
     find_body,
     find_entry,
     insert_entries,
     one_entry,
-    refuse_other_unit,
     refuse_same_names,
     refuse_second,
     refuse_unknown_tracks,
@@ -415,19 +415,21 @@ class Scene:
         ----------
         items : iterable of Shape or Body, Shape or Body, or Scene
             The new entries, or a scene of them; its lights and other parts are left out. ValueError is raised for a
-            name that another entry has, and for a scene in another unit: bodies alone have no unit.
+            name that another entry has, and for a scene in another unit. A scene without a unit takes that of the
+            other one; bodies alone have none.
         before : str or int, optional
             The entry that follows them, as for `replace`; None puts them at the end.
         """
         place = len(self._bodies)
         if before is not None:
             place = one_entry(self._bodies, self._first_numbers, before, "added", "before")
+        unit = self._unit
         if isinstance(items, Scene):
-            refuse_other_unit(self._unit, items._unit)
+            unit = common_unit(self._unit, items._unit)
             items = items._bodies
         bodies = insert_entries(self._bodies, place, as_bodies(items, "added"))
         refuse_same_names(bodies)
-        return self._edited(bodies)
+        return self._edited(bodies, *self._parts[1:-1], unit)
 
     def without(self, which: str | int | Iterable[str | int]) -> Scene:
         """Return a scene without some entries; it prepares nothing anew.

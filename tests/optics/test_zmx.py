@@ -133,6 +133,7 @@ def test_catalogues_of_glasses(tmp_path):
         run("import", tmp_path / "lens.zmx", "-o", tmp_path / "a.yaml", "--glasses", tmp_path / "all.agf").exit_code
         == 0
     )
+    assert co.load(tmp_path / "a.yaml").bodies == given.bodies
 
 
 @pytest.mark.parametrize(

@@ -35,6 +35,7 @@ _HOMES: dict[str, str] = {
     "Schott": "...materials.dispersion",
     "Edlen": "...materials.dispersion",
     "Tabulated": "...materials.dispersion",
+    "CatalogueFormula": "...materials.dispersion",
     "Dispersion": "...materials.dispersion",
     "index_at": "...materials.dispersion",
     "glass": "...materials.dispersion",
@@ -54,6 +55,7 @@ __all__ = sorted(_HOMES)  # pyright: ignore[reportUnsupportedDunderAll]
 if TYPE_CHECKING:
     from ...materials.coating import Coating as Coating, Fresnel as Fresnel, Layer as Layer, fresnel as fresnel
     from ...materials.dispersion import (
+        CatalogueFormula as CatalogueFormula,
         Cauchy as Cauchy,
         Dispersion as Dispersion,
         Edlen as Edlen,

@@ -4,72 +4,18 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, ClassVar
-
-import numpy as np
+from typing import Any
 
 from ..._util.files import Problem, SceneFileError, read_regular
 from ..._util.validation import check_path as checked_path, describe_kind, format_value
-from ...materials.dispersion import Dispersion, Schott, Sellmeier, check_row
+from ...materials.dispersion import CATALOGUE_FORMULAS, CatalogueFormula, Dispersion, Schott, Sellmeier
 
 LARGEST = 8_000_000
 """The most bytes of a file."""
 
 
-@dataclass(frozen=True)
-class CatalogueFormula(Dispersion):
-    """A refractive index by one of Zemax's formulas for which conicoid has no class of its own.
-
-    Parameters
-    ----------
-    number : int
-        Of the formula in the format: 3 Herzberger, 5 Conrady, 7 and 8 the Handbook of Optics, 10, 12 and 13 series of
-        powers.
-    coefficients : sequence of float
-        In the order of the file; missing ones are 0.
-    range, name, source
-        As in `Dispersion`.
-    """
-
-    number: int
-    coefficients: tuple[float, ...]
-    range: tuple[float, float] | None = None
-    name: str | None = None
-    source: str | None = None
-    _title: ClassVar[str] = "CatalogueFormula"
-
-    def __post_init__(self) -> None:
-        if self.number not in _FORMULAS:
-            raise ValueError(f"CatalogueFormula: number must be one of {', '.join(map(str, _FORMULAS))}")
-        self._keep(coefficients=check_row("CatalogueFormula", "coefficients", self.coefficients))
-
-    def _of(self, w: Any) -> Any:
-        return _FORMULAS[self.number](w, (*self.coefficients, *[0.0] * 10))
-
-
-def _herzberger(w: Any, c: Sequence[float]) -> Any:
-    far = 1 / (w * w - 0.028)
-    return c[0] + c[1] * far + c[2] * far**2 + c[3] * w**2 + c[4] * w**4 + c[5] * w**6
-
-
-def _powers(*exponents: float) -> Callable[[Any, Sequence[float]], Any]:
-    """Return the formula n² = c0 + Σ c λ^exponent."""
-    return lambda w, c: np.sqrt(c[0] + sum(factor * w**power for factor, power in zip(c[1:], exponents, strict=False)))
-
-
-_FORMULAS: Mapping[int, Callable[[Any, Sequence[float]], Any]] = {
-    3: _herzberger,
-    5: lambda w, c: c[0] + c[1] / w + c[2] / w**3.5,
-    7: lambda w, c: np.sqrt(c[0] + c[1] / (w * w - c[2]) - c[3] * w * w),
-    8: lambda w, c: np.sqrt(c[0] + c[1] * w * w / (w * w - c[2]) - c[3] * w * w),
-    10: _powers(2.0, -2.0, -4.0, -6.0, -8.0, -10.0, -12.0),
-    12: _powers(2.0, -2.0, -4.0, -6.0, -8.0, 4.0, 6.0),
-    13: _powers(2.0, 4.0, -2.0, -4.0, -6.0, -8.0, -10.0, -12.0),
-}
-"""Number in the format -> n of (λ in μm, coefficients); OpticStudio's manual, "Using glass catalogs"."""
 _TERMS = {2: 3, 6: 4, 11: 5}
 """Number of Sellmeier's formulas -> terms."""
 
@@ -140,7 +86,7 @@ def _formula(number: int, row: tuple[float, ...], span: Any, name: str, source: 
         return Sellmeier((c[1], last), (c[2] ** 2, far), c[0] - last, span, name, source)
     if number == 9:
         return Sellmeier((c[1], c[3]), (c[2], c[4]), c[0] - 1.0, span, name, source)
-    if number not in _FORMULAS:
+    if number not in CATALOGUE_FORMULAS:
         raise ValueError(f"must have a formula from 1 to 13, got {number}")
     return CatalogueFormula(number, row, span, name, source)
 

@@ -408,7 +408,9 @@ def _bodies(scene: SceneLike) -> tuple[list[str], tuple[str, ...]]:
     drawn, left_out = [], []
     for i in range(len(scene)):
         body = scene.body(i)
-        shape = body.shape.operand if isinstance(body.shape, Painted) and not body.shape.motion.steps else body.shape
+        shape = body.shape
+        while isinstance(shape, Painted) and not shape.motion.steps:
+            shape = shape.operand
         line, moved = section_path(shape), place_path(shape)
         if line is None or moved is None:
             left_out.append(body.name or str(i))

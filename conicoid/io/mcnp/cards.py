@@ -149,7 +149,10 @@ class _DeckFiles:
                 )
         except ValueError as error:
             raise SceneFileError(self.deck, [Problem(line, 1, "read", str(error))]) from None
-        lines = self.read(other)
+        try:
+            lines = self.read(other)
+        except SceneFileError as error:
+            raise SceneFileError(self.deck, [Problem(line, 1, "read", str(error))]) from None
         # The end of the last line begins no line
         self.insert(other, lines[:-1] if not lines[-1] else lines, 0, line, stack)
         return True

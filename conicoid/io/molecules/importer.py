@@ -266,9 +266,9 @@ def _pdb_elements(path: Path, rows: Any, line_of: Any) -> Any:
 
 _RESIDUES = frozenset(
     "ALA ARG ASN ASP ASX CYS CYX GLN GLU GLX GLY HIS HID HIE HIP ILE LEU LYS MET MSE PHE PRO PYL SEC SER THR TRP TYR "
-    "VAL UNK ACE NH2 NME A C G U I DA DC DG DT DI DU T ADE CYT GUA THY URA +A +C +G +U +T HOH WAT DOD SOL TIP".split()
+    "VAL ACE NH2 NME A C G U I DA DC DG DT DI DU T ADE CYT GUA THY URA +A +C +G +U +T HOH WAT DOD SOL TIP".split()
 )
-"""Names of residues whose atoms are of C, H, D, N, O, P and S alone, but for `_HEAVY`."""
+"""Names of residues whose atoms are of C, H, D, N, O, P and S, but for `_HEAVY`."""
 _HEAVY = {"MSE": "SE", "SEC": "SE", "HEM": "FE", "HEC": "FE", "HEA": "FE"}
 """Residue -> the one element of it with two letters."""
 
@@ -278,8 +278,8 @@ def _element_of_atom_name(name: str, residue: str) -> int:
     first, letters = name[:2].strip(" 0123456789'\"*"), name.strip(" 0123456789'\"*")
     if (heavy := _HEAVY.get(residue)) and letters.startswith(heavy):
         return atomic_number(heavy) or 0
-    if residue in _RESIDUES or heavy:
-        return atomic_number(letters[:1]) or 0 if letters[:1] in tuple("CHDNOPS") else 0
+    if (residue in _RESIDUES or heavy) and letters[:1] in tuple("CHDNOPS"):
+        return atomic_number(letters[:1]) or 0
     # Four letters leave no column for a blank: with a digit or a prime they are hydrogen's, HF11 as well as HO5'
     if len(name.strip()) == 4 and name[0] == "H" and not name.isalpha():
         return 1

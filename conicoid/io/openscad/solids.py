@@ -146,7 +146,7 @@ def plane_polygon(points: Sequence[Any], paths: Sequence[Sequence[int]] | None) 
     loops = [tuple(points)] if paths is None else [tuple(points[k] for k in path) for path in paths]
     drawn: PlaneItem | None = None
     for loop in loops:
-        if not twice_area([(float(x), float(y)) for x, y in loop]):
+        if not loop or not twice_area([(float(x), float(y)) for x, y in loop]):
             continue
         one = PlaneFigure(points=tuple((float(x), float(y)) for x, y in loop))
         if drawn is None:

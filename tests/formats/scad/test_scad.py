@@ -177,6 +177,7 @@ def test_what_is_left_out_is_told_with_its_line(tmp_path):
         ("linear_extrude(height = 1) { circle(r = 0); square(size = 1); }", "circle has the radius 0; it is left out"),
         ("linear_extrude(height = 1) { square(size = [0, 1]); square(size = 1); }", "square has the size [0.0, 1.0]; it is left out"),
         ("linear_extrude(height = 1) { polygon(points = [[0, 0], [1, 0]]); square(size = 1); }", "polygon has no area; it is left out"),
+        ("linear_extrude(height = 1) { polygon(points = [], paths = undef); square(size = 1); }", "polygon has no area; it is left out"),
         ("linear_extrude(height = 1) { text(text = \"A\"); square(size = 1); }", "text is letters, and left out"),
         ("linear_extrude(height = 1) { offset(r = 1) { square(size = 3); } square(size = 1); }", "offset is an outline at a distance, and left out"),
         ("linear_extrude(height = 1) { group() { hull() { circle(r = 9); } } square(size = 1); }", "hull is the convex hull of its children, and left out"),
