@@ -146,7 +146,9 @@ class EditedInstances(InstanceList):
         def shifts(self) -> ShiftTable:
             """The shifts of the bodies; none for one of its own."""
             numbers, base = self.origins.numbers, self.origins.base.shifts
-            return ShiftTable(base.values, np.where(numbers >= 0, base.index[:, numbers], np.int32(0)))
+            index, of_base = np.zeros((3, len(numbers)), np.int32), numbers >= 0
+            index[:, of_base] = base.index[:, numbers[of_base]]
+            return ShiftTable(base.values, index)
 
         @cached_property
         def looks(self) -> Ints:
@@ -162,7 +164,9 @@ class EditedInstances(InstanceList):
     def _of_bodies(self, of_base: Ints) -> Ints:
         """Return numbers of bodies from those of the base; bodies of its own are numbered behind its materials."""
         numbers = self.origins.numbers
-        return np.where(numbers >= 0, of_base[numbers], np.int32(self._first_own - 1) - numbers)
+        found, places = np.int32(self._first_own - 1) - numbers, numbers >= 0
+        found[places] = of_base[numbers[places]]
+        return found
 
     @cached_property
     def bodies_by_material(self) -> list[Ints]:

@@ -308,9 +308,10 @@ class LatticeEdit:
 
     def _leave_group(self, entry: int, planes: Longs) -> tuple[Floats, bool]:
         """Take an entry out of its group of bodies; return its box, and whether the group are translated copies."""
-        places = [int(np.searchsorted(numbers, np.int32(entry))) for numbers, _ in self.groups]
-        k = next(k for k, i in enumerate(places) if entry in self.groups[k][0][i : i + 1])
-        (numbers, known), i = self.groups[k], places[k]
+        # Numbers of a group need not rise: bodies of edits stand in the order of the edits
+        found = ((k, np.flatnonzero(numbers == np.int32(entry))) for k, (numbers, _) in enumerate(self.groups))
+        k, i = next((k, int(places[0])) for k, places in found if len(places))
+        numbers, known = self.groups[k]
         alike, others = known.ndim == 1, np.delete(numbers, i)
         self.groups[k] = others, known if alike else np.delete(known, i, axis=0)
         if not len(others):
@@ -558,7 +559,9 @@ class LatticeEdit:
             if len(leads) != hi - lo:
                 rows.resize(name, len(self.single))
             rows[name][lo : lo + len(column)] = column
-        if (onto[kept] != kept).any():
+        # A surface with another lead may have another number where all others keep theirs
+        staying = np.concatenate([kept, np.array([known for *_, known, _ in inserted if known >= 0], np.int64)])
+        if (onto[staying] != staying).any():
             for name in _NAMES_OF_SURFACES:
                 np.take(onto, rows[name], out=rows[name], mode="wrap")
             balls = np.array([each for each in self.loose if rows["entry_kind"][each] == BALL], np.int64)

@@ -288,7 +288,8 @@ def numbered(scene: co.Scene) -> list[bytes]:
     a, b = np.random.default_rng(7).uniform(low, high, (2, 600, 3))
     hits, crossings = scene.first_hit(co.Rays(a, b - a)), scene.crossings(co.Rays(a, b - a))
     found = [hits.t, hits.body, hits.face, hits.surface, hits.uv, hits.normal, hits.local_point, hits.t_error]
-    found += [crossings.offsets, crossings.t, crossings.surface, scene.body_at(b)]
+    spans = scene.spans(co.Rays(a, b - a))
+    found += [crossings.offsets, crossings.t, crossings.surface, scene.body_at(b), spans.offsets, spans.t_exit]
     return [*(np.ascontiguousarray(each).tobytes() for each in found), scene._prepared.key]
 
 
@@ -316,6 +317,39 @@ def test_bodies_are_exchanged_in_the_tables_of_others(tmp_path: Path, monkeypatc
     assert str(co.check(scene, rays=300)) == str(co.check(co.Scene(scene.bodies), rays=300))
     assert numbered(scene) == numbered(same)
     assert numbered(held[0]) == numbered(co.Scene(held[0].bodies))
+
+
+def test_a_surface_with_another_lead_has_its_number_in_all_cells(tmp_path: Path) -> None:
+    """A cladding goes that leads the cylinder of the water around it: a ball gets the number that this had."""
+    scene = co.load_openmc(put(core_xml(1), tmp_path), void=False)
+    scene.prepare()
+    ball = co.Sphere(0.3, (1.0, 0, 0))
+    held = [scene, scene.replace(145, ball)]
+    held.append(held[-1].moved(159, (100, 0, 3)).replace(399, ball))
+    held.append(held[-1].replace(400, ball).moved(282, lambda shape: shape.rotate("z", 20)))
+    for edited in held:
+        edited.prepare()
+    assert all(one._prepared.edit_state.loose for one in held[1:])
+    assert all(numbered(one) == numbered(co.Scene(one.bodies)) for one in held)
+
+
+def test_bodies_are_exchanged_that_came_in_another_order(core: co.Scene) -> None:
+    """Bodies of one form, prepared together: the later one in the list came first."""
+    first = core.replace(60, co.Box((0, 0, 0), (0.2, 0.3, 0.4))).replace(20, co.Box((0, 0, 0), (0.5, 0.3, 0.6)))
+    scene = co.Scene(first.bodies)
+    scene.prepare()
+    for number in (20, 60):
+        scene = scene.moved(number, (0.1, 0, 0))
+        assert numbered(scene) == numbered(co.Scene(scene.bodies))
+
+
+def test_more_bodies_are_added_than_there_were(core: co.Scene) -> None:
+    more = [co.Body(co.Sphere(0.01, (0.1 * k, 0, 50))) for k in range(len(core.bodies) + 3)]
+    edited = core.added(more, before=2)
+    assert isinstance(edited.bodies, EditedInstances)
+    hits = edited.first_hit(co.Rays([(0.1 * k, 0, 60) for k in (0, 7, len(more) - 1)], (0, 0, -1)))
+    assert hits.body.tolist() == [2, 9, len(more) + 1]
+    assert edited.without(range(2, 2 + len(more))).bodies is core.bodies
 
 
 def test_an_edit_makes_few_bodies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
