@@ -63,7 +63,7 @@ _OVERLAP_HINT = "; overlaps='both' says that it is meant, and overlaps='error' r
 
 
 def _find_overlaps(spans: Any, rows: Any, kinds: Any = None) -> tuple[Any, Any]:
-    """Return pairs of rows that overlap, at least one for each ray and group; `rows` are sorted by ray, group and start.
+    """Return pairs of rows that overlap, at least one a ray and group; `rows` are sorted by ray, group and start.
 
     Each row is compared with the one before it that ends last in its ray and group. A neighbour would not do: a thin
     one, whose overlaps do not count, may stand between two others.
