@@ -162,5 +162,5 @@ def test_what_cannot_be_drawn_is_named(tmp_path):
 def test_coats_change_no_drawing(faces):
     coat = co.optics.Coating.quarter_wave([1.38], 0.55)
     coats = [coat if face in faces else None for face in (0, 1)]
-    plain, coated = (co.LensGroup((50, -60), (6,), 20, (1.5,), coatings=given) for given in (None, coats))
+    plain, coated = (co.Scene([*co.LensGroup((50, -60), (6,), 20, (1.5,), coatings=given)]) for given in (None, coats))
     assert paths_of(co.optics.layout(coated))[0][0] == paths_of(co.optics.layout(plain))[0][0]
