@@ -322,49 +322,37 @@ def rows_of_ray(
     return rows, used, unsure
 
 
-class RowMemory(NamedTuple):
-    """What one thread keeps while it lists rows of packets."""
-
-    scratch: Scratch
-    bundle: Packet
-    chains: RowChains
-
-
-@allocator
-def _new_memory(geometry: Geometry) -> RowMemory:
-    """Return memory for one thread."""
-    return RowMemory(new_scratch(geometry), new_packet(geometry), new_chains())
-
-
 @allocator
 def _list_rays(
-    geometry: Geometry, memory: RowMemory, rays: RayArrays, packet: int, width: int, spans: bool, rows: Floats,
-    found: Floats, used: int, counts: Ints, doubts: Signs,
+    geometry: Geometry, scratch: Scratch, bundle: Packet, chains: RowChains, rays: RayArrays, begin: int, end: int,
+    width: int, spans: bool, rows: Floats, found: Floats, counts: Ints, doubts: Signs,
 ) -> tuple[Floats, Floats, int]:  # fmt: skip
-    """Append the rows of the rays of a packet, in order of lanes: (rows, room for those of lanes, number of rows now).
+    """Write the rows of packets begin..end, in order of lanes: (rows, room for those of lanes, number of rows).
 
     Ray i has counts[i] rows, sorted. A doubtful ray has doubts[i] = 1 and no rows.
     """
-    scratch, bundle, chains = memory
-    lanes = bundle.lanes
-    fill_lanes(lanes, rays, packet, width, False)
-    together, more = is_coherent(geometry, lanes), 0
-    if together:  # the rows of all lanes come first, chained by lane, and are then copied lane by lane
-        found, more = list_packet(geometry, scratch, bundle, chains, spans, found)
-        rows = grow_rows(rows, used, more)
-    for row in range(8):
-        first, n = packet_row(packet, row, width, len(rays.origins))
-        for k in range(n):
-            before, lane, unsure = used, 8 * row + k, True
-            if together and lanes[DOUBT + np.uint64(lane)] == 0.0:
-                used = put_chain(chains, lane, found, rows, used)
-                unsure = sort_rows(rows, before, used, spans)
-            if unsure:
-                ray = load_ray(rays, first + k)
-                rows, used, unsure = rows_of_ray(geometry, scratch, ray, spans, rows, before)
-                rows = grow_rows(rows, used, more)  # room for the lanes that follow
-            used = before if unsure else used  # a doubtful ray gives its rows up
-            counts[first + k], doubts[first + k] = used - before, 1 if unsure else 0
+    lanes, used = bundle.lanes, 0
+    for packet in range(begin, end):  # in here: a call counts the references of all arrays
+        if is_halted(geometry):
+            break
+        fill_lanes(lanes, rays, packet, width, False)
+        together, more = is_coherent(geometry, lanes), 0
+        if together:  # the rows of all lanes come first, chained by lane, and are then copied lane by lane
+            found, more = list_packet(geometry, scratch, bundle, chains, spans, found)
+            rows = grow_rows(rows, used, more)
+        for row in range(8):
+            first, n = packet_row(packet, row, width, len(rays.origins))
+            for k in range(n):
+                before, lane, unsure = used, 8 * row + k, True
+                if together and lanes[DOUBT + np.uint64(lane)] == 0.0:
+                    used = put_chain(chains, lane, found, rows, used)
+                    unsure = sort_rows(rows, before, used, spans)
+                if unsure:
+                    ray = load_ray(rays, first + k)
+                    rows, used, unsure = rows_of_ray(geometry, scratch, ray, spans, rows, before)
+                    rows = grow_rows(rows, used, more)  # room for the lanes that follow
+                used = before if unsure else used  # a doubtful ray gives its rows up
+                counts[first + k], doubts[first + k] = used - before, 1 if unsure else 0
     return rows, found, used
 
 
@@ -373,14 +361,12 @@ def trace_rows(
     geometry: Geometry, rays: RayArrays, width: int, spans: bool, begin: int, end: int, counts: Ints, doubts: Signs
 ) -> Floats:
     """Return rows (body/crossing_rows.py) of spans or crossings of packets begin..end of 64 rays, as `_list_rays`."""
-    memory, columns = _new_memory(geometry), SPAN_COLUMNS if spans else CROSSING_COLUMNS
-    rows, found, used = np.empty((64 * (end - begin), columns)), np.empty((256, columns + 1)), 0
-    for packet in range(begin, end):
-        if is_halted(geometry):
-            break
-        rows, found, used = _list_rays(
-            geometry, memory, rays, packet, width, spans, rows, found, used, counts, doubts
-        )  # fmt: skip
+    scratch, bundle, chains = new_scratch(geometry), new_packet(geometry), new_chains()
+    columns = SPAN_COLUMNS if spans else CROSSING_COLUMNS
+    rows, found = np.empty((64 * (end - begin), columns)), np.empty((256, columns + 1))
+    rows, _, used = _list_rays(
+        geometry, scratch, bundle, chains, rays, begin, end, width, spans, rows, found, counts, doubts
+    )  # fmt: skip
     return rows[:used].copy()
 
 
@@ -536,12 +522,14 @@ def sum_rays(
 
     The place of body k is columns[k], or k where there are no columns.
     """
-    memory = _new_memory(geometry)
+    scratch, bundle, chains = new_scratch(geometry), new_packet(geometry), new_chains()
     rows, found = np.empty((256, SPAN_COLUMNS)), np.empty((256, SPAN_COLUMNS + 1))
     for packet in range(begin, end):
-        if is_halted(geometry):
+        rows, found, _ = _list_rays(
+            geometry, scratch, bundle, chains, rays, packet, packet + 1, width, True, rows, found, counts, marks
+        )  # fmt: skip
+        if is_halted(geometry):  # then counts may be missing
             break
-        rows, found, _ = _list_rays(geometry, memory, rays, packet, width, True, rows, found, 0, counts, marks)
         row = 0
         for line in range(8):
             first, n = packet_row(packet, line, width, len(rays.origins))

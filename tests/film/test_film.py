@@ -155,7 +155,7 @@ def test_samples_lie_as_the_filter_says(name):
     quantiles, change, scale = lower_filter(name)
     assert (quantiles == -quantiles[::-1]).all()
     assert (quantiles[0], quantiles[-1]) == (-RADII[name], RADII[name])
-    # x is linear between quantiles, each of which is as likely: the moments of |f|, and of f by the signs
+    # x is linear between quantiles of equal weight: the moments of |f|, and of f by the signs
     a, b = quantiles[:-1], quantiles[1:]
     second = (a * a + a * b + b * b) / 3
     sign = np.where(np.abs((a + b) / 2) > change, -1, 1)

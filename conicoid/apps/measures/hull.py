@@ -223,7 +223,7 @@ def halve_rectangles(
             x, y = (x, y + b) if b < size[i // 2, 1] else (x + a, y)
         low_halves[i, 0], low_halves[i, 1], size_halves[i, 0], size_halves[i, 1] = x, y, a, b
         polygon, way = len(ways), len(ways) - 1
-        while 0 <= way < polygon:  # ways lead down, so that there is an answer
+        while 0 <= way < polygon:  # each way leads down, so the walk ends
             polygon, turn = way, 0
             for k in range(len(across)):
                 u, v = across[k, 0], across[k, 1]

@@ -155,7 +155,7 @@ class _RowHits:
         """Return the hits on the surface of row i."""
         # The surface alone: nothing stands before it, and it has no edge
         if not obstructions:
-            # A lost ray is NaN, of which no ray can be made: it starts anywhere, and stays lost
+            # `Rays` refuse NaN, which stands for a lost ray: it starts anywhere, and stays lost
             lost = ~np.isfinite(rays.origins).all(axis=-1, keepdims=True)
             way = np.where(lost, 1.0, rays.directions)
             hits = _hit_of_row(system, i).first_hit(np.where(lost, 0.0, rays.origins), way)

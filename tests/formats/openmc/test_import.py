@@ -81,7 +81,7 @@ def test_the_same_material_has_the_same_colour_everywhere(tmp_path: Path) -> Non
 
 
 def test_colours_are_far_apart() -> None:
-    """By their distance in OKLab, of which 0.02 is about the least that is noticed side by side."""
+    """Their distance in OKLab is above 0.02, about the least that eyes see side by side."""
     places = np.array([oklab(palette_color(number)) for number in range(1, 25)])
     distances = [float(np.linalg.norm(a - b)) for a, b in itertools.combinations(places, 2)]
     assert min(distances) > 0.04

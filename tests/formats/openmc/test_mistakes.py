@@ -20,7 +20,7 @@ from ...children import ROOT
 from .broken import CASES, geometry
 from .models import put
 
-# --- What is wrong in a file is said with its line and its name, and nothing else happens
+# --- Mistakes in a file are errors with line and name, and nothing else happens
 
 
 def refused(path: Path, **options: object) -> co.SceneFileError:

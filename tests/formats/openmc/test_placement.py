@@ -118,7 +118,7 @@ def test_extents_move_with_their_corners() -> None:
     assert box.placed(place).placed(place.back) == box
 
 
-# --- What has no volume is left out, and each kind of it is told
+# --- Cells without volume are left out, with a remark for each kind
 
 CLADDING = re.compile(r'(<cell id="3" name="cladding".*region=")[^"]*')
 ENDS = {
