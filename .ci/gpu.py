@@ -31,7 +31,7 @@ ROOT = Path(__file__).resolve().parents[1]
 SIDE, FEW = 1024, 64
 """Of pictures; as many random rays and points. 64 for tools that slow a card down a hundredfold."""
 DEVICES = "cuda", "cpu"
-PATIENCE = 2.0
+PATIENCE = 0.7
 """Seconds of one rate."""
 FIELDS = "t", "body", "face", "surface", "entering", "doubtful"
 THERE = *FIELDS, "point", "normal", "uv"
@@ -184,7 +184,7 @@ def here(side: int) -> int:
 
     import conicoid as co
     from conicoid.queries.device import device_of
-    from conicoid.queries.device_arrays import _sent
+    from conicoid.queries.device_arrays import _upload
 
     try:
         found = device_of("test-cuda", "cuda")
@@ -210,7 +210,7 @@ def here(side: int) -> int:
             failures += len(wrong)
             first = f"first calls {time.perf_counter() - begin:.1f} s, {int(hits.doubtful.sum())} doubtful"
             verdict = f"DIFFERENT: {', '.join(wrong)}" if wrong else "equal to the bit"
-            arrays = [_sent(found, np.reshape(each, (-1, 3))) for each in rays]
+            arrays = [_upload(found, np.reshape(each, (-1, 3))) for each in rays]
             stays = scene.first_hit(*arrays)
             wrong = [x for x in THERE if np.asarray(getattr(stays, x)).tobytes() != getattr(hits, x).tobytes()]
             failures += len(wrong)

@@ -117,14 +117,18 @@ def simplify(module: Any, machine: Any) -> None:
     _run_passes(module, machine, 0, with_passes)
 
 
-def optimize(module: Any, machine: Any) -> None:
-    """Run LLVM's best round, for one level of processor, on a module that `simplify` has seen."""
-    _run_passes(module, machine, 3, lambda passes: None)
+def optimize(module: Any, machine: Any, is_short: bool = False) -> None:
+    """Run LLVM's best round, for one level of processor, on a module that `simplify` has seen.
+
+    is_short: with less code, where a processor would wait for code.
+    """
+    _run_passes(module, machine, 2 if is_short else 3, lambda passes: None)
 
 
 def _tuning(speed: int) -> Any:
     options = llvm.create_pipeline_tuning_options(speed_level=speed)
     options.loop_vectorization, options.slp_vectorization = speed == 3, False
+    options.loop_unrolling = speed != 2
     return options
 
 

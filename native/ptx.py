@@ -25,12 +25,13 @@ import llvmlite.binding as llvm
 from llvmlite import ir
 
 from conicoid._jit.sources import stamp_of
-from conicoid.kernels.device import EACH, SHARED, SIZES
+from conicoid.kernels.device import EACH, SHARED, SIZES, sizes_of
+from conicoid.kernels.tables import POLYGON
 
 from . import objects
 from .arithmetic import reordered, strange_functions
 from .build import device_code, stamp_of as sources_of
-from .signature import Leaf, on_device
+from .signature import Leaf, Signature, on_device
 from .targets import Level
 
 TRIPLE = "nvptx64-nvidia-cuda"
@@ -38,11 +39,14 @@ LEVEL = Level("cuda", "sm_75", "+ptx63")
 PREFIX = "conicoid_"
 STAMP = "sources.stamp"
 """The file beside the kernels with the digest of their sources."""
-REGISTERS = 128
-"""Of a thread: with more, fewer threads are resident, with less they spill (measured on an H200)."""
+REGISTERS = {"balls": 80}
+"""Of a thread, by sizes of scratch memory, `MOST_REGISTERS` for others: with more, fewer threads are resident, with
+less they spill (measured on an H200)."""
+MOST_REGISTERS = 128
 _I32, _I64 = ir.IntType(32), ir.IntType(64)
 _POINTER = ir.IntType(8).as_pointer()
 _PREFETCH = re.compile(r"^.*call void @llvm\.prefetch\b.*\n", re.M)
+_HALT = re.compile(r"= load atomic i64, ptr \S+ monotonic, align 8.*")
 _SQRT = """
 declare double @llvm.sqrt.f64(double)
 define double @sqrt(double %x) alwaysinline {
@@ -52,14 +56,14 @@ define double @sqrt(double %x) alwaysinline {
 """
 
 
-def _sizes(leaves: list[Leaf]) -> tuple[str, ...]:
+def _sizes(function: Signature) -> tuple[str, ...]:
     """Return the sizes of scratch memory for which a function has kernels."""
-    return (*SIZES, SHARED) if any(leaf.name.startswith("scratch.") for leaf in leaves) else (EACH,)
+    return sizes_of(function.name) if any(leaf.name.startswith("scratch.") for leaf in function.leaves) else (EACH,)
 
 
 FAMILIES = "sm_80", "sm_90"
 """Cards that get machine code, where NVIDIA's assembler is at hand: they need not wait for the driver's."""
-NAMES = [f"{function.name}_{size}" for function in on_device() for size in _sizes(function.leaves)]
+NAMES = [f"{function.name}_{size}" for function in on_device() for size in _sizes(function)]
 
 
 def _is_local(leaf: Leaf, size: str) -> bool:
@@ -78,7 +82,7 @@ def _parameters(leaves: list[Leaf], size: str) -> list[Any]:
     for leaf in leaves:
         if leaf.kind == "array" and not _is_local(leaf, size):
             kinds += [_POINTER] if _open_axis(leaf) is None else [_POINTER, _I64]
-        elif leaf.kind == "int" and leaf.name not in ("begin", "step"):
+        elif leaf.kind == "int" and leaf.name not in ("begin", "step", "kinds"):
             kinds.append(_I64)
     return kinds
 
@@ -100,7 +104,8 @@ class _Entry:
         self.builder = ir.IRBuilder(function.append_basic_block())
         thread, threads, *self.passed = function.args
         self.thread = thread
-        numbers = {"begin": thread, "step": threads}
+        kinds_of_entries = SIZES[size].kinds if size in SIZES else POLYGON
+        numbers = {"begin": thread, "step": threads, "kinds": _I64(kinds_of_entries)}
         error, result = (self.builder.alloca(_POINTER) for _ in range(2))
         self.builder.store(ir.Constant(_POINTER, None), error)
         arguments = [self.builder.bitcast(each, _POINTER) for each in (result, error)]
@@ -146,7 +151,7 @@ def _put_entries(module: ir.Module, name: str, kernel: dict[str, Any]) -> None:
     """Add the entries of a function, one for each size."""
     kinds = [objects.kind_of(each) for each in kernel["arguments"]]
     inner = ir.Function(module, ir.FunctionType(_I32, kinds), kernel["symbol"])
-    for size in _sizes(next(each.leaves for each in on_device() if name == PREFIX + each.name)):
+    for size in _sizes(next(each for each in on_device() if name == PREFIX + each.name)):
         _Entry(module, name, kernel, inner, size)
 
 
@@ -157,7 +162,8 @@ def base(code: Path) -> bytes:
     objects.simplify(whole, machine)
     whole.link_in(llvm.parse_assembly(_SQRT))
     whole.get_function("sqrt").linkage = "internal"
-    whole = llvm.parse_assembly(_PREFETCH.sub("", str(whole)))  # a GPU has no such instruction
+    # A GPU has no such instruction; and its queries are never halted, so they need not look for it in far memory
+    whole = llvm.parse_assembly(_HALT.sub("= add i64 0, 0", _PREFETCH.sub("", str(whole))))
     whole.verify()
     return bytes(whole.as_bitcode())
 
@@ -185,7 +191,7 @@ def _wrapper(name: str, size: str, target_data: str) -> Any:
     with builder.if_then(builder.icmp_signed("!=", status, _I32(0))):
         builder.store(status, builder.bitcast(outer.args[0], _I32.as_pointer()))
     builder.ret_void()
-    text = str(module).replace(")\n{", f') "nvvm.maxnreg"="{REGISTERS}"\n{{')
+    text = str(module).replace(")\n{", f') "nvvm.maxnreg"="{REGISTERS.get(size, MOST_REGISTERS)}"\n{{')
     return llvm.parse_assembly(text)
 
 
@@ -202,7 +208,7 @@ def ptx(module: bytes, name: str) -> str:
         if not each.is_declaration:
             each.linkage = "external" if each.name == name else "internal"
             each.visibility = "default"
-    objects.optimize(whole, machine)
+    objects.optimize(whole, machine, is_short=size in ("few", "many", SHARED))
     _shorten(whole, name)
     wrong = [*wrong_with_code(whole)]
     text = machine.emit_assembly(whole)
@@ -219,10 +225,14 @@ def _shorten(module: Any, name: str) -> None:
         each.name = f"c{number}"
 
 
+_OWN = re.compile(r"llvm\.nvvm\.read\.ptx\.sreg\.\w+\.x|llvm\.(?:fabs|fma|maxnum|minnum)\.f32")
+"""What a GPU's code may call beside: places of threads, and float32 of short nodes (kernels/bvh/short_nodes.py)."""
+
+
 def wrong_with_code(module: Any) -> Iterator[str]:
     """List what a kernel may not call or compute."""
     called = [each.name for each in module.functions if each.is_declaration]
-    strange = strange_functions(each for each in called if not each.startswith("llvm.nvvm.read.ptx.sreg."))
+    strange = strange_functions(each for each in called if not _OWN.fullmatch(each))
     if strange:
         yield f"calls {', '.join(strange)}"
     if reordered(str(module)):
@@ -246,7 +256,9 @@ _ARITHMETIC = re.compile(
 def wrong_with_ptx(text: str, fused: int) -> Iterator[str]:
     """List what is wrong with the PTX of a kernel, whose code asks for so many fused products at most."""
     rounding = set(_ARITHMETIC.findall(text))
-    strange = sorted(rounding - {f"{each}.rn.f64" for each in ("add", "sub", "mul", "fma", "div", "sqrt", "rcp")})
+    short = {f"{each}.rn.f32" for each in ("add", "sub", "mul", "fma")}
+    exact = {f"{each}.rn.f64" for each in ("add", "sub", "mul", "fma", "div", "sqrt", "rcp")}
+    strange = sorted(rounding - exact - short)
     if strange:
         yield f"rounds by {', '.join(strange)}"
     yield from (f"has {each}" for each in sorted(set(re.findall(r"\.(?:approx|ftz|full|sat)\b", text))))

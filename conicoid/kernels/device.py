@@ -14,14 +14,15 @@ from .._jit.decorators import helper, inline
 from .._util.validation import BELOW_ROUNDING, LARGEST, SMALLEST
 from . import tables as table
 from .body.crossing_rows import BODY, ENTER, EXIT, BodyRows, put_rows, scale_rows, sort_rows_in_place
-from .body.entry import entry_crossings, entry_nearness
-from .body.hit import DOUBTFUL, Hit, no_hit
+from .body.entry import ball_crossings, cell_crossings, entry_crossings, entry_nearness
+from .body.hit import DOUBTFUL
 from .body.membership import entry_holds, point_ray
 from .body.scratch import EVENT, LEAF_COUNT, TIME, Scratch
-from .bvh.culling import hit_balls, lowest_bit
+from .bvh.culling import lowest_bit
 from .bvh.walk import (
     FEW,
     OWN_BEAM,
+    LeafItem,
     leaf_at,
     leaf_item,
     leaf_range,
@@ -33,12 +34,23 @@ from .bvh.walk import (
 )
 from .closest.safety import bound_of_point
 from .crossings import ROUNDING_OVERLAP, length_of
-from .first_hits import HitBuffers, first_crossing, put_hit
+from .device_walk import (
+    first_on_card,
+    next_items,
+    place_count,
+    push_short_roots,
+    ray_grid,
+    ray_of_place,
+    shorten_nodes,
+    take_next,
+    walk_end,
+)
+from .first_hits import HitBuffers, put_hit
 from .programs import forget_program
-from .ray import DEAD, RayArrays, load_ray, scale_ray, span_inverse
+from .ray import DEAD, Ray, RayArrays, load_ray, scale_ray, span_inverse
 from .surface.exact_crossing import OPEN, RoundingRest
 from .surface.interval import is_open
-from .tables import REGION, Floats, Geometry, Ints, Longs, Signs, integer, whole
+from .tables import BALL, CELL, POLYGON, REGION, Floats, Geometry, Ints, Longs, Signs, integer, length, whole
 
 
 class ScratchSize(NamedTuple):
@@ -47,13 +59,16 @@ class ScratchSize(NamedTuple):
     leaves: int
     gates: int
     depth: int
+    kinds: int = POLYGON  # the largest kind of an entry
 
     @classmethod
     def needed(cls, geometry: Geometry) -> ScratchSize:
         """Return the size that a scene needs."""
         places = geometry.places
         depth = int(geometry.integers[int(places[table.TREE_DEPTH])])
-        return cls(int(places[table.LEAVES]), int(places[table.GATES]), depth)
+        first, bodies = int(places[table.ENTRY_KIND]), int(length(geometry, table.ENTRY_KIND))
+        kinds = int(geometry.integers[first : first + bodies].max(initial=BALL))
+        return cls(int(places[table.LEAVES]), int(places[table.GATES]), depth, kinds)
 
     @property
     def lengths(self) -> dict[str, int]:
@@ -79,15 +94,28 @@ WIDTHS = dict(time=8, event=4, counts=4, way=8, inner_way=8, found=4, found_leav
 """Bytes of an element of the arrays of `Scratch`."""
 DEPTH = 96
 """Of stacks in local memory: those of ten million balls take 70."""
-SIZES = {"alone": ScratchSize(1, 1, DEPTH), "few": ScratchSize(8, 8, DEPTH), "many": ScratchSize(64, 64, DEPTH)}
-"""Sizes of scratch memory that is local to a thread, the smallest first."""
+SIZES = {
+    "balls": ScratchSize(1, 1, DEPTH, BALL),
+    "cells": ScratchSize(1, 1, DEPTH, CELL),
+    "few": ScratchSize(8, 8, DEPTH),
+    "many": ScratchSize(64, 64, DEPTH),
+}
+"""Sizes of scratch memory that is local to a thread, the smallest first.
+
+The first two are of functions that take `kinds` (`BY_KIND`): their code leaves other bodies out. A GPU waits for code
+that does not fit its cache (half of the time of Booleans, by its counters), so less code is faster."""
 SHARED = "any"
 """The name of the kernels whose scratch memory, of any size, is a part of arrays for all threads."""
 
 
-def size_name(needed: ScratchSize) -> str:
-    """Return the name of the first size that is enough."""
-    return next((name for name, size in SIZES.items() if size.holds(needed)), SHARED)
+def sizes_of(function: str) -> tuple[str, ...]:
+    """Return the names of the sizes for which a function has kernels, the smallest first."""
+    return (*SIZES, SHARED) if function in BY_KIND else (*[*SIZES][2:], SHARED)
+
+
+def size_name(function: str, needed: ScratchSize) -> str:
+    """Return the name of the first size of a function that is enough."""
+    return next((name for name in sizes_of(function)[:-1] if SIZES[name].holds(needed)), SHARED)
 
 
 @inline
@@ -97,30 +125,36 @@ def _open_scratch(scratch: Scratch) -> None:
     scratch.found_leaves[LEAF_COUNT] = -1
 
 
-@inline
-def _hit_of_ray(geometry: Geometry, rays: RayArrays, scratch: Scratch, i: int, any_hit: bool) -> Hit:
-    """Return the first hit of a ray, or any."""
-    ray = load_ray(rays, i)
-    return no_hit() if ray.start == DEAD else first_crossing(geometry, scratch, ray, scratch.nothing, any_hit)
+def first_hits(
+    geometry: Geometry, nodes: Longs, kinds: int, width: int, rays: RayArrays, found: HitBuffers, scratch: Scratch,
+    begin: int, step: int,
+) -> None:  # fmt: skip
+    """Write the first hits of rays begin, begin + step, ..., as `trace_first_alone` does.
 
-
-def first_hits(geometry: Geometry, rays: RayArrays, found: HitBuffers, scratch: Scratch, begin: int, step: int) -> None:
-    """Write the first hits of rays begin, begin + step, ..., as `trace_first_alone` does."""
+    kinds: the largest kind of an entry of the scene. width: of the picture that the rays make, or 0.
+    """
     _open_scratch(scratch)
-    i = begin
-    while i < len(rays.origins):
-        put_hit(_hit_of_ray(geometry, rays, scratch, i, False), i, found)
-        i += step
+    k, count = begin, len(rays.origins)
+    while k < place_count(width, count):
+        i = ray_of_place(k, width, count)
+        if i >= 0:
+            put_hit(first_on_card(geometry, nodes, kinds, scratch, load_ray(rays, i), False), i, found)
+        k += step
 
 
-def any_hits(geometry: Geometry, rays: RayArrays, result: Signs, scratch: Scratch, begin: int, step: int) -> None:
+def any_hits(
+    geometry: Geometry, nodes: Longs, kinds: int, width: int, rays: RayArrays, result: Signs, scratch: Scratch,
+    begin: int, step: int,
+) -> None:  # fmt: skip
     """Write 1 for rays begin, begin + step, ... that have a crossing, else 0; plus DOUBTFUL if that is in doubt."""
     _open_scratch(scratch)
-    i = begin
-    while i < len(rays.origins):
-        hit = _hit_of_ray(geometry, rays, scratch, i, True)
-        result[i] = (1 if hit.body >= 0 else 0) + (DOUBTFUL if hit.unsure else 0)
-        i += step
+    k, count = begin, len(rays.origins)
+    while k < place_count(width, count):
+        i = ray_of_place(k, width, count)
+        if i >= 0:
+            hit = first_on_card(geometry, nodes, kinds, scratch, load_ray(rays, i), True)
+            result[i] = (1 if hit.body >= 0 else 0) + (DOUBTFUL if hit.unsure else 0)
+        k += step
 
 
 @helper
@@ -180,40 +214,52 @@ ROW_COLUMNS = 10
 """Of a row on a card: those of a span (body/crossing_rows.py), or the fewer of a crossing, and one for sorting."""
 
 
+@inline
+def _item_crossings(
+    geometry: Geometry, scratch: Scratch, kinds: int, item: LeafItem, ray: Ray
+) -> tuple[int, bool, bool]:
+    """`entry_crossings` of an item whose kind is at most `kinds`."""
+    if kinds == BALL or item.kind == BALL:
+        return ball_crossings(geometry, scratch, item.index, ray)
+    if kinds == CELL or item.kind == CELL:
+        return cell_crossings(geometry, scratch, item.index, ray)
+    return entry_crossings(geometry, scratch, item.entry, ray, 1 << 30)
+
+
 @helper
 def _list_ray(
-    geometry: Geometry, rays: RayArrays, scratch: Scratch, i: int, spans: bool, rows: Floats, first: int
+    geometry: Geometry, nodes: Longs, kinds: int, unscaled: Ray, scratch: Scratch, spans: bool, rows: Floats, first: int
 ) -> tuple[int, bool]:
     """Write the rows of a ray at rows[first:], sorted; return their number, and whether they are in doubt.
 
     Without any `rows` it counts. The walk comes to entries in any order, since the sort is by t and body.
     """
-    unscaled = load_ray(rays, i)
     if unscaled.start == DEAD or not is_open(unscaled.t_min, unscaled.t_max):
         return 0, False
     ray, scale = scale_ray(unscaled)
-    way, inverse, used, doubtful = scratch.way, span_inverse(ray), first, False
-    put_beam(way, OWN_BEAM, ray)
-    code, _, top = next_leaf(geometry, way, way, OWN_BEAM, push_roots(geometry, way, scene_tree(geometry)))
-    while code != 0:
-        begin, end = leaf_range(code)
-        at, count = leaf_at(geometry, begin), end - begin
-        for eight in range(0, count, 8):
-            bits = hit_balls(geometry.floats, at + eight, count, count - eight, ray, inverse, ray.t_max)
-            while bits != 0:
-                item = leaf_item(geometry, at, count, eight + lowest_bit(bits))
-                bits &= bits - 1
-                if spans and item.kind > REGION:
-                    continue
-                crossings, inside, unsure = entry_crossings(geometry, scratch, item.entry, ray, 1 << 30)
-                doubtful |= unsure
-                if len(rows) == 0:
-                    used += (crossings + (2 if inside else 1)) >> 1 if spans else crossings
-                elif crossings > 0 or inside:
-                    off = entry_nearness(geometry, item.entry, ray).off
-                    met = BodyRows(crossings, inside, off, unsure)
-                    used = put_rows(geometry, scratch, item.entry, met, ray, spans, rows, used)
-        code, _, top = next_leaf(geometry, way, way, OWN_BEAM, top)
+    way, inverse, grid, used, doubtful = scratch.way, span_inverse(ray), ray_grid(geometry, ray), first, False
+    last = walk_end(ray.t_max, grid.unit)
+    code, top = take_next(way, push_short_roots(geometry, way), last)
+    while True:
+        code, bits, top = next_items(geometry, nodes, way, ray, grid, inverse, last, ray.t_max, code, top)
+        if code == 0:
+            break
+        begin, after = leaf_range(code)
+        at, size = leaf_at(geometry, begin), after - begin
+        while bits != 0:
+            item = leaf_item(geometry, at, size, lowest_bit(bits))
+            bits &= bits - 1
+            if spans and item.kind > REGION:
+                continue
+            crossings, inside, unsure = _item_crossings(geometry, scratch, kinds, item, ray)
+            doubtful |= unsure
+            if len(rows) == 0:
+                used += (crossings + (2 if inside else 1)) >> 1 if spans else crossings
+            elif crossings > 0 or inside:
+                off = entry_nearness(geometry, item.entry, ray).off
+                its = BodyRows(crossings, inside, off, unsure)
+                used = put_rows(geometry, scratch, item.entry, its, ray, spans, rows, used)
+        code, top = take_next(way, top, last)
     if len(rows) > 0:
         doubtful |= sort_rows_in_place(rows, first, used, spans)
         scale_rows(rows, first, used, scale, unscaled, spans)
@@ -221,8 +267,8 @@ def _list_ray(
 
 
 def list_rows(
-    geometry: Geometry, rays: RayArrays, spans: int, offsets: Longs, rows: Floats, counts: Ints, doubts: Signs,
-    scratch: Scratch, begin: int, step: int,
+    geometry: Geometry, nodes: Longs, kinds: int, width: int, rays: RayArrays, spans: int, offsets: Longs, rows: Floats,
+    counts: Ints, doubts: Signs, scratch: Scratch, begin: int, step: int,
 ) -> None:  # fmt: skip
     """Count the spans or crossings of rays begin, begin + step, ...; or write them, if there are `rows`.
 
@@ -230,13 +276,14 @@ def list_rows(
     on, as many as were counted; one that turns out to be doubtful where they are sorted keeps its rows.
     """
     _open_scratch(scratch)
-    i, counting = begin, len(rows) == 0
-    while i < len(rays.origins):
-        if counting or counts[i] > 0:
+    k, count, counting = begin, len(rays.origins), len(rows) == 0
+    while k < place_count(width, count):
+        i = ray_of_place(k, width, count)
+        if i >= 0 and (counting or counts[i] > 0):
             first = 0 if counting else offsets[i] - offsets[0]
-            found, unsure = _list_ray(geometry, rays, scratch, i, spans != 0, rows, first)
+            found, unsure = _list_ray(geometry, nodes, kinds, load_ray(rays, i), scratch, spans != 0, rows, first)
             counts[i], doubts[i] = 0 if counting and unsure else found, 1 if unsure else 0
-        i += step
+        k += step
 
 
 @inline
@@ -342,11 +389,12 @@ def copy_rows(source: Signs, target: Signs, which: Longs, width: int, back: int,
 
 
 FUNCTIONS = {
-    first_hits: {"found": "out"},
-    any_hits: {"result": "out n"},
+    shorten_nodes: {"nodes": "out * 16"},
+    first_hits: {"nodes": "* 16", "found": "out"},
+    any_hits: {"nodes": "* 16", "result": "out n"},
     first_bodies: {"points": "n 3", "after": "n|1", "bodies": "out n", "undecided": "out n"},
     wall_bounds: {"points": "n 3", "reach": "n", "bounds": "out n"},
-    list_rows: {"offsets": "n+1", "rows": "out * 10", "counts": "out n", "doubts": "out n"},
+    list_rows: {"nodes": "* 16", "offsets": "n+1", "rows": "out * 10", "counts": "out n", "doubts": "out n"},
     sum_spans: {
         "directions": "n 3",
         "offsets": "n+1",
@@ -363,6 +411,8 @@ FUNCTIONS = {
     copy_rows: {"source": "*", "target": "out *", "which": "n"},
 }
 """What the threads of a GPU run, with the shapes of arguments as `kernel` declares them."""
+BY_KIND = frozenset(each.__name__ for each in FUNCTIONS if "kinds" in each.__annotations__)
+"""Functions that take the largest kind of an entry, and short nodes."""
 ROWS = {
     "check_rays": "hit_fields",
     "faces_of": "hit_fields",

@@ -26,7 +26,10 @@ from .._util.environment import DEVICES, read_device
 from .._util.process import fork_safe_lock
 from .._util.validation import format_value
 from ..kernels.body.crossing_rows import CROSSING_COLUMNS, SPAN_COLUMNS
-from ..kernels.device import EACH, ROW_COLUMNS, ROWS, SHARED, WIDTHS, ScratchSize, size_name
+from ..kernels.bvh.culling_constants import SHORT_NODE
+from ..kernels.device import BY_KIND, EACH, ROW_COLUMNS, ROWS, SHARED, WIDTHS, ScratchSize, size_name
+from ..kernels.device_walk import place_count
+from ..kernels.tables import NODE_CHILDREN, Geometry, length
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -232,6 +235,8 @@ class Device:
         self.lanes = [_Lane(driver) for _ in range(LANES)]
         self._scratch: CardMemory | None = None
         self._tables: dict[int, CardMemory] = {}
+        self._short_nodes: dict[int, CardMemory] = {}
+        self._sizes: dict[int, ScratchSize] = {}
         self._status = CardMemory(driver, _LINE)
 
     def wait(self, lane: _Lane) -> None:
@@ -246,7 +251,29 @@ class Device:
         tables: list[Any]
         places, *tables = scene.geometry
         tables += scene.rest if function in ("first_bodies", "refine_points") else ()
-        return [self._table_address(places), *(n for table in tables for n in (self._table_address(table), table.size))]
+        sent = [self._table_address(places), *(n for table in tables for n in (self._table_address(table), table.size))]
+        return sent + self._nodes(scene.geometry, sent) if function in BY_KIND else sent
+
+    def _nodes(self, geometry: Geometry, tables: list[int]) -> list[int]:
+        """Return address and number of a scene's short nodes, which the card makes."""
+        count, floats = int(length(geometry, NODE_CHILDREN)) // 8, geometry.floats
+        if id(floats) not in self._short_nodes:
+            self._short_nodes[id(floats)] = memory = CardMemory(self.driver, 8 * SHORT_NODE * count)
+            weakref.finalize(floats, self._short_nodes.pop, id(floats)).atexit = False
+            lane = self.lanes[0]
+            self.driver.launch(
+                f"shorten_nodes_{EACH}", [self._status.address, *tables, memory.address, count], count, lane.stream
+            )
+            self.wait(lane)
+        return [self._short_nodes[id(floats)].address, count]
+
+    def size_needed(self, geometry: Geometry) -> ScratchSize:
+        """Return the scratch memory that a scene needs."""
+        places = geometry.places
+        if id(places) not in self._sizes:
+            self._sizes[id(places)] = ScratchSize.needed(geometry)
+            weakref.finalize(places, self._sizes.pop, id(places)).atexit = False
+        return self._sizes[id(places)]
 
     def _table_address(self, table: Any) -> int:
         """Return the address of a table, which is sent once: scenes that share it share that memory too.
@@ -261,20 +288,24 @@ class Device:
                 self.wait(self.lanes[0])
         return self._tables[id(table)].address
 
-    def run(self, scene: PreparedScene, function: str, inputs: Sequence[Any], outputs: Sequence[Any]) -> bool:
+    def run(
+        self, scene: PreparedScene, function: str, inputs: Sequence[Any], outputs: Sequence[Any], width: int = 0
+    ) -> bool:
         """Run a function of `kernels.device` on all rays or points, into `outputs`.
 
-        Inputs have a row for each ray or one for all. Returns False, and does nothing, if the scene needs more scratch
-        memory than the card has.
+        Inputs have a row for each ray or one for all. `width` is that of the picture that rays make, or 0. Returns
+        False, and does nothing, if the scene needs more scratch memory than the card has.
         """
-        count = len(outputs[0])
+        count, width = len(outputs[0]), width if 4 * width <= CHUNK else 0
 
         def work(lane: _Lane, shared: _Pass, first: int, last: int) -> Iterator[None]:
             results = [array[first:last] for array in outputs]
             kinds = [(part.shape, part.dtype) for part in results]
             status, *rest = lane.open(inputs, first, last, count, kinds)
             numbers = [n for twin in rest for n in twin.part(0, len(twin.array))]
-            self._launch(lane, shared, status, numbers, last - first)
+            if function in BY_KIND:
+                numbers.insert(0, width)
+            self._launch(lane, shared, status, numbers, place_count(width, last - first))
             found = rest[len(inputs) :]
             lane.fetch(status, *found)
             yield
@@ -282,7 +313,7 @@ class Device:
             for result, twin in zip(results, found, strict=True):
                 result[...] = twin.array
 
-        return self._run_chunks(scene, function, count, CHUNK, work)
+        return self._run_chunks(scene, function, count, picture_rows(width, CHUNK), work)
 
     def list_rows(
         self, scene: PreparedScene, rays: Any, spans: bool, counts: Any, doubts: Any, sums: SpanSums | None = None
@@ -302,7 +333,7 @@ class Device:
 
             def launch(begin: int, end: int, table: list[int]) -> None:
                 """Count the rows of some rays, or write them into a table."""
-                given = [number for line in lines for number in line.part(begin, end)]
+                given = [0, *(number for line in lines for number in line.part(begin, end))]
                 own = [*offsets.part(begin, end, 1), *table, *many.part(begin, end), *doubtful.part(begin, end)]
                 self._launch(lane, shared, status, [*given, int(spans), *own], end - begin)
 
@@ -415,25 +446,27 @@ class Device:
                 self.wait(self.lanes[0])
 
     def run_on_card(
-        self, function: str, numbers: Callable[[int, int], list[int]], count: int, scene: PreparedScene | None = None
-    ) -> bool:
+        self, function: str, numbers: Callable[[int, int], list[int]], count: int, scene: PreparedScene | None = None,
+        width: int = 0,
+    ) -> bool:  # fmt: skip
         """Run a function of `kernels.device`, or a kernel of `ROWS`, on arrays that live on the card.
 
         numbers: the arguments for rows first..last. Returns False, and does nothing, if the scene needs more scratch
         memory than the card has.
         """
-        status = np.zeros(1, np.int64)
+        status, width = np.zeros(1, np.int64), width if 4 * width <= _PIECE else 0
         with self._idle_lane() as lane:
             room = _Room(EACH) if scene is None or function in ROWS else self._room(scene, function)
             tables = self.tables(scene, function)
             if room is None:
                 return False
             self.driver.send(self._status.address, status, lane.stream)
-            piece = max(1, count) if room.size == EACH else _PIECE
+            piece = max(1, count) if room.size == EACH else picture_rows(width, _PIECE)
             for first in range(0, count, piece):
                 last = min(count, first + piece)
                 arguments = [self._status.address, *tables, *numbers(first, last), *room.numbers]
-                self.driver.launch(f"{function}_{room.size}", arguments, room.threads(last - first), lane.stream)
+                threads = room.threads(place_count(width, last - first))
+                self.driver.launch(f"{function}_{room.size}", arguments, threads, lane.stream)
                 self.wait(lane)
             self.driver.fetch(status, self._status.address, lane.stream)
         _check_status(status)
@@ -441,8 +474,8 @@ class Device:
 
     def _room(self, scene: PreparedScene, function: str) -> _Room | None:
         """Return scratch memory for a function; None if that of one block would not fit."""
-        needed, driver = ScratchSize.needed(scene.geometry), self.driver
-        size = size_name(needed)
+        needed, driver = self.size_needed(scene.geometry), self.driver
+        size = size_name(function, needed)
         if size != SHARED:
             return _Room(size)
         lengths, held = needed.lengths, self._scratch.size if self._scratch else 0
@@ -458,6 +491,11 @@ class Device:
         begins = np.cumsum([self._scratch.address, *sizes]).tolist()
         numbers = (n for pair in zip(begins, lengths.values(), strict=False) for n in pair)
         return _Room(size, tuple(numbers), threads)
+
+
+def picture_rows(width: int, most: int) -> int:
+    """Return a number of rays up to `most` that is some rows of squares (`ray_of_place`); `most` without a picture."""
+    return most // (4 * width) * 4 * width if width else most
 
 
 def _check_status(status: Any) -> None:

@@ -17,6 +17,7 @@ import numpy as np
 
 from .._util.validation import describe_kind, is_on_card
 from ..kernels.body.hit import is_doubtful
+from ..kernels.device import BY_KIND
 from ..kernels.first_hits import HitBuffers
 from ..kernels.ray import RayArrays
 from . import points as at_points, ray_queries
@@ -278,7 +279,7 @@ def query_rays(
 def _first_hit(scene: PreparedScene, gpu: Device, rays: Any, shape: tuple[int, ...]) -> DeviceHits:
     count = rays.origins.shape[0]
     found = _CardHits(*_new_arrays(gpu, *(((count,), kind) for kind in ("f8", "i4", "i4", "i4", "i1"))))
-    if not _trace(scene, gpu, "first_hits", rays, found):
+    if not _trace(scene, gpu, "first_hits", rays, found, shape):
         hits = ray_queries.first_hit(scene, _host_rays(rays), np.asarray(rays.t_min), np.asarray(rays.t_max), "cpu")
         return DeviceHits(scene, gpu, rays, shape, _CardHits(*(_upload(gpu, x) for x in hits._buffers)), hits._doubtful)
     doubtful = is_doubtful(np.asarray(found.turn)).nonzero()[0]
@@ -294,7 +295,7 @@ def _first_hit(scene: PreparedScene, gpu: Device, rays: Any, shape: tuple[int, .
 
 def _occluded(scene: PreparedScene, gpu: Device, rays: Any, shape: tuple[int, ...]) -> DeviceArray:
     (result,) = _new_arrays(gpu, (rays.origins.shape[:1], "i1"))
-    if not _trace(scene, gpu, "any_hits", rays, (result,)):
+    if not _trace(scene, gpu, "any_hits", rays, (result,), shape):
         answer = ray_queries.occluded(scene, _host_rays(rays), np.asarray(rays.t_min), np.asarray(rays.t_max), "cpu")
         return _upload(gpu, np.asarray(answer))._as(shape)
     doubtful = is_doubtful(np.asarray(result)).nonzero()[0]
@@ -330,14 +331,19 @@ def query_points(scene: PreparedScene, query: str, executor: Any, device: str | 
     return result._as(shape, np.bool_)
 
 
-def _trace(scene: PreparedScene, gpu: Device, function: str, inputs: Sequence[Any], outputs: Sequence[Any]) -> bool:
-    """Run a function with scratch memory on rays or points."""
+def _trace(
+    scene: PreparedScene, gpu: Device, function: str, inputs: Sequence[Any], outputs: Sequence[Any],
+    shape: tuple[int, ...] = (),
+) -> bool:  # fmt: skip
+    """Run a function with scratch memory on rays, which may have the shape of a picture, or on points."""
     count = inputs[0].shape[0]
+    width = shape[-1] if len(shape) > 1 else 0
 
     def numbers(first: int, last: int) -> list[int]:
-        return [n for array in (*inputs, *outputs) for n in array._part(first, last, count)]
+        own = [width] if function in BY_KIND else []
+        return own + [n for array in (*inputs, *outputs) for n in array._part(first, last, count)]
 
-    return gpu.run_on_card(function, numbers, count, scene)
+    return gpu.run_on_card(function, numbers, count, scene, width)
 
 
 def _host_rays(rays: Any) -> Rays:

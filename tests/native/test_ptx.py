@@ -12,10 +12,12 @@ import pytest
 
 import conicoid as co
 from conicoid.kernels.body.hit import is_doubtful
+from conicoid.kernels.bvh.culling_constants import SHORT_NODE
 from conicoid.kernels.crossings import trace_rows_alone
-from conicoid.kernels.device import EACH, ROW_COLUMNS, SHARED, SIZES, ScratchSize, size_name
+from conicoid.kernels.device import BY_KIND, EACH, ROW_COLUMNS, SHARED, SIZES, ScratchSize, size_name, sizes_of
 from conicoid.kernels.first_hits import HitBuffers, trace_first_alone
 from conicoid.kernels.ray import RayArrays
+from conicoid.kernels.tables import BALL, CELL, NODE_CHILDREN, length
 from conicoid.queries.exact.membership import locate_packets
 from native import objects, ptx
 
@@ -51,23 +53,28 @@ def addresses(*given):
 def launch(kernels, scene, name, size, *arrays):
     """Run a kernel with scratch memory of a size, which holds garbage at first."""
     geometry = scene._prepared.geometry
-    arguments = [geometry.places.ctypes.data, *addresses(geometry.integers, geometry.floats, *arrays)]
+    tables = [geometry.places.ctypes.data, *addresses(geometry.integers, geometry.floats)]
+    nodes = np.full((int(length(geometry, NODE_CHILDREN)) // 8, SHORT_NODE), 77)
+    if name in BY_KIND:
+        kernels.run(f"shorten_nodes_{EACH}", [*tables, *addresses(nodes)], THREADS)
+        arrays = nodes, *arrays
+    arguments = [*tables, *addresses(*arrays)]
     lengths = ScratchSize.needed(geometry).lengths
     kinds = dict(time=np.float64, way=np.float64, inner_way=np.float64, nothing=np.int8)
-    room = [np.full(THREADS * length, 77, kinds.get(part, np.int32)) for part, length in lengths.items()]
-    for part, length in zip(room, lengths.values(), strict=True):
+    room = [np.full(THREADS * size_of_part, 77, kinds.get(part, np.int32)) for part, size_of_part in lengths.items()]
+    for part, size_of_part in zip(room, lengths.values(), strict=True):
         if size == SHARED:
-            arguments += [part.ctypes.data, length]
+            arguments += [part.ctypes.data, size_of_part]
     kernels.run(f"{name}_{size}", arguments, THREADS)
 
 
-def sizes(scene):
+def sizes(scene, function="first_hits"):
     """All sizes of scratch memory that are enough."""
     needed = ScratchSize.needed(scene._prepared.geometry)
-    return [*(name for name, size in SIZES.items() if size.holds(needed)), SHARED]
+    return [name for name in sizes_of(function) if name == SHARED or SIZES[name].holds(needed)]
 
 
-def same_rays(kernels, scene, rays, names=()):
+def same_rays(kernels, scene, rays, names=(), width=0):
     """Assert that both queries of rays give the bits of the CPU; return the hits."""
     n = len(rays.origins)
     expected, found = HitBuffers.new(n), HitBuffers.new(n)
@@ -75,14 +82,17 @@ def same_rays(kernels, scene, rays, names=()):
     for size in names or sizes(scene):
         for part in found:
             part[:] = 77
-        launch(kernels, scene, "first_hits", size, *rays, *found)
+        launch(kernels, scene, "first_hits", size, width, *rays, *found)
+        # Short boxes are a little wider than boxes, so that a few more rays are left to exact methods
+        more = is_doubtful(found.turn) & ~is_doubtful(expected.turn)
+        assert more.sum() <= 2 + n // 50
         for name, one, other in zip(found._fields, found, expected, strict=True):
-            assert one.tobytes() == other.tobytes(), (size, name)
+            assert one[~more].tobytes() == other[~more].tobytes(), (size, name)
         result = np.full(n, 77, np.int8)
-        launch(kernels, scene, "any_hits", size, *rays, result)
+        launch(kernels, scene, "any_hits", size, width, *rays, result)
         sure = ~is_doubtful(expected.turn) & ~is_doubtful(result)
         assert np.array_equal(result[sure] & 1, (expected.body >= 0)[sure])
-        assert not np.any(is_doubtful(result) & ~is_doubtful(expected.turn) & (expected.body < 0))
+        assert not np.any(is_doubtful(result) & ~is_doubtful(expected.turn) & (expected.body < 0) & ~more)
     same_lists(kernels, scene, rays, names or sizes(scene))
     return expected
 
@@ -95,14 +105,16 @@ def same_lists(kernels, scene, rays, names):
         rows = trace_rows_alone(scene._prepared.geometry, rays, spans == 1, 0, n, counts, doubts)
         for size in names:
             many, doubtful, offsets = np.full(n, 77, np.int32), np.full(n, 77, np.int8), np.zeros(n + 1, np.int64)
-            launch(kernels, scene, "list_rows", size, *rays, spans, offsets, np.empty((0, 1)), many, doubtful)
+            launch(kernels, scene, "list_rows", size, 0, *rays, spans, offsets, np.empty((0, 1)), many, doubtful)
             np.cumsum(many, out=offsets[1:])
             table = np.empty((offsets[-1], ROW_COLUMNS))
             if len(table):
-                launch(kernels, scene, "list_rows", size, *rays, spans, offsets, table, many, doubtful)
-            assert (doubtful <= doubts).all()
-            mine = table[np.repeat(doubts == 0, many), :columns]
-            assert mine.tobytes() == rows.tobytes(), (size, spans)
+                launch(kernels, scene, "list_rows", size, 0, *rays, spans, offsets, table, many, doubtful)
+            more = (doubtful > doubts).sum()  # as in `same_rays`
+            assert more <= 2 + n // 50
+            sure = (doubts == 0) & (doubtful == 0)
+            mine, its = table[np.repeat(sure, many), :columns], rows[np.repeat(sure, counts)]
+            assert mine.tobytes() == its.tobytes(), (size, spans)
 
 
 def same_points(kernels, scene, points):
@@ -114,7 +126,7 @@ def same_points(kernels, scene, points):
             one = expected[0][i : i + 1], expected[1][i : i + 1]
             mine = after[i : i + 1] if len(after) > 1 else after
             locate_packets(prepared.geometry, prepared.rest, points[i : i + 1], mine, 0, 0, 1, *one)
-        for size in sizes(scene):
+        for size in sizes(scene, "first_bodies"):
             found = np.full(n, 77, np.int32), np.full(n, 77, np.int8)
             launch(kernels, scene, "first_bodies", size, *prepared.rest, points, after, *found)
             assert found[0].tobytes() == expected[0].tobytes(), size
@@ -206,7 +218,7 @@ def test_ptx_rounds_as_the_cpu_does(module, name):
     text = ptx.ptx(module, name)
     assert f".entry {name}(" in text
     assert ".target sm_75" in text
-    assert f".maxnreg {ptx.REGISTERS}" in text
+    assert f".maxnreg {ptx.REGISTERS.get(name.rpartition('_')[2], ptx.MOST_REGISTERS)}" in text
     assert len(re.findall(r"\bmul\.rn\.f64\b", text)) > 100 or name.endswith(f"_{EACH}")
     assert "_ZN" not in text
 
@@ -239,14 +251,16 @@ def test_registers_and_spills_are_within_bounds(module, tmp_path, name):
     frame, stores, loads = map(
         int, re.search(r"(\d+) bytes stack frame, (\d+) bytes spill stores, (\d+)", entry).groups()
     )
-    assert int(re.search(r"Used (\d+) registers", said)[1]) <= ptx.REGISTERS
+    assert int(re.search(r"Used (\d+) registers", said)[1]) <= ptx.MOST_REGISTERS
     assert frame < 8192
     assert max(stores, loads) < 512
 
 
 def test_a_scene_has_the_smallest_size_that_is_enough():
-    assert size_name(ScratchSize(1, 1, 40)) == "alone"
-    assert size_name(ScratchSize(8, 3, 40)) == "few"
-    assert size_name(ScratchSize(3, 9, 40)) == "many"
-    assert size_name(ScratchSize(65, 9, 40)) == SHARED
-    assert size_name(ScratchSize(1, 1, 97)) == SHARED
+    for needed, name in (
+        (ScratchSize(1, 1, 40, BALL), "balls"), (ScratchSize(1, 1, 40, CELL), "cells"), (ScratchSize(1, 1, 40), "few"),
+        (ScratchSize(8, 3, 40), "few"), (ScratchSize(3, 9, 40), "many"), (ScratchSize(65, 9, 40), SHARED),
+        (ScratchSize(1, 1, 97, BALL), SHARED),
+    ):  # fmt: skip
+        assert size_name("first_hits", needed) == name
+    assert size_name("first_bodies", ScratchSize(1, 1, 40, BALL)) == "few"

@@ -80,7 +80,7 @@ def carved(leaves):
 def test_pictures_lists_and_single_rays(card):
     scene, rays = crowded_scene(), camera(48)
     same_answers(scene, rays)
-    used = {"first_hits_few", "any_hits_few", "list_rows_few", "sum_spans_each"}
+    used = {"shorten_nodes_each", "first_hits_few", "any_hits_few", "list_rows_few", "sum_spans_each"}
     assert {name for name, _ in card.launches} == used
     assert max(threads for _, threads in card.launches) == 500  # in chunks
     same_answers(scene, rays[3], np.linspace(2, 5, 48))

@@ -5,8 +5,8 @@ of a packet first, and then leaves it scalar. So these few functions are written
 lowers to the instructions of the processor. Their arithmetic is IEEE as everywhere. All tests are conservative, by the
 slacks of culling_constants.py: NaN counts as met.
 
-This module exports the intrinsics of culling_tests.py and vector_code.py. Where machine code is shipped it exports lazy
-names for them, which import these modules, and with them Numba, only when a compiler asks for one.
+This module exports the intrinsics of culling_tests.py, short_nodes.py and vector_code.py. Where machine code is shipped
+it exports lazy names for them, which import these modules, and with them Numba, only when a compiler asks for one.
 """
 
 from typing import TYPE_CHECKING
@@ -29,6 +29,9 @@ from .culling_constants import (
     LOW_O,
     MOST_CHOSEN,
     MOST_ITEMS,
+    SHORT_CHILDREN,
+    SHORT_NODE,
+    SHORT_SLACK,
 )
 
 if TYPE_CHECKING or SHIPPED is None:
@@ -54,6 +57,7 @@ if TYPE_CHECKING or SHIPPED is None:
         records_in_lanes,
         waiting_ray,
     )
+    from .short_nodes import float_bits, float_of_bits, put_waiting, take_waiting, visit_node
     from .vector_code import (
         bit_count,
         extent,
@@ -70,14 +74,15 @@ if TYPE_CHECKING or SHIPPED is None:
         widen,
     )
 else:
-    __getattr__ = instructions(__package__, "culling_tests", "vector_code")
+    __getattr__ = instructions(__package__, "culling_tests", "short_nodes", "vector_code")
 
 __all__ = [
-    "BEAM", "BOX_OR_BALL", "CODE", "ENTERED", "FIRST", "FROM_THE_START", "HIGH_I", "HIGH_O", "ITEMS_SIZE", "ITEM_ROW",
-    "LAST", "LOW_I", "LOW_O", "MOST_CHOSEN", "MOST_ITEMS", "balls_in_beam", "bit_count", "extent", "extents",
+    "BEAM", "BOX_OR_BALL", "CODE", "ENTERED", "FIRST", "FROM_THE_START", "HIGH_I", "HIGH_O", "ITEMS_SIZE",
+    "ITEM_ROW", "LAST", "LOW_I", "LOW_O", "MOST_CHOSEN", "MOST_ITEMS", "SHORT_CHILDREN", "SHORT_NODE",
+    "SHORT_SLACK", "balls_in_beam", "bit_count", "extent", "extents", "float_bits", "float_of_bits",
     "group_in_ball", "highest_bit", "hit_balls", "hit_boxes", "hit_items", "keep_items", "lanes_entering",
     "lanes_in_ball", "lanes_in_ball_from_one", "lanes_in_box", "load_eight", "lowest_bit", "numbers_in_lanes",
     "prefetch", "prefetch_soon", "prefetch_to_write", "put_balls", "put_children", "put_entries", "put_groups",
-    "put_numbers", "put_on_lists", "put_reaches", "rays_in_balls", "reach", "records_in_lanes", "store_eight",
-    "waiting_ray", "widen",
+    "put_numbers", "put_on_lists", "put_reaches", "put_waiting", "rays_in_balls", "reach", "records_in_lanes",
+    "store_eight", "take_waiting", "visit_node", "waiting_ray", "widen",
 ]  # fmt: skip

@@ -47,6 +47,12 @@ ROUND_RAISED, ROUND_AWAY, ROUND_ROUNDED = 1e-6, 1e-9, 1e-12
 """Shares by which radii, distances and sums that cancel are raised there: far more than rounding and `PARALLEL` can
 take away, whose effects are of first order in 1e-12."""
 
+SHORT_SLACK = 2.0**-22
+"""Share of |t| by which t in float32 are rounded outward (bvh/short_nodes.py): four roundings of 2^-24, as short nodes
+have it."""
+SHORT_NODE, SHORT_CHILDREN = 16, 10
+"""Whole numbers of a short node, and where the codes of its children begin among them."""
+
 
 # Layout of beams, of the items of a tile and of lists of rays
 
