@@ -184,7 +184,7 @@ def here(side: int) -> int:
 
     import conicoid as co
     from conicoid.queries.device import device_of
-    from conicoid.queries.device_arrays import _sent
+    from conicoid.queries.device_arrays import upload
 
     try:
         found = device_of("test-cuda", "cuda")
@@ -210,7 +210,7 @@ def here(side: int) -> int:
             failures += len(wrong)
             first = f"first calls {time.perf_counter() - begin:.1f} s, {int(hits.doubtful.sum())} doubtful"
             verdict = f"DIFFERENT: {', '.join(wrong)}" if wrong else "equal to the bit"
-            arrays = [_sent(found, np.reshape(each, (-1, 3))) for each in rays]
+            arrays = [upload(found, np.reshape(each, (-1, 3))) for each in rays]
             stays = scene.first_hit(*arrays)
             wrong = [x for x in THERE if np.asarray(getattr(stays, x)).tobytes() != getattr(hits, x).tobytes()]
             failures += len(wrong)
