@@ -22,7 +22,7 @@ import sys
 import tempfile
 import time
 import venv
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -126,6 +126,30 @@ def wrong_lists(scene: Any, rays: Any) -> list[str]:
     return wrong + (["line_integral"] if sums[0] != sums[1] else [])
 
 
+def wrong_there(scene: Any, rays: Any, sent: Callable[..., Any]) -> list[str]:
+    """What differs where arrays stay, of one ray in sixteen: spans, sums, float32, gaps, rays that start on hits."""
+    import numpy as np
+
+    def differing(there: Any, here: Any, names: Sequence[str]) -> list[str]:
+        return [x for x in names if np.asarray(getattr(there, x)).tobytes() != np.asarray(getattr(here, x)).tobytes()]
+
+    some = [each.reshape(-1, 3)[::16] for each in rays]
+    arrays, singles = ([sent(each.astype(kind)) for each in some] for kind in ("f8", "f4"))
+    wrong = differing(scene.first_hit(*singles), scene.first_hit(*(each.astype("f4") for each in some)), THERE)
+    there, here = scene.first_hit(*arrays), scene.first_hit(*some)
+    directions = np.random.default_rng(2).normal(size=some[1].shape)
+    lists = [(arrays, some), ([there.spawn(sent(directions))], [here.spawn(directions)])]
+    values = np.linspace(0, 1, scene.body_count)
+    for mine, right in lists:
+        wrong += differing(scene.first_hit(*mine), scene.first_hit(*right), THERE)
+        for query in (scene.spans, scene.crossings):
+            expected = query(*right)
+            wrong += differing(query(*mine).to_host(), expected, ("offsets", *expected._columns))
+        sums = [scene.line_integral(values, *each, overlaps="both") for each in (mine, right)]
+        wrong += ["line_integral"] if np.asarray(sums[0]).tobytes() != sums[1].tobytes() else []
+    return wrong + differing(scene.distance(arrays[0]), scene.distance(some[0]), ("distance", "lower", "error"))
+
+
 def alone(query: Callable[..., Any], *arrays: Any) -> str:
     """How many millions a second a card answers where rays and answers stay there."""
     times: list[float] = []
@@ -213,6 +237,7 @@ def here(side: int) -> int:
             arrays = [upload(found, np.reshape(each, (-1, 3))) for each in rays]
             stays = scene.first_hit(*arrays)
             wrong = [x for x in THERE if np.asarray(getattr(stays, x)).tobytes() != getattr(hits, x).tobytes()]
+            wrong += wrong_there(scene, rays, partial(upload, found))
             failures += len(wrong)
             verdict += f"; DIFFERENT where arrays stay: {', '.join(wrong)}" if wrong else ", also where arrays stay"
             speeds = (

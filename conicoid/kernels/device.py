@@ -402,6 +402,24 @@ def start_rays(bodies: Ints, surfaces: Ints, starts: Ints, begin: int, step: int
         i += step
 
 
+SUMMED = 64
+"""Counts that a thread adds up: two lines of a cache."""
+
+
+def add_counts(counts: Ints, sums: Longs, offsets: Longs, begin: int, step: int) -> None:
+    """Write the sums of `SUMMED` counts each; or, if there are `offsets`, these, from the sum of all counts before."""
+    i, counting = begin, len(offsets) == 0
+    while i < len(sums):
+        total = whole(0) if counting else sums[i]
+        for k in range(i * SUMMED, min((i + 1) * SUMMED, len(counts) + 1)):
+            if not counting:
+                offsets[k] = total
+            total += counts[k] if k < len(counts) else 0
+        if counting:
+            sums[i] = total
+        i += step
+
+
 def put_span_rows(
     first: Longs, counts: Ints, rows: Floats, places: Longs, columns: SpanColumns, begin: int, step: int
 ) -> None:  # fmt: skip
@@ -468,6 +486,7 @@ FUNCTIONS = {
     copy_vectors: {"source": "*", "lengths": "*", "steps": "*", "vectors": "out n 3"},
     copy_single_vectors: {"source": "*", "lengths": "*", "steps": "*", "vectors": "out n 3"},
     start_rays: {"bodies": "*", "surfaces": "*", "starts": "out n"},
+    add_counts: {"counts": "*", "sums": "out n", "offsets": "out *"},
     put_span_rows: {"first": "n", "counts": "n", "rows": "* 10", "places": "n", "columns": "out"},
     put_crossing_rows: {"first": "n", "counts": "n", "rows": "* 10", "places": "n", "columns": "out"},
     sign_distances: {

@@ -42,7 +42,7 @@ LANES = 3
 _LINE = 256  # bytes to which arrays in a card's memory are aligned
 _ROWS = 1 << 21  # rows of spans or crossings that a lane has room for, 170 MB
 _NUMBERS = 1 << 24  # sums that a lane has room for
-_PIECE = 1 << 22  # rays or points that live on a card, between two looks for Ctrl-C
+_PIECE = 1 << 22  # rays or points that live on a card, between two looks for Ctrl-C; a multiple of SUMMED
 _SHARE = 2  # scratch memory that threads share takes up to one part in so many of a card's free memory
 _NAP = 5e-5  # seconds between two looks at a stream
 

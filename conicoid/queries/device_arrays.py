@@ -304,7 +304,7 @@ class DeviceRays:
         starts, device = self._starts, self._starts._device
         limits = [ray_queries.limits_of(query, self, name, t) for name, t in (("t_min", t_min), ("t_max", t_max))]  # type: ignore[arg-type]
         if self._home is not None and self._home != scene.key:
-            starts = upload(device, self.to_host()._starts_in(scene))
+            starts = upload(device, np.minimum(np.asarray(starts), np.int32(-1)))  # DEAD is below -1
         return _CardRays(*self._lines, *(upload(device, limit) for limit in limits), starts)
 
 

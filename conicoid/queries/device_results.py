@@ -1,15 +1,14 @@
 """Queries of arrays that live on a card, and their answers, which stay there: hits, spans, crossings and distances.
 
 A query returns when its work is done, since the CPU decides the doubtful rays. So an answer is complete, and any stream
-may use it. Of each ray one byte travels, which says whether it is doubtful; of spans and crossings also the number of
-rows, four bytes, and back the place of the first one, eight. NumPy adds these numbers up in one line. Kernels would
-take two passes, and again where exact methods change the number of a doubtful ray.
+may use it. Of each ray one byte travels, which says whether it is doubtful. A kernel adds up the numbers of spans:
+twelve bytes of each ray would travel to NumPy and back, whose sum takes 3 ns.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -18,7 +17,7 @@ import numpy as np
 from .._util.value_objects import freeze_arrays
 from ..kernels.body.hit import is_doubtful
 from ..kernels.crossings import CrossingColumns, SpanColumns
-from ..kernels.device import ROW_COLUMNS
+from ..kernels.device import ROW_COLUMNS, SUMMED
 from ..kernels.first_hits import HitBuffers
 from ..kernels.ray import RayArrays
 from . import line_integrals, points as at_points, ray_queries
@@ -134,35 +133,59 @@ def _occluded(scene: PreparedScene, gpu: Device, rays: DeviceRays, arrays: Any) 
 # Rows of spans and crossings: counted, then written
 
 
+def _offsets_of(gpu: Device, counts: DeviceArray) -> tuple[DeviceArray, Any]:
+    """Return the first row of each ray, and the end; and here those of every ray whose number `SUMMED` divides."""
+    n = len(counts)
+    sums, offsets = new_arrays(gpu, ((n // SUMMED + 1,), "i8"), ((n + 1,), "i8"))
+    numbers = [counts._address, n, sums._address, len(sums), offsets._address]
+    gpu.run_on_card("add_counts", lambda first, last: [*numbers, 0], len(sums))
+    starts = np.concatenate([[0], np.cumsum(np.asarray(sums))])
+    gpu.send(sums._address, starts[:-1])
+    gpu.run_on_card("add_counts", lambda first, last: [*numbers, n + 1], len(sums))
+    return offsets, starts
+
+
 class _RayRows:
-    """Rows of rays: `counts` of each, from `starts` on, as a kernel has counted them; doubtful rays have none."""
+    """Rows of rays: `counts` of each, as a kernel has counted them, at `offsets`; doubtful rays have none."""
+
+    offsets: DeviceArray
+    starts: Any
 
     def __init__(self, scene: PreparedScene, gpu: Device, arrays: Any, spans: bool) -> None:
         self._scene, self.gpu, self._arrays, self._spans = scene, gpu, arrays, spans
         self._count = n = len(arrays.origins)
-        self.offsets, self.counts, self.doubts = new_arrays(gpu, ((n + 1,), "i8"), ((n,), "i4"), ((n,), "i1"))
-        self.starts = np.zeros(n + 1, np.int64)
+        self.counts, self.doubts = new_arrays(gpu, ((n,), "i4"), ((n,), "i1"))
 
     def count(self) -> bool:
         """Count the rows; return False, and do nothing, if the card has too little scratch memory."""
-        if not self.write(self.offsets, 0, self._count):  # nothing is written to no rows
+        nothing = [self.counts._address, 0]  # of offsets, which are not read, and of rows
+        if not self._run(0, self._count, lambda first, last: [self.counts._address, last - first + 1, *nothing]):
             return False
-        np.cumsum(np.asarray(self.counts), out=self.starts[1:])
-        self.gpu.send(self.offsets._address, self.starts)
+        self.offsets, self.starts = _offsets_of(self.gpu, self.counts)
         return True
 
-    def write(self, table: DeviceArray, begin: int, end: int) -> bool:
-        """Write the rows of rays begin..end to a table."""
-        starts = self.starts.item
+    def start(self, ray: int) -> int:
+        """Return the first row of a ray whose number `SUMMED` divides, or the end."""
+        return int(self.starts[-(-ray // SUMMED)])
+
+    def write(self, table: DeviceArray, begin: int, end: int) -> None:
+        """Write the rows of rays begin..end to a table; `SUMMED` divides both, or the end is that of all rays."""
+
+        def place(first: int, last: int) -> list[int]:
+            row, offsets = self.start(first), self.offsets._address + 8 * first
+            table_part = table._address + 8 * ROW_COLUMNS * (row - self.start(begin))
+            return [offsets, last - first + 1, table_part, self.start(last) - row]
+
+        self._run(begin, end, place)
+
+    def _run(self, begin: int, end: int, place: Callable[[int, int], list[int]]) -> bool:
+        """Run the kernel on rays begin..end; `place` returns what it takes for offsets and rows of some of them."""
 
         def numbers(first: int, last: int) -> list[int]:
             first, last = begin + first, begin + last
-            place = table._address + 8 * ROW_COLUMNS * (starts(first) - starts(begin)), starts(last) - starts(first)
-            lines, own = (
-                [n for array in arrays for n in array._part(first, last, self._count)]
-                for arrays in (self._arrays, (self.counts, self.doubts))
-            )
-            return [*lines, int(self._spans), self.offsets._address + 8 * first, last - first + 1, *place, *own]
+            parts = (self._arrays, (self.counts, self.doubts))
+            lines, own = ([n for each in part for n in each._part(first, last, self._count)] for part in parts)
+            return [*lines, int(self._spans), *place(first, last), *own]
 
         return self.gpu.run_on_card("list_rows", numbers, end - begin, self._scene)
 
@@ -190,23 +213,22 @@ class _DeviceLists:
 
     def _columns_of(self, rows: _RayRows, arrays: Any) -> dict[str, DeviceArray]:
         """Return the fields, from rows that were counted; exact methods find those of doubtful rays."""
-        gpu, offsets, scene = rows.gpu, rows.offsets, self._scene
-        used = int(rows.starts[-1])
-        (table,) = new_arrays(gpu, ((used, ROW_COLUMNS), "f8"))
-        if used:
+        gpu, offsets, total, more = rows.gpu, rows.offsets, int(rows.starts[-1]), list[Any]()
+        (table,) = new_arrays(gpu, ((total, ROW_COLUMNS), "f8"))
+        if total:
             rows.write(table, 0, len(rows.counts))
-        doubtful, total, more = np.asarray(rows.doubts).nonzero()[0], used, list[Any]()
+        doubtful = np.asarray(rows.doubts).nonzero()[0]
         if len(doubtful):
-            resolved = resolve_rows(scene, _some(arrays, doubtful), np.arange(len(doubtful)), self._of_spans)
-            own, every = np.array([len(each) for each in resolved], np.int32), np.diff(rows.starts)
-            put_rows(rows.counts, doubtful, np.zeros_like(own))  # a ray may turn out to be doubtful in sorting
-            every[doubtful] = own
-            places, joined = np.concatenate([[0], np.cumsum(every)]), np.concatenate(resolved)
-            total, padded = int(places[-1]), np.zeros((len(joined), ROW_COLUMNS))
+            some, every = _some(arrays, doubtful), np.arange(len(doubtful))
+            resolved = resolve_rows(self._scene, some, every, self._of_spans)
+            own, joined = np.array([len(each) for each in resolved], np.int32), np.concatenate(resolved)
+            padded = np.zeros((len(joined), ROW_COLUMNS))
             padded[:, : joined.shape[1]] = joined
-            offsets = upload(gpu, places)
-            its = np.cumsum(own, dtype=np.int64) - own, own, padded, places[doubtful]
-            more = [[upload(gpu, each) for each in its]]
+            put_rows(rows.counts, doubtful, own)
+            offsets, starts = _offsets_of(gpu, rows.counts)
+            put_rows(rows.counts, doubtful, np.zeros_like(own))  # also of rays that sorting found doubtful
+            its = np.cumsum(own, dtype=np.int64) - own, own, padded, fetch_rows(offsets, doubtful)
+            more, total = [[upload(gpu, each) for each in its]], int(starts[-1])
         fields, named = self._new_columns(gpu, total)
         for first, counts, some, put in [(rows.offsets, rows.counts, table, offsets), *more]:
             n = len(counts)
@@ -311,11 +333,12 @@ def _sums(
     total, crossed = new_arrays(gpu, ((count, width), "f8"), ((count,), "i1"))
     tables = [upload(gpu, each) for each in (plan.places(scene), plan.table)]
     constants = [*(n for each in tables for n in (each._address, each.size)), width, int(plan.is_grouped)]
-    begin, starts = 0, rows.starts
+    begin = 0
     while begin < count:
-        # At least one ray, however many rows it has
-        end = max(begin + 1, int(np.searchsorted(starts, starts[begin] + _ROWS, side="right")) - 1)
-        used, n = int(starts[end] - starts[begin]), end - begin
+        # As many rays as fit, but at least `SUMMED`, however many rows these have
+        last = int(np.searchsorted(rows.starts, rows.start(begin) + _ROWS, side="right")) - 1
+        end = min(count, max(begin + SUMMED, SUMMED * last))
+        used, n = rows.start(end) - rows.start(begin), end - begin
         (table,) = new_arrays(gpu, ((used, ROW_COLUMNS), "f8"))
         if used:
             rows.write(table, begin, end)

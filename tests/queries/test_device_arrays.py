@@ -24,7 +24,7 @@ WALLS = co.Scene(
 @pytest.fixture(autouse=True)
 def few_rows(monkeypatch):
     monkeypatch.setattr(device_results, "_ROWS", 300)
-    monkeypatch.setattr(device, "_PIECE", 700)
+    monkeypatch.setattr(device, "_PIECE", 640)
 
 
 def there(card, rays):
@@ -88,14 +88,14 @@ def test_doubtful_rays_and_their_rows(card):
 
 def test_a_ray_that_turns_out_to_be_doubtful_where_its_rows_are_sorted(card, monkeypatch):
     rays, doubts = co.Rays([[0.5, 0.5, 3.0], [0.3, 0.2, 9.0]], [0, 0, -1.0]), []
-    write = device_results._RayRows.write
+    run = device_results._RayRows._run
 
     def watched(rows, *arguments):
-        done = write(rows, *arguments)
+        done = run(rows, *arguments)
         doubts.append(np.asarray(rows.doubts).tolist())
         return done
 
-    monkeypatch.setattr(device_results._RayRows, "write", watched)
+    monkeypatch.setattr(device_results._RayRows, "_run", watched)
     WALLS.spans(*there(card, rays))
     assert doubts == [[0, 0], [1, 0]]
     same_lists(card, WALLS, rays)
