@@ -393,12 +393,24 @@ def copy_single_vectors(
     _copy_vectors(source, lengths, steps, first, vectors, begin, step)
 
 
-def start_rays(bodies: Ints, surfaces: Ints, starts: Ints, begin: int, step: int) -> None:
-    """Write the surfaces on which rays begin, begin + step, ... start: those of hits, all of them again and again."""
+def start_rays(
+    bodies: Ints, surfaces: Ints, directions: Floats, starts: Ints, bad: Signs, begin: int, step: int
+) -> None:  # fmt: skip
+    """Write the surfaces on which rays begin, begin + step, ... start: those of hits, all of them again and again.
+
+    bad[0] = 1 if a direction of a hit cannot be traced. Nobody looks at those of misses, which may be NaN.
+    """
     i = begin
     while i < len(starts):
-        hit = i % len(bodies)
+        hit, zeros = i % len(bodies), 0
         starts[i] = surfaces[hit] if bodies[hit] >= 0 else whole(DEAD)
+        for k in range(3):
+            size = abs(directions[i, k])
+            zeros += 1 if size == 0.0 else 0
+            if bodies[hit] >= 0 and size != 0.0 and not SMALLEST <= size <= LARGEST:
+                bad[0] = 1
+        if bodies[hit] >= 0 and zeros == 3:
+            bad[0] = 1
         i += step
 
 
@@ -485,7 +497,7 @@ FUNCTIONS = {
     copy_rows: {"source": "*", "target": "out *", "which": "n"},
     copy_vectors: {"source": "*", "lengths": "*", "steps": "*", "vectors": "out n 3"},
     copy_single_vectors: {"source": "*", "lengths": "*", "steps": "*", "vectors": "out n 3"},
-    start_rays: {"bodies": "*", "surfaces": "*", "starts": "out n"},
+    start_rays: {"bodies": "*", "surfaces": "*", "directions": "n 3", "starts": "out n", "bad": "out 1"},
     add_counts: {"counts": "*", "sums": "out n", "offsets": "out *"},
     put_span_rows: {"first": "n", "counts": "n", "rows": "* 10", "places": "n", "columns": "out"},
     put_crossing_rows: {"first": "n", "counts": "n", "rows": "* 10", "places": "n", "columns": "out"},

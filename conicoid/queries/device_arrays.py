@@ -253,12 +253,10 @@ def _by_interface(value: Any, device: Device) -> tuple[Any, ...]:
     return found["data"][0], letters, tuple(found["shape"]), steps, value
 
 
-def find_flag(device: Device, function: str, *arrays: DeviceArray, count: int) -> bool:
-    """Return whether a function that checks arrays has found anything."""
+def find_flag(device: Device, function: str, numbers: list[int], count: int) -> bool:
+    """Return whether a function that checks arrays has found anything; its last argument is a flag."""
     flag = upload(device, np.zeros(1, np.int8))
-    numbers = [n for array in arrays for n in (array._address, array.shape[0])]
-    numbers += [count, flag._address] if function == "check_rays" else [flag._address]
-    device.run_on_card(function, lambda first, last: numbers, count)
+    device.run_on_card(function, lambda first, last: [*numbers, flag._address], count)
     return bool(np.asarray(flag)[0])
 
 
@@ -322,7 +320,7 @@ def rays_of(query: str, gpu: Device, origins: Any, directions: Any) -> DeviceRay
             f"{query}: origins {views[0].shape} and directions {views[1].shape} do not broadcast together"
         ) from None
     lines = [view.vectors(gpu, shape) for view in views]
-    flat = [each._as((each.size,)) for each in lines]
-    if find_flag(gpu, "check_rays", *flat, count=len(lines[0])):
+    count = len(lines[0])
+    if find_flag(gpu, "check_rays", [*(n for each in lines for n in (each._address, each.size)), count], count):
         Rays(*(np.asarray(each._as(shape)) for each in lines))  # which raises
     return DeviceRays(shape[:-1], lines, upload(gpu, np.full(1, -1, np.int32)), None)

@@ -362,7 +362,7 @@ def _points_of(query: str, gpu: Device, points: Any) -> tuple[DeviceArray, tuple
     """Return points (n, 3) as kernels take them, and their leading shape."""
     view = view_of(query, "points", points, gpu)
     flat = view.vectors(gpu, view.shape)
-    if find_flag(gpu, "check_points", flat, count=len(flat)):
+    if find_flag(gpu, "check_points", [flat._address, len(flat)], len(flat)):
         at_points.points_of(query, np.asarray(flat._as(view.shape)))  # which raises
     return flat, view.shape[:-1]
 
@@ -498,15 +498,12 @@ class DeviceHits:
         view = view_of("spawn", "directions", directions, gpu)
         shape = spawned_shape(self.shape, view.shape)
         d = view.vectors(gpu, (*shape, 3))
-        count, points, flat = len(d), self._points, d._as((d.size,))
-        if find_flag(gpu, "check_rays", flat, flat, count=count):
-            hit = np.broadcast_to(np.asarray(self.hit), shape).ravel()
-            refuse_directions(np.asarray(d), hit, shape)
+        count, points, (starts,) = len(d), self._points, new_arrays(gpu, ((len(d),), "i4"))
+        given = [n for each in (self._found.body, self.surface) for n in (each._address, self._count)]
+        if find_flag(gpu, "start_rays", [*given, d._address, count, starts._address, count], count):
+            refuse_directions(np.asarray(d), np.broadcast_to(np.asarray(self.hit), shape).ravel(), shape)
         if shape != self.shape:
             points = CardView(points._address, "f8", (*self.shape, 3), None, points).vectors(gpu, (*shape, 3))
-        (starts,) = new_arrays(gpu, ((count,), "i4"))
-        numbers = [self._found.body._address, self._count, self.surface._address, self._count, starts._address, count]
-        gpu.run_on_card("start_rays", lambda first, last: numbers, count)
         return DeviceRays(shape, (points, d), starts, self._scene.key)
 
     def _fill(self, function: str, inputs: Sequence[Any], outputs: Sequence[Any], flag: Any = None) -> None:
