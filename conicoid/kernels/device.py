@@ -396,7 +396,7 @@ def copy_single_vectors(
 def start_rays(
     bodies: Ints, surfaces: Ints, directions: Floats, starts: Ints, bad: Signs, begin: int, step: int
 ) -> None:  # fmt: skip
-    """Write the surfaces on which rays begin, begin + step, ... start: those of hits, all of them again and again.
+    """Write the surfaces on which rays begin, begin + step, ... start: ray i on hit i, modulo the number of hits.
 
     bad[0] = 1 if a direction of a hit cannot be traced. Nobody looks at those of misses, which may be NaN.
     """

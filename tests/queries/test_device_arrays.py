@@ -101,7 +101,7 @@ def test_a_ray_that_turns_out_to_be_doubtful_where_its_rows_are_sorted(card, mon
     same_lists(card, WALLS, rays)
 
 
-def test_what_is_said_of_overlaps_and_progress(card, caplog):
+def test_messages_on_overlaps_and_progress(card, caplog):
     iron = co.Material(name="iron")
     scene = co.Scene([co.Body(co.Sphere(1), iron), co.Body(co.Sphere(1).translate((1, 0, 0)), iron)])
     rays, done = co.Rays(np.linspace([-5, 0.3, -0.9], [-5, 0.3, 0.9], 400), [1.0, 0, 0]), []
@@ -192,7 +192,7 @@ def test_arrays_of_float32_with_gaps_or_in_another_order(card):
 
 
 class NumPyOnCard(NumPy):
-    """An array of NumPy's that says it were on a card."""
+    """An array of NumPy's whose place is a card."""
 
     def __dlpack_device__(self):
         return 2, 0
@@ -264,7 +264,7 @@ def test_many_rays_on_each_hit_and_in_other_scenes(card):
     assert scene.first_hit(nothing).shape == (0, 24)
 
 
-def test_what_is_refused(card):
+def test_refusals_of_arrays_on_the_card(card):
     scene, lines = co.Scene([co.Sphere()]), np.ones((4, 3))
     good, toward = OnCard(card, lines), OnCard(card, -lines)
     hits = scene.first_hit(good, toward)
