@@ -421,11 +421,11 @@ def is_dask_array(values: Any) -> bool:
 
 
 def is_on_card(values: Any) -> bool:
-    """Return whether an array lives on a GPU of NVIDIA's, such as one of CuPy, PyTorch or JAX, by its class."""
+    """Return whether an array lives on a GPU of NVIDIA's, such as one of CuPy, PyTorch or JAX; `DeviceRays` do."""
     if hasattr(type(values), "__dlpack_device__"):
         with contextlib.suppress(BufferError, ValueError):  # in parts on several devices, or on one without a number
             return values.__dlpack_device__()[0] in (2, 13)  # memory of a card, or shared with it
-    return hasattr(type(values), "__cuda_array_interface__")
+    return hasattr(type(values), "__cuda_array_interface__") or hasattr(type(values), "_is_on_card")
 
 
 def is_masked(values: Any) -> bool:

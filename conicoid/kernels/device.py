@@ -8,14 +8,33 @@ and of a fixed size (`SIZES`), or a part of arrays for all threads.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
 
 from .._jit.decorators import helper, inline
 from .._util.validation import BELOW_ROUNDING, LARGEST, SMALLEST
 from . import tables as table
-from .body.crossing_rows import BODY, ENTER, EXIT, BodyRows, put_rows, scale_rows, sort_rows_in_place
+from .body.crossing_rows import (
+    BODY,
+    ENTER,
+    ENTER_CLIPPED,
+    ENTER_SURFACE,
+    ENTERS,
+    EXIT,
+    EXIT_CLIPPED,
+    EXIT_SURFACE,
+    FACE,
+    SURFACE,
+    BodyRows,
+    T,
+    put_rows,
+    scale_rows,
+    sort_rows_in_place,
+)
 from .body.entry import ball_crossings, cell_crossings, entry_crossings, entry_nearness
-from .body.hit import DOUBTFUL
+from .body.hit import DOUBTFUL, is_doubtful
 from .body.membership import entry_holds, point_ray
 from .body.scratch import EVENT, LEAF_COUNT, TIME, Scratch
 from .bvh.culling import lowest_bit
@@ -33,7 +52,7 @@ from .bvh.walk import (
     way_size,
 )
 from .closest.safety import bound_of_point
-from .crossings import ROUNDING_OVERLAP, length_of
+from .crossings import ROUNDING_OVERLAP, CrossingColumns, SpanColumns, length_of
 from .device_walk import (
     first_on_card,
     next_items,
@@ -51,6 +70,8 @@ from .ray import DEAD, Ray, RayArrays, load_ray, scale_ray, span_inverse
 from .surface.exact_crossing import OPEN, RoundingRest
 from .surface.interval import is_open
 from .tables import BALL, CELL, POLYGON, REGION, Floats, Geometry, Ints, Longs, Signs, integer, length, whole
+
+Singles: TypeAlias = npt.NDArray[np.float32]
 
 
 class ScratchSize(NamedTuple):
@@ -204,7 +225,8 @@ def wall_bounds(
     i = begin
     while i < len(points):
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
-        bounds[i] = bound_of_point(geometry, scratch.way, scratch.time, x, y, z, reach[i])
+        most = reach[i if len(reach) > 1 else 0]
+        bounds[i] = bound_of_point(geometry, scratch.way, scratch.time, x, y, z, most)
         i += step
 
 
@@ -375,6 +397,19 @@ def are_entries(turn: Signs, result: Signs, begin: int, step: int) -> None:
         i += step
 
 
+MARKED = 4096
+"""Hits for which one mark says whether one of them is doubtful."""
+
+
+def mark_doubtful(turn: Signs, marks: Signs, begin: int, step: int) -> None:
+    """Set marks[i / MARKED] for doubtful hits begin, begin + step, ..."""
+    i = begin
+    while i < len(turn):
+        if is_doubtful(turn[i]):
+            marks[i // MARKED] = 1
+        i += step
+
+
 def copy_rows(source: Signs, target: Signs, which: Longs, width: int, back: int, begin: int, step: int) -> None:
     """Copy rows of `width` bytes: which[begin], which[begin + step], ... of the source, or back to these places."""
     i = begin
@@ -388,12 +423,124 @@ def copy_rows(source: Signs, target: Signs, which: Longs, width: int, back: int,
         i += step
 
 
+@inline
+def _copy_vectors(
+    source: Any, lengths: Longs, steps: Longs, first: int, vectors: Floats, begin: int, step: int
+) -> None:
+    """Copy vectors begin, begin + step, ..., whose first number is source[first] where all axes begin."""
+    i = begin
+    while i < len(vectors):
+        at, rest = first, i
+        for axis in range(len(lengths) - 1, -1, -1):
+            at += rest % lengths[axis] * steps[axis]
+            rest //= lengths[axis]
+        for k in range(3):
+            vectors[i, k] = float(source[at + k * steps[len(lengths)]])
+        i += step
+
+
+def copy_vectors(
+    source: Floats, lengths: Longs, steps: Longs, first: int, vectors: Floats, begin: int, step: int
+) -> None:  # fmt: skip
+    """Copy vectors begin, begin + step, ... of an array (*lengths, 3) whose numbers are `steps` apart."""
+    _copy_vectors(source, lengths, steps, first, vectors, begin, step)
+
+
+def copy_single_vectors(
+    source: Singles, lengths: Longs, steps: Longs, first: int, vectors: Floats, begin: int, step: int
+) -> None:  # fmt: skip
+    """`copy_vectors` of float32."""
+    _copy_vectors(source, lengths, steps, first, vectors, begin, step)
+
+
+def start_rays(
+    bodies: Ints, surfaces: Ints, directions: Floats, starts: Ints, bad: Signs, begin: int, step: int
+) -> None:  # fmt: skip
+    """Write the surfaces on which rays begin, begin + step, ... start: ray i on hit i, modulo the number of hits.
+
+    bad[0] = 1 if a direction of a hit cannot be traced. Nobody looks at those of misses, which may be NaN.
+    """
+    i = begin
+    while i < len(starts):
+        hit, zeros = i % len(bodies), 0
+        starts[i] = surfaces[hit] if bodies[hit] >= 0 else whole(DEAD)
+        for k in range(3):
+            size = abs(directions[i, k])
+            zeros += 1 if size == 0.0 else 0
+            if bodies[hit] >= 0 and size != 0.0 and not SMALLEST <= size <= LARGEST:
+                bad[0] = 1
+        if bodies[hit] >= 0 and zeros == 3:
+            bad[0] = 1
+        i += step
+
+
+SUMMED = 64
+"""Counts that a thread adds up: two lines of a cache."""
+
+
+def add_counts(counts: Ints, sums: Longs, offsets: Longs, begin: int, step: int) -> None:
+    """Write the sums of `SUMMED` counts each; or, if there are `offsets`, these, from the sum of all counts before."""
+    i, counting = begin, len(offsets) == 0
+    while i < len(sums):
+        total = whole(0) if counting else sums[i]
+        for k in range(i * SUMMED, min((i + 1) * SUMMED, len(counts) + 1)):
+            if not counting:
+                offsets[k] = total
+            total += counts[k] if k < len(counts) else 0
+        if counting:
+            sums[i] = total
+        i += step
+
+
+def put_span_rows(
+    first: Longs, counts: Ints, rows: Floats, places: Longs, columns: SpanColumns, begin: int, step: int
+) -> None:  # fmt: skip
+    """Write the rows of rays begin, begin + step, ..., from first[i] on, to columns from places[i] on."""
+    t_enter, t_exit, body, clipped, surfaces = columns
+    i = begin
+    while i < len(counts):
+        for k in range(counts[i]):
+            row, at = first[i] + k, places[i] + k
+            # + 0.0 as in `put_spans`
+            t_enter[at], body[at], t_exit[at] = rows[row, ENTER] + 0.0, rows[row, BODY], rows[row, EXIT] + 0.0
+            clipped[0, at], clipped[1, at] = rows[row, ENTER_CLIPPED] != 0.0, rows[row, EXIT_CLIPPED] != 0.0
+            surfaces[0, at], surfaces[1, at] = rows[row, ENTER_SURFACE], rows[row, EXIT_SURFACE]
+        i += step
+
+
+def put_crossing_rows(
+    first: Longs, counts: Ints, rows: Floats, places: Longs, columns: CrossingColumns, begin: int, step: int
+) -> None:  # fmt: skip
+    """`put_span_rows` of crossings."""
+    t, body, face, surface, entering = columns
+    i = begin
+    while i < len(counts):
+        for k in range(counts[i]):
+            row, at = first[i] + k, places[i] + k
+            t[at], body[at], face[at] = rows[row, T] + 0.0, rows[row, BODY], rows[row, FACE]
+            surface[at], entering[at] = rows[row, SURFACE], rows[row, ENTERS] != 0.0
+        i += step
+
+
+def sign_distances(
+    bodies: Ints, reach: Floats, distance: Floats, lower: Floats, error: Floats, begin: int, step: int
+) -> None:  # fmt: skip
+    """Write what `distance_bounds` makes of the bounds in `lower` for points begin, begin + step, ..."""
+    i = begin
+    while i < len(bodies):
+        bound, most = lower[i], reach[i if len(reach) > 1 else 0]
+        beyond = not bound < math.inf
+        distance[i] = -bound if bodies[i] >= 0 else bound
+        lower[i], error[i] = most if beyond else bound, 0.0 if beyond and most == math.inf else math.inf
+        i += step
+
+
 FUNCTIONS = {
     shorten_nodes: {"nodes": "out * 16"},
     first_hits: {"nodes": "* 16", "found": "out"},
     any_hits: {"nodes": "* 16", "result": "out n"},
     first_bodies: {"points": "n 3", "after": "n|1", "bodies": "out n", "undecided": "out n"},
-    wall_bounds: {"points": "n 3", "reach": "n", "bounds": "out n"},
+    wall_bounds: {"points": "n 3", "reach": "n|1", "bounds": "out n"},
     list_rows: {"nodes": "* 16", "offsets": "n+1", "rows": "out * 10", "counts": "out n", "doubts": "out n"},
     sum_spans: {
         "directions": "n 3",
@@ -408,7 +555,21 @@ FUNCTIONS = {
     clear_negligible: {"vectors": "out n 3"},
     are_bodies: {"bodies": "n", "result": "out n"},
     are_entries: {"turn": "n", "result": "out n"},
+    mark_doubtful: {"turn": "n", "marks": "out *"},
     copy_rows: {"source": "*", "target": "out *", "which": "n"},
+    copy_vectors: {"source": "*", "lengths": "*", "steps": "*", "vectors": "out n 3"},
+    copy_single_vectors: {"source": "*", "lengths": "*", "steps": "*", "vectors": "out n 3"},
+    start_rays: {"bodies": "*", "surfaces": "*", "directions": "n 3", "starts": "out n", "bad": "out 1"},
+    add_counts: {"counts": "*", "sums": "out n", "offsets": "out *"},
+    put_span_rows: {"first": "n", "counts": "n", "rows": "* 10", "places": "n", "columns": "out"},
+    put_crossing_rows: {"first": "n", "counts": "n", "rows": "* 10", "places": "n", "columns": "out"},
+    sign_distances: {
+        "bodies": "n",
+        "reach": "n|1",
+        "distance": "out n",
+        "lower": "out n",
+        "error": "out n",
+    },
 }
 """What the threads of a GPU run, with the shapes of arguments as `kernel` declares them."""
 BY_KIND = frozenset(each.__name__ for each in FUNCTIONS if "kinds" in each.__annotations__)

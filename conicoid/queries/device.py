@@ -30,6 +30,7 @@ from ..kernels.bvh.culling_constants import SHORT_NODE
 from ..kernels.device import BY_KIND, EACH, ROW_COLUMNS, ROWS, SHARED, WIDTHS, ScratchSize, size_name
 from ..kernels.device_walk import place_count
 from ..kernels.tables import NODE_CHILDREN, Geometry, length
+from ..kernels.threads import run_chunks
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -45,9 +46,10 @@ LANES = 3
 _LINE = 256  # bytes to which arrays in a card's memory are aligned
 _ROWS = 1 << 21  # rows of spans or crossings that a lane has room for, 170 MB
 _NUMBERS = 1 << 24  # sums that a lane has room for
-_PIECE = 1 << 22  # rays or points that live on a card, between two looks for Ctrl-C
+_PIECE = 1 << 22  # rays or points that live on a card, between two looks for Ctrl-C; a multiple of SUMMED
 _SHARE = 2  # scratch memory that threads share takes up to one part in so many of a card's free memory
-_NAP = 5e-5  # seconds between two looks at a stream
+_LOOKS, _NAP = 400, 5e-5  # looks at a stream without a nap, some hundred microseconds; then seconds between two
+_SHARE_BYTES = 1 << 20  # bytes that a thread copies at a time
 
 _default_device: list[str] = []
 
@@ -192,7 +194,7 @@ class _Lane:
         parts = [np.zeros(1, np.int64), *(array[first:last] if len(array) == count else array for array in arrays)]
         twins = self.twins("rays", *((part.shape, part.dtype) for part in parts), *kinds)
         for twin, part in zip(twins, parts, strict=False):
-            twin.array[...] = part
+            _copy(twin.array, part)
         self.send(*twins[: len(parts)])
         return twins
 
@@ -207,6 +209,15 @@ class _Lane:
         for array, address in twins:
             if array.size:
                 self.driver.fetch(array, address, self.stream)
+
+
+def _copy(target: Any, source: Any) -> None:
+    """Copy an array, on all threads: one of them copies no faster than a card traces."""
+
+    def rows(first: int, last: int) -> None:
+        np.copyto(target[first:last], source[first:last])
+
+    run_chunks(rows, len(target), max(1, _SHARE_BYTES * len(target) // max(1, target.nbytes)))
 
 
 class SpanSums(NamedTuple):
@@ -241,8 +252,11 @@ class Device:
 
     def wait(self, lane: _Lane) -> None:
         """Wait for what is in a lane."""
+        looks = 0
         while not self.driver.is_done(lane.stream):
-            time.sleep(_NAP)
+            looks += 1
+            if looks > _LOOKS:  # a nap takes longer than most kernels
+                time.sleep(_NAP)
 
     def tables(self, scene: PreparedScene | None, function: str) -> list[int]:
         """Return what kernels of a function take first: addresses of a scene's tables, and lengths."""
@@ -258,13 +272,12 @@ class Device:
         """Return address and number of a scene's short nodes, which the card makes."""
         count, floats = int(length(geometry, NODE_CHILDREN)) // 8, geometry.floats
         if id(floats) not in self._short_nodes:
-            self._short_nodes[id(floats)] = memory = CardMemory(self.driver, 8 * SHORT_NODE * count)
-            weakref.finalize(floats, self._short_nodes.pop, id(floats)).atexit = False
-            lane = self.lanes[0]
-            self.driver.launch(
-                f"shorten_nodes_{EACH}", [self._status.address, *tables, memory.address, count], count, lane.stream
-            )
+            memory, lane = CardMemory(self.driver, 8 * SHORT_NODE * count), self.lanes[0]
+            numbers = [self._status.address, *tables, memory.address, count]
+            self.driver.launch(f"shorten_nodes_{EACH}", numbers, count, lane.stream)
             self.wait(lane)
+            self._short_nodes[id(floats)] = memory
+            weakref.finalize(floats, self._short_nodes.pop, id(floats)).atexit = False
         return [self._short_nodes[id(floats)].address, count]
 
     def size_needed(self, geometry: Geometry) -> ScratchSize:
@@ -281,11 +294,12 @@ class Device:
         No table changes as long as it lives; an edited scene that takes over its memory has arrays of its own.
         """
         if id(table) not in self._tables:
-            self._tables[id(table)] = memory = CardMemory(self.driver, table.nbytes)
-            weakref.finalize(table, self._tables.pop, id(table)).atexit = False
+            memory = CardMemory(self.driver, table.nbytes)
             if table.size:
                 self.driver.send(memory.address, table, self.lanes[0].stream)
                 self.wait(self.lanes[0])
+            self._tables[id(table)] = memory  # now that it is there
+            weakref.finalize(table, self._tables.pop, id(table)).atexit = False
         return self._tables[id(table)].address
 
     def run(
@@ -296,7 +310,7 @@ class Device:
         Inputs have a row for each ray or one for all. `width` is that of the picture that rays make, or 0. Returns
         False, and does nothing, if the scene needs more scratch memory than the card has.
         """
-        count, width = len(outputs[0]), width if 4 * width <= CHUNK else 0
+        count, width = len(outputs[0]), width if 64 * width <= CHUNK else 0
 
         def work(lane: _Lane, shared: _Pass, first: int, last: int) -> Iterator[None]:
             results = [array[first:last] for array in outputs]
@@ -311,7 +325,7 @@ class Device:
             yield
             _check_status(status.array)
             for result, twin in zip(results, found, strict=True):
-                result[...] = twin.array
+                _copy(result, twin.array)
 
         return self._run_chunks(scene, function, count, picture_rows(width, CHUNK), work)
 
@@ -454,7 +468,7 @@ class Device:
         numbers: the arguments for rows first..last. Returns False, and does nothing, if the scene needs more scratch
         memory than the card has.
         """
-        status, width = np.zeros(1, np.int64), width if 4 * width <= _PIECE else 0
+        status, width = np.zeros(1, np.int64), width if 64 * width <= _PIECE else 0
         with self._idle_lane() as lane:
             room = _Room(EACH) if scene is None or function in ROWS else self._room(scene, function)
             tables = self.tables(scene, function)
@@ -464,7 +478,8 @@ class Device:
             piece = max(1, count) if room.size == EACH else picture_rows(width, _PIECE)
             for first in range(0, count, piece):
                 last = min(count, first + piece)
-                arguments = [self._status.address, *tables, *numbers(first, last), *room.numbers]
+                own = [width] if function in BY_KIND else []
+                arguments = [self._status.address, *tables, *own, *numbers(first, last), *room.numbers]
                 threads = room.threads(place_count(width, last - first))
                 self.driver.launch(f"{function}_{room.size}", arguments, threads, lane.stream)
                 self.wait(lane)
@@ -494,8 +509,11 @@ class Device:
 
 
 def picture_rows(width: int, most: int) -> int:
-    """Return a number of rays up to `most` that is some rows of squares (`ray_of_place`); `most` without a picture."""
-    return most // (4 * width) * 4 * width if width else most
+    """Return a number of rays up to `most` that is some rows of squares (`ray_of_place`); `most` without a picture.
+
+    It is a multiple of `SUMMED`, as `most` is.
+    """
+    return most // (64 * width) * 64 * width if width else most
 
 
 def _check_status(status: Any) -> None:
@@ -540,6 +558,15 @@ _LOST = frozenset((214, 220, 700, 702, 709, 710, *range(714, 720)))
 """Errors after which the driver answers each call of the process with an error: NVIDIA's list of `CUresult`."""
 
 
+_MOST_SPARE = 1 << 30  # bytes that are kept for the next arrays
+
+
+def _size_class(size: int) -> int:
+    """Return a size that is up to an eighth larger, so that arrays of nearly the same size share memory."""
+    step = max(_LINE, 1 << max(0, size.bit_length() - 4))
+    return -(-size // step) * step
+
+
 class NvidiaDriver:
     """The first card that NVIDIA's driver shows (CUDA_VISIBLE_DEVICES chooses), in its primary context.
 
@@ -555,6 +582,10 @@ class NvidiaDriver:
             raise ImportError("device='cuda' needs NVIDIA's cuda-bindings: pip install 'conicoid[cuda]'") from None
         self._folder, self._driver, self._process = _kernels(), driver, os.getpid()
         self._functions: dict[str, Any] = {}
+        self._taken: dict[int, int] = {}  # sizes of memory, by address
+        self._spare: dict[int, list[int]] = {}  # addresses of memory that waits for the next array of its size
+        self._spare_bytes, self._is_quiet = 0, True
+        self._lock = threading.RLock()  # arrays that end while it is held give their memory back
         try:
             (state,) = driver.cuInit(0)
         except Exception as error:  # the package has errors of its own for a library that it does not find
@@ -609,7 +640,7 @@ class NvidiaDriver:
             self._driver.cuCtxPopCurrent()
 
     def free_memory(self) -> int:
-        return int(self._call("cuMemGetInfo"))
+        return int(self._call("cuMemGetInfo")) + self._spare_bytes
 
     def _with_room(self, size: int, name: str, *arguments: Any) -> Any:
         """Call the driver for what takes so many bytes of the card. Raise MemoryError with these."""
@@ -621,10 +652,47 @@ class NvidiaDriver:
             ) from None
 
     def allocate(self, size: int) -> int:
-        return int(self._with_room(size, "cuMemAlloc", size))
+        needed, size = size, _size_class(size)
+        with self._lock:
+            address = self._spare_of(size)
+            if address is None:
+                try:
+                    address = int(self._call("cuMemAlloc", size))
+                except MemoryError:
+                    self._empty()
+                    address = int(self._with_room(needed, "cuMemAlloc", size))
+            self._taken[address] = size
+        return address
+
+    def _spare_of(self, size: int) -> int | None:
+        """Return memory that is kept, if there is some of this size."""
+        if not self._spare.get(size):
+            return None
+        if not self._is_quiet:  # another library may still read what it gave back
+            self._call("cuCtxSynchronize")
+            self._is_quiet = True
+        self._spare_bytes -= size
+        return self._spare[size].pop()
 
     def release(self, address: int) -> None:
-        self._give_back("cuMemFree", address)
+        """Keep memory for the next array of its size: to get some from the driver takes longer than to trace."""
+        if os.getpid() != self._process:
+            return
+        with self._lock:
+            size = self._taken.pop(address)
+            if self._spare_bytes + size > _MOST_SPARE:
+                self._give_back("cuMemFree", address)
+                return
+            self._spare.setdefault(size, []).append(address)
+            self._spare_bytes += size
+            self._is_quiet = False
+
+    def _empty(self) -> None:
+        """Give the memory that is kept back to the driver."""
+        for address in (each for addresses in self._spare.values() for each in addresses):
+            self._give_back("cuMemFree", address)
+        self._spare.clear()
+        self._spare_bytes = 0
 
     def _give_back(self, name: str, address: int) -> None:
         """Free memory, if it is of this process, and its card is not lost."""

@@ -1,29 +1,22 @@
-"""Queries of arrays that live on a card, and answers that stay there: CuPy, PyTorch, JAX, Numba.
+"""Arrays that live on a card: those of CuPy, PyTorch, JAX and Numba as arguments, and `DeviceArray` in answers.
 
-An array comes by DLPack or by `__cuda_array_interface__`, without a copy; the work waits for what its stream holds. A
-query returns when its work is done, since the CPU decides the doubtful rays. So an answer is complete, and any stream
-may use it. Of each ray one byte travels, which says whether it is doubtful.
+An array comes by DLPack or by `__cuda_array_interface__`; the work waits for what its stream holds. Arrays of float64
+in C order are used where they are. A kernel copies others: float32, gaps, another order of axes, repeated rows.
 """
 
 from __future__ import annotations
 
 import ctypes
 import math
-from collections.abc import Sequence
-from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from .._util.validation import describe_kind, is_on_card
-from ..kernels.body.hit import is_doubtful
-from ..kernels.device import BY_KIND
-from ..kernels.first_hits import HitBuffers
 from ..kernels.ray import RayArrays
-from . import points as at_points, ray_queries
-from .device import CardMemory, Device, device_of
-from .exact.doubtful_rays import filter_doubtful, resolve_bodies, resolve_hits
-from .hits import Hits
+from . import ray_queries
+from .device import CardMemory, Device
 from .rays import Rays
 
 if TYPE_CHECKING:
@@ -134,6 +127,11 @@ class DeviceArray:
         """Return the same memory in another form."""
         return DeviceArray(self._device, self._address, shape, dtype or self.dtype, self._owner)
 
+    def _row(self, number: int, shape: tuple[int, ...]) -> DeviceArray:
+        """Return a row of two or three, which keeps the memory of all."""
+        address = self._address + number * (self.size // self.shape[0]) * self.dtype.itemsize
+        return DeviceArray(self._device, address, shape, self.dtype, self)
+
     def _part(self, first: int, last: int, count: int) -> list[int]:
         """Return what a kernel takes for rows first..last: address and length. One row stands for all `count` rows."""
         rows = self.shape[0]
@@ -142,7 +140,7 @@ class DeviceArray:
         return [self._address + first * (self.size // max(1, rows)) * self.dtype.itemsize, last - first]
 
 
-def _new_arrays(device: Device, *kinds: tuple[tuple[int, ...], Any]) -> list[DeviceArray]:
+def new_arrays(device: Device, *kinds: tuple[tuple[int, ...], Any]) -> list[DeviceArray]:
     """Return arrays of these shapes and types in one piece of memory, not initialised."""
     sizes = [-(-math.prod(shape) * np.dtype(dtype).itemsize // 256) * 256 for shape, dtype in kinds]
     memory = CardMemory(device.driver, sum(sizes))
@@ -150,9 +148,9 @@ def _new_arrays(device: Device, *kinds: tuple[tuple[int, ...], Any]) -> list[Dev
     return [DeviceArray(device, place, *kind, memory) for place, kind in zip(places, kinds, strict=False)]
 
 
-def _upload(device: Device, array: Any) -> DeviceArray:
+def upload(device: Device, array: Any) -> DeviceArray:
     """Return a copy of an array on the card."""
-    (there,) = _new_arrays(device, (array.shape, array.dtype))
+    (there,) = new_arrays(device, (array.shape, array.dtype))
     if array.size:
         device.send(there._address, np.ascontiguousarray(array))
     return there
@@ -160,53 +158,72 @@ def _upload(device: Device, array: Any) -> DeviceArray:
 
 def _copy_rows(few: DeviceArray, many: DeviceArray, which: Any, back: bool) -> None:
     """Copy the rows `which` of an array into another one, or back."""
-    rows, width = _upload(many._device, which), many.size // many.shape[0] * many.dtype.itemsize
+    rows, width = upload(many._device, which), many.size // many.shape[0] * many.dtype.itemsize
     pair = (few, many) if back else (many, few)
     numbers = [n for each in pair for n in (each._address, each.size * each.dtype.itemsize)]
     numbers += [rows._address, len(which), width, int(back)]
     many._device.run_on_card("copy_rows", lambda first, last: numbers, len(which))
 
 
-def _fetch_rows(array: DeviceArray, which: Any) -> Any:
+def fetch_rows(array: DeviceArray, which: Any) -> Any:
     """Return some rows of an array on the card, here; one row stands for all."""
     if array.shape[0] == 1:
         return np.asarray(array)
-    (few,) = _new_arrays(array._device, ((len(which), *array.shape[1:]), array.dtype))
+    (few,) = new_arrays(array._device, ((len(which), *array.shape[1:]), array.dtype))
     _copy_rows(few, array, which, False)
     return np.asarray(few)
 
 
-def _put(array: DeviceArray, which: Any, values: Any) -> None:
+def put_rows(array: DeviceArray, which: Any, values: Any) -> None:
     """Write some rows of an array on the card."""
-    _copy_rows(_upload(array._device, values), array, which, True)
+    _copy_rows(upload(array._device, values), array, which, True)
 
 
 # Arguments of a query
 
-_CardRays: Any = RayArrays
-_CardHits: Any = HitBuffers
-"""With a `DeviceArray` for each field."""
+
+class CardView(NamedTuple):
+    """An array of another library: numbers of a kind in any order, `steps` apart; None for C order."""
+
+    address: int
+    kind: str
+    shape: tuple[int, ...]
+    steps: tuple[int, ...] | None
+    owner: Any
+
+    def vectors(self, device: Device, shape: tuple[int, ...]) -> DeviceArray:
+        """Return the vectors (n, 3) of float64, in C order, broadcast to a shape (..., 3)."""
+        plain = [math.prod(self.shape[axis + 1 :]) for axis in range(len(self.shape))]
+        steps, count = self.steps or plain, math.prod(shape) // 3
+        is_plain = all(n <= 1 or have == want for n, have, want in zip(self.shape, steps, plain, strict=True))
+        if self.shape == shape and ((self.kind == "f8" and is_plain) or count == 0):
+            return DeviceArray(device, self.address, (count, 3), np.float64, self.owner)
+        (copy,) = new_arrays(device, ((count, 3), "f8"))
+        added = len(shape) - len(self.shape)
+        each = [0 if n == 1 else step for n, step in zip(self.shape, steps, strict=True)]
+        # Numba counts a negative place from the end of the array: the first number is that at the lowest address
+        low = sum(min(0, (n - 1) * step) for n, step in zip(self.shape, each, strict=True))
+        long = sum((n - 1) * abs(step) for n, step in zip(self.shape, each, strict=True)) + 1
+        axes = [upload(device, np.array(axis, np.int64)) for axis in (shape[:-1], [0] * added + each)]
+        numbers = [self.address + low * int(self.kind[1:]), long, *(n for x in axes for n in (x._address, x.size))]
+        function = "copy_vectors" if self.kind == "f8" else "copy_single_vectors"
+        device.run_on_card(function, lambda first, last: [*numbers, -low, copy._address, count], count)
+        return copy
 
 
-def _as_card_array(query: str, name: str, value: Any, device: Device) -> DeviceArray:
+def view_of(query: str, name: str, value: Any, device: Device) -> CardView:
     """Return an array of another library, after its work there; raise TypeError or ValueError for a wrong one."""
     if not is_on_card(value):
         raise TypeError(f"{query}: {name} must be an array on the card, as the others are, got {describe_kind(value)}")
-    address, kind, shape, strides, owner = (_by_dlpack if hasattr(type(value), "__dlpack__") else _by_interface)(
-        value, device
-    )
+    view = CardView(*(_by_dlpack if hasattr(type(value), "__dlpack__") else _by_interface)(value, device))
     expected = f"{query}: {name} on a card must be"
-    if kind != "f8":
-        raise ValueError(f"{expected} of float64, got one of {kind}")
-    if len(shape) == 0 or shape[-1] != 3:
-        raise ValueError(f"{expected} of shape (..., 3), got {shape}")
-    count = math.prod(shape)
-    steps = [math.prod(shape[axis + 1 :]) for axis in range(len(shape))]
-    if count and any(n > 1 and have != want for n, have, want in zip(shape, strides or steps, steps, strict=True)):
-        raise ValueError(f"{expected} contiguous, in C order, got strides of {tuple(strides)} numbers")
-    if count and device.driver.card_of(address) != 0:
+    if view.kind not in ("f8", "f4"):
+        raise ValueError(f"{expected} of float64 or float32, got one of {view.kind}")
+    if len(view.shape) == 0 or view.shape[-1] != 3:
+        raise ValueError(f"{expected} of shape (..., 3), got {view.shape}")
+    if math.prod(view.shape) and device.driver.card_of(view.address) != 0:
         raise ValueError(f"{expected} on the first card, which Conicoid uses")
-    return DeviceArray(device, address, shape, np.float64, owner)
+    return view
 
 
 def _by_dlpack(value: Any, device: Device) -> tuple[Any, ...]:
@@ -231,242 +248,79 @@ def _by_interface(value: Any, device: Device) -> tuple[Any, ...]:
     strides = found.get("strides")
     steps = None if strides is None else tuple(step // kind.itemsize for step in strides)
     letters = kind.str[1:] if kind.isnative and found.get("mask") is None else f"{kind.str}, or masked"
+    if any(step % kind.itemsize for step in strides or ()):
+        letters = f"{kind.str} in steps of {strides} bytes"
     return found["data"][0], letters, tuple(found["shape"]), steps, value
 
 
-def _flag(device: Device, function: str, *arrays: DeviceArray, count: int) -> bool:
-    """Return whether a function that checks arrays has found anything."""
-    flag = _upload(device, np.zeros(1, np.int8))
-    numbers = [n for array in arrays for n in (array._address, array.shape[0])]
-    numbers += [count, flag._address] if function == "check_rays" else [flag._address]
-    device.run_on_card(function, lambda first, last: numbers, count)
+def find_flag(device: Device, function: str, numbers: list[int], count: int) -> bool:
+    """Return whether a function that checks arrays has found anything; its last argument is a flag."""
+    flag = upload(device, np.zeros(1, np.int8))
+    device.run_on_card(function, lambda first, last: [*numbers, flag._address], count)
     return bool(np.asarray(flag)[0])
 
 
-def _open(query: str, executor: Any, device: str | None) -> Device:
-    """Return the card. Raise TypeError where a query must not go there."""
-    if query not in ("first_hit", "occluded", "contains", "body_at"):
-        raise TypeError(f"{query}: arrays on a card are not taken; copy them to NumPy")
-    if executor is not None:
-        raise TypeError(f"{query}: executor must be left out for arrays on a card")
-    found = device_of(query, device or "cuda")
-    if found is None:
-        raise TypeError(f"{query}: device must be 'cuda' for arrays on a card, got {device!r}")
-    return found
+_CardRays: Any = RayArrays
+"""With a `DeviceArray` for each field."""
 
 
-def query_rays(
-    scene: PreparedScene, query: str, executor: Any, device: str | None, origins: Any, directions: Any, t_min: Any,
-    t_max: Any,
-) -> DeviceHits | DeviceArray:  # fmt: skip
-    """Return the first hits of rays on a card, or whether they are occluded."""
-    gpu = _open(query, executor, device)
-    o, d = (_as_card_array(query, name, x, gpu) for name, x in (("origins", origins), ("directions", directions)))
-    if o.shape != d.shape:
-        raise ValueError(f"{query}: origins and directions on a card must have one shape, got {o.shape} and {d.shape}")
-    for name, value in (("t_min", t_min), ("t_max", t_max)):
-        if is_on_card(value):
-            raise TypeError(f"{query}: {name} must be a number or an array of NumPy's, got {describe_kind(value)}")
-    shape, count = o.shape[:-1], o.size // 3
-    if _flag(gpu, "check_rays", o._as((3 * count,)), d._as((3 * count,)), count=count):
-        Rays(np.asarray(o), np.asarray(d))  # which raises
-    limits = [ray_queries.limits_of(query, o._as(shape), name, t) for name, t in (("t_min", t_min), ("t_max", t_max))]  # type: ignore[arg-type]
-    lines = o._as((count, 3)), d._as((count, 3))
-    arrays = _CardRays(*lines, *(_upload(gpu, each) for each in (*limits, np.full(1, -1, np.int32))))
-    return (_first_hit if query == "first_hit" else _occluded)(scene, gpu, arrays, shape)
+class DeviceRays:
+    """Rays in a card's memory, as `DeviceHits.spawn` returns them. Queries take them as they take `Rays`.
 
-
-def _first_hit(scene: PreparedScene, gpu: Device, rays: Any, shape: tuple[int, ...]) -> DeviceHits:
-    count = rays.origins.shape[0]
-    found = _CardHits(*_new_arrays(gpu, *(((count,), kind) for kind in ("f8", "i4", "i4", "i4", "i1"))))
-    if not _trace(scene, gpu, "first_hits", rays, found, shape):
-        hits = ray_queries.first_hit(scene, _host_rays(rays), np.asarray(rays.t_min), np.asarray(rays.t_max), "cpu")
-        return DeviceHits(scene, gpu, rays, shape, _CardHits(*(_upload(gpu, x) for x in hits._buffers)), hits._doubtful)
-    doubtful = is_doubtful(np.asarray(found.turn)).nonzero()[0]
-    if len(doubtful):
-        some, few = (tuple(_fetch_rows(array, doubtful) for array in arrays) for arrays in (rays, found))
-        arrays, decided, every = RayArrays(*some), HitBuffers(*few), np.arange(len(doubtful))
-        resolve_hits(scene, arrays, every, decided)
-        for array, values in zip(found, decided, strict=True):
-            _put(array, doubtful, values)
-        doubtful = doubtful[filter_doubtful(scene, arrays, every, decided)]
-    return DeviceHits(scene, gpu, rays, shape, found, doubtful)
-
-
-def _occluded(scene: PreparedScene, gpu: Device, rays: Any, shape: tuple[int, ...]) -> DeviceArray:
-    (result,) = _new_arrays(gpu, (rays.origins.shape[:1], "i1"))
-    if not _trace(scene, gpu, "any_hits", rays, (result,), shape):
-        answer = ray_queries.occluded(scene, _host_rays(rays), np.asarray(rays.t_min), np.asarray(rays.t_max), "cpu")
-        return _upload(gpu, np.asarray(answer))._as(shape)
-    doubtful = is_doubtful(np.asarray(result)).nonzero()[0]
-    if len(doubtful):
-        some = RayArrays(*(_fetch_rows(array, doubtful) for array in rays))
-        hits = HitBuffers.new(len(doubtful))
-        resolve_hits(scene, some, np.arange(len(doubtful)), hits)
-        _put(result, doubtful, (hits.body >= 0).astype(np.int8))
-    return result._as(shape, np.bool_)
-
-
-def query_points(scene: PreparedScene, query: str, executor: Any, device: str | None, points: Any) -> DeviceArray:
-    """Return the first body at each point on a card, or whether there is one."""
-    gpu = _open(query, executor, device)
-    given = _as_card_array(query, "points", points, gpu)
-    shape, count = given.shape[:-1], given.size // 3
-    flat = given._as((count, 3))
-    if _flag(gpu, "check_points", flat, count=count):
-        at_points.points_of(query, np.asarray(given))  # which raises
-    bodies, undecided = _new_arrays(gpu, ((count,), "i4"), ((count,), "i1"))
-    if _trace(scene, gpu, "first_bodies", (flat, _upload(gpu, at_points.BEFORE_FIRST)), (bodies, undecided)):
-        doubtful = np.asarray(undecided).nonzero()[0]
-        if len(doubtful):
-            found = np.empty(len(doubtful), np.int32)
-            resolve_bodies(scene, _fetch_rows(flat, doubtful), at_points.BEFORE_FIRST, np.arange(len(doubtful)), found)
-            _put(bodies, doubtful, found)
-    else:
-        bodies = _upload(gpu, at_points.body_at(scene, np.asarray(flat), query, "cpu"))
-    if query == "body_at":
-        return bodies._as(shape)
-    (result,) = _new_arrays(gpu, ((count,), "i1"))
-    gpu.run_on_card("are_bodies", lambda first, last: [bodies._address, count, result._address, count], count)
-    return result._as(shape, np.bool_)
-
-
-def _trace(
-    scene: PreparedScene, gpu: Device, function: str, inputs: Sequence[Any], outputs: Sequence[Any],
-    shape: tuple[int, ...] = (),
-) -> bool:  # fmt: skip
-    """Run a function with scratch memory on rays, which may have the shape of a picture, or on points."""
-    count = inputs[0].shape[0]
-    width = shape[-1] if len(shape) > 1 else 0
-
-    def numbers(first: int, last: int) -> list[int]:
-        own = [width] if function in BY_KIND else []
-        return own + [n for array in (*inputs, *outputs) for n in array._part(first, last, count)]
-
-    return gpu.run_on_card(function, numbers, count, scene, width)
-
-
-def _host_rays(rays: Any) -> Rays:
-    """Return rays as queries of the CPU take them."""
-    return Rays._spawned(np.asarray(rays.origins), np.asarray(rays.directions), np.full(1, -1, np.int32))
-
-
-class DeviceHits:
-    """First hits of rays on a card, shaped like the rays. Each field is a `DeviceArray`, made when it is needed.
-
-    They hold the arrays of the rays without a copy. Writing to these arrays changes fields that are computed later.
+    They unpack to (origins, directions).
 
     Attributes
     ----------
-    t : float64 (...)
-        In units of the direction's length; inf for a miss.
-    body, face, surface : int32 (...)
-        Numbers; -1 for a miss.
-    hit, entering, doubtful : bool (...)
-        As those of `Hits`.
-    point, normal : float64 (..., 3)
-        NaN for a miss.
-    uv : float64 (..., 2)
-        NaN for a miss.
+    origins, directions : float64 (..., 3)
+        As `DeviceArray`.
     shape : tuple of int
-        That of `t`.
+        The leading shape.
     """
 
-    def __init__(
-        self, scene: PreparedScene, device: Device, rays: Any, shape: tuple[int, ...], found: Any,
-        doubtful: Any,
-    ) -> None:  # fmt: skip
-        self._scene, self._device, self._rays, self._found, self._doubtful = scene, device, rays, found, doubtful
-        self.shape, self._count = shape, rays.origins.shape[0]
+    _is_on_card = True  # for `is_on_card`
+
+    def __init__(self, shape: tuple[int, ...], lines: Sequence[DeviceArray], starts: DeviceArray, home: Any) -> None:
+        self.shape, self._lines, self._starts, self._home = shape, lines, starts, home
+        self.origins, self.directions = (each._as((*shape, 3)) for each in lines)
+
+    def __iter__(self) -> Iterator[DeviceArray]:
+        return iter((self.origins, self.directions))
 
     def __repr__(self) -> str:
-        return f"DeviceHits(shape={self.shape})"
+        return f"DeviceRays(shape={self.shape})"
 
-    def to_host(self) -> Hits:
-        """Return a copy in the memory of the CPU, which has all other fields."""
-        o, d = (np.asarray(lines._as((*self.shape, 3))) for lines in self._rays[:2])
-        rays = Rays._spawned(o, d, np.full(1, -1, np.int32))
-        return Hits(self._scene, rays, HitBuffers(*map(np.asarray, self._found)), self._doubtful)
+    def to_host(self) -> Rays:
+        """Return a copy in the memory of the CPU."""
+        o, d, starts = map(np.asarray, (*self, self._starts))
+        return Rays._spawned(o, d, starts, self._home)
 
-    def _fill(self, function: str, inputs: Sequence[Any], outputs: Sequence[Any], flag: Any = None) -> None:
-        """Run a kernel of the CPU's on all rows; one that has a flag needs no tables."""
-        n = self._count
-        given, made = ([number for x in some for number in (x._address, n)] for some in (inputs, outputs))
-        numbers = [*given, n, *made, *([] if flag is None else [flag._address])]
-        self._device.run_on_card(function, lambda first, last: numbers, n, self._scene if flag is None else None)
+    def _arrays(self, query: str, scene: PreparedScene, t_min: Any, t_max: Any) -> Any:
+        """Return rays and limits as kernels take them."""
+        for name, value in (("t_min", t_min), ("t_max", t_max)):
+            if is_on_card(value):
+                raise TypeError(f"{query}: {name} must be a number or an array of NumPy's, got {describe_kind(value)}")
+        starts, device = self._starts, self._starts._device
+        limits = [ray_queries.limits_of(query, self, name, t) for name, t in (("t_min", t_min), ("t_max", t_max))]  # type: ignore[arg-type]
+        if self._home is not None and self._home != scene.key:
+            starts = upload(device, np.minimum(np.asarray(starts), np.int32(-1)))  # DEAD is below -1
+        return _CardRays(*self._lines, *(upload(device, limit) for limit in limits), starts)
 
-    def _flags(self, function: str, array: Any) -> DeviceArray:
-        """Return a number for each ray, 0 or 1, as bool."""
-        n, (result,) = self._count, _new_arrays(self._device, ((self._count,), "i1"))
-        self._device.run_on_card(function, lambda first, last: [array._address, n, result._address, n], n)
-        return result._as(self.shape, np.bool_)
 
-    @property
-    def t(self) -> DeviceArray:
-        return self._found.t._as(self.shape)
-
-    @property
-    def body(self) -> DeviceArray:
-        return self._found.body._as(self.shape)
-
-    @cached_property
-    def hit(self) -> DeviceArray:
-        return self._flags("are_bodies", self._found.body)
-
-    @cached_property
-    def entering(self) -> DeviceArray:
-        return self._flags("are_entries", self._found.turn)
-
-    @cached_property
-    def doubtful(self) -> DeviceArray:
-        flags = np.zeros(self._count, np.bool_)
-        flags[self._doubtful] = True
-        return _upload(self._device, flags)._as(self.shape)
-
-    @cached_property
-    def _faces(self) -> DeviceArray:
-        (faces,) = _new_arrays(self._device, ((3, self._count), "i4"))
-        self._fill("faces_of", self._found[2:], [faces])
-        return faces
-
-    def _row_of_faces(self, row: int) -> DeviceArray:
-        faces = self._faces
-        return DeviceArray(self._device, faces._address + 4 * row * self._count, self.shape, "i4", faces)
-
-    @property
-    def surface(self) -> DeviceArray:
-        return self._row_of_faces(0)
-
-    @property
-    def face(self) -> DeviceArray:
-        return self._row_of_faces(1)
-
-    @cached_property
-    def _points(self) -> DeviceArray:
-        far, (points,) = (
-            _upload(self._device, np.zeros(1, np.int8)),
-            _new_arrays(self._device, ((self._count, 3), "f8")),
-        )
-        lines, found = self._rays[:2], self._found
-        self._fill("hit_points", [*lines, found.t], [points], far)
-        if np.asarray(far)[0]:
-            (errors,) = _new_arrays(self._device, ((self._count,), "f8"))
-            self._fill("refine_points", [*lines, found.t, found.turn, self._faces], [points, errors])
-        return points
-
-    @property
-    def point(self) -> DeviceArray:
-        return self._points._as((*self.shape, 3))
-
-    @cached_property
-    def normal(self) -> DeviceArray:
-        n, (normals,) = self._count, _new_arrays(self._device, ((self._count, 3), "f8"))
-        self._fill("normals_of", [self._faces, self._points], [normals])
-        self._device.run_on_card("clear_negligible", lambda first, last: [normals._address, n], n)
-        return normals._as((*self.shape, 3))
-
-    @cached_property
-    def uv(self) -> DeviceArray:
-        (uv,) = _new_arrays(self._device, ((self._count, 2), "f8"))
-        self._fill("uvs_of", [self._found.body, self._faces, self._points], [uv])
-        return uv._as((*self.shape, 2))
+def rays_of(query: str, gpu: Device, origins: Any, directions: Any) -> DeviceRays:
+    """Return the rays of a query's first two arguments."""
+    if isinstance(origins, DeviceRays):
+        if directions is not None:
+            raise TypeError(f"{query}: directions must be left out where a DeviceRays is given")
+        return origins
+    views = [view_of(query, name, x, gpu) for name, x in (("origins", origins), ("directions", directions))]
+    try:
+        shape = np.broadcast_shapes(*(view.shape for view in views))
+    except ValueError:
+        raise ValueError(
+            f"{query}: origins {views[0].shape} and directions {views[1].shape} do not broadcast together"
+        ) from None
+    lines = [view.vectors(gpu, shape) for view in views]
+    count = len(lines[0])
+    if find_flag(gpu, "check_rays", [*(n for each in lines for n in (each._address, each.size)), count], count):
+        Rays(*(np.asarray(each._as(shape)) for each in lines))  # which raises
+    return DeviceRays(shape[:-1], lines, upload(gpu, np.full(1, -1, np.int32)), None)

@@ -323,7 +323,7 @@ class Hits(QueryResult, HitDerivatives):
     def _spawn_many(self, directions: Any) -> Rays:
         """Return `spawn` of hits in arrays."""
         array = points_array("spawn", "directions", directions)
-        shape = self._spawned_shape(array)
+        shape = spawned_shape(self.rays.shape, array.shape)
         # A copy: the rays own their directions, whatever the caller writes later
         d, mine = own_copy(array, (*shape, 3)), self.rays.shape
         hit, surfaces = (
@@ -332,40 +332,10 @@ class Hits(QueryResult, HitDerivatives):
         )
         flat = d.reshape(-1, 3)
         if find_invalid_ray(flat, flat) is not None:
-            self._refuse_directions(flat, hit, shape)
+            refuse_directions(flat, hit, shape)
         starts = np.where(hit, surfaces, np.int32(DEAD))
         points = own_copy(self._points.reshape((*mine, 3)), (*shape, 3))
         return Rays._spawned(points, d, starts, self._home)
-
-    def _refuse_directions(self, flat: FloatArray, hit: Any, shape: tuple[int, ...]) -> None:
-        """Raise ValueError for the first direction (n, 3) of a hit that cannot be traced."""
-        bad = np.flatnonzero(hit & ~(np.isfinite(flat).all(axis=1) & (flat != 0).any(axis=1)))
-        if len(bad):
-            where = tuple(int(i) for i in np.unravel_index(bad[0], shape))
-            raise ValueError(
-                f"spawn: direction must be finite and not zero, got {tuple(flat[bad[0]].tolist())} at {where}"
-            )
-        bad = np.flatnonzero(hit & is_outside_domain(flat).any(axis=1))
-        if len(bad):
-            where = tuple(int(i) for i in np.unravel_index(bad[0], shape))
-            raise ValueError(
-                f"spawn: direction must be {DOMAIN} in every component, got {tuple(flat[bad[0]].tolist())} at {where}"
-            )
-
-    def _spawned_shape(self, directions: FloatArray) -> tuple[int, ...]:
-        """Return the shape of spawned rays: that of the hits, or of directions with axes before theirs."""
-        mine, expected = self.rays.shape, directions.shape[:-1]
-        if mine == expected:
-            return mine
-        try:
-            shape = np.broadcast_shapes(mine, expected)
-        except ValueError:
-            shape = ()
-        if shape == mine or (shape == expected and shape):
-            return shape
-        many = f"; for several of each hit, (many, {', '.join(map(str, (*mine, 3)))})"
-        hint = f"{many}, or hits[..., None].spawn(directions)" if len(expected) > len(mine) else ""
-        raise ValueError(f"spawn: directions must broadcast to {(*mine, 3)}, got {directions.shape}{hint}")
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write all fields, without the scene, as a .npz file that `co.Hits.load` reads.
@@ -483,6 +453,36 @@ class Hits(QueryResult, HitDerivatives):
 
 
 _LINE = Struct("6d")
+
+
+def refuse_directions(flat: FloatArray, hit: Any, shape: tuple[int, ...]) -> None:
+    """Raise ValueError for the first direction (n, 3) of a hit that cannot be traced."""
+    bad = np.flatnonzero(hit & ~(np.isfinite(flat).all(axis=1) & (flat != 0).any(axis=1)))
+    if len(bad):
+        where = tuple(int(i) for i in np.unravel_index(bad[0], shape))
+        raise ValueError(f"spawn: direction must be finite and not zero, got {tuple(flat[bad[0]].tolist())} at {where}")
+    bad = np.flatnonzero(hit & is_outside_domain(flat).any(axis=1))
+    if len(bad):
+        where = tuple(int(i) for i in np.unravel_index(bad[0], shape))
+        raise ValueError(
+            f"spawn: direction must be {DOMAIN} in every component, got {tuple(flat[bad[0]].tolist())} at {where}"
+        )
+
+
+def spawned_shape(mine: tuple[int, ...], directions: tuple[int, ...]) -> tuple[int, ...]:
+    """Return the shape of spawned rays: that of the hits, `mine`, or of directions with axes before theirs."""
+    expected = directions[:-1]
+    if mine == expected:
+        return mine
+    try:
+        shape = np.broadcast_shapes(mine, expected)
+    except ValueError:
+        shape = ()
+    if shape == mine or (shape == expected and shape):
+        return shape
+    many = f"; for several of each hit, (many, {', '.join(map(str, (*mine, 3)))})"
+    hint = f"{many}, or hits[..., None].spawn(directions)" if len(expected) > len(mine) else ""
+    raise ValueError(f"spawn: directions must broadcast to {(*mine, 3)}, got {directions}{hint}")
 
 
 def _keep_call_of_hit(scene: PreparedScene) -> None:

@@ -577,8 +577,8 @@ class Scene:
         Returns
         -------
         Hits
-            Of the leading shape of the rays; misses have t = inf and body -1. Rays on a GPU give `DeviceHits`
-            (page "On a GPU").
+            Of the leading shape of the rays; misses have t = inf and body -1. Rays on a GPU give `DeviceHits`, and the
+            other queries `DeviceSpans`, `DeviceCrossings`, `DeviceDistances` or arrays there (page "On a GPU").
 
         Raises
         ------
@@ -764,10 +764,10 @@ class Scene:
         """Answer a query of rays here, on a device, or by workers; `options` are arguments beyond rays and interval."""
         check_callback(query, "progress", progress)
         if is_on_card(origins) or is_on_card(directions):
-            from ..queries import device_arrays
+            from ..queries import device_results
 
             given = origins, directions, t_min, t_max
-            return device_arrays.query_rays(self._prepared, query, executor, device, *given)
+            return device_results.query_rays(self._prepared, query, executor, device, *given, progress, options)
         if _is_remote(executor, origins, directions):
             _refuse_device(query, device)
             from ..parallel.queries import dispatch_rays
@@ -833,9 +833,9 @@ class Scene:
     def _at_many_points(self, query: str, executor: Any, points: Any, device: str | None) -> Any:
         """Answer a query of points here, on a device, or by workers."""
         if is_on_card(points):
-            from ..queries import device_arrays
+            from ..queries import device_results
 
-            return device_arrays.query_points(self._prepared, query, executor, device, points)
+            return device_results.query_points(self._prepared, query, executor, device, points)
         if _is_remote(executor, points):
             _refuse_device(query, device)
             from ..parallel.queries import dispatch_points
@@ -886,6 +886,11 @@ class Scene:
 
         check_callback("distance", "progress", progress)
         exact = check_flag("distance", "exact", exact)
+        if is_on_card(points):
+            from ..queries import device_results
+
+            given = points, max_distance, exact, progress
+            return device_results.query_distances(self._prepared, executor, *given)  # type: ignore[return-value]
         if _is_remote(executor, points):
             from ..parallel.queries import dispatch_distances
 
