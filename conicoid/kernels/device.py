@@ -85,9 +85,18 @@ SHARED = "any"
 """The name of the kernels whose scratch memory, of any size, is a part of arrays for all threads."""
 
 
-def size_name(needed: ScratchSize) -> str:
-    """Return the name of the first size that is enough."""
-    return next((name for name, size in SIZES.items() if size.holds(needed)), SHARED)
+PICTURE = "render_"
+"""How the names of functions of pictures begin (render/device_pictures.py)."""
+
+
+def local_sizes(function: str) -> tuple[str, ...]:
+    """Return the sizes of local memory for which a function has kernels. Those of pictures are large: one is enough."""
+    return ("few",) if function.startswith(PICTURE) else tuple(SIZES)
+
+
+def size_name(needed: ScratchSize, function: str = "") -> str:
+    """Return the name of the first size of a function's kernels that is enough."""
+    return next((name for name in local_sizes(function) if SIZES[name].holds(needed)), SHARED)
 
 
 @inline

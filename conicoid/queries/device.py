@@ -50,7 +50,7 @@ _default_device: list[str] = []
 
 
 def set_device(device: str | None) -> None:
-    """Answer queries of rays, `contains` and `body_at` on a device from now on: "cpu" or "cuda".
+    """Answer queries of rays, `contains` and `body_at`, and render, on a device from now on: "cpu" or "cuda".
 
     The answers are the same to the bit. One point, one ray and up to a thousand rays in a list stay on the CPU.
     Other queries stay there too, except for parts that call one of these.
@@ -261,11 +261,15 @@ class Device:
                 self.wait(self.lanes[0])
         return self._tables[id(table)].address
 
-    def run(self, scene: PreparedScene, function: str, inputs: Sequence[Any], outputs: Sequence[Any]) -> bool:
-        """Run a function of `kernels.device` on all rays or points, into `outputs`.
+    def run(
+        self, scene: PreparedScene, function: str, inputs: Sequence[Any], outputs: Sequence[Any],
+        constants: Sequence[Any] = (), size: int | None = None,
+    ) -> bool:  # fmt: skip
+        """Run a function of `kernels.device` on all rays or points, into `outputs`, by chunks of `size` or CHUNK.
 
-        Inputs have a row for each ray or one for all. Returns False, and does nothing, if the scene needs more scratch
-        memory than the card has.
+        Inputs have a row for each ray or one for all. Constants are numbers, and tables with the lengths that the
+        function takes, as tuples. Returns False, and does nothing, if the scene needs more scratch memory than the card
+        has.
         """
         count = len(outputs[0])
 
@@ -274,7 +278,7 @@ class Device:
             kinds = [(part.shape, part.dtype) for part in results]
             status, *rest = lane.open(inputs, first, last, count, kinds)
             numbers = [n for twin in rest for n in twin.part(0, len(twin.array))]
-            self._launch(lane, shared, status, numbers, last - first)
+            self._launch(lane, shared, status, [*self._constants(constants), *numbers], last - first)
             found = rest[len(inputs) :]
             lane.fetch(status, *found)
             yield
@@ -282,7 +286,12 @@ class Device:
             for result, twin in zip(results, found, strict=True):
                 result[...] = twin.array
 
-        return self._run_chunks(scene, function, count, CHUNK, work)
+        return self._run_chunks(scene, function, count, min(CHUNK, size or CHUNK), work)
+
+    def _constants(self, constants: Sequence[Any]) -> Iterator[int]:
+        """Yield constants as kernels take them."""
+        for each in constants:
+            yield from (self._table_address(each[0]), *each[1:]) if isinstance(each, tuple) else (each,)
 
     def list_rows(
         self, scene: PreparedScene, rays: Any, spans: bool, counts: Any, doubts: Any, sums: SpanSums | None = None
@@ -442,7 +451,7 @@ class Device:
     def _room(self, scene: PreparedScene, function: str) -> _Room | None:
         """Return scratch memory for a function; None if that of one block would not fit."""
         needed, driver = ScratchSize.needed(scene.geometry), self.driver
-        size = size_name(needed)
+        size = size_name(needed, function)
         if size != SHARED:
             return _Room(size)
         lengths, held = needed.lengths, self._scratch.size if self._scratch else 0
