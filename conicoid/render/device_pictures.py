@@ -37,6 +37,11 @@ def _module(name: str) -> Any:
     return importlib.import_module(f"{integrators.__name__}.{name}")
 
 
+def _has_radiance(module: str) -> bool:
+    """Return whether an integrator follows single rays."""
+    return hasattr(_module(module), "radiance")
+
+
 def _memory_of(module: str) -> Any:
     """Return the type of the memory of a thread that an integrator needs, or None."""
     return getattr(_module(module), "RayMemory", None)
@@ -84,9 +89,9 @@ def _function(integrator: str) -> Callable[..., None]:
 PICTURES = {
     _function(name): {"pixels": "n", "before": f"n {SUMS}", "sums": f"out n {SUMS}"}
     for name, kind in INTEGRATORS.items()
-    if name == kind.module
+    if name == kind.module and _has_radiance(name)
 }
-"""As `kernels.device.FUNCTIONS`."""
+"""As `kernels.device.FUNCTIONS`, of the integrators that follow single rays."""
 
 
 # A picture is sent as pieces of some tiles and some samples, so that each takes a part of a second: between them Python
@@ -107,7 +112,7 @@ class DevicePictures:
         self._device, self._scene, kind = device, scene, INTEGRATORS[integrator]
         self._function = f"{PICTURE}{kind.module}"
         memory = _memory_of(kind.module)
-        self._fits = memory is None or memory.holds(settings)
+        self._fits = _has_radiance(kind.module) and (memory is None or memory.holds(settings))
         self._constants = [*_flatten(view), *_flatten(settings._replace(sobol=int(kind.progressive or settings.sobol)))]
         self._rays = _FIRST
 
