@@ -78,12 +78,12 @@ def lowered(folder: Path, *names: str) -> Path:
     return code
 
 
-def device_code(folder: Path) -> Path:
-    """The LLVM code of the functions of a GPU's threads."""
-    code = folder / "device.pickle"
+def device_code(folder: Path, part: str) -> Path:
+    """The LLVM code of a part of the functions of a GPU's threads (`signature.on_device`)."""
+    code = folder / f"{part}.pickle"
     if not code.exists():
         unfinished = code.with_suffix(".unfinished")
-        _python("native.front", str(unfinished), "device")
+        _python("native.front", str(unfinished), "--device", part)
         unfinished.replace(code)
     return code
 

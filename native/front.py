@@ -30,7 +30,6 @@ functions.Kernel = functions.Inner  # type: ignore[misc, assignment]
 from .signature import Leaf, Signature, declared, on_device
 
 SUFFIX = ".stamp"
-DEVICE = "device"
 
 
 def _keep_as_it_is(library: Any, module: Any) -> None:
@@ -96,13 +95,11 @@ def _numbers(libraries: list[Any], codes: dict[Any, bytes]) -> list[int]:
 
 
 def main() -> None:
-    """Write the code of every kernel, or of some, to a file, and beside it the stamp of the sources (SUFFIX).
-
-    The name DEVICE stands for the functions of a GPU's threads.
-    """
+    """Write the code of every kernel, or of some, to a file, and beside it the stamp of the sources (SUFFIX)."""
     parser = argparse.ArgumentParser()
     parser.add_argument("out", type=Path)
     parser.add_argument("names", nargs="*")
+    parser.add_argument("--device", help="a part of the functions of a GPU's threads, in place of kernels")
     parser.add_argument("--memory", type=Path, help="a file that keeps the code of functions for the next build")
     wanted = parser.parse_args()
     before = stamp_of(package_files())
@@ -116,8 +113,7 @@ def main() -> None:
     with functions._rare_collections():
         codes: dict[Any, bytes] = {}
         entries: list[Any] = []
-        every = on_device() if wanted.names == [DEVICE] else declared()
-        names = [] if wanted.names == [DEVICE] else wanted.names
+        every, names = on_device()[wanted.device] if wanted.device else declared(), wanted.names
         kernels = {each.name: lowered(each, codes, entries) for each in every if not names or each.name in names}
     # A file that changed meanwhile may have been read before or after: no stamp, so that the code is built again
     unchanged = stamp_of(package_files()) == before

@@ -163,7 +163,7 @@ def wrong_with_cuda_wheel(wheel: Path) -> list[str]:
         wanted = {
             f"conicoid_cuda/{name}" for name in ("__init__.py", ptx.STAMP, *(f"{each}.ptx" for each in ptx.NAMES))
         }
-        machine_code = {f"conicoid_cuda/{each}.{family}.cubin" for each in ptx.NAMES for family in ptx.FAMILIES}
+        machine_code = {f"conicoid_cuda/{each}" for each in ptx.CUBINS}
         held = {each for each in names if each.partition("/")[0] != info}
         wanted |= machine_code if held & machine_code else set()
         found += [*_listed("does not hold", wanted - held), *_listed("holds what does not belong", held - wanted)]

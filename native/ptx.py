@@ -12,6 +12,7 @@ Products and sums are `mul.rn` and `add.rn`, which no assembler may fuse; `fma.r
 
 from __future__ import annotations
 
+import math
 import pickle
 import re
 import shutil
@@ -56,19 +57,31 @@ define double @sqrt(double %x) alwaysinline {
 """
 
 
-def _sizes(function: Signature) -> tuple[str, ...]:
+def _sizes(function: str, leaves: list[Leaf]) -> tuple[str, ...]:
     """Return the sizes of scratch memory for which a function has kernels."""
-    return sizes_of(function.name) if any(leaf.name.startswith("scratch.") for leaf in function.leaves) else (EACH,)
+    return sizes_of(function) if any(leaf.name.startswith("scratch.") for leaf in leaves) else (EACH,)
 
 
-FAMILIES = "sm_80", "sm_90"
+FAMILIES = {"queries": ("sm_80", "sm_90"), "pictures": ("sm_90",)}
 """Cards that get machine code, where NVIDIA's assembler is at hand: they need not wait for the driver's."""
-NAMES = [f"{function.name}_{size}" for function in on_device() for size in _sizes(function)]
+LEAVES = {part: {each.name: each.leaves for each in functions} for part, functions in on_device().items()}
+"""The arguments of each function, by the parts that are compiled apart."""
+PARTS = {
+    part: [f"{name}_{size}" for name, leaves in functions.items() for size in _sizes(name, leaves)]
+    for part, functions in LEAVES.items()
+}
+NAMES = [name for names in PARTS.values() for name in names]
+CUBINS = [f"{name}.{family}.cubin" for part, names in PARTS.items() for name in names for family in FAMILIES[part]]
+
+
+def _leaves(function: str) -> list[Leaf]:
+    """Return the arguments of a function."""
+    return next(functions[function] for functions in LEAVES.values() if function in functions)
 
 
 def _is_local(leaf: Leaf, size: str) -> bool:
-    """Return whether an array is scratch memory that the entry makes."""
-    return leaf.name.startswith("scratch.") and size != SHARED
+    """Return whether an array is memory that the entry makes: `scratch` of a fixed size, and all of `memory`."""
+    return (leaf.name.startswith("scratch.") and size != SHARED) or leaf.name.startswith("memory.")
 
 
 def _open_axis(leaf: Leaf) -> int | None:
@@ -82,7 +95,7 @@ def _parameters(leaves: list[Leaf], size: str) -> list[Any]:
     for leaf in leaves:
         if leaf.kind == "array" and not _is_local(leaf, size):
             kinds += [_POINTER] if _open_axis(leaf) is None else [_POINTER, _I64]
-        elif leaf.kind == "int" and leaf.name not in ("begin", "step", "kinds"):
+        elif leaf.kind in ("int", "float", "bool") and leaf.name not in ("begin", "step", "kinds"):
             kinds.append(_I64)
     return kinds
 
@@ -90,15 +103,14 @@ def _parameters(leaves: list[Leaf], size: str) -> list[Any]:
 def parameter_count(name: str) -> int:
     """Return how many numbers a kernel takes after the address of a status, by its name in `NAMES`."""
     function, _, size = name.rpartition("_")
-    return len(_parameters(next(each.leaves for each in on_device() if each.name == function), size))
+    return len(_parameters(_leaves(function), size))
 
 
 class _Entry:
     """The entry of a function for one size of scratch memory."""
 
     def __init__(self, module: ir.Module, name: str, kernel: dict[str, Any], inner: ir.Function, size: str) -> None:
-        self.leaves = next(each.leaves for each in on_device() if name == PREFIX + each.name)
-        self.size = size
+        self.leaves, self.size = _leaves(name.removeprefix(PREFIX)), size
         kinds = [_I64, _I64, *_parameters(self.leaves, size)]
         function = ir.Function(module, ir.FunctionType(_I32, kinds), f"{name}_{size}")
         self.builder = ir.IRBuilder(function.append_basic_block())
@@ -114,6 +126,8 @@ class _Entry:
                 arguments += self._array(leaf)
             elif leaf.kind == "int":
                 arguments.append(numbers[leaf.name] if leaf.name in numbers else self._number(leaf))
+            elif leaf.kind in ("float", "bool", "none"):
+                arguments.append(self._other(leaf.kind, inner.args[len(arguments)].type))
         self.builder.ret(self.builder.call(inner, arguments))
 
     def _number(self, leaf: Leaf) -> Any:
@@ -124,13 +138,21 @@ class _Entry:
         after = b.add(self.thread, _I64(1))
         return b.select(b.icmp_signed("<", after, number), after, number)
 
+    def _other(self, kind: str, passed: Any) -> Any:
+        """Return a float, whose bits the caller passes as a number, a truth, or nothing, as Numba passes them."""
+        if kind == "none":
+            return ir.Constant(passed, None)
+        number = self.passed.pop(0)
+        return self.builder.bitcast(number, passed) if kind == "float" else self.builder.trunc(number, passed)
+
     def _array(self, leaf: Leaf) -> list[Any]:
         """Return an array as Numba passes it."""
         b, bytes_each = self.builder, leaf.dtype.itemsize
         shape = [_I64(length.constant) if length is not None else _I64(0) for length in leaf.lengths]
         if _is_local(leaf, self.size):
-            shape[0] = _I64(SIZES[self.size].lengths[leaf.name.partition(".")[2]])
-            room = b.alloca(ir.IntType(8 * bytes_each), max(1, shape[0].constant))
+            if leaf.name.startswith("scratch."):
+                shape[0] = _I64(SIZES[self.size].lengths[leaf.name.partition(".")[2]])
+            room = b.alloca(ir.IntType(8 * bytes_each), max(1, math.prod(each.constant for each in shape)))
             data = b.bitcast(room, _POINTER)
         else:
             data = self.passed.pop(0)
@@ -151,7 +173,7 @@ def _put_entries(module: ir.Module, name: str, kernel: dict[str, Any]) -> None:
     """Add the entries of a function, one for each size."""
     kinds = [objects.kind_of(each) for each in kernel["arguments"]]
     inner = ir.Function(module, ir.FunctionType(_I32, kinds), kernel["symbol"])
-    for size in _sizes(next(each for each in on_device() if name == PREFIX + each.name)):
+    for size in _sizes(name.removeprefix(PREFIX), _leaves(name.removeprefix(PREFIX))):
         _Entry(module, name, kernel, inner, size)
 
 
@@ -172,8 +194,7 @@ def _wrapper(name: str, size: str, target_data: str) -> Any:
     """Return a module with the kernel that calls an entry as its thread."""
     module = ir.Module("kernel")
     module.triple, module.data_layout = TRIPLE, target_data
-    leaves = next(each.leaves for each in on_device() if each.name == name)
-    kinds = _parameters(leaves, size)
+    kinds = _parameters(_leaves(name), size)
     inner = ir.Function(module, ir.FunctionType(_I32, [_I64, _I64, *kinds]), f"{PREFIX}{name}_{size}")
     outer = ir.Function(module, ir.FunctionType(ir.VoidType(), [_POINTER, *kinds]), f"{name}_{size}")
     outer.calling_convention = "ptx_kernel"
@@ -273,13 +294,20 @@ def wrong_with_ptx(text: str, fused: int) -> Iterator[str]:
 
 def build(folder: Path, out: Path, names: Sequence[str] = NAMES) -> None:
     """Write the PTX of kernels, and the stamp of their sources; `folder` holds what is made on the way."""
-    code = device_code(folder)
-    module = base(code)
-    (out / STAMP).write_text(stamp_of(sources_of(code).split("\n")[1:], compilers=False), encoding="utf-8")
+    sources: set[str] = set()
+    for part, every in PARTS.items():
+        code, some = device_code(folder, part), [name for name in every if name in names]
+        sources.update(sources_of(code).split("\n")[1:])
+        _write(base(code) if some else b"", out, some, FAMILIES[part])
+    (out / STAMP).write_text(stamp_of(sorted(sources), compilers=False), encoding="utf-8")
+
+
+def _write(module: bytes, out: Path, names: Sequence[str], families: Sequence[str]) -> None:
+    """Write the PTX of kernels of one part, and their machine code."""
     for name in names:
         file = out / f"{name}.ptx"
         file.write_text(ptx(module, name), encoding="ascii")
-        for family in FAMILIES:
+        for family in families:
             cubin = file.with_suffix(f".{family}.cubin")
             cubin.unlink(missing_ok=True)  # of an earlier build: drivers prefer it to the text
             if shutil.which("ptxas"):

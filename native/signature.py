@@ -234,13 +234,18 @@ def declared() -> list[Signature]:
     return [signature(*DECLARED[name]) for name in sorted(DECLARED)]
 
 
-def on_device() -> list[Signature]:
-    """The signatures of the functions of a GPU's threads: those that are no kernels of the extension, then kernels."""
+def on_device() -> dict[str, list[Signature]]:
+    """The signatures of the functions of a GPU's threads, in parts that are compiled apart.
+
+    Queries are functions that are no kernels of the extension, then kernels.
+    """
     import importlib
 
     from conicoid._jit.decorators import DECLARED
     from conicoid.kernels.device import FUNCTIONS, ROWS
+    from conicoid.render.device_pictures import PICTURES
 
     for module in ROWS.values():
         importlib.import_module(f"conicoid.queries.{module}")
-    return [*(signature(*each) for each in FUNCTIONS.items()), *(signature(*DECLARED[name]) for name in ROWS)]
+    queries = [*(signature(*each) for each in FUNCTIONS.items()), *(signature(*DECLARED[name]) for name in ROWS)]
+    return {"queries": queries, "pictures": [signature(*each) for each in PICTURES.items()]}

@@ -19,16 +19,16 @@ from native.build import device_code
 
 
 @functools.cache
-def device_module() -> bytes:
-    """The code that becomes PTX, once for each process of tests."""
+def device_module(part: str = "queries") -> bytes:
+    """The code that becomes PTX, once for each process of tests; `part` is one of `native.signature.on_device`."""
     with tempfile.TemporaryDirectory() as folder:
-        return ptx.base(device_code(Path(folder)))
+        return ptx.base(device_code(Path(folder), part))
 
 
 @functools.cache
-def device_kernels() -> Kernels:
+def device_kernels(part: str = "queries") -> Kernels:
     """The same, to be run."""
-    return Kernels(device_module())
+    return Kernels(device_module(part))
 
 
 class Kernels:

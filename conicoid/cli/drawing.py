@@ -86,6 +86,7 @@ class RenderRequest:
     preview: Path | None = None
     executor: tuple[int | None, str | None, int | None] = (None, None, None)
     """Workers, the address of a cluster, jobs of Slurm."""
+    device: str | None = None
 
     def check_output(self) -> None:
         """Refuse an output that cannot be written, before the work."""
@@ -100,6 +101,17 @@ class RenderRequest:
 
             import_openexr()
         check_folder(self.output)
+
+    def check_device(self) -> None:
+        """Refuse a device that is not there, before the work."""
+        if self.device is None:
+            return
+        from ..queries.device import device_of
+
+        try:
+            device_of("render", self.device)
+        except RuntimeError as error:
+            raise ValueError(str(error)) from None
 
     def developed(self, image: Any) -> Any:
         """Return a picture as it is displayed."""
@@ -140,6 +152,7 @@ def _view(scene: Scene, camera: AnyCamera | None, request: RenderRequest, bar: B
         r.width, r.height, r.samples, r.integrator, r.seed, depth=r.depth, camera=camera, filter=cast(Filter, r.filter),
         noise=r.noise, shutter=r.shutter, layers=r.layers, axes=r.axes, labels=r.labels, normals=r.normals,
         progress=count_rays(bar, r.width * r.height * (r.samples or MOST_SAMPLES)), executor=executor, resume=r.resume,
+        device=cast(Any, r.device),
         preview=previews(bar, r.preview, r.developed) if r.integrator in PROGRESSIVE else None,
     )  # fmt: skip
 

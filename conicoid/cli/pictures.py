@@ -15,6 +15,7 @@ from .options import (
     Bits,
     ClusterOption,
     Depth,
+    DeviceOption,
     Exposure,
     FieldOfView,
     FilterOption,
@@ -80,6 +81,7 @@ TURNTABLE_EXAMPLES = (
 _VIEW_OPTIONS = (
     "integrator", "seed", "depth", "position", "look_at", "up", "field_of_view", "orthographic", "fit", "axes",
     "labels", "normals", "resume", "workers", "cluster", "slurm", "filter", "noise", "layers", "shutter", "preview",
+    "device",
 )  # fmt: skip
 AXES = ("x", "y", "z")
 
@@ -125,6 +127,7 @@ def render(
     cluster: ClusterOption = None,
     slurm: SlurmOption = None,
     threads: Threads = None,
+    device: DeviceOption = None,
 ) -> None:  # fmt: skip
     """Make a picture of a scene. A scene without a camera or lights gets some that fit."""
     with user_mistakes():
@@ -133,11 +136,13 @@ def render(
         request = RenderRequest(
             output, width, height, limit, integrator, seed, depth, axes, labels, normals, filter=filter, noise=noise,
             exposure=exposure, tone=tone, bits=bits, resume=resume, preview=preview,
-            executor=(workers, cluster, slurm),
+            executor=(workers, cluster, slurm), device=device,
         )  # fmt: skip
         request.check_output()
         _check(context, samples, integrator, seed, depth)
         only_with(context, "a view, not with --section", section is None, *_VIEW_OPTIONS)
+        only_with(context, "this process, not with workers", not any(request.executor), "device")
+        request.check_device()
         names = _film(context, output, layers, bits, exposure, tone)
         plane = None if section is None else _plane(context, section)
         interval = None if shutter is None else _interval(context, "--shutter", shutter)

@@ -129,8 +129,14 @@ SHARED = "any"
 """The name of the kernels whose scratch memory, of any size, is a part of arrays for all threads."""
 
 
+PICTURE = "render_"
+"""How the names of functions of pictures begin (render/device_pictures.py)."""
+
+
 def sizes_of(function: str) -> tuple[str, ...]:
     """Return the names of the sizes for which a function has kernels, the smallest first."""
+    if function.startswith(PICTURE):  # their kernels are large: one size of local memory is enough
+        return "few", SHARED
     return (*SIZES, SHARED) if function in BY_KIND else (*[*SIZES][2:], SHARED)
 
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from .._util.files import replace_file, resolve_output
 from .._util.validation import check_path as checked_path
+from ..queries.device import device_of
 from ..render.exposure import Exposure, empty_sums, render_motion_blur, stills
 from ..render.film import COUNT, SUMS, mean_pixels
 from ..render.integrators import INTEGRATORS
@@ -27,6 +28,7 @@ from .shared_state import SharedObject, shared_scene, source_version
 
 if TYPE_CHECKING:
     from ..kernels.threads import Progress
+    from ..queries.device import Device
     from ..queries.scene_protocol import SceneLike
     from ..render.exposure import Preview
 
@@ -146,7 +148,8 @@ def tiles_part(scene: SceneLike, job: RenderJob, keeps: bool, begin: int, end: i
     With `keeps`, return their sums instead, (pixels, SUMS). `before` are the earlier sums of these tiles, or None.
     """
     keeps = keeps or job.keeps_sums
-    exposure = Exposure(scene, job, keeps, begin, end, _look(scene, job), job.shutter is not None)
+    gpu = device_of("render", None)  # as CONICOID_DEVICE of the worker says
+    exposure = Exposure(scene, job, keeps, begin, end, _look(scene, job), job.shutter is not None, gpu)
     if before is not None:
         put_tiles(exposure.sums, begin, end, before)
     exposure.go_on()
@@ -181,18 +184,19 @@ def put_tiles(film: Any, begin: int, end: int, pixels: Any) -> None:
 
 def render_tiles(
     scene: SceneLike, job: RenderJob, keeps: bool, executor: Any, resume: str | os.PathLike[str] | None,
-    progress: Progress | None, preview: Preview | None, fixed: bool = False,
+    progress: Progress | None, preview: Preview | None, fixed: bool = False, gpu: Device | None = None,
 ) -> FilmResult:  # fmt: skip
     """Render a picture in tiles on workers, or from a checkpoint.
 
     keeps: return the sums of its samples as well.
     resume: a file of the sums of tiles. Its tiles are used, and new ones are added as they come.
     fixed: with a shutter, the camera of the job is that of all moments.
+    gpu: in place of the threads of this process, where there is no executor.
     """
     if executor is not None and preview is not None:
         raise TypeError("render: preview goes with pictures of this process, not with an executor")
     if job.shutter is not None:
-        return _render_shutter(scene, job, fixed, executor, resume, progress, preview)
+        return _render_shutter(scene, job, fixed, executor, resume, progress, preview, gpu)
     recipes = shared_scene(scene), SharedObject(job)
     if resume is None:
         if not (keeps or job.keeps_sums):
@@ -205,7 +209,7 @@ def render_tiles(
     checkpoint = TileCheckpoint(resume, recipes[0].key + SharedObject(_job_identity(job)).key, job)
     try:
         if executor is None:
-            return _render_in_process(scene, job, progress, preview, checkpoint)
+            return _render_in_process(scene, job, progress, preview, checkpoint, gpu)
         sums = empty_sums(job)
         checkpoint.read(sums)
         _render_on_workers(scene, job, executor, recipes, progress, sums, checkpoint)
@@ -223,14 +227,14 @@ def _job_identity(job: RenderJob) -> RenderJob:
 
 def _render_shutter(
     scene: SceneLike, job: RenderJob, fixed: bool, executor: Any, resume: str | os.PathLike[str] | None,
-    progress: Progress | None, preview: Preview | None,
+    progress: Progress | None, preview: Preview | None, gpu: Device | None,
 ) -> FilmResult:  # fmt: skip
     """Render a picture with a shutter: one moment after the other, with common sums."""
     key = shared_scene(scene).key + SharedObject((_job_identity(job), fixed)).key
     checkpoint = None if resume is None else TileCheckpoint(resume, key, job)
     try:
         if executor is None:
-            return render_motion_blur(scene, job, fixed, progress, preview, checkpoint)
+            return render_motion_blur(scene, job, fixed, progress, preview, checkpoint, gpu)
         sums = empty_sums(job)
         if checkpoint is not None:
             checkpoint.read(sums)
@@ -254,10 +258,11 @@ def _of_moment(progress: Progress, begun: int, end: int, of: int) -> Progress:
 
 
 def _render_in_process(
-    scene: SceneLike, job: RenderJob, progress: Progress | None, preview: Preview | None, checkpoint: TileCheckpoint
-) -> FilmResult:
-    """Render with the threads of this process, which pass over all tiles several times."""
-    exposure = Exposure(scene, job, True)
+    scene: SceneLike, job: RenderJob, progress: Progress | None, preview: Preview | None, checkpoint: TileCheckpoint,
+    gpu: Device | None,
+) -> FilmResult:  # fmt: skip
+    """Render in this process, which passes over all tiles several times."""
+    exposure = Exposure(scene, job, True, device=gpu)
     checkpoint.read(exposure.sums)
     exposure.go_on(progress, preview, lambda tiles: checkpoint.add(exposure.sums, tiles))
     return FilmResult(exposure.film, exposure.sums)

@@ -55,7 +55,7 @@ _default_device: list[str] = []
 
 
 def set_device(device: str | None) -> None:
-    """Answer queries of rays, `contains` and `body_at` on a device from now on: "cpu" or "cuda".
+    """Answer queries of rays, `contains` and `body_at`, and render, on a device from now on: "cpu" or "cuda".
 
     The answers are the same to the bit. One point, one ray and up to a thousand rays in a list stay on the CPU.
     Other queries stay there too, except for parts that call one of these.
@@ -303,12 +303,14 @@ class Device:
         return self._tables[id(table)].address
 
     def run(
-        self, scene: PreparedScene, function: str, inputs: Sequence[Any], outputs: Sequence[Any], width: int = 0
-    ) -> bool:
-        """Run a function of `kernels.device` on all rays or points, into `outputs`.
+        self, scene: PreparedScene, function: str, inputs: Sequence[Any], outputs: Sequence[Any],
+        constants: Sequence[Any] = (), size: int = CHUNK, width: int = 0,
+    ) -> bool:  # fmt: skip
+        """Run a function of `kernels.device` on all rays or points, into `outputs`, by chunks of `size` at most.
 
-        Inputs have a row for each ray or one for all. `width` is that of the picture that rays make, or 0. Returns
-        False, and does nothing, if the scene needs more scratch memory than the card has.
+        Inputs have a row for each ray or one for all. Constants are numbers, and tables with the lengths that the
+        function takes, as tuples. `width` is that of the picture that rays make, or 0. Returns False, and does nothing,
+        if the scene needs more scratch memory than the card has.
         """
         count, width = len(outputs[0]), width if 64 * width <= CHUNK else 0
 
@@ -317,8 +319,8 @@ class Device:
             kinds = [(part.shape, part.dtype) for part in results]
             status, *rest = lane.open(inputs, first, last, count, kinds)
             numbers = [n for twin in rest for n in twin.part(0, len(twin.array))]
-            if function in BY_KIND:
-                numbers.insert(0, width)
+            own = [width] if function in BY_KIND else []
+            numbers = [*self._constants(constants), *own, *numbers]
             self._launch(lane, shared, status, numbers, place_count(width, last - first))
             found = rest[len(inputs) :]
             lane.fetch(status, *found)
@@ -327,7 +329,12 @@ class Device:
             for result, twin in zip(results, found, strict=True):
                 _copy(result, twin.array)
 
-        return self._run_chunks(scene, function, count, picture_rows(width, CHUNK), work)
+        return self._run_chunks(scene, function, count, picture_rows(width, min(CHUNK, size)), work)
+
+    def _constants(self, constants: Sequence[Any]) -> Iterator[int]:
+        """Yield constants as kernels take them."""
+        for each in constants:
+            yield from (self._table_address(each[0]), *each[1:]) if isinstance(each, tuple) else (each,)
 
     def list_rows(
         self, scene: PreparedScene, rays: Any, spans: bool, counts: Any, doubts: Any, sums: SpanSums | None = None

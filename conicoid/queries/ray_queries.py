@@ -210,7 +210,7 @@ def first_hit(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any, device: 
     gpu = device_of("first_hit", device, _are_few(rays))
     arrays = arrays_of("first_hit", scene, rays, t_min, t_max)
     found = HitBuffers.new(len(arrays.origins))
-    if gpu is not None and gpu.run(scene, "first_hits", arrays, found, _packets(rays)[0]):
+    if gpu is not None and gpu.run(scene, "first_hits", arrays, found, width=_packets(rays)[0]):
         return _settle_hits(scene, rays, arrays, found)
     width, packets = _packets(rays)
     tiles = tile_count(width, len(arrays.origins))
@@ -359,7 +359,7 @@ def occluded(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any, device: s
     width, packets = _packets(rays)
     tiles = tile_count(width, len(arrays.origins))
     result: Any = np.zeros(len(arrays.origins), np.int8)
-    if gpu is not None and gpu.run(scene, "any_hits", arrays, (result,), _packets(rays)[0]):
+    if gpu is not None and gpu.run(scene, "any_hits", arrays, (result,), width=_packets(rays)[0]):
         doubtful = np.flatnonzero(is_doubtful(result))
     elif _is_coherent(scene, arrays, width, packets):
         run_on(

@@ -24,6 +24,7 @@ from .tiles import SIDE, SQUARE, Film
 if TYPE_CHECKING:
     from ..kernels.tables import Longs
     from ..kernels.threads import Progress
+    from ..queries.device import Device
 
 
 Preview: TypeAlias = Callable[[Film, FloatArray], Any]
@@ -44,9 +45,9 @@ class Exposure:
 
     def __init__(
         self, scene: Any, job: RenderJob, keeps: bool, begin: int = 0, end: int | None = None, look: Any = None,
-        goes_on: bool = False,
+        goes_on: bool = False, device: Device | None = None,
     ) -> None:  # fmt: skip
-        """goes_on: may samples be added also where the integrator is not progressive?"""
+        """goes_on: may samples be added also where the integrator is not progressive? device: a card that adds them."""
         self.scene, self.job, self.keeps = scene, job, keeps
         self.begin = begin
         self.end = tiles.tile_total(job.width, job.height) if end is None else end
@@ -56,6 +57,11 @@ class Exposure:
         turns = most_turns(job.integrator, job.depth)
         self._settings = Settings(job.samples, job.seed, turns, look and scale_to_pixels(look, job), int(goes_on))
         self._view = lower_view(job.view, job.filter)
+        self._card = None
+        if device is not None:
+            from .device_pictures import DevicePictures
+
+            self._card = DevicePictures(device, scene._prepared, job.integrator, self._view, self._settings)
         self._changed: set[int] = set()
         """Tiles in which this pass adds samples, and which are not yet handed over."""
         self._marks = np.zeros(self.end - self.begin, np.int8)
@@ -134,13 +140,19 @@ class Exposure:
             elif progress is not None:
                 progress(done, count)
 
+        def mark(tiles: Longs, left: int) -> None:
+            """Note tiles that the card has done, and report how many it has left."""
+            self._marks[tiles - self.begin] = 1
+            report(count - left, count)
+
         count = self.end - self.begin
         rays = min(count * SIDE * SIDE, self.job.width * self.job.height) * (last - begun)
         try:
             watched = report if progress is not None or keep is not None else None
             most = max(1, _TILES // max(1, last - begun))
-            chunk = chunk_size(count, most)
-            run_on(self.scene._prepared.geometry, work, count, chunk, rays, watched, self._marks)
+            chunk, tables = chunk_size(count, most), (self.film, self.sums, squares, last, begun)
+            if self._card is None or not self._card.fill(*tables, self.begin, self.end, mark):
+                run_on(self.scene._prepared.geometry, work, count, chunk, rays, watched, self._marks)
         except BaseException:
             if has_ended(_PATIENCE) and keep is not None:
                 self._hand_over(keep, True)  # also tiles with unfinished squares
@@ -174,8 +186,9 @@ SAVE_INTERVAL = 10.0
 
 
 def render(
-    scene: Any, job: RenderJob, keeps: bool = False, progress: Progress | None = None, preview: Preview | None = None
-) -> FilmResult:
+    scene: Any, job: RenderJob, keeps: bool = False, progress: Progress | None = None, preview: Preview | None = None,
+    device: Device | None = None,
+) -> FilmResult:  # fmt: skip
     """Render a picture of a scene with the threads of this process: (height, width, 3) float32 of linear light.
 
     The same job gives the same picture to the bit, for any number of threads.
@@ -192,8 +205,10 @@ def render(
         progress(done, count) is called with numbers of tiles.
     preview : callable, optional
         preview(film, sums) is called after each pass of a progressive picture.
+    device : Device, optional
+        A card that renders the picture, to the same bits. Where its memory is too small threads do.
     """
-    exposure = Exposure(scene, job, keeps or job.keeps_sums)
+    exposure = Exposure(scene, job, keeps or job.keeps_sums, device=device)
     exposure.go_on(progress, preview)
     return FilmResult(exposure.film, exposure.sums if exposure.keeps else None)
 
@@ -201,13 +216,14 @@ def render(
 # --- Layers: data of each pixel besides its light, such as the body, its distance, and error bounds
 
 
-def compute_layers(scene: Any, job: RenderJob, names: tuple[str, ...], exposed: FilmResult) -> dict[str, Any]:
+def compute_layers(
+    scene: Any, job: RenderJob, names: tuple[str, ...], exposed: FilmResult, device: Device | None = None
+) -> dict[str, Any]:
     """Name -> array, of the layers of a picture."""
     found: dict[str, Any] = {}
     if "albedo" in names:
-        found["albedo"] = render(
-            scene, replace(job, integrator="albedo", noise=None, samples=min(job.samples, 64))
-        ).film
+        colors = replace(job, integrator="albedo", noise=None, samples=min(job.samples, 64))
+        found["albedo"] = render(scene, colors, device=device).film
     if exposed.sums is not None:
         found["samples"] = exposed.sums[..., COUNT].astype(np.int32)
         found["error"] = pixel_errors(exposed.sums).astype(np.float32)
@@ -263,7 +279,7 @@ def stills(scene: Any, job: RenderJob, fixed: bool, sums: FloatArray) -> Iterato
 
 def render_motion_blur(
     scene: Any, job: RenderJob, fixed: bool, progress: Progress | None = None, preview: Preview | None = None,
-    kept: Any = None,
+    kept: Any = None, device: Device | None = None,
 ) -> FilmResult:  # fmt: skip
     """The picture of a scene that moves while the shutter is open.
 
@@ -272,12 +288,12 @@ def render_motion_blur(
     """
     sums = empty_sums(job)
     if kept is None:
-        _expose(scene, job, fixed, sums, progress, preview, None)
+        _expose(scene, job, fixed, sums, progress, preview, None, device)
         return FilmResult(mean_pixels(sums), sums)
     kept.read(sums)
     new = _NewTiles(kept, sums)
     try:
-        _expose(scene, job, fixed, sums, progress, preview, new.add)
+        _expose(scene, job, fixed, sums, progress, preview, new.add, device)
     finally:
         new.write()
     return FilmResult(mean_pixels(sums), sums)
@@ -285,10 +301,10 @@ def render_motion_blur(
 
 def _expose(
     scene: Any, job: RenderJob, fixed: bool, sums: FloatArray, progress: Progress | None, preview: Preview | None,
-    keep: TileSink | None,
+    keep: TileSink | None, device: Device | None,
 ) -> None:  # fmt: skip
     for moment, part in stills(scene, job, fixed, sums):
-        exposure = Exposure(moment, part, True, goes_on=True)
+        exposure = Exposure(moment, part, True, goes_on=True, device=device)
         exposure.sums = sums
         exposure.go_on(_as_part(progress, part.samples, job.samples), preview, keep)
 

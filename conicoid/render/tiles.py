@@ -217,20 +217,37 @@ def general_rays(
     progressive: bool, first: int,
 ) -> None:  # fmt: skip
     """`camera_rays` of any camera and filter; what they count goes into the frame, from `first` on."""
-    height, width, seed = film.shape[0], film.shape[1], settings.seed
+    height, width = film.shape[0], film.shape[1]
     for i in range(count):
-        pixel = frame.pixels[i]
-        x, y = _in_pixel(progressive, seed, pixel, sample, settings.samples)
-        weight = view.scale
-        if view.filtered == 1:
-            x, one = filtered_offset(view, x)
-            y, other = filtered_offset(view, y)
-            x, y, weight = x + 0.5, y + 0.5, weight * one * other
-        a, b = sobol_pair(seed, pixel, sample, 1) if view.kind == THIN_LENS else (0.5, 0.5)
-        x, y = frame.places[i] + x, frame.places[LANES + i] + y
-        ox, oy, oz, dx, dy, dz, is_seen = general_ray(view, x, y, a, b, width, height)
-        frame.weights[first + i] = weight if is_seen else 0.0
-        put_ray(lanes, i, Ray(ox, oy, oz, dx, dy, dz, 0.0, math.inf, whole(NO_SURFACE)))
+        ray, frame.weights[first + i] = sample_ray(
+            view,
+            settings,
+            progressive,
+            frame.pixels[i],
+            frame.places[i],
+            frame.places[LANES + i],
+            sample,
+            width,
+            height,
+        )
+        put_ray(lanes, i, ray)
+
+
+@inline
+def sample_ray(
+    view: CameraView, settings: Settings, progressive: bool, pixel: int, column: float, row: float, sample: int,
+    width: int, height: int,
+) -> tuple[Ray, float]:  # fmt: skip
+    """Return (the ray of a sample of a pixel, what it counts) of any camera and filter."""
+    x, y = _in_pixel(progressive, settings.seed, pixel, sample, settings.samples)
+    weight = view.scale
+    if view.filtered == 1:
+        x, one = filtered_offset(view, x)
+        y, other = filtered_offset(view, y)
+        x, y, weight = x + 0.5, y + 0.5, weight * one * other
+    a, b = sobol_pair(settings.seed, pixel, sample, 1) if view.kind == THIN_LENS else (0.5, 0.5)
+    ox, oy, oz, dx, dy, dz, is_seen = general_ray(view, column + x, row + y, a, b, width, height)
+    return Ray(ox, oy, oz, dx, dy, dz, 0.0, math.inf, whole(NO_SURFACE)), weight if is_seen else 0.0
 
 
 @inline

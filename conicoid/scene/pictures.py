@@ -14,30 +14,34 @@ from ..io.image import Image
 from ..materials.color import amount_rgb
 from ..materials.light import AmbientLight, as_lights
 from ..materials.material import Material
+from ..queries.device import Device, device_of
 from ..render.exposure import compute_layers, render
 from ..render.film import SUM_LAYERS, check_layers, image_error
 from ..render.job import FilmResult, RenderJob, make_job
 
+_FEW = 1000  # rays of a picture that is rendered here sooner than a card begins
+
 
 def render_image(
     scene: Any, options: tuple[Any, ...], *, layers: Any, groups: Any, drawn: Mapping[str, Any], progress: Any,
-    preview: Any, executor: Any, resume: Any,
+    preview: Any, executor: Any, resume: Any, device: str | None,
 ) -> Image:  # fmt: skip
     """Return the picture of a scene; `options` are the arguments of `make_job` after the scene."""
     flags = {name: check_flag("render", name, on) for name, on in drawn.items()}
     names, job = check_layers(layers), make_job(scene, *options)
     check_callback("render", "progress", progress)
     show = _preview_function(preview)
+    gpu = None if executor is not None else device_of("render", device, job.width * job.height * job.samples <= _FEW)
     fixed, shown_scene = options[6] is not None, scene
     with_sums = any(name in names for name in SUM_LAYERS)
     if job.shutter is not None:  # layers and labels show the scene in the middle of the interval
         shown_scene = scene.at((job.shutter[0] + job.shutter[1]) / 2)
     group_scenes = _groups(scene, groups)
-    exposed = _expose_film(scene, job, fixed, with_sums, progress, show, executor, resume)
-    layer_arrays = compute_layers(shown_scene, job, names, exposed)
+    exposed = _expose_film(scene, job, fixed, with_sums, progress, show, executor, resume, gpu)
+    layer_arrays = compute_layers(shown_scene, job, names, exposed, gpu)
     for name, part in group_scenes.items():
         # Each group is a picture of its own, with as many samples
-        layer_arrays[f"light.{name}"] = _expose_film(part, job, fixed, False, None, None, executor, None).film
+        layer_arrays[f"light.{name}"] = _expose_film(part, job, fixed, False, None, None, executor, None, gpu).film
     image = Image._of_light(exposed.film, layer_arrays)
     image.noise = None if exposed.sums is None else image_error(exposed.sums)
     if not any(flags.values()):
@@ -48,18 +52,19 @@ def render_image(
 
 
 def _expose_film(
-    scene: Any, job: RenderJob, fixed: bool, with_sums: bool, progress: Any, show: Any, executor: Any, resume: Any
-) -> FilmResult:
-    """Return the film of a job, computed by threads of this process or by an executor, with or without a shutter."""
+    scene: Any, job: RenderJob, fixed: bool, with_sums: bool, progress: Any, show: Any, executor: Any, resume: Any,
+    gpu: Device | None,
+) -> FilmResult:  # fmt: skip
+    """Return the film of a job, by threads of this process, an executor or a GPU, with or without a shutter."""
     if executor is not None or resume is not None:
         from ..parallel.pictures import render_tiles
 
-        return render_tiles(scene, job, with_sums, executor, resume, progress, show, fixed)
+        return render_tiles(scene, job, with_sums, executor, resume, progress, show, fixed, gpu)
     if job.shutter is not None:
         from ..render.exposure import render_motion_blur
 
-        return render_motion_blur(scene, job, fixed, progress, show)
-    return render(scene, job, with_sums, progress, show)
+        return render_motion_blur(scene, job, fixed, progress, show, device=gpu)
+    return render(scene, job, with_sums, progress, show, gpu)
 
 
 def _groups(scene: Any, groups: Any) -> dict[str, Any]:

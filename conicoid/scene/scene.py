@@ -968,6 +968,7 @@ class Scene:
         progress: Callable[[int, int], Any] | None = None,
         preview: Callable[[Image], Any] | Literal["terminal"] | bool | None = None,
         executor: Any = None, resume: str | os.PathLike[str] | None = None,
+        device: Literal["cpu", "cuda"] | None = None,
     ) -> Image:  # fmt: skip
         """Return a picture of `width` x `height` pixels; a camera and lights that fit replace missing ones.
 
@@ -1014,13 +1015,17 @@ class Scene:
         resume : path, optional
             A file of finished tiles, kept up to date. If it has tiles of this picture, the work continues from them,
             also to more samples if the integrator is progressive.
+        device : {"cpu", "cuda"}, optional
+            Where rays are traced, as for `first_hit`; the picture is equal to the bit.
         """
         from .pictures import render_image
 
+        if executor is not None:
+            _refuse_device("render", device)
         options = width, height, samples, integrator, seed, depth, camera, filter, noise, shutter, times
         return render_image(
             self, options, layers=layers, groups=groups, drawn=dict(axes=axes, labels=labels, normals=normals),
-            progress=progress, preview=preview, executor=executor, resume=resume,
+            progress=progress, preview=preview, executor=executor, resume=resume, device=device,
         )  # fmt: skip
 
     @ignore_fp_errors

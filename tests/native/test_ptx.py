@@ -212,7 +212,7 @@ def test_what_llvm_optimises_for_a_gpu(module):
     same_rays(Kernels(whole.as_bitcode()), scene, arrays, ["few"])
 
 
-@pytest.mark.parametrize("name", sampled(ptx.NAMES, 5))
+@pytest.mark.parametrize("name", sampled(ptx.PARTS["queries"], 5))
 def test_ptx_rounds_as_the_cpu_does(module, name):
     """`ptx.ptx` refuses what is wrong; and some of what it looks at is there."""
     text = ptx.ptx(module, name)

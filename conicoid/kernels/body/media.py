@@ -9,9 +9,11 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from ..._jit.decorators import helper, inline
+from .. import tables as table
+from ..bvh.walk import OWN_BEAM, leaf_range, next_leaf, push_roots, put_beam, scene_tree
 from ..numbers.double_double import next_float_down, next_float_up
 from ..ray import Ray, scale_ray, with_limits
-from ..tables import Geometry, Signs, whole
+from ..tables import Geometry, Signs, integer, whole
 from .boolean import read_crossing
 from .entry import collect_entries, crossing_face, entry_crossings, entry_nearness, entry_sides, is_solid
 from .scratch import Scratch
@@ -27,22 +29,27 @@ def first_body(found: int, body: int, is_there: bool) -> int:
 def find_media(geometry: Geometry, scratch: Scratch, ray: Ray, t: float, is_medium: Signs) -> tuple[int, int]:
     """Return (before, after): the first body with is_medium[body] != 0 that contains the ray just before and after t.
 
-    -1 for none. All crossings at the same t act together. Relies on `collect_entries` listing entries in the order of
-    their bodies, so that the body listed first has priority.
+    -1 for none. All crossings at the same t act together. The walk comes to entries in any order, and keeps those with
+    the least numbers: the body listed first has priority.
     """
     ray, scale = scale_ray(ray)
     # Exact, since the scale is a power of two
     t = t / scale
     # The interval of one point: boxes that hold it are found, no others
     here = with_limits(ray, t, t)
-    before, after = -1, -1
-    for k in range(collect_entries(geometry, scratch, here)):
-        entry = scratch.found[k]
-        body = entry
-        if is_medium[body] == 0 or (before >= 0 and after >= 0):
-            continue
-        was_inside, is_inside = entry_sides(geometry, scratch, entry, here, t)
-        before, after = first_body(before, body, was_inside), first_body(after, body, is_inside)
+    before, after, way = whole(-1), whole(-1), scratch.way
+    put_beam(way, OWN_BEAM, here)
+    code, _, top = next_leaf(geometry, way, way, OWN_BEAM, push_roots(geometry, way, scene_tree(geometry)))
+    while code != 0:
+        first, last = leaf_range(code)
+        for k in range(first, last):
+            body = integer(geometry, table.TREE_ORDER, k)
+            if is_medium[body] == 0 or (0 <= before < body and 0 <= after < body):
+                continue
+            was_inside, is_inside = entry_sides(geometry, scratch, body, here, t)
+            before = body if was_inside and not 0 <= before < body else before
+            after = body if is_inside and not 0 <= after < body else after
+        code, _, top = next_leaf(geometry, way, way, OWN_BEAM, top)
     return before, after
 
 

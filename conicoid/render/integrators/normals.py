@@ -2,11 +2,21 @@
 
 from __future__ import annotations
 
-from ..._jit.decorators import helper
+from ..._jit.decorators import helper, inline
 from ...kernels.body.scratch import Scratch
+from ...kernels.ray import Ray
 from ...kernels.surface.records import normal_at
 from ...kernels.tables import Geometry
-from .samples import Samples, Settings, first_hit_of, trace_samples
+from .samples import FirstHit, Samples, Settings, first_hit_along, first_hit_of, trace_samples
+
+
+@inline
+def _color(geometry: Geometry, at: FirstHit) -> tuple[float, float, float]:
+    """Return the colour of a surface's normal."""
+    if at.body < 0:
+        return 0.0, 0.0, 0.0
+    nx, ny, nz = normal_at(geometry, at.surface, at.side, at.x, at.y, at.z)
+    return 0.5 + 0.5 * nx, 0.5 + 0.5 * ny, 0.5 + 0.5 * nz
 
 
 @helper
@@ -14,9 +24,15 @@ def gather(geometry: Geometry, scratch: Scratch, memory: None, settings: Setting
     """Add the colours of the first surfaces' normals."""
     trace_samples(geometry, scratch, samples)
     for i in range(samples.size):
-        at = first_hit_of(geometry, samples, i)
-        if at.body >= 0:
-            nx, ny, nz = normal_at(geometry, at.surface, at.side, at.x, at.y, at.z)
-            samples.colors[i, 0] += 0.5 + 0.5 * nx
-            samples.colors[i, 1] += 0.5 + 0.5 * ny
-            samples.colors[i, 2] += 0.5 + 0.5 * nz
+        r, g, b = _color(geometry, first_hit_of(geometry, samples, i))
+        samples.colors[i, 0] += r
+        samples.colors[i, 1] += g
+        samples.colors[i, 2] += b
+
+
+@inline
+def radiance(
+    geometry: Geometry, scratch: Scratch, memory: None, settings: Settings, ray: Ray, pixel: int, sample: int
+) -> tuple[float, float, float]:
+    """Return what `gather` adds, for a single ray."""
+    return _color(geometry, first_hit_along(geometry, scratch, ray))

@@ -407,6 +407,15 @@ def new_memory(geometry: Geometry, settings: Settings) -> PathMemory:
 
 
 @inline
+def _first_path(geometry: Geometry, scratch: Scratch, materials: MaterialTable, ray: Ray) -> PathState:
+    """Return the path of a camera ray."""
+    medium = whole(OUTSIDE)
+    if materials.any_transparent:
+        medium = medium_at(geometry, scratch, materials, ray.ox, ray.oy, ray.oz)
+    return PathState(1.0, 1.0, 1.0, NO_DENSITY, ray.ox, ray.oy, ray.oz, 1.0, medium, whole(0), 0.0, whole(0))
+
+
+@inline
 def _begin(
     geometry: Geometry, scratch: Scratch, pool: PathQueue, transport: PathLight, samples: Samples, left: Floats
 ) -> None:
@@ -416,11 +425,7 @@ def _begin(
         if left[REMAINING + np.uint64(i)] == 0.0:
             continue
         ray = lane_ray(samples.packet.lanes, i, math.inf)
-        medium = whole(OUTSIDE)
-        if materials.any_transparent:
-            medium = medium_at(geometry, scratch, materials, ray.ox, ray.oy, ray.oz)
-        path = PathState(1.0, 1.0, 1.0, NO_DENSITY, ray.ox, ray.oy, ray.oz, 1.0, medium, whole(0), 0.0, whole(0))
-        put_path(pool.paths[count], path, ray, place + i)
+        put_path(pool.paths[count], _first_path(geometry, scratch, materials, ray), ray, place + i)
         put_hit(pool.hits[count], lane_hit(samples.packet.lanes, i))
         count += 1
     pool.counts[PATHS] = count
@@ -473,6 +478,50 @@ def _roulette(seed: int, pixel: int, sample: int, pair: int, path: PathState) ->
     return scale_path(path, keep, keep, keep)
 
 
+@helper
+def radiance(
+    geometry: Geometry, scratch: Scratch, memory: None, settings: Settings, ray: Ray, pixel: int, sample: int
+) -> tuple[float, float, float]:
+    """Return what `gather` and `finish` add, in the same order, for a single ray."""
+    transport, seed, red, green, blue = settings.look, settings.seed, 0.0, 0.0, 0.0
+    materials = transport.look.materials
+    blocks = materials.opaque if materials.any_transparent else scratch.nothing
+    path = _first_path(geometry, scratch, materials, ray)
+    while max(path.r, max(path.g, path.b)) > 0.0:
+        hit = first_crossing(geometry, scratch, ray, scratch.nothing, False)
+        sight = find_interaction(geometry, scratch, materials, ray, hit)
+        pair = _FIRST_PAIR + _PAIRS * (path.turns + path.passed)
+        random = seed, pixel, sample, pair
+        found, path, ray, query = extend_path(geometry, transport, settings.depth, random, path, ray, sight)
+        red, green, blue = red + found[0], green + found[1], blue + found[2]
+        if query.end > 0.0:
+            start = sight.surface if query.on_surface else whole(-1)
+            beam = Ray(query.x, query.y, query.z, query.d[0], query.d[1], query.d[2], 0.0, query.end, start)
+            hit = first_crossing(geometry, scratch, beam, blocks, query.body < 0)
+            r, g, b = _light_of_query(
+                geometry, scratch, materials, beam, hit, query.body, query.medium, query.r, query.g, query.b
+            )
+            red, green, blue = red + r, green + g, blue + b
+        if max(path.r, max(path.g, path.b)) > 0.0:
+            path = _roulette(seed, pixel, sample, pair + 3, path)
+    return red, green, blue
+
+
+@inline
+def _light_of_query(
+    geometry: Geometry, scratch: Scratch, materials: MaterialTable, ray: Ray, hit: Hit, body: int, medium: int,
+    r: float, g: float, b: float,
+) -> tuple[float, float, float]:  # fmt: skip
+    """Return the light that arrives along a ray to a source, whose first hit should be with a body, or none."""
+    if hit.body != body:
+        return 0.0, 0.0, 0.0
+    if materials.any_transparent:
+        ray = with_limits(ray, ray.t_min, min(ray.t_max, hit.t))
+        tr, tg, tb = straight_transmittance(geometry, scratch, materials, ray, medium)
+        r, g, b = r * tr, g * tg, b * tb
+    return r, g, b
+
+
 @inline
 def _reaches_lamp(pool: PathQueue, first: int) -> bool:
     """Return whether any ray to a source, from row `first` on, has to hit a body."""
@@ -515,14 +564,8 @@ def _add_light_queries(
     materials, colors = transport.look.materials, samples.colors
     for k in range(first, pool.counts[LIGHT_QUERIES]):
         place, r, g, b, body, medium = load_light_query(pool.light_queries[k])
-        hit = load_hit(pool.hits[k])
-        if hit.body != body:
-            continue
-        if materials.any_transparent:
-            ray = load_ray(pool.light_queries[k])
-            ray = with_limits(ray, ray.t_min, min(ray.t_max, hit.t))
-            tr, tg, tb = straight_transmittance(geometry, scratch, materials, ray, medium)
-            r, g, b = r * tr, g * tg, b * tb
+        ray, hit = load_ray(pool.light_queries[k]), load_hit(pool.hits[k])
+        r, g, b = _light_of_query(geometry, scratch, materials, ray, hit, body, medium, r, g, b)
         at = place - shift
         colors[at, 0] += r
         colors[at, 1] += g

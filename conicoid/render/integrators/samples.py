@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from ..._jit.decorators import allocator, inline, record_shapes
-from ...kernels.body.hit import resolve_hit
+from ...kernels.body.hit import Hit, resolve_hit
 from ...kernels.body.scratch import Scratch
+from ...kernels.first_hits import first_crossing
 from ...kernels.packet.lanes import close_lanes, lane_hit, lane_ray
 from ...kernels.packet.packet import Packet
 from ...kernels.packet.traversal import PixelSquare, trace_square
+from ...kernels.ray import Ray
 from ...kernels.tables import Floats, Geometry, Longs
 
 NO_SURFACE = cast(int, np.int64(-1))  # a Python int would be a type of its own to the compiler
@@ -63,11 +66,22 @@ def trace_samples(geometry: Geometry, scratch: Scratch, samples: Samples) -> Non
 @inline
 def first_hit_of(geometry: Geometry, samples: Samples, i: int) -> FirstHit:
     """The first hit of ray i. Relies on `trace_samples` having been called."""
-    t, body, surface, face, side = resolve_hit(geometry, lane_hit(samples.packet.lanes, i))
+    return _place_hit(geometry, lane_ray(samples.packet.lanes, i, math.inf), lane_hit(samples.packet.lanes, i))
+
+
+@inline
+def first_hit_along(geometry: Geometry, scratch: Scratch, ray: Ray) -> FirstHit:
+    """The first hit of a single ray."""
+    return _place_hit(geometry, ray, first_crossing(geometry, scratch, ray, scratch.nothing, False))
+
+
+@inline
+def _place_hit(geometry: Geometry, ray: Ray, hit: Hit) -> FirstHit:
+    """Return what a ray meets, and where."""
+    t, body, surface, face, side = resolve_hit(geometry, hit)
     if body < 0:
         return FirstHit(t, body, surface, face, side, 0.0, 0.0, 0.0)
-    ox, oy, oz, dx, dy, dz, _, _, _ = lane_ray(samples.packet.lanes, i, t)
-    return FirstHit(t, body, surface, face, side, ox + t * dx, oy + t * dy, oz + t * dz)
+    return FirstHit(t, body, surface, face, side, ray.ox + t * ray.dx, ray.oy + t * ray.dy, ray.oz + t * ray.dz)
 
 
 @allocator

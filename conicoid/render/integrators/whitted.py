@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ..._jit.decorators import allocator, helper, inline
+from ..._jit.decorators import allocator, helper, inline, record_shapes
 from ...kernels.body.hit import Hit, ResolvedHit, resolve_hit
 from ...kernels.body.media import find_media
 from ...kernels.body.scratch import Scratch
@@ -43,7 +43,7 @@ from ...kernels.packet.packet import new_lanes, with_lanes
 from ...kernels.packet.traversal import trace_packet
 from ...kernels.ray import Ray, with_limits
 from ...kernels.surface.records import normal_at
-from ...kernels.tables import Floats, Geometry, is_halted, whole
+from ...kernels.tables import Floats, Geometry, Longs, is_halted, whole
 from ..bsdf.dielectric import split_at_wall
 from ..bsdf.material_table import MaterialTable, material_row
 from ..bsdf.medium import OUTSIDE, absorb, body_medium, is_invisible_wall, medium_index
@@ -368,30 +368,84 @@ def sky(look: Any, medium: int, dz: float, wr: float, wg: float, wb: float) -> t
     return wr * r, wg * g, wb * b
 
 
+@inline
+def _follow(
+    geometry: Geometry, scratch: Scratch, stack: Stack, size: int, lit: WhittedLight, arrived: Floats,
+    random: tuple[int, int, int],
+) -> tuple[float, float, float, int]:  # fmt: skip
+    """Return (linear rgb of the light that a ray beside the top of the stack finds, new size of the stack).
+
+    The ray is the one in row `size`; the rays that it sends on take its place.
+    """
+    look, materials, left = lit.look, lit.look.materials, load_pending(stack, size)
+    dx, dy, dz = left.dx, left.dy, left.dz
+    ray = Ray(left.x, left.y, left.z, dx, dy, dz, 0.0, math.inf, left.start)
+    hit = first_crossing(geometry, scratch, ray, scratch.nothing, False)
+    sight = find_interaction(geometry, scratch, materials, ray, hit)
+    if sight.body < 0:
+        r, g, b = sky(look, left.medium, dz, left.r, left.g, left.b)
+        return r, g, b, size
+    shadow_lights(geometry, scratch, look, arrived, sight, dx, dy, dz)
+    if lamp_count(lit.lamps) > 0:
+        shadow_lamps(geometry, scratch, lit, random, arrived, sight, dx, dy, dz)
+    return shade(geometry, lit, stack, size, left, sight, arrived, 0, random)
+
+
 @helper
 def trace_secondary(
     geometry: Geometry, scratch: Scratch, stack: Stack, size: int, lit: WhittedLight, arrived: Floats,
     random: tuple[int, int, int],
 ) -> tuple[float, float, float]:  # fmt: skip
     """Return linear rgb of the light along the rays on the stack."""
-    look, materials = lit.look, lit.look.materials
     red, green, blue = 0.0, 0.0, 0.0
     while size > 0 and not is_halted(geometry):
-        size -= 1
-        left = load_pending(stack, size)
-        dx, dy, dz = left.dx, left.dy, left.dz
-        ray = Ray(left.x, left.y, left.z, dx, dy, dz, 0.0, math.inf, left.start)
-        hit = first_crossing(geometry, scratch, ray, scratch.nothing, False)
-        sight = find_interaction(geometry, scratch, materials, ray, hit)
-        if sight.body < 0:
-            r, g, b = sky(look, left.medium, dz, left.r, left.g, left.b)
-        else:
-            shadow_lights(geometry, scratch, look, arrived, sight, dx, dy, dz)
-            if lamp_count(lit.lamps) > 0:
-                shadow_lamps(geometry, scratch, lit, random, arrived, sight, dx, dy, dz)
-            r, g, b, size = shade(geometry, lit, stack, size, left, sight, arrived, 0, random)
+        r, g, b, size = _follow(geometry, scratch, stack, size - 1, lit, arrived, random)
         red, green, blue = red + r, green + g, blue + b
     return red, green, blue
+
+
+# One ray of the camera
+
+MOST_TURNS, MOST_LIGHTS = 30, 64
+"""The most turns of a ray, and lights and lamps together, for which `RayMemory` has room."""
+
+
+@record_shapes(floats=f"{MOST_TURNS + 2} 9", numbers=f"{MOST_TURNS + 2} 3", arrived=str(3 * MOST_LIGHTS))
+class RayMemory(NamedTuple):
+    """Memory of a fixed size, for a thread of a GPU."""
+
+    floats: Floats  # of a `Stack`
+    numbers: Longs
+    arrived: Floats  # the share of each light and lamp that reaches a hit
+
+    @classmethod
+    def holds(cls, settings: Settings) -> bool:
+        """Return whether there is room for the rays of a picture."""
+        lights = len(settings.look.look.lights) + lamp_count(settings.look.lamps)
+        return settings.depth <= MOST_TURNS and lights <= MOST_LIGHTS
+
+
+@helper
+def radiance(
+    geometry: Geometry, scratch: Scratch, memory: RayMemory, settings: Settings, ray: Ray, pixel: int, sample: int
+) -> tuple[float, float, float]:
+    """Return what `gather` adds, for a single ray: the light of its hit, and the sum of all further light."""
+    lit, stack, random = settings.look, Stack(memory.floats, memory.numbers), (settings.seed, pixel, sample)
+    materials, medium = lit.look.materials, whole(OUTSIDE)
+    if materials.any_transparent:
+        medium = medium_at(geometry, scratch, materials, ray.ox, ray.oy, ray.oz)
+    turns: Any = whole(settings.depth)
+    size = push(stack, 0, PendingRay(
+        ray.ox, ray.oy, ray.oz, ray.dx, ray.dy, ray.dz, 1.0, 1.0, 1.0, ray.start, turns, medium,
+    ))  # fmt: skip
+    red, green, blue, mine, is_first = 0.0, 0.0, 0.0, (0.0, 0.0, 0.0), True
+    while size > 0:
+        r, g, b, size = _follow(geometry, scratch, stack, size - 1, lit, memory.arrived, random)
+        if is_first:
+            mine, is_first = (r, g, b), False
+        else:
+            red, green, blue = red + r, green + g, blue + b
+    return mine[0] + red, mine[1] + green, mine[2] + blue
 
 
 # --- Packets of 64 pixels
