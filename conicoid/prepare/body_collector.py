@@ -123,17 +123,21 @@ def names_before_rotation(
     }  # fmt: skip
     primitives = PrimitiveCache()
     primitives.prepare_primitives(
-        (leaf, first) for parts in moved.values() if _is_solid(parts) for leaf, first, rest in parts if rest
+        (leaf, first)
+        for parts in moved.values()
+        if _is_solid(parts)
+        for leaf, first, rest in parts
+        if rest and leaf._hull is None
     )
     counts: dict[int, int] = {}
     for number, parts in moved.items():
         names: list[Hashable] = []
         for leaf, first, rest in parts if _is_solid(parts) else ():
-            if rest:
+            if rest and leaf._hull is None:
                 numbers, _, kinds = primitives.of(leaf, first)
                 names += _names_of_surfaces(numbers, kinds, rest)
                 continue
-            planes = _planes_as_written(leaf, first)
+            planes = _planes_as_written(leaf, (*first, *rest))
             if not planes and id(leaf) not in counts:
                 counts[id(leaf)] = len(_tree_surfaces(leaf.tree()))  # type: ignore[attr-defined]
             names += planes or [None] * counts[id(leaf)]
@@ -178,6 +182,8 @@ def _planes_as_written(leaf: Shape, steps: tuple[Step, ...]) -> list[Hashable]:
     """Name the planes of half-spaces by the numbers that a user or a file gave; nothing for other primitives."""
     if isinstance(leaf, HalfSpace):
         rows = [(*leaf.normal, leaf.offset)]
+    elif leaf._hull is not None:
+        rows = [(*surface.normal, surface.offset) for surface in leaf.surfaces]  # type: ignore[attr-defined]
     elif leaf._face_count:
         rows = [(*normal, offset) for normal, offset in zip(leaf.normals, leaf.offsets, strict=True)]  # type: ignore[attr-defined]
     else:
