@@ -251,8 +251,8 @@ def _middle(low: float, high: float) -> float:
 
 # --- Solids that may be concave, cut into convex parts
 #
-# User: extruded and tessellated solids of GDML and OpenSCAD. Their walls are lowered together, 10 to 30 times as fast as
-# one solid after the other.
+# User: extruded and tessellated solids of GDML and OpenSCAD. Walls of many are lowered together, 10 to 30 times as fast
+# as one solid after the other.
 
 MAX_MESH_PARTS = 20_000
 """A mesh may have at most so many convex parts."""
