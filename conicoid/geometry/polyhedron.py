@@ -598,7 +598,7 @@ def _decompose_faces(owner: str, what: str, corners: Sequence[Any], faces: Seque
                 pieces.append(piece)
             members[named[key]].append(index)
             facets.append(Facet(named[key], tuple(corners[k] for k in piece)))
-    volume = sum((_wedge(facet.corners) for facet in facets), Fraction(0))
+    volume = _six_volumes([facet.corners for facet in facets])
     if not volume:
         raise ValueError(f"{owner}: {what} must enclose a volume, got none")
     if volume < 0:
@@ -628,13 +628,14 @@ def _name(plane: FlatPlane) -> Any:
     return tuple(c / lead for c in (*plane.normal, plane.offset))
 
 
-def _wedge(corners: Sequence[Any]) -> Any:
-    """Return six times the signed volume between a polygon and the origin."""
-    total = Fraction(0)
-    a = corners[0]
-    for b, c in itertools.pairwise(corners):
-        total += a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2])
-        total += a[2] * (b[0] * c[1] - b[1] * c[0])
+def _six_volumes(polygons: Sequence[Sequence[Any]]) -> int:
+    """Return a positive multiple of the signed volume that polygons in fractions enclose."""
+    whole = iter(integer_row([c for corners in polygons for corner in corners for c in corner]))
+    total = 0
+    for corners in polygons:
+        (x, y, z), *others = [(next(whole), next(whole), next(whole)) for _ in corners]
+        for b, c in itertools.pairwise(others):
+            total += x * (b[1] * c[2] - b[2] * c[1]) + y * (b[2] * c[0] - b[0] * c[2]) + z * (b[0] * c[1] - b[1] * c[0])
     return total
 
 
