@@ -176,8 +176,18 @@ class Polyhedron(PrimitiveSolid):
         return [surface.moved(motion) for surface in self.surfaces]
 
 
+class HalfOfSpace(PrimitiveSolid, abstract=True):
+    """A half-space of which no bounds are needed."""
+
+    def support(self, direction: Vector) -> float:
+        return math.inf
+
+    def bounds_under(self, outer: Motion) -> BoxEnds:
+        return np.full(3, -np.inf), np.full(3, np.inf)
+
+
 @dataclass(frozen=True)
-class PolyhedronFace(PrimitiveSolid, abstract=True):
+class PolyhedronFace(HalfOfSpace, abstract=True):
     """The half-space of one face of a polyhedron, without bounds: the numbers of many faces are computed together."""
 
     normal: Vector
@@ -188,12 +198,6 @@ class PolyhedronFace(PrimitiveSolid, abstract=True):
     def tree(self) -> Cell:
         surface = plane_through(self.normal, self.offset, self.near)
         return Cell((Face(surface, 0, plane_uv(surface)),))
-
-    def support(self, direction: Vector) -> float:
-        return math.inf
-
-    def bounds_under(self, outer: Motion) -> BoxEnds:
-        return np.full(3, -np.inf), np.full(3, np.inf)
 
 
 MANY_FACES = 32
@@ -377,7 +381,7 @@ def _corners_of_plane(piece: tuple[int, ...], plane: FlatPlane, points: list[Vec
 
 
 @dataclass(frozen=True)
-class FlatWall(PrimitiveSolid, abstract=True):
+class FlatWall(HalfOfSpace, abstract=True):
     """The half-space behind three corners, without bounds: the walls of many flat solids are computed together.
 
     `corners` are as of `FlatSolid`. The normal is divided by its size along `lead`, the axis along which it is largest.
@@ -402,12 +406,6 @@ class FlatWall(PrimitiveSolid, abstract=True):
         anchor: Any = tuple(p + above * c for p, c in zip(near, n, strict=True))
         surface = PlaneSurface(n, dot(n, corners[0]), anchor, 0.0)
         return Cell((Face(surface, 0, plane_uv(surface)),))
-
-    def support(self, direction: Vector) -> float:
-        return math.inf
-
-    def bounds_under(self, outer: Motion) -> BoxEnds:
-        return np.full(3, -np.inf), np.full(3, np.inf)
 
 
 @dataclass(frozen=True)
