@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._util.arrays import FloatArray, IndexArray
+from .bounds.linear_program import integer_row
 
 Point = tuple[Any, Any, Any]
 SIGN_MARGIN = 2.0**-40
@@ -25,7 +26,9 @@ class Facet(NamedTuple):
 
     def outward(self, plane: FlatPlane) -> int:
         """Return which side of its plane is inside at the facet: +1 for n·x <= d, -1 for the other, 0 without area."""
-        towards = dot(newell_normal(self.corners), plane.normal)
+        # Both are along one line: one entry tells
+        k = next(k for k in range(3) if plane.normal[k])
+        towards = newell_normal(self.corners)[k] * (1 if plane.normal[k] > 0 else -1)
         return int(towards > 0) - int(towards < 0)
 
 
@@ -55,9 +58,21 @@ def fit_plane(corners: Sequence[Point]) -> FlatPlane | None:
 
 def newell_normal(corners: Sequence[Point]) -> Point:
     """Return the normal of a polygon, twice its area long, to the side where the corners are counter-clockwise."""
+    if not all(type(c) is Fraction for corner in corners for c in corner):
+        return _sum_crosses(corners)
+    *whole, unit = integer_row((*itertools.chain(*corners), _ONE))  # products of integers are quicker
+    x, y, z = _sum_crosses([(whole[k], whole[k + 1], whole[k + 2]) for k in range(0, len(whole), 3)])
+    return Fraction(x, unit * unit), Fraction(y, unit * unit), Fraction(z, unit * unit)
+
+
+_ONE = Fraction(1)
+
+
+def _sum_crosses(corners: Sequence[Point]) -> Point:
+    """Return `newell_normal` by the spokes from the first corner."""
     spokes = [minus(corner, corners[0]) for corner in corners]
-    total: Point = (Fraction(0),) * 3
-    for a, b in itertools.pairwise(spokes):
+    total: Point = (0, 0, 0)
+    for a, b in itertools.pairwise(spokes[1:]):
         total = (
             total[0] + a[1] * b[2] - a[2] * b[1],
             total[1] + a[2] * b[0] - a[0] * b[2],

@@ -185,8 +185,13 @@ class Shape(ABC):
 
     @property
     def _face_count(self) -> int:
-        """The number of faces of a `Polyhedron`, whose numbers are computed together; 0 for other shapes."""
+        """The number of faces of a polyhedron, whose numbers are computed together; 0 for other shapes."""
         return 0
+
+    @property
+    def _hull(self) -> Shape | None:
+        """What bounds a polyhedron that may be concave; itself if its faces are not computed together."""
+        return None
 
     @property
     def bounds(self) -> Bounds:

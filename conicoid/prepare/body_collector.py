@@ -29,6 +29,7 @@ from ..kernels.tables import PLANE, PLANE_SIZE, Floats, Longs
 from ..kernels.threads import run_chunks
 from ..materials.material import Material
 from ..numerics import bigfloat as ex
+from ..numerics.portable_math import power_of_two_scale
 from .batch_lowering import BatchLowering
 from .csg_plan import placed_primitives
 from .instances import PrimitiveCache, flatten_primitive, instance_rows
@@ -123,20 +124,26 @@ def names_before_rotation(
     }  # fmt: skip
     primitives = PrimitiveCache()
     primitives.prepare_primitives(
-        (leaf, first) for parts in moved.values() if _is_solid(parts) for leaf, first, rest in parts if rest
+        (leaf, first)
+        for parts in moved.values()
+        if _is_solid(parts)
+        for leaf, first, rest in parts
+        if rest and not leaf._face_count
     )
     counts: dict[int, int] = {}
     for number, parts in moved.items():
         names: list[Hashable] = []
         for leaf, first, rest in parts if _is_solid(parts) else ():
-            if rest:
+            planes = _plane_names(leaf, first, rest)
+            if planes:
+                names += planes
+            elif rest:
                 numbers, _, kinds = primitives.of(leaf, first)
                 names += _names_of_surfaces(numbers, kinds, rest)
-                continue
-            planes = _planes_as_written(leaf, first)
-            if not planes and id(leaf) not in counts:
-                counts[id(leaf)] = len(_tree_surfaces(leaf.tree()))  # type: ignore[attr-defined]
-            names += planes or [None] * counts[id(leaf)]
+            else:
+                if id(leaf) not in counts:
+                    counts[id(leaf)] = len(_tree_surfaces(leaf.tree()))  # type: ignore[attr-defined]
+                names += [None] * counts[id(leaf)]
         shapes[number].cache["unrotated names"] = names
     return {
         (number, own): names[own]
@@ -174,16 +181,35 @@ def _names_of_surfaces(numbers: list[float], kinds: tuple[int, ...], rest: tuple
     return names
 
 
-def _planes_as_written(leaf: Shape, steps: tuple[Step, ...]) -> list[Hashable]:
-    """Name the planes of half-spaces by the numbers that a user or a file gave; nothing for other primitives."""
+def _plane_names(leaf: Shape, first: tuple[Step, ...], rest: tuple[Step, ...]) -> list[Hashable]:
+    """Name the planes that a user or a file gave as `_names_of_surfaces` names them; nothing for other primitives."""
     if isinstance(leaf, HalfSpace):
-        rows = [(*leaf.normal, leaf.offset)]
+        rows = [(leaf.normal, leaf.offset)]
+    elif leaf._hull is not None:
+        rows = [leaf.parts.planes[k][:2] for part in leaf.parts.parts for k, _ in part]  # type: ignore[attr-defined]
     elif leaf._face_count:
-        rows = [(*normal, offset) for normal, offset in zip(leaf.normals, leaf.offsets, strict=True)]  # type: ignore[attr-defined]
+        rows = zip(leaf.normals, leaf.offsets, strict=True)  # type: ignore[attr-defined, assignment]
     else:
         return []
-    signs = (-1.0 if next(filter(None, row)) < 0 else 1.0 for row in rows)
-    return [(steps, *(sign * x for x in row)) for sign, row in zip(signs, rows, strict=True)]
+    shifts = [tuple(map(Fraction, step.offset)) for step in first]  # type: ignore[union-attr]
+    offset: Any
+    names: list[Hashable] = []
+    for normal, offset in rows:
+        for shift in shifts:
+            offset = sum((Fraction(n) * t for n, t in zip(normal, shift, strict=True) if n), Fraction(offset))
+        along = [axis for axis in range(3) if normal[axis]]
+        if len(along) == 1:
+            names.append((rest, along[0], Fraction(offset) / Fraction(normal[along[0]])))
+            continue
+        scale = power_of_two_scale(float(max(map(abs, normal)))) * (1 if normal[along[0]] > 0 else -1)
+        names.append((rest, *(_times(x, scale) for x in (*normal, offset))))
+    return names
+
+
+def _times(value: Any, scale: float) -> Any:
+    """Multiply by a power of two, exactly."""
+    product = value * scale if isinstance(value, float) else 0.0
+    return product + 0.0 if product and product / scale == value else Fraction(value) * Fraction(scale)
 
 
 def _anchorless_plane(record: list[float]) -> tuple[Hashable, ...]:

@@ -45,6 +45,7 @@ class PrimitiveCache:
 
     def __init__(self) -> None:
         self._cache: dict[Hashable, _NumberLists] = {}
+        self._flat: dict[tuple[int, tuple[Step, ...]], tuple[Shape, _FlatPrimitive | None]] = {}
 
     def prepare(self, shapes: Iterable[Shape]) -> None:
         """Compute the primitives of solids whose numbers are needed next."""
@@ -54,7 +55,7 @@ class PrimitiveCache:
         """Compute primitives that steps move."""
         missing: dict[Hashable, dict[Hashable, tuple[Shape, tuple[Step, ...], Floats]]] = {}
         for leaf, steps in moved:
-            flat = flatten_primitive(leaf, steps)
+            flat = self._flatten(leaf, steps)
             if flat is not None and flat.key not in self._cache:
                 missing.setdefault(flat.forms, {})[flat.key] = leaf, steps, flat.numbers
         for forms, alike in missing.items():
@@ -88,6 +89,13 @@ class PrimitiveCache:
             for k, row in zip(which.tolist(), played.floats.tolist(), strict=True):
                 self._cache[keys[k]] = row[:first_uv], row[first_uv:], kinds
 
+    def _flatten(self, leaf: Shape, steps: tuple[Step, ...]) -> _FlatPrimitive | None:
+        """`flatten_primitive`, once for each object, which is held so that its id stays unique."""
+        key = id(leaf), steps
+        if key not in self._flat:
+            self._flat[key] = leaf, flatten_primitive(leaf, steps)
+        return self._flat[key][1]
+
     def numbers(self, shape: Shape) -> Floats:
         """Return a solid's row of numbers without its boxes: surfaces, uv of its faces, the inverse of its frame."""
         surfaces: list[float] = []
@@ -100,7 +108,7 @@ class PrimitiveCache:
 
     def of(self, leaf: Shape, steps: tuple[Step, ...]) -> _NumberLists:
         """Return (numbers of surfaces, of uv, kinds of surfaces) of a primitive that steps move."""
-        flat = flatten_primitive(leaf, steps)
+        flat = self._flatten(leaf, steps)
         if flat is None:
             return _compute_numbers(leaf, steps)
         if flat.key not in self._cache:

@@ -20,14 +20,15 @@ import numpy as np
 
 from .._util.arrays import unique_sorted
 from ..geometry.bulk import Bulk
-from ..geometry.cell import Cell, Face
+from ..geometry.cell import Any_, Cell, Face, Tree
+from ..geometry.facets import PlaneSide
 from ..geometry.shape import Shape
 from ..geometry.transform import IDENTITY_MOTION, Motion, Step
-from ..kernels.tables import CELL, MAP_SIZE, PLANE, PLANE_SIZE, Floats, Ints, Longs, Signs
+from ..kernels.tables import CELL, MAP_SIZE, PLANE, PLANE_SIZE, REGION, Floats, Ints, Longs, Signs
 from ..numerics.tracing import Tape, TracedFloat
 from .assembly import Assembly, SurfaceSlot
 from .csg_plan import FORMS, PrimitiveForm, placed_primitives
-from .lower_shape import LoweredShape, compute_shape
+from .lower_shape import LoweredShape, compute_shape, widen_boxes
 from .motion_batch import MotionBatch, MotionChains, count_translations, input_motion
 from .pattern import BOX_NUMBERS, FRAME_NUMBERS, BodyPattern, RowTable
 from .polyhedron_extent import learn_bounds, polyhedron_boxes
@@ -144,6 +145,30 @@ class _Polyhedra:
         return np.concatenate(numbers, axis=1), np.repeat(motions, self.faces), places
 
 
+class _FlatWalls:
+    """The walls of meshes and extrusions, given by their hulls: they are lowered as shapes."""
+
+    def __init__(self, hulls: _ShapeList) -> None:
+        self.hulls, self.solids = hulls, [hull.solid for hull in hulls.shapes]  # type: ignore[attr-defined]
+        self.first: Longs = np.cumsum([0, *(len(solid.walls) for solid in self.solids)])
+        """The first wall of each solid, and the number of walls."""
+        self.offsets, self.motions, self.places = hulls.columns()
+
+    def __len__(self) -> int:
+        return int(self.first[-1])
+
+    def of(self, index: int) -> tuple[Shape, tuple[Step, ...]]:
+        """`ShapeBatch.of`"""
+        which = int(np.searchsorted(self.first, index, side="right")) - 1
+        return self.solids[which].wall(index - int(self.first[which])), self.hulls.steps[which]
+
+    def columns(self) -> tuple[Floats, Ints, Ints]:
+        """`ShapeBatch.columns`, with the places of the solids"""
+        count, walls = np.diff(self.first), np.concatenate([solid.walls for solid in self.solids])
+        numbers = np.concatenate([walls, np.repeat(self.offsets, count, axis=0)], axis=1)
+        return numbers, np.repeat(self.motions, count), self.places
+
+
 @dataclass
 class _BatchInputs:
     """Some shapes of equal structure: which ones, their parameters, the numbers of motions, and the motion of each."""
@@ -171,6 +196,7 @@ class PrimitiveBatch:
         self._like: dict[Hashable, _ShapeList] = {}
         self._many: list[tuple[Hashable, _ShapeArray]] = []
         self._polyhedra: dict[tuple[int, Hashable], _Polyhedra] = {}
+        self._hulls: dict[Hashable, _ShapeList] = {}
 
     def add_many(self, shape: Bulk, places: Ints) -> None:
         """Add the primitives of the bodies of a bulk entry; places (bodies, primitives)."""
@@ -200,6 +226,10 @@ class PrimitiveBatch:
         Return the positions of those that must be lowered singly.
         """
         counts_of_faces = np.array([shape._face_count for shape in shapes])
+        hulls = {k: hull for k in np.flatnonzero(counts_of_faces).tolist() if (hull := shapes[k]._hull) is not None}
+        if hulls:
+            shapes = [hulls.get(k, shape) for k, shape in enumerate(shapes)]
+            counts_of_faces[list(hulls)] = 0
         in_batch = counts_of_faces > 0
         if in_batch.any():
             self._add_polyhedra(shapes, counts_of_faces, chains, places)
@@ -211,7 +241,8 @@ class PrimitiveBatch:
             for count in sorted(set(counts.tolist())):
                 some = np.flatnonzero(counts == count)
                 which = group.which[some]
-                like = self._like.setdefault((group.form, "moved" if count < 0 else count), _ShapeList())
+                kind = self._hulls if which[0] in hulls else self._like
+                like = kind.setdefault((group.form, "moved" if count < 0 else count), _ShapeList())
                 like.add(shapes, [chains.steps[k] for k in which.tolist()], which, places)
                 numbers, motions = group.numbers[some], np.zeros(len(which), np.int32)
                 if count < 0:
@@ -292,19 +323,46 @@ class PrimitiveBatch:
                 continue
             of_places = np.concatenate(polyhedra.places).tolist()
             left += zip(polyhedra.shapes, polyhedra.steps, of_places, strict=True)
+        for key, hulls in self._hulls.items():
+            results += self._lower_flat(key, _FlatWalls(hulls), motions_given, similar)
         return results, left
+
+    def _first_columns(
+        self, key: Hashable, of: ShapeBatch, numbers: Floats, motions: Ints, given: Floats, similar: Signs, width: int
+    ) -> Floats:
+        """Return the first numbers in the rows of shapes: each computed apart if it is of a rare kind."""
+        first = np.empty((len(of), width))
+        for kind, some in _split_by_motion(key, motions, similar):
+            found, rest = self._lower_kind(key, kind, _BatchInputs(of, some, numbers[some], given, motions[some]))
+            for _, which, rows in found:
+                first[some[which]] = rows[:, :width]
+            for i in some[rest].tolist():
+                shape, steps = of.of(i)
+                first[i] = compute_shape(shape._under_steps(steps)).row[:width]
+        return first
+
+    def _lower_flat(self, key: Hashable, of: _FlatWalls, given: Floats, similar: Signs) -> list[PrimitiveRows]:
+        """Return the rows of meshes and extrusions, from those of their walls and of their hulls."""
+        numbers, motions, places = of.columns()
+        flat = flatten(of.of(0)[0])
+        assert flat is not None
+        assert isinstance(key, tuple)
+        walls = self._first_columns((flat.form, key[1]), of, numbers, motions, given, similar, _FACE_NUMBERS)
+        hulls = self._first_columns(key, of.hulls, of.offsets, of.motions, given, similar, BOX_NUMBERS + FRAME_NUMBERS)
+        parts = [solid.parts for solid in of.solids]
+        results = []
+        for some in positions_by_key([(each.numbers, each.parts) for each in parts]).values():
+            form, columns = _flat_form(parts[some[0]].numbers, parts[some[0]].parts)
+            own = np.array([walls[of.first[k] : of.first[k + 1]].ravel() for k in some])
+            blank, grown = np.zeros((len(some), MAP_SIZE)), widen_boxes(hulls[some, :BOX_NUMBERS])
+            values = np.concatenate([own, blank, grown, hulls[some]], axis=1)
+            results.append((form, places[some], RowTable.of(values, columns)))
+        return results
 
     def _lower_polyhedra(self, key: Hashable, of: _Polyhedra, given: Floats, similar: Signs) -> PrimitiveRows:
         """Return the rows of polyhedra, from the rows of their faces: each computed apart if it is of a rare kind."""
         numbers, motions, places = of.columns()
-        faces = np.empty((len(of), _FACE_NUMBERS))
-        for kind, some in _split_by_motion(key, motions, similar):
-            found, rest = self._lower_kind(key, kind, _BatchInputs(of, some, numbers[some], given, motions[some]))
-            for _, which, rows in found:
-                faces[some[which]] = rows[:, :_FACE_NUMBERS]
-            for i in some[rest].tolist():
-                shape, steps = of.of(i)
-                faces[i] = compute_shape(shape._under_steps(steps)).row[:_FACE_NUMBERS]
+        faces = self._first_columns(key, of, numbers, motions, given, similar, _FACE_NUMBERS)
         count, own = len(of.shapes), motions[:: of.faces]
         frames = np.tile(np.eye(3, 4).ravel(), (count, 1))
         forward, translations = None, count_translations(of.steps[0])
@@ -428,6 +486,36 @@ def _polyhedron_form(count: int) -> PrimitiveForm:
     maps = [(2 * i, 2 * i + 1, 2 * i) for i in range(count)]
     pattern = BodyPattern.of(assembly, CELL, 0, [False] * count, maps)
     return FORMS.of(pattern, Cell(tuple(Face(i, i) for i in range(count))))  # type: ignore[arg-type]
+
+
+@lru_cache(maxsize=64)
+def _flat_form(numbers: tuple[int, ...], parts: tuple[tuple[PlaneSide, ...], ...]) -> tuple[PrimitiveForm, Ints]:
+    """Return the form of a flat solid, and the columns of its row.
+
+    They are among: the rows of its planes, a blank row of a map, its box widened, its box, its frame.
+    """
+    surface, assembly = itertools.count(), Assembly()
+    trees: list[Tree] = []
+    for of in (lambda: next(surface), lambda: SurfaceSlot(PLANE, 0, 0)):
+        cells = [Cell(tuple(Face(of(), numbers[k], inside=sense) for k, sense in part)) for part in parts]  # type: ignore[arg-type]
+        trees.append(cells[0] if len(cells) == 1 else Any_(tuple(cells)))
+    tree, slots = trees
+    kind, index = (CELL, assembly.cell(slots)) if isinstance(slots, Cell) else (REGION, assembly.program(slots, {}))
+    planes = [plane for part in parts for plane, _ in part]
+    blank = len(numbers) * _FACE_NUMBERS
+    grown, box = blank + MAP_SIZE, blank + MAP_SIZE + BOX_NUMBERS
+    # A face has the map of the last of its planes. Numbers without a plane share a blank one, as in `BodyFaces`
+    plane_of = {numbers[k]: k for k in planes}
+    uv = {n: plane_of[n] * _FACE_NUMBERS + _PLANE_NUMBERS if n in plane_of else blank for n in range(max(plane_of) + 1)}
+    row_of: dict[int, int] = {}
+    maps = []
+    for at in uv.values():
+        u, v = (row_of.setdefault(row, len(row_of)) for row in (at, at if at == blank else at + MAP_SIZE))
+        maps.append((u, v, u))
+    pattern = BodyPattern.of(assembly, kind, index, [False] * len(maps), maps)
+    pieces = [(k * _FACE_NUMBERS, _PLANE_NUMBERS) for k in planes] + [(at, MAP_SIZE) for at in row_of]
+    pieces += [(grown, BOX_NUMBERS)] * len(assembly.leaves) + [(box, BOX_NUMBERS + FRAME_NUMBERS)]
+    return FORMS.of(pattern, tree), np.concatenate([np.arange(at, at + size, dtype=np.int32) for at, size in pieces])
 
 
 def _write_row(part: LoweredShape, tape: Tape) -> Ints:

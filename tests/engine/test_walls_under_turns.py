@@ -128,7 +128,7 @@ def slanted_cells(factor: float) -> list[co.Body]:
     return bodies
 
 
-@pytest.mark.parametrize(("factor", "names"), [(1.0, 0), (2.0, 120)])
+@pytest.mark.parametrize(("factor", "names"), [(1.0, 0), (2.0, 0), (3.0, 120)])
 def test_half_spaces_have_exact_names_only_where_their_numbers_differ(factor, names, named, monkeypatch) -> None:
     found = lower(slanted_cells(factor))
     few = len(named)

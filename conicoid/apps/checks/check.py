@@ -15,8 +15,9 @@ import numpy as np
 from ..._util.arrays import FloatArray, ignore_fp_errors
 from ..._util.validation import check_callback, check_integer
 from ...kernels.programs import cells_of_leaves, leaves_of_programs
-from ...kernels.tables import BALL, CELL, PLANE, POLYGON, REGION, SHEET, SPHERE, Tables
+from ...kernels.tables import BALL, CELL, PLANE, POLYGON, REGION, SHEET, Tables
 from ...queries.result import extension
+from ..derivatives.quadric_form import forms_of, shift_forms
 from .conditioning import SINGLE_PRECISION_DIGITS, Conditioning, conditioning
 from .findings import COINCIDENCE, DIGITS, EMPTY, OVERLAP, SLIVER, Finding, Findings, body_titles
 from .probe_rays import THIN, ProbeScan, ProbeTargets, Sighting, rays_through
@@ -104,22 +105,9 @@ def coefficients(tables: Tables, surfaces: Any, low: FloatArray, high: FloatArra
     Coordinates are about the middle of the box low (3,) to high (3,), in units of half its largest side.
     """
     center, half = low / 2 + high / 2, max(float(np.abs(high / 2 - low / 2).max()), 1e-290)
-    kind, row = tables.surface_kind[surfaces], tables.surface_row[surfaces]
-    result = np.zeros((len(surfaces), 10))
-    # A quadric Σ s y² + 2 l y - c with y = W (x - anchor); mixed and linear terms halved, as in a matrix
-    ball, plane = kind == SPHERE, kind == PLANE
-    p = center - tables.spheres[row[ball], :3]
-    result[ball, :3], result[ball, 6:9] = half * half, half * p
-    result[ball, 9] = (p * p).sum(axis=1) - tables.spheres[row[ball], 3] ** 2
-    q = tables.whole_quadrics(row[~ball & ~plane])
-    w, s, b = q[:, 3:12].reshape(-1, 3, 3), q[:, 12:15], q[:, 15:18]
-    y = np.einsum("nki,ni->nk", w, center - q[:, :3])
-    second = np.einsum("nki,nk,nkj->nij", w, s, w)[:, (0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)]
-    first = np.einsum("nki,nk->ni", w, s * y + b)
-    zeroth = (s * y * y + 2 * b * y).sum(axis=1) - q[:, 18]
-    result[~ball & ~plane] = np.column_stack([second * half * half, first * half, zeroth])
-    n = tables.planes[row[plane]]
-    result[plane, 6:9], result[plane, 9] = n[:, :3] * half, n[:, 3] + (n[:, :3] * (center - n[:, 4:])).sum(axis=1)
+    forms, anchors = forms_of(tables, surfaces)
+    result = shift_forms(forms, center - anchors) * ([half * half] * 6 + [half] * 3 + [1.0])
+    result[tables.surface_kind[surfaces] == PLANE, 6:9] *= 2  # a plane has the normal itself
     # Coefficients that are all 0 stay 0
     largest = np.abs(result).max(axis=1, keepdims=True)
     return result / np.where(largest > 0, largest, 1.0)

@@ -448,6 +448,8 @@ RIGID_TOLERANCE = Fraction(1, 1 << 30)
 """Least thickness that rounding cannot turn inside out, as a share of the distance from the origin."""
 
 
+_MOST_HELD = 1 << 14
+"""Most moved surfaces that bodies share."""
 _BLOCK = 64, 1 << 13
 """Least and most bodies of a block (`InstanceList.blocks`)."""
 
@@ -515,7 +517,7 @@ class CellBodies(BlockBodies[CellPiece]):
 
     def __init__(self, whole: UniverseBlock[CellPiece], pieces: list[CellPiece], flat: FlatBlock) -> None:
         super().__init__(whole, pieces, flat)
-        self._maker = SolidBuilder()
+        self._maker, self._moved = SolidBuilder(), SolidBuilder()
 
     def shape_at(self, kind: int, shift: Shift) -> Solid:
         """Build a piece, translated by a shift."""
@@ -537,7 +539,10 @@ class CellBodies(BlockBodies[CellPiece]):
         """Build the solid of place bounds, translated by a shift."""
         groups, maker = [(motion, group.parts) for motion, group in context.groups], self._maker
         if shift != ORIGIN:
-            place, maker = UniversePlacement(shift=shift), SolidBuilder()
+            # Pieces around one another have surfaces in common. The last so many of these are held
+            if len(self._moved.curved) + len(self._moved.convex) > _MOST_HELD:
+                self._moved = SolidBuilder()
+            place, maker = UniversePlacement(shift=shift), self._moved
             groups = [(motion, tuple(move_part(part, place) for part in parts)) for motion, parts in groups]
         return maker.solid(groups)
 

@@ -43,6 +43,23 @@ def _about_origin(rng: random.Random) -> co.Box:
     return co.Box((-size(rng), -0.5, -size(rng)), (size(rng), size(rng), size(rng)))
 
 
+def _outline(rng: random.Random) -> Any:
+    """A polygon about the origin, mostly concave."""
+    turns = [(math.cos(1.25 * k), math.sin(1.25 * k), size(rng)) for k in range(5)]
+    return [(radius * x, radius * y) for x, y, radius in turns]
+
+
+_CORNERS = [(x, y, z) for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)]
+_QUADS = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+
+
+def _warped_block(rng: random.Random) -> co.Mesh:
+    """A block whose sides are not flat, two triangles each; its faces may be turned inside out."""
+    corners = [tuple(x + 0.05 * number(rng) for x in corner) for corner in _CORNERS]
+    order = rng.choice((1, -1))
+    return co.Mesh(corners, [face[::order] for face in _QUADS])
+
+
 KINDS = {
     "Sphere": lambda r: co.Sphere(size(r), point(r)),
     "Sphere on a grid": lambda r: co.Sphere(1.0, on_grid(r)),
@@ -76,6 +93,10 @@ KINDS = {
     "more than half a Revolution": lambda r: co.Revolution(
         [(0.5, 0.0), (0.5 + size(r), 0.1), (0.6, 1 + size(r))], number(r), 250 + number(r)
     ),
+    "Extrusion": lambda r: co.Extrusion(_outline(r), (0.0, size(r))),
+    "Extrusion to a scale": lambda r: co.Extrusion(_outline(r), (-size(r), 0.5), r.choice((0.0, 0.3, size(r)))),
+    "Mesh": _warped_block,
+    "Mesh on a grid": lambda r: co.Mesh(_CORNERS, _QUADS).scale(float(r.randint(1, 3))),
 }  # fmt: skip
 MOTIONS = {
     "still": lambda r: lambda s: s,
@@ -250,10 +271,11 @@ def test_a_body_that_cannot_be_recorded_leaves_the_others_of_its_kind(monkeypatc
 
 def test_what_cannot_be_recorded_is_lowered_alone(monkeypatch):
     monkeypatch.setattr(recordings, "RECORDINGS", recordings.RecordingCache())
-    shapes = [co.Extrusion([(0, 0), (1.0 + k, 0), (0, 1)]) for k in range(20)]
+    monkeypatch.setattr(co.Sphere, "support", lambda self, _: math.frexp(self.radius)[0] * 64.0)
+    shapes = [co.Sphere(1.0 + k) for k in range(20)]
     assert together(shapes, 20) == {}
     scene = co.Scene(shapes)
-    assert scene.first_hit((0.1, 0.1, 9), (0, 0, -1)).t == 8.0
+    assert scene.first_hit((0, 0, 29), (0, 0, -1)).t == 9.0
 
 
 @pytest.mark.parametrize(("built", "motion"), in_turn(SOLIDS, ("still", "shifted", "turned", "stretched")))
