@@ -21,7 +21,7 @@ from ..kernels.first_hits import HitBuffers
 from ..kernels.ray import RayArrays
 from . import points as at_points, ray_queries
 from .device import CardMemory, Device, device_of
-from .exact.doubtful_rays import filter_doubtful, resolve_bodies, resolve_hits
+from .exact.doubtful_rays import resolve_bodies, resolve_hits
 from .hits import Hits
 from .rays import Rays
 
@@ -285,10 +285,10 @@ def _first_hit(scene: PreparedScene, gpu: Device, rays: Any, shape: tuple[int, .
     if len(doubtful):
         some, few = (tuple(_fetch_rows(array, doubtful) for array in arrays) for arrays in (rays, found))
         arrays, decided, every = RayArrays(*some), HitBuffers(*few), np.arange(len(doubtful))
-        resolve_hits(scene, arrays, every, decided)
+        tied = resolve_hits(scene, arrays, every, decided)
         for array, values in zip(found, decided, strict=True):
             _put(array, doubtful, values)
-        doubtful = doubtful[filter_doubtful(scene, arrays, every, decided)]
+        doubtful = doubtful[tied]
     return DeviceHits(scene, gpu, rays, shape, found, doubtful)
 
 

@@ -169,7 +169,7 @@ def test_against_exact_arithmetic(card, kind):
     finally:
         co.set_device(None)
     assert score.rows
-    score.check(doubts=False)
+    score.check()
     used = {name.rpartition("_")[0] for name, _ in card.launches}
     assert used >= {"first_hits", "any_hits", "first_bodies", "list_rows"}
 
