@@ -32,7 +32,7 @@ from conicoid.kernels.tables import POLYGON
 from . import objects
 from .arithmetic import reordered, strange_functions
 from .build import device_code, stamp_of as sources_of
-from .signature import Leaf, Signature, on_device
+from .signature import Leaf, on_device
 from .targets import Level
 
 TRIPLE = "nvptx64-nvidia-cuda"

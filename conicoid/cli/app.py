@@ -206,6 +206,8 @@ def trace(
         if parts and output == STDOUT:
             raise ValueError("trace: --chunk writes a file, with which it can continue: name one with -o")
         resumed = resume and parts_folder(output).is_dir()
+        if resume and not resumed and output.is_dir():
+            raise ValueError(f"{output}: is a folder without parts to go on with: it is complete, or of something else")
         file = ray_file(rays, scene, output, t_min, t_max, SUFFIXES, not parts, resumed)
         # Without parts invalid rays are found before the preparation, which may take much longer
         whole = None if parts else file.read()

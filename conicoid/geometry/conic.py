@@ -216,9 +216,10 @@ def _depths(radius: FloatArray, conic: FloatArray, distance: FloatArray) -> tupl
 
 @ignore_fp_errors
 def _wall_supports(walls: Sequence[tuple[ConicWall, bool, float]], directions: FloatArray) -> FloatArray:
-    """Return `ConicWall.support` of n walls, rounded up, in m directions each; NaN along axes and for steep rims.
+    """Return `ConicWall.support` of n walls in m directions each; NaN along axes and for steep rims.
 
-    Each wall comes with `hollow` and `hole`.
+    Each wall comes with `hollow` and `hole`. Sums are rounded up. The support of a flat wall at z = 0 is one product,
+    which may lie two units in the last place too low.
     """
     rows = [(w.radius, w.conic, float(w.vertex), w.semi, w.edge, hollow, hole) for w, hollow, hole in walls]
     radius, conic, vertex, semi, edge, hollow, hole = np.array(rows).T

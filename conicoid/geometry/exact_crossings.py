@@ -39,9 +39,10 @@ class IntegerLine:
 
 def integer_line(origin: Sequence[float], direction: Sequence[float]) -> IntegerLine:
     """Return the line of a ray of floats."""
-    numbers = [Fraction(float(x)) for x in (*origin, *direction)]
-    common = math.lcm(*(n.denominator for n in numbers))
-    whole = [n.numerator * (common // n.denominator) for n in numbers]
+    numbers = [float(x).as_integer_ratio() for x in (*origin, *direction)]
+    # Powers of two: the largest is their common multiple
+    common = max(below for _, below in numbers)
+    whole = [above * (common // below) for above, below in numbers]
     return IntegerLine(tuple(whole[:3]), tuple(whole[3:]), common)
 
 
@@ -176,13 +177,14 @@ class CrossingVerdict:
     """How a ray crosses a surface.
 
     `sense` is the sign of the quadratic coefficient, of the rate at a plane, or of the value if there is no crossing.
-    `low` and `high` are the places of the crossings.
+    `low` and `high` are the places of the crossings, or both that of a touch, which is no crossing.
     """
 
     crosses: bool
     sense: int
     low: RayPlace = 0.0
     high: RayPlace = 0.0
+    touches: bool = False
 
 
 def decide_crossing(form: IntegerForm, line: IntegerLine, starts: bool) -> CrossingVerdict:
@@ -191,6 +193,11 @@ def decide_crossing(form: IntegerForm, line: IntegerLine, starts: bool) -> Cross
     if form.is_flat:
         return _decide_plane(sign(q.b), sign(q.c), starts, exact_real_roots(q))
     roots = exact_real_roots(q)
+    touches = not roots and q.a != 0 and q.discriminant == 0 and not starts
+    # -b / a
+    middle = exact_real_roots(IntegerQuadratic(0, q.a, 2 * q.b, (0, q.off[0], 2 * q.off[1]))) if touches else ()
+    if middle:
+        return CrossingVerdict(False, sign(q.a), middle[0], middle[0], True)
     if not roots:
         return CrossingVerdict(False, sign(q.a) or sign(q.c))
     if len(roots) == 1:
@@ -264,8 +271,8 @@ def _compare(x: RayPlace, y: RayPlace) -> int:
 # Polygons
 
 
-def is_inside_loop(corners: Sequence[ex.Row], origin: Sequence[float], direction: Sequence[float]) -> bool:
-    """Return True if a ray passes inside a closed loop of `corners` (even-odd), as `kernels/surface/polygon_loop.py`.
+def side_of_loop(corners: Sequence[ex.Row], origin: Sequence[float], direction: Sequence[float]) -> tuple[bool, bool]:
+    """Return (a ray passes inside a loop of `corners`, through an edge), as `kernels/surface/polygon_loop.py`.
 
     Each corner is three exact numbers. Sums that cannot be distinguished from zero count as zero.
     """
@@ -277,11 +284,12 @@ def is_inside_loop(corners: Sequence[ex.Row], origin: Sequence[float], direction
         tuple(ex.dot((d[axis], -d[axis], -d[k], d[k]), (p[k], o[k], p[axis], o[axis])) for k in (first, second))
         for p in map(ex.exact_row, corners)
     ]
-    odd = False
+    odd = edge = False
     ua, va = projected[-1]
     for ub, vb in projected:
         if (va < 0) != (vb < 0):
             side = ex.dot((ua, -ub), (vb, va))
             odd ^= side > 0 if vb > va else side < 0
+            edge |= side == 0
         ua, va = ub, vb
-    return odd
+    return odd, edge

@@ -363,12 +363,13 @@ def _cube(x: float) -> float:
     return x * x * x
 
 
-# Detection of MCNP decks: by suffix, or by a cell card after the title
+# Detection of MCNP decks: by suffix, or by a cell card or a READ card after the title
 
 MCNP_SUFFIXES = (".mcnp", ".mcn", ".imcnp", ".inp", ".i")
-_MCNP_CELL = re.compile(
+_MCNP_CARD = re.compile(
     r" {0,4}[0-9]++ ++(?:0 ++|[1-9][0-9]*+ ++[-+]?(?:[0-9]++(?:\.[0-9]++)?|\.[0-9]++)(?:(?:[ed][-+]?|[-+])[0-9]++)? ++"
-    r"|like ++)[-+#(0-9]",
+    r"|like ++)[-+#(0-9]"
+    r"| {0,4}read ++(?:(?:no)?echo ++)?file(?: ++| *+= *+)[^ =]",
     re.I,
 )
 _OTHER_SUFFIXES = (".yaml", ".yml", ".json", ".csv", ".xyz", ".pdb", ".cif")
@@ -385,7 +386,7 @@ def is_mcnp(head: str, suffix: str) -> bool:
         lines = lines[next((n + 1 for n, line in enumerate(lines) if not line.strip()), len(lines)) :]
     for line in lines[1:]:
         if re.match(r" {0,4}c( |$)", line, re.I) is None:
-            return _MCNP_CELL.match(line) is not None
+            return _MCNP_CARD.match(line) is not None
     return False
 
 

@@ -215,8 +215,7 @@ def trace_first(geometry: Geometry, rays: RayArrays, width: int, begin: int, end
 def trace_first_alone(geometry: Geometry, rays: RayArrays, begin: int, end: int, found: HitBuffers) -> None:
     """Write the first hits of rays begin..end, one at a time, as `trace_first` does for rays that are not coherent.
 
-    `filter_doubtful` traces doubtful rays so again. Exported pages, which trace single rays, carry this kernel instead
-    of `trace_first`: it is a third of the code.
+    Exported pages, which trace single rays, carry this kernel instead of `trace_first`: it is a third of the code.
     """
     scratch = new_scratch(geometry)
     for i in range(begin, end):

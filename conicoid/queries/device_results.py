@@ -34,7 +34,7 @@ from .device_arrays import (
     upload,
     view_of,
 )
-from .exact.doubtful_rays import filter_doubtful, resolve_bodies, resolve_hits, resolve_rows
+from .exact.doubtful_rays import resolve_bodies, resolve_hits, resolve_rows
 from .hits import Hits, refuse_directions, spawned_shape
 from .rays import Rays
 from .spans import Crossings, RayLists, Spans
@@ -130,10 +130,10 @@ def _first_hit(scene: PreparedScene, gpu: Device, rays: DeviceRays, arrays: Any)
     if len(doubtful):
         some, decided = _some(arrays, doubtful), HitBuffers(*(fetch_rows(array, doubtful) for array in found))
         every = np.arange(len(doubtful))
-        resolve_hits(scene, some, every, decided)
+        tied = resolve_hits(scene, some, every, decided)
         for array, values in zip(found, decided, strict=True):
             put_rows(array, doubtful, values)
-        doubtful = doubtful[filter_doubtful(scene, some, every, decided)]
+        doubtful = doubtful[tied]
     return DeviceHits(scene, gpu, rays, found, doubtful)
 
 

@@ -44,7 +44,7 @@ class Hits(QueryResult, HitDerivatives):
     entering : bool (...)
         normal·direction < 0; False for a miss.
     doubtful : bool (...)
-        Whether the fast formulas were not enough for the ray.
+        Whether the hit hangs on a tie: the least change of the ray would give another.
     t_error : float64 (...)
         A bound on the distance of t from the exact crossing; 0 for a miss.
     point_error : float64 (...)
@@ -231,7 +231,7 @@ class Hits(QueryResult, HitDerivatives):
 
     @cached_property
     def doubtful(self) -> Any:
-        """bool (...): rays for which rounding might have changed the answer, so that exact methods decided it."""
+        """bool (...): rays whose hit hangs on a tie, so that the least change of the ray would give another."""
         result = np.zeros(len(self._buffers.t), np.bool_)
         result[self._doubtful] = True
         return self._shaped(result)

@@ -234,10 +234,9 @@ def _settle_hits(scene: PreparedScene, rays: Rays, arrays: RayArrays, found: Hit
     """Return hits as kernels found them, after exact methods have decided the doubtful ones."""
     doubtful = is_doubtful(found.turn).nonzero()[0]
     if len(doubtful):
-        from .exact.doubtful_rays import filter_doubtful, resolve_hits
+        from .exact.doubtful_rays import resolve_hits
 
-        resolve_hits(scene, arrays, doubtful, found)
-        doubtful = filter_doubtful(scene, arrays, doubtful, found)
+        doubtful = resolve_hits(scene, arrays, doubtful, found)
     return Hits(scene, rays, found, doubtful)
 
 

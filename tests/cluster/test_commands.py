@@ -66,11 +66,15 @@ def test_workers_write_the_same(files):
     assert not (files / "tiles").exists()  # it is done
 
 
-def test_mistakes(files):
+def test_mistakes(files, tmp_path):
     scene = files / "scene.yaml"
 
     assert "--resume goes with --chunk" in refused(
         "trace", scene, files / "rays.npy", "-o", files / "x.csv", "--resume"
+    )
+    (tmp_path / "done.zarr").mkdir()
+    assert "done.zarr: is a folder without parts to go on with" in refused(
+        "trace", scene, files / "rays.npy", "-o", tmp_path / "done.zarr", "--resume"
     )
     assert "give either --workers or --cluster" in refused(
         "render", scene, "-o", files / "x.png", "--workers", 2, "--cluster", "tcp://127.0.0.1:1"

@@ -1,4 +1,4 @@
-"""Which rays are said to be doubtful, and that doubt reaches every end of a body; rows of them keep the user's interval."""
+"""Which hits hang on a tie, and that doubt reaches every end of a body; rows of them keep the user's interval."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
+
+from ..reference.routes import in_doubt, ties
 
 BOX = co.Box((0, 0, 0), (1, 1, 1))
 
@@ -29,11 +31,12 @@ def test_rays_through_edges_are_doubtful_others_are_not() -> None:
 
 
 def test_tangents_are_doubtful() -> None:
-    """x = 1 beside the unit ball; a unit in the last place nearer, and well within."""
+    """x = 1 beside the unit ball; a unit in the last place nearer, which exact methods decide, and well within."""
     scene = co.Scene([co.Sphere()])
     x = [1.0, math.nextafter(1, 0), 0.5]
     hits = scene.first_hit([(value, 0.0, 5.0) for value in x], (0, 0, -1))
-    assert hits.doubtful.tolist() == [True, True, False]
+    assert hits.doubtful.tolist() == [True, False, False]
+    assert in_doubt(scene, hits.rays).tolist() == [True, True, False]
     assert np.isfinite(hits.t).tolist() == [False, True, True]
 
 
@@ -51,7 +54,8 @@ def test_ends_of_both_spans_of_a_body_near_the_origin(wall: float, direction: fl
         origins = np.tile((0.5, 0.0, z), (8, 32, 1))
         for rays in (origins, origins[0], origins[0, 0]):
             hits = scene.first_hit(rays, (0, 0, direction))
-            assert np.all(hits.doubtful)
+            assert np.all(hits.doubtful == (z == wall))
+            assert np.all(in_doubt(scene, hits.rays))
             assert np.all(hits.t == (ahead[0] if ahead else math.inf))
             assert np.all(hits.entering == (len(ahead) in (2, 4)))
         spans = scene.spans(origins, (0, 0, direction))
@@ -83,3 +87,40 @@ def test_an_interval_that_ends_beyond_all_scaled_numbers() -> None:
     assert spans.t_enter.tolist() == [1e300]
     assert spans.t_exit.tolist() == [math.inf]
     assert not scene.occluded((0, 0, -1), (0, 0, 1e90), t_min=1e300)
+
+
+TIES = {
+    "the wall of a box touched by a ball that is cut out": (((-0.5, 0, 5), (0, 0, -1)), False),
+    "through both": (((0, 0, 5), (0, 0, -1)), True),
+    "beside": (((0.25, 0, 5), (0, 0, -1)), False),
+    "from a wall, outwards": (((0.5, 0.25, 0.3), (1, 0, 0)), True),
+    "from a wall, inwards": (((0.5, 0.25, 0.3), (-1, 0, 0)), True),
+    "within a wall": (((0.25, -0.5, 5), (0, 0, -1)), False),
+    "through an edge": (((-1, 0.25, 1), (1, 0, -1)), True),
+    "beside it by the least": (((-1, 0.25, math.nextafter(1, 2)), (1, 0, -1)), False),
+    "past an edge": (((-1, 0.25, 0), (1, 0, 1)), True),
+}
+
+
+@pytest.mark.parametrize("name", TIES)
+def test_ties_of_a_box_without_a_ball_in_it(name: str) -> None:
+    """Alone and beside rays that look elsewhere, which a packet traces with it."""
+    (origin, direction), tied = TIES[name]
+    scene = co.Scene([co.Box((-0.5,) * 3, (0.5,) * 3) - co.Sphere(0.5)])
+    assert scene.first_hit(origin, direction).doubtful == tied
+    around = co.Rays([(x / 4 - 0.5, 0, 5) for x in range(63)], (0, 0, -1))
+    rays = co.Rays.concatenate([co.Rays([origin], [direction]), around])
+    assert scene.first_hit(rays).doubtful[0] == tied
+    assert ties(scene, rays)[1][0] == tied
+
+
+def test_ties_on_outlines_and_tips() -> None:
+    halves = co.Scene([co.Triangle((0, 0, 0), (1, 0, 0), (0, 1, 0)), co.Triangle((1, 1, 0), (1, 0, 0), (0, 1, 0))])
+    down = halves.first_hit([(0.5, 0.5, 1), (0, 0.5, 1), (0.25, 0.5, 1)], (0, 0, -1))
+    assert down.doubtful.tolist() == [True, True, False]
+    cone = co.Scene([co.Cone((0, 0, 0), (0, 0, 1), 1, 0)])
+    hits = cone.first_hit([(0, 0, 5), (5, 0, 1), (0.25, 0, 5)], [(0, 0, -1), (-1, 0, 0), (0, 0, -1)])
+    assert hits.doubtful.tolist() == [True, True, False]
+    tube = co.Scene([co.Cylinder((0, 0, -1), (0, 0, 1), 1)])
+    hits = tube.first_hit([(1, -5, 0), (1, 0, 5), (3, 0, 3)], [(0, 1, 0), (0, 0, -1), (-1, 0, -1)])
+    assert hits.doubtful.tolist() == [True, False, True]  # along a ruling a rule decides

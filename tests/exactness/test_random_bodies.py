@@ -24,9 +24,8 @@ LOOSEST = 16
 
 
 def check(score: Score) -> None:
-    """`test_whole_bodies` compares which rays are doubtful."""
     assert score.rows > 0.1 * score.rays
-    score.check(doubts=False)
+    score.check()
 
 
 def sample(kind, sort, count: int) -> Score:
@@ -54,7 +53,7 @@ def test_towards_the_ends_of_the_domain(kind):
 def test_more_bodies(kind):
     for sort, numbers in ((ordinary, drawn(range(100, 230), 3, kind)), (extreme, drawn(range(100, 170), 2, kind))):
         score = total([random_score(kind, sort, number, 500) for number in numbers])
-        score.check(doubts=False)
+        score.check()
         assert sort is extreme or score.slackness <= LOOSEST
 
 

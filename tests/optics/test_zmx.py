@@ -154,6 +154,14 @@ def test_mistakes_of_catalogues(text, message, tmp_path):
         co.optics.load_agf(tmp_path / "wrong.agf")
 
 
+@pytest.mark.parametrize("ends", ["0 0", "0.0 2.5", "0.4 0"])
+def test_a_range_of_0_in_a_catalogue_is_none(ends, tmp_path):
+    """One such glass must not refuse all others."""
+    (tmp_path / "some.agf").write_text(f"NM A 1 0 1 1\nCD 1\nLD {ends}\nNM B 1 0 1 1\nCD 1\nLD 0.3 2.5\n")
+    glasses = co.optics.load_agf(tmp_path / "some.agf")
+    assert (glasses["A"].range, glasses["B"].range) == (None, (0.3, 2.5))
+
+
 def test_all_missing_glasses_are_listed_at_once():
     rows = [SINGLET[0] | dict(glass=f"{name} 0 0 1.5 40 0 0 0") for name in ("SF99", "XK1")] + [SINGLET[1]]
     with pytest.raises(co.SceneFileError) as error:

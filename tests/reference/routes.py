@@ -6,6 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from conicoid.kernels.body.hit import is_doubtful
+from conicoid.kernels.first_hits import HitBuffers, trace_first_alone
+from conicoid.queries.exact.doubtful_rays import resolve_hits
+from conicoid.queries.ray_queries import arrays_of
+
 from .judge import Comparison
 from .trace import Array
 
@@ -30,6 +35,20 @@ STREAM = 33 * 64
 """Enough packets for the rays to be sorted and traced in streams."""
 
 
+def in_doubt(scene: Any, rays: Any, t_min: Any = 0.0, t_max: Any = np.inf) -> Array:
+    """Of which rays (n,) the fast formulas doubt the hit, or something behind it, where each is traced alone."""
+    arrays, found = arrays_of("first_hit", scene._prepared, rays, t_min, t_max), HitBuffers.new(rays.size)
+    trace_first_alone(scene._prepared.geometry, arrays, 0, rays.size, found)
+    return is_doubtful(found.turn)
+
+
+def ties(scene: Any, rays: Any, t_min: Any = 0.0, t_max: Any = np.inf) -> tuple[Array, Array]:
+    """t (n,), and which hits hang on a tie, as exact methods find them for all rays, doubtful or not."""
+    arrays, found = arrays_of("first_hit", scene._prepared, rays, t_min, t_max), HitBuffers.new(rays.size)
+    which = resolve_hits(scene._prepared, arrays, np.arange(rays.size), found)
+    return found.t, np.isin(np.arange(rays.size), which)
+
+
 class Routes:
     """`comparison` once more by other ways; `limits`: t_min and t_max of each ray, or None for the usual."""
 
@@ -37,6 +56,9 @@ class Routes:
         self.comparison, self.scene, self.limits = comparison, comparison.judge.scene, limits
         self.rays = comparison.arguments[0] if comparison.spawned else None
         self.flat = self.hits(np.arange(comparison.count))
+        t, tied = ties(self.scene, self.flat.rays, *(limits or ()))
+        comparison.fail("routes: first_hit or exact methods", np.flatnonzero(self.flat.t != t))
+        comparison.fail("routes: doubtful or a tie", np.flatnonzero(self.flat.doubtful != tied))
 
     def of(self, which: Any) -> tuple[Any, ...]:
         if self.rays is not None:

@@ -46,11 +46,9 @@ class Score:
         """Median bound over median error."""
         return float(np.median(self.bounds) / (np.median(self.errors) or np.inf))
 
-    def check(self, doubts: bool = True) -> None:
-        """Fail where an answer is wrong; without `doubts` not where routes differ in `doubtful` alone."""
-        wrong = {what: count for what, count in self.wrong.items() if doubts or "routes: doubtful" not in what}
-        text = "\n\n".join(f"{what}: {m}" for what in wrong for m in self.messages[what])
-        assert not wrong, f"{wrong} of {self.rays} rays\n\n{text}"
+    def check(self) -> None:
+        text = "\n\n".join(f"{what}: {m}" for what in self.wrong for m in self.messages[what])
+        assert not self.wrong, f"{self.wrong} of {self.rays} rays\n\n{text}"
 
 
 def scene_text(items: Sequence[Item]) -> str:

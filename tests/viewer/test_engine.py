@@ -21,6 +21,7 @@ from conicoid.viewer import html, html as engine
 from conicoid.viewer.picks import pick
 from conicoid.viewer.scene_data import pack_scene
 
+from ..reference.routes import in_doubt
 from .browser import WIDE, Page, needs_browser, opened
 
 NODE = shutil.which("node")
@@ -120,7 +121,7 @@ def compare(some: list[co.Scene], count: int, folder: Path) -> tuple[int, int, i
             expected = without_exact_bounds(scene, ray, pick(scene, ray)["found"])
             assert answer == {"found": bits(expected)}, ray
             same += 1
-            settled += bool(scene.first_hit(ray["origin"], ray["direction"]).doubtful)
+            settled += bool(in_doubt(scene, co.Rays(ray["origin"], ray["direction"]))[0])
     return same, settled, left
 
 

@@ -307,7 +307,7 @@ def _initial_step(scene: SceneLike, number: int, kind: int) -> BodyStep:
 
 def _decision(recording: RayRecording, surfaces: SurfaceSteps, hit: Any) -> Decision:
     """Return which formulas decided; the first hit may be certain where a crossing behind it is not."""
-    error, doubtful = (float(hit.t_error) if hit.hit else 0.0), bool(hit.doubtful)
+    error, doubtful = (float(hit.t_error) if hit.hit else 0.0), recording.is_first_doubtful(hit)
     if not (doubtful or recording.is_doubtful()):
         return Decision("floats", "floats", error)
     # Ranks of a surface's crossings stand at first[number]: one of a plane, two of a curved surface

@@ -17,6 +17,7 @@ from ..._jit.decorators import inline, kernel
 from ...kernels import tables as table
 from ...kernels.body.boolean import deciding_event, gather_events, inside_program_at, undo_events
 from ...kernels.body.cell import CellSpans, cell_spans, slab_of
+from ...kernels.body.hit import is_doubtful
 from ...kernels.body.scratch import EVENT, LEAF, ON, PLACE, TIME, new_scratch
 from ...kernels.bvh.culling import hit_balls, lowest_bit
 from ...kernels.bvh.walk import (
@@ -32,6 +33,7 @@ from ...kernels.bvh.walk import (
 )
 from ...kernels.crossings import trace_rows_alone
 from ...kernels.faces import cell_faces, numbers_of, plane_faces
+from ...kernels.first_hits import HitBuffers, trace_first_alone
 from ...kernels.numbers.double_double import difference_of_products
 from ...kernels.programs import hold_program, root_count, root_value, turn_leaf
 from ...kernels.ray import Ray, RayArrays, line_of, load_ray, scale_ray, span_inverse
@@ -43,6 +45,7 @@ from ...kernels.surface.quadric import careful_quadratic, least_of_sphere, quadr
 from ...kernels.surface.records import curved_roots, load_plane, load_quadric, load_sphere, plane_values, quadric_limits
 from ...kernels.tables import PLANE, SPHERE, Floats, Geometry, Ints, Signs, integer, poll_halt, whole
 from ...prepare.prepared_scene import PreparedScene
+from ...queries.exact.doubtful_rays import limits_of_hits
 from ...queries.ray_queries import arrays_of
 from ...queries.rays import Rays
 
@@ -289,6 +292,14 @@ class RayRecording:
         first = self.tables.polygon_first
         seen = np.zeros((int(first[polygon + 1] - first[polygon]), SEEN_COLUMNS))
         return bool(record_loop(self.scene.geometry, self.arrays, 0, polygon, seen)), seen
+
+    def is_first_doubtful(self, hit: Any) -> bool:
+        """Return True if the float formulas leave the first hit, which is known, in doubt."""
+        geometry, limits, found = self.scene.geometry, np.empty(1), HitBuffers.new(1)
+        # As far as the hit and its error: what lies beyond cannot make it doubtful
+        limits_of_hits(geometry, self.arrays, hit._buffers.t, hit._buffers.entry, limits)
+        trace_first_alone(geometry, self.arrays._replace(t_max=limits), 0, 1, found)
+        return bool(is_doubtful(found.turn[0]))
 
     def is_doubtful(self) -> bool:
         """Return True if the float formulas leave anything along the ray in doubt."""

@@ -59,7 +59,8 @@ def load_agf(path: str | os.PathLike[str]) -> dict[str, Dispersion]:
             elif key == "CD":
                 row = tuple(map(float, rest))
             elif key == "LD" and name:
-                span = (float(rest[0]), float(rest[1]))
+                low, high = float(rest[0]), float(rest[1])
+                span = (low, high) if low and high else None  # an end of 0 is no wavelength: the file states none
         except IndexError:
             raise SceneFileError(file, [Problem(line, 1, key, f"must have more numbers, got {text[:60]!r}")]) from None
         except (ValueError, OverflowError) as error:

@@ -93,6 +93,7 @@ class _DeckFiles:
     size: int = 0
     inserted: int = 0
     blanks: int = 0
+    goes_on: bool = False  # the next line continues a card, by & at the end of the last one
     lines: list[str] = field(default_factory=list)
     numbers: list[int] = field(default_factory=list)
     places: dict[int, str] = field(default_factory=dict)
@@ -119,11 +120,14 @@ class _DeckFiles:
         """
         for index in range(start, len(lines)):
             number = line or index + 1
-            card = _READ.fullmatch(_strip_comment(lines[index].expandtabs(8)))
+            text = _strip_comment(lines[index].expandtabs(8))
+            card = None if self.goes_on else _READ.fullmatch(text)
             # After the third block are notes, which name no files
             if card is not None and self.blanks < 3 and self._follow(path, card[1] or "", number, stack):
                 continue
             self.blanks += not lines[index].strip()
+            if not lines[index].strip() or (text.strip() and not _is_comment(lines[index])):
+                self.goes_on = text.rstrip().endswith("&")
             if line is not None:
                 self.places[len(self.numbers)] = f" (line {index + 1} of {os.path.basename(path)})"
             self.lines.append(lines[index])

@@ -34,11 +34,12 @@ from ..ray import Ray
 from ..tables import PLANE, PLANE_SIZE, QUADRIC_SIZE, SPHERE, SPHERE_SIZE, Floats, Geometry, integer
 from .records import anchor_of, form_row, load_plane, load_quadric, load_sphere
 
-CROSSES, MISSES, OPEN = 1, 0, 2
+CROSSES, MISSES, OPEN, TOUCHES = 1, 0, 2, 3
 
 Decision: TypeAlias = tuple[int, int, BoundedPair, BoundedPair]
 """For a plane (CROSSES, sign of its rate, t, t) or (MISSES, sign of its height, ...); for a curved surface (CROSSES,
-sign of a, low, high) or (MISSES, sign of its value along the whole ray, ...); OPEN first where that is not certain."""
+sign of a, low, high) or (MISSES, sign of its value along the whole ray, ...); OPEN first where that is not certain.
+A touch is (TOUCHES, sign of a, its t, its t): no crossing, but one under the least change of the ray."""
 
 _NOTHING = BoundedPair(0.0, 0.0, 0.0)
 Terms: TypeAlias = tuple[BoundedPair, BoundedPair, BoundedPair, BoundedPair]
@@ -229,6 +230,9 @@ def decide_curved(geometry: Geometry, rest: RoundingRest, surface: int, ray: Ray
     if crosses <= 0:
         # Without roots the value has one sign along the ray: that of a, or of c where a = 0
         all_along = bends if bends != 0 else value
+        if crosses == 0 and bends != 0 and not starts:
+            place = plus(opposite(over(b, a)), bounded_pair(foot))
+            return TOUCHES, bends, place, place
         return (OPEN if all_along == OPEN else MISSES), all_along, _NOTHING, _NOTHING
     # The formulas of `roots_of`: t = q / a and c / q, from the origin again
     q, from_origin = root(discriminant), bounded_pair(foot)

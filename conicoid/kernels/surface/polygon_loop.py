@@ -94,6 +94,8 @@ def inside_loop(geometry: Geometry, first: int, last: int, ray: Ray) -> tuple[bo
 # The same rule with certainty, in pairs of floats with error bounds
 
 OPEN = 2
+EDGE = 4
+"""Added by `decide_loop` where the ray passes through an edge."""
 
 
 @inline
@@ -124,7 +126,7 @@ def _project_exactly(
 
 @helper
 def decide_loop(geometry: Geometry, rest: RoundingRest, polygon: int, ray: Ray) -> int:
-    """Return 1 if the ray is inside a polygon, 0 if outside, OPEN if that is not certain."""
+    """Return 1 if the ray is inside a polygon, 0 if outside, plus EDGE on an edge; OPEN if that is not certain."""
     first, last = (
         integer(geometry, table.POLYGON_FIRST, polygon),
         integer(geometry, table.POLYGON_FIRST, polygon + 1),
@@ -132,7 +134,7 @@ def decide_loop(geometry: Geometry, rest: RoundingRest, polygon: int, ray: Ray) 
     dx, dy, dz = abs(ray.dx), abs(ray.dy), abs(ray.dz)
     # Along the longest component of the direction, (u, v) is stretched least
     axis = 2 if (dz >= dx) & (dz >= dy) else (0 if dx >= dy else 1)
-    odd = 0
+    odd, edge = 0, 0
     ua, va = _project_exactly(geometry, rest, last - 1, axis, ray)
     for vertex in range(first, last):
         ub, vb = _project_exactly(geometry, rest, vertex, axis, ray)
@@ -145,6 +147,7 @@ def decide_loop(geometry: Geometry, rest: RoundingRest, polygon: int, ray: Ray) 
             if side == OPEN:
                 return OPEN
             rises = after > before
+            edge = EDGE if side == 0 else edge
             odd ^= 1 if (side > 0 if rises else side < 0) else 0
         ua, va = ub, vb
-    return odd
+    return odd + edge

@@ -13,23 +13,25 @@ import numpy as np
 
 from ..._jit.decorators import inline, kernel
 from ..._util.arrays import FloatArray
-from ...geometry.exact_crossings import RayPlace, decide_crossing, exact_ranks, integer_line, is_inside_loop
+from ...geometry.exact_crossings import RayPlace, decide_crossing, exact_ranks, integer_line, side_of_loop
 from ...kernels import tables as table
 from ...kernels.body.crossing_rows import CROSSING_COLUMNS, SPAN_COLUMNS
 from ...kernels.body.entry import collect_entries, entry_nearness
-from ...kernels.body.hit import is_doubtful, scale_hit
+from ...kernels.body.hit import scale_hit
 from ...kernels.body.scratch import Scratch, new_scratch
-from ...kernels.first_hits import HitBuffers, put_hit, trace_first_alone
+from ...kernels.first_hits import HitBuffers, put_hit
 from ...kernels.ray import Ray, RayArrays, load_ray, scale_ray, span_inverse
-from ...kernels.surface.exact_crossing import CROSSES, MISSES, RoundingRest
+from ...kernels.surface.exact_crossing import CROSSES, MISSES, TOUCHES, RoundingRest
+from ...kernels.surface.polygon_loop import EDGE
 from ...kernels.tables import POLYGON, Floats, Geometry, Ints, is_halted, length
-from ...kernels.threads import KernelRange, chunk_size, run_on
+from ...kernels.threads import run_on
 from ...numerics.rational import ZERO, sign
 from ...prepare.mmap_arrays import mapped_zeros
 from ...prepare.prepared_scene import exact_form
 from .membership import located_by_ranks, surfaces_near
 from .ranks import (
     CROSSINGS,
+    FREE,
     SURFACES,
     Doubtful,
     Ranks,
@@ -38,6 +40,7 @@ from .ranks import (
     clear_stand,
     count_form_floats,
     first_of_ranks,
+    hangs_on_tie,
     list_surfaces,
     put_canonical_surfaces,
     rank_ray,
@@ -48,12 +51,18 @@ from .ranks import (
 if TYPE_CHECKING:
     from ...prepare.prepared_scene import PreparedScene
 
+TIED = 2
+"""`Doubtful.undecided` of a ray that is decided and hangs on a tie."""
+
 
 @kernel(room="out", doubtful="out", begin="0..end", end="0..m", found="out")
 def settle_first(
     geometry: Geometry, room: RankScratch, rays: RayArrays, doubtful: Doubtful, begin: int, end: int, found: HitBuffers
 ) -> None:
-    """Write the first hits of doubtful rays begin to end. Undecided rays keep theirs and get undecided[k] = 1."""
+    """Write the first hits of doubtful rays begin to end, and `TIED` in undecided[k] where they hang on a tie.
+
+    Undecided rays keep theirs and get undecided[k] = 1.
+    """
     scratch = new_scratch(geometry)
     rest, stand, ranks = room
     which, undecided = doubtful
@@ -67,8 +76,8 @@ def settle_first(
         if count >= 0:
             put_canonical_surfaces(geometry, stand, scratch, ranks, ray.start, count)
             hit = first_of_ranks(geometry, stand, scratch, ranks, ray, count)
-            hit = scale_hit(hit, scale)
-            put_hit(hit, i, found)
+            put_hit(scale_hit(hit, scale), i, found)
+            undecided[k] = TIED if hangs_on_tie(geometry, stand, scratch, ranks, ray, count, hit) else 0
         clear_stand(stand, ranks)
 
 
@@ -136,15 +145,16 @@ def prepare_ranked_ray(geometry: Geometry, stand: Geometry, scratch: Scratch, ra
 
 
 @kernel(room="out", i="0..n-1", found="out")
-def ranked_first(geometry: Geometry, room: RankScratch, rays: RayArrays, i: int, found: HitBuffers) -> None:
-    """Write the first hit of ray i, whose ranks are known."""
+def ranked_first(geometry: Geometry, room: RankScratch, rays: RayArrays, i: int, found: HitBuffers) -> int:
+    """Write the first hit of ray i, whose ranks are known. Return `TIED`, or 0 if it hangs on no tie."""
     scratch, stand, ranks = new_scratch(geometry), room.stand, room.ranks
     ray, scale = scale_ray(load_ray(rays, i))
     count = prepare_ranked_ray(geometry, stand, scratch, ranks, ray)
     hit = first_of_ranks(geometry, stand, scratch, ranks, ray, count)
-    hit = scale_hit(hit, scale)
-    put_hit(hit, i, found)
+    put_hit(scale_hit(hit, scale), i, found)
+    tied = TIED if hangs_on_tie(geometry, stand, scratch, ranks, ray, count, hit) else 0
     clear_stand(stand, ranks)
+    return tied
 
 
 @kernel(room="out", i="0..n-1")
@@ -202,8 +212,8 @@ def run_one(scene: PreparedScene, kernel: Callable[..., Any], room: RankScratch,
     return found[0]
 
 
-def resolve_hits(scene: PreparedScene, rays: RayArrays, doubtful: Any, found: HitBuffers) -> None:
-    """Decide the first hits of the rays `doubtful`, and write them to `found`."""
+def resolve_hits(scene: PreparedScene, rays: RayArrays, doubtful: Any, found: HitBuffers) -> Any:
+    """Decide the first hits of the rays `doubtful`, and write them to `found`. Return which rays hang on a tie."""
     undecided = Doubtful(doubtful.astype(np.int32), np.zeros(len(doubtful), np.int8))
     # Scratch memory is as large as the scene, so chunks reuse it: there is at most one for each thread
     rooms: list[RankScratch] = []
@@ -219,12 +229,14 @@ def resolve_hits(scene: PreparedScene, rays: RayArrays, doubtful: Any, found: Hi
 
     count = len(doubtful)
     run_on(scene.geometry, work, count, max(_DOUBTFUL_CHUNK, count // 64), count)
-    left = undecided.which[undecided.undecided == 1].tolist()
+    left = np.flatnonzero(undecided.undecided == 1).tolist()
     if left:
         room = rooms.pop() if rooms else new_rank_scratch(scene)
-        for i in left:
+        for k in left:
+            i = int(undecided.which[k])
             put_exact_ranks(scene, room.ranks, rays, i)
-            run_one(scene, ranked_first, room, rays, i, found)
+            undecided.undecided[k] = run_one(scene, ranked_first, room, rays, i, found)
+    return doubtful[undecided.undecided == TIED]
 
 
 def ranks_of(scene: PreparedScene, rays: RayArrays, i: int) -> tuple[Ranks, bool]:
@@ -233,27 +245,17 @@ def ranks_of(scene: PreparedScene, rays: RayArrays, i: int) -> tuple[Ranks, bool
     For each surface `verdict` and `first` are valid, and from index `first` on `rank`, `high`, `low`, `error` and `t`.
     """
     room, undecided = new_rank_scratch(scene), Doubtful(np.full(1, i, np.int32), np.zeros(1, np.int8))
-    run_one(scene, settle_first, room, rays, undecided, 0, 1, HitBuffers.new(len(rays.origins)))
+    # Not `settle_first`: it breaks the ties
+    run_one(scene, settle_rows, room, rays, undecided, False, np.zeros(1, np.int32))
+    ranks = room.ranks
     if undecided.undecided[0]:
-        put_exact_ranks(scene, room.ranks, rays, i)
-    return room.ranks, bool(undecided.undecided[0])
-
-
-def filter_doubtful(scene: PreparedScene, rays: RayArrays, which: Any, found: HitBuffers) -> Any:
-    """Return the decided rays that are in doubt up to their hits when the fast formulas trace each ray alone.
-
-    Routes differ in the bodies that they test beyond the hit, which may be doubtful too; `Hits.doubtful` must not
-    depend on the route.
-    """
-    # A second look at these rays alone: they are few in a million
-    some = rays.some(which)
-    t, entry, limits = found.t[which], found.entry[which], np.empty(len(which))
-    # Up to the hit and its error: what lies beyond cannot make this hit doubtful
-    limits_of_hits(scene.geometry, some, t, entry, limits)
-    second, count = HitBuffers.new(len(which)), len(which)
-    work = KernelRange(trace_first_alone, (some._replace(t_max=limits),), (second,))
-    run_on(scene.geometry, work, count, chunk_size(count, 16 * _DOUBTFUL_CHUNK), count)
-    return which[is_doubtful(second.turn)]
+        put_exact_ranks(scene, ranks, rays, i)
+    first = ranks.first[ranks.verdict[::2] == CROSSES]
+    every = np.concatenate([[0], first, first + 1])
+    # Touches have ranks as well: without them crossings count from the origin
+    distinct = np.unique(ranks.rank[every])
+    ranks.rank[every] = np.searchsorted(distinct, ranks.rank[every]) - np.searchsorted(distinct, 0.0)
+    return ranks, bool(undecided.undecided[0])
 
 
 def resolve_rows(scene: PreparedScene, rays: RayArrays, doubtful: Any, spans: bool) -> list[FloatArray]:
@@ -308,17 +310,23 @@ def put_exact_ranks(scene: PreparedScene, ranks: Ranks, rays: RayArrays, i: int)
     origin, direction = (scaled.ox, scaled.oy, scaled.oz), (scaled.dx, scaled.dy, scaled.dz)
     ray, start = integer_line(origin, direction), int(_pick(starts, i))
     places: list[RayPlace] = [ZERO]  # the origin is the first of the crossings, as in `rank_ray`
+    owners, rounded = [FREE], [0.0]
     for surface in ranks.surfaces[:surfaces].tolist():
         found = decide_crossing(exact_form(scene, surface), ray, surface == start)
-        ranks.verdict[2 * surface : 2 * surface + 2] = CROSSES if found.crosses else MISSES, found.sense
-        if found.crosses:
+        ranks.verdict[2 * surface] = CROSSES if found.crosses else TOUCHES if found.touches else MISSES
+        ranks.verdict[2 * surface + 1] = found.sense
+        if found.crosses or found.touches:
             ranks.first[surface] = len(places)
+            owners += [surface, surface]
             places += [found.low, found.high]
+            low = float(found.low)
+            rounded += [low, low if found.high is found.low else float(found.high)]
+    ranks.owner[: len(owners)] = owners
     ranks.rank[: len(places)] = exact_ranks(places)
-    rounded = [float(t) for t in places]
     ranks.high[: len(places)], ranks.t[: len(places)] = rounded, rounded
     ranks.size[CROSSINGS] = len(places)
     for entry in entries[:count].tolist():
         if tables.entry_kind[entry] == POLYGON:
             polygon = int(tables.entry_index[entry])
-            ranks.loops[polygon] = is_inside_loop(scene.lowered.exact.outline(polygon), origin, direction)
+            inside, edge = side_of_loop(scene.lowered.exact.outline(polygon), origin, direction)
+            ranks.loops[polygon] = inside + (EDGE if edge else 0)

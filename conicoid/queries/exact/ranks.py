@@ -36,16 +36,16 @@ from ...kernels.body.crossing_rows import (
     sort_rows,
 )
 from ...kernels.body.entry import collect_entries, crossing_face, entry_crossings, is_solid
-from ...kernels.body.hit import Hit, comes_first, no_hit
+from ...kernels.body.hit import Hit, comes_first, hit_surface, no_hit
 from ...kernels.body.scratch import LEAF_COUNT, TIME, Scratch
 from ...kernels.numbers.double_double import BoundedPair
 from ...kernels.numbers.shell_sort import make_sort
 from ...kernels.programs import cell_of_leaf
 from ...kernels.ray import Ray, scale_ray, span_inverse
 from ...kernels.surface.doubt import T_ERROR
-from ...kernels.surface.exact_crossing import CROSSES, OPEN, RoundingRest, decide_curved, decide_plane
+from ...kernels.surface.exact_crossing import CROSSES, MISSES, OPEN, TOUCHES, RoundingRest, decide_curved, decide_plane
 from ...kernels.surface.interval import is_too_far, nearness_of
-from ...kernels.surface.polygon_loop import decide_loop
+from ...kernels.surface.polygon_loop import EDGE, decide_loop
 from ...kernels.surface.records import curved_roots, is_curved, plane_crossing
 from ...kernels.tables import (
     ANCHOR_SIZE,
@@ -83,9 +83,7 @@ class Ranks(NamedTuple):
 
     surfaces: Ints  # (surfaces,) list of the surfaces that the ray may cross
     listed: Ints  # (surfaces,) 1 for the surfaces in that list
-    verdict: (
-        Ints  # (2 surfaces,) of each: CROSSES or MISSES, and the sign that `decide_curved` or `decide_plane` returns
-    )
+    verdict: Ints  # (2 surfaces,) of each: CROSSES, TOUCHES or MISSES, and the sign of its `Decision`
     first: Ints  # (surfaces,) index of its first crossing in the arrays below
     high: Floats  # (2 surfaces + 8,) crossings: t = high + low to 30 digits, with a bound `error`
     low: Floats
@@ -94,7 +92,7 @@ class Ranks(NamedTuple):
     t: Floats  # the reported t
     order: Ints  # crossings sorted by t
     rank: Floats
-    loops: Ints  # (polygons,) 1 if the ray passes within the polygon's outline
+    loops: Ints  # (polygons,) 1 if the ray passes within the polygon's outline; with EDGE on its edge
     size: Longs  # (2,) see `SURFACES`
 
 
@@ -237,10 +235,11 @@ def _decide_surface(
     ranks.verdict[2 * surface], ranks.verdict[2 * surface + 1] = verdict, sense
     if verdict == OPEN:
         return False
-    if verdict == CROSSES:
+    if verdict != MISSES:
         ranks.first[surface] = ranks.size[CROSSINGS]
         _put(ranks, low, surface)
         _put(ranks, high, surface)
+    if verdict == CROSSES:
         report_fast_t(geometry, ranks, surface, ray, inverse)
     return True
 
@@ -354,7 +353,7 @@ def _decide_outline(geometry: Geometry, rest: RoundingRest, ranks: Ranks, entry:
     polygon = integer(geometry, table.ENTRY_INDEX, entry)
     inside = decide_loop(geometry, rest, polygon, ray)
     ranks.loops[polygon] = inside
-    return inside < 2
+    return inside != OPEN
 
 
 @inline
@@ -446,6 +445,94 @@ def first_of_ranks(geometry: Geometry, stand: Geometry, scratch: Scratch, ranks:
     if best.entry < 0:
         return best
     return Hit(latest, best.body, best.entry, best.place, best.sense, best.enters, 0.0, False)
+
+
+# Ties
+#
+# A ray may cross several surfaces at one place, touch one, start on one that is not its own, or pass through an edge of
+# a polygon. Its first hit hangs on the tie if it changes where the crossings of each place come one after the other, in
+# the order of the list or against it, and where a touch becomes two crossings. That is a property of the exact ray.
+
+
+@inline
+def _comes_after(ranks: Ranks, i: int, j: int) -> bool:
+    """Return True if crossing i comes after crossing j, by rank, then in the order of the list."""
+    return ranks.rank[i] > ranks.rank[j] or (ranks.rank[i] == ranks.rank[j] and i > j)
+
+
+_sort_ties = make_sort(_comes_after)
+
+
+@helper
+def _find_ties(geometry: Geometry, scratch: Scratch, ranks: Ranks, count: int) -> bool:
+    """Sort the crossings by rank, and make touches crossings. Return whether anything ties."""
+    crossings, order, ties = ranks.size[CROSSINGS], ranks.order, False
+    for k in range(crossings):
+        order[k], ranks.error[k] = k, ranks.rank[k]
+    _sort_ties(order, crossings, ranks)
+    for k in range(1, crossings):
+        i, j = order[k - 1], order[k]
+        ties |= ranks.rank[i] == ranks.rank[j] and ranks.owner[i] != ranks.owner[j]
+    for k in range(ranks.size[SURFACES]):
+        at = 2 * ranks.surfaces[k]
+        ties |= ranks.verdict[at] == TOUCHES
+        ranks.verdict[at] = CROSSES if ranks.verdict[at] == TOUCHES else ranks.verdict[at]
+    for k in range(count):
+        entry = scratch.found[k]
+        if integer(geometry, table.ENTRY_KIND, entry) == POLYGON:
+            ties |= ranks.loops[integer(geometry, table.ENTRY_INDEX, entry)] >= EDGE
+    return ties
+
+
+@helper
+def _break_ties(geometry: Geometry, scratch: Scratch, ranks: Ranks, start: int, count: int, backwards: bool) -> None:
+    """Give each crossing a rank of its own; `ranks.error` holds the ranks with ties.
+
+    Equal ones follow the list, or its reverse, between both crossings of a touch. The crossing on which the ray starts
+    stays at the origin.
+    """
+    crossings, order, rank, tied, first = ranks.size[CROSSINGS], ranks.order, ranks.rank, ranks.error, 0
+    while first < crossings:
+        last = first
+        while last < crossings and tied[order[last]] == tied[order[first]]:
+            last += 1
+        for k in range(first, last):
+            this = order[k]
+            rank[this] = float(first + last - 1 - k if backwards else k)
+            other = this - 1 if this & 1 == 0 else this + 1  # the other crossing of the surface
+            if this > 0 and tied[other] == tied[this] and is_curved(geometry, ranks.owner[this]):
+                rank[this] = float(first) - 0.5 if other > this else float(last) - 0.5
+        first = last
+    zero = rank[0]
+    for k in range(crossings):
+        rank[k] -= zero
+    if start >= 0 and ranks.listed[start] == 1 and ranks.verdict[2 * start] == CROSSES:
+        for k in range(ranks.first[start], ranks.first[start] + 2):
+            rank[k] = 0.0 if tied[k] == 0.0 else rank[k]
+    for k in range(count):
+        entry = scratch.found[k]
+        if integer(geometry, table.ENTRY_KIND, entry) == POLYGON:
+            polygon = integer(geometry, table.ENTRY_INDEX, entry)
+            if ranks.loops[polygon] >= EDGE:
+                ranks.loops[polygon] = EDGE if backwards else EDGE + 1
+
+
+@helper
+def hangs_on_tie(
+    geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, count: int, hit: Hit
+) -> bool:
+    """Return True if the first hit of a ray hangs on a tie. The ranks are lost."""
+    if not _find_ties(geometry, scratch, ranks, count):
+        return False
+    for backwards in range(2):
+        _break_ties(geometry, scratch, ranks, ray.start, count, backwards == 1)
+        put_canonical_surfaces(geometry, stand, scratch, ranks, ray.start, count)
+        other = first_of_ranks(geometry, stand, scratch, ranks, ray, count)
+        if other.body != hit.body or other.enters != hit.enters:
+            return True
+        if hit.body >= 0 and hit_surface(geometry, other) != hit_surface(geometry, hit):
+            return True
+    return False
 
 
 @helper
@@ -638,7 +725,7 @@ def _put_outline(geometry: Geometry, stand: Geometry, ranks: Ranks, polygon: int
             y, z = -3.0, -2.0
         elif vertex == first + 1:
             y, z = 3.0, -2.0
-        if ranks.loops[polygon] == 0:
+        if ranks.loops[polygon] & 1 == 0:
             y, z = 5.0, 5.0
         at = stand.places[table.VERTICES] + 3 * vertex
         stand.floats[at], stand.floats[at + 1], stand.floats[at + 2] = 0.0, y, z

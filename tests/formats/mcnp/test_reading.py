@@ -126,6 +126,17 @@ def test_mistakes_have_their_lines(tmp_path: Path, old: str, new: str, told: str
         loaded(tmp_path, PIN.replace(old, new, 1))
 
 
+def test_a_continued_card_inserts_no_file(tmp_path: Path) -> None:
+    """After & the line belongs to the card, whatever it begins with, also beyond comments."""
+    (tmp_path / "x.txt").write_text("imp:n=1\n")
+    for between in ("", "c note\n", "     $ note\n"):
+        (tmp_path / "deck.mcnp").write_text(
+            f"title\n1 0 -1 &\n{between}read file=x.txt\n2 0 1\n\n1 so 1\n\nimp:n 1 0\n"
+        )
+        with pytest.raises(ValueError, match="cell 1: 'read' is nothing that a cell has"):
+            co.load(tmp_path / "deck.mcnp")
+
+
 def test_files_that_a_deck_reads(tmp_path: Path) -> None:
     """READ inserts a file after the card, also in files that are inserted, and in any block (the manual, on READ)."""
     lines = PIN.splitlines()
@@ -274,6 +285,9 @@ def test_detection(tmp_path: Path) -> None:
     assert not is_mcnp("bodies:\n  - sphere:\n      radius: 1\n", "")
     assert not is_mcnp("<geometry>\n1 0 -1\n</geometry>", ".i")
     assert is_mcnp("message: x\n\ntitle\nc note\n 10 like 3 but u=2\n", "")
+    for card in ("read file=cells.txt", " READ NOECHO FILE = cells.txt", "read file cells.txt"):
+        assert is_mcnp(f"title\nc note\n{card}\n", "")
+    assert not is_mcnp("notes\nread files first\n", "")
 
 
 @pytest.mark.parametrize(
