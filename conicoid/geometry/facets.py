@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .._util.arrays import FloatArray, IndexArray
+from .._util.arrays import FloatArray, IndexArray, ignore_fp_errors
 from .bounds.linear_program import integer_row
 
 Point = tuple[Any, Any, Any]
@@ -133,6 +133,7 @@ class WindingNumbers:
         rows = [[float(c) for corner in corners for c in minus(corner, self._origin)] for corners in triangles]
         return np.array(rows).reshape(-1, 3, 3) / self._size
 
+    @ignore_fp_errors
     def at(self, probes: Sequence[Probe]) -> list[int]:
         """Return the winding number on the side of each probe."""
         found: dict[int, int] = {}

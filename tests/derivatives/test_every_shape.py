@@ -31,9 +31,11 @@ TILTS = ("start", "end", "normal", "offsets", "coefficients", "outline", "scale_
 
 
 def rays_at(shape: Any, count: int, seed: int) -> tuple[Any, Any]:
-    """Rays through the part of a shape that is near its middle."""
+    """Rays through the part of a shape that is near its middle, or near that of what a complement leaves out."""
     random = np.random.default_rng(seed)
     low, high = (np.clip(end, -4, 4) for end in shape.bounds)
+    if np.isfinite((~shape).bounds).all():
+        low, high = (~shape).bounds
     inside = random.uniform(low - 0.1, high + 0.1, (count, 3))
     directions = random.normal(size=(count, 3)) * random.uniform(0.5, 2, (count, 1))
     return inside - directions * random.uniform(2, 6, (count, 1)), directions
