@@ -328,7 +328,7 @@ class FlatSolid(PrimitiveSolid, abstract=True):
         return self if self.walls is None else CornerHull.of(self)
 
     def wall(self, index: int) -> FlatWall:
-        """Return the half-space on the lower side of a plane, as a solid."""
+        """Return the half-space on the lower side of the plane with this index, as a solid."""
         assert self.walls is not None
         row = self.walls[index].tolist()
         corners = tuple((row[k], row[k + 1], row[k + 2], row[k + 3]) for k in (0, 4, 8))

@@ -202,11 +202,12 @@ def test_bodies_of_all_kinds(kernels, kind, sort):
 def test_what_llvm_optimises_for_a_gpu(module):
     """The last form of the code before PTX."""
     target = objects.machine_for(ptx.TRIPLE, ptx.LEVEL)
-    whole, kept = llvm.parse_bitcode(module), [f"{ptx.PREFIX}{x}_few" for x in ("first_hits", "any_hits", "list_rows")]
+    names = f"shorten_nodes_{EACH}", "first_hits_few", "any_hits_few", "list_rows_few"
+    whole, kept = llvm.parse_bitcode(module), [ptx.PREFIX + name for name in names]
     for each in (*whole.functions, *whole.global_variables):
         if not each.is_declaration:
             each.linkage = "external" if each.name in kept else "internal"
-    objects.optimize(whole, target)
+    objects.optimize(whole, target, is_short=True)
     scene, rays = crowded_scene(), camera(48)
     arrays = arrays_of(rays.origins.reshape(-1, 3), rays.directions.reshape(-1, 3))
     same_rays(Kernels(whole.as_bitcode()), scene, arrays, ["few"])

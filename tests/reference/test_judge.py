@@ -43,7 +43,9 @@ class Altered:
         def spoilt(*rays, **limits):
             result = query(*rays, **limits)
             if name in FIELDS:
-                result = SimpleNamespace(**{field: np.array(getattr(result, field)) for field in FIELDS[name].split()})
+                fields = {field: np.array(getattr(result, field)) for field in FIELDS[name].split()}
+                fields |= {"rays": result.rays} if name == "first_hit" else {}
+                result = SimpleNamespace(**fields)
             return self._spoil(result)
 
         return spoilt
@@ -164,10 +166,12 @@ def test_intervals_and_routes_are_compared():
 
     for query, complaint in (("crossings", "interval, a crossing is not within"), ("spans", "interval, spans and crossings"), ("occluded", "interval, occluded is not first_hit.t < inf")):  # fmt: skip
         altered = SimpleNamespace(
-            **{name: getattr(scene, name) for name in (*FIELDS, "occluded", "body_at", "contains")}
+            **{name: getattr(scene, name) for name in (*FIELDS, "occluded", "body_at", "contains", "_prepared")}
         )
         setattr(altered, query, within(query))
         assert complaint in judged([BOX], altered).wrong
-    altered = SimpleNamespace(**{name: getattr(scene, name) for name in (*FIELDS, "occluded", "body_at", "contains")})
+    altered = SimpleNamespace(
+        **{name: getattr(scene, name) for name in (*FIELDS, "occluded", "body_at", "contains", "_prepared")}
+    )
     altered.first_hit = alone
     assert "routes: t alone" in judged([BOX], altered).wrong
