@@ -123,3 +123,14 @@ def sizes() -> list[list[float]]:
 def table() -> list[list[float]]:
     lines = (EXAMPLES / "shepp_logan.csv").read_text(encoding="utf-8").splitlines()
     return [[float(x) for x in line.split(",")] for line in lines if line[0] in "-01"]
+
+
+def test_tracks_cross_what_the_detector_is_made_of(load, capsys):
+    """Straight up, a track crosses the thickness of each tube; tubes are cut open towards -y and +z."""
+    example = load("detector_tracks")
+    found = example.parts().lengths((0, 0, 0), (0, 1, 0))
+    layers = [outer - inner for inner, outer, *_ in load("detector").LAYERS]
+    assert found[:5] == pytest.approx([0.02, *layers], rel=1e-12)
+    assert found[7] == pytest.approx(3.22 - 2.86, rel=1e-12)  # the coil
+    example.main(2000)
+    assert len(capsys.readouterr().out.splitlines()) == len(found)

@@ -30,7 +30,6 @@ from ..kernels.bvh.culling_constants import SHORT_NODE
 from ..kernels.device import BY_KIND, EACH, ROW_COLUMNS, ROWS, SHARED, WIDTHS, ScratchSize, size_name
 from ..kernels.device_walk import place_count
 from ..kernels.tables import NODE_CHILDREN, Geometry, length
-from ..kernels.threads import run_chunks
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -49,7 +48,6 @@ _NUMBERS = 1 << 24  # sums that a lane has room for
 _PIECE = 1 << 22  # rays or points that live on a card, between two looks for Ctrl-C; a multiple of SUMMED
 _SHARE = 2  # scratch memory that threads share takes up to one part in so many of a card's free memory
 _LOOKS, _NAP = 400, 5e-5  # looks at a stream without a nap, some hundred microseconds; then seconds between two
-_SHARE_BYTES = 1 << 20  # bytes that a thread copies at a time
 
 _default_device: list[str] = []
 
@@ -194,7 +192,7 @@ class _Lane:
         parts = [np.zeros(1, np.int64), *(array[first:last] if len(array) == count else array for array in arrays)]
         twins = self.twins("rays", *((part.shape, part.dtype) for part in parts), *kinds)
         for twin, part in zip(twins, parts, strict=False):
-            _copy(twin.array, part)
+            twin.array[...] = part
         self.send(*twins[: len(parts)])
         return twins
 
@@ -209,15 +207,6 @@ class _Lane:
         for array, address in twins:
             if array.size:
                 self.driver.fetch(array, address, self.stream)
-
-
-def _copy(target: Any, source: Any) -> None:
-    """Copy an array, on all threads: one of them copies no faster than a card traces."""
-
-    def rows(first: int, last: int) -> None:
-        np.copyto(target[first:last], source[first:last])
-
-    run_chunks(rows, len(target), max(1, _SHARE_BYTES * len(target) // max(1, target.nbytes)))
 
 
 class SpanSums(NamedTuple):
@@ -327,7 +316,7 @@ class Device:
             yield
             _check_status(status.array)
             for result, twin in zip(results, found, strict=True):
-                _copy(result, twin.array)
+                result[...] = twin.array
 
         return self._run_chunks(scene, function, count, picture_rows(width, min(CHUNK, size)), work)
 
