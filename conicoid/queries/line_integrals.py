@@ -150,7 +150,7 @@ def _sum_on_card(
 
 def marks_of(doubts: Any, crossed: Any) -> Any:
     """Return the marks of rays whose spans are in doubt, or overlap."""
-    return np.where(doubts, DOUBTFUL, np.where(crossed, OVERLAPPING, 0))
+    return np.where(doubts, np.int8(DOUBTFUL), np.where(crossed, np.int8(OVERLAPPING), np.int8(0)))
 
 
 def _in_rays(progress: Progress, packets: int, count: int) -> Progress:
