@@ -126,6 +126,7 @@ class Card:
         return self._threads
 
     def launch(self, kernel: str, arguments: Sequence[int], threads: int, stream: deque[Callable[[], None]]) -> None:
+        assert threads > 0  # NVIDIA's driver refuses a grid of no blocks
         self.launches.append((kernel, threads))
         blocks = -(-threads // BLOCK)
         stream.append(lambda: self._kernels.run(kernel, list(arguments[1:]), BLOCK * blocks))

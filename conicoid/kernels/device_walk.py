@@ -43,9 +43,15 @@ _MARGIN = 2.0**-6
 """Share of a step by which a short box is wider than its box on each side, at least: a ray along a wall is inside."""
 _LEAST_STEP, _LEAST_SHARE = 2.0**-40, 2.0**-60
 """Least step of a grid as a share of the node's coordinates and of the scene's, so that its margin is no rounding."""
-_STEEPEST = 2.0**100
-"""Largest |1 / d| of a walk, where the largest component of d is 1. A ray that is steeper along an axis keeps to one
-side of each wall: in the whole scene it moves by less than a margin there, unless it begins beyond `_FAR`."""
+_ALONG = 2.0**124
+"""1 / d of a walk for d = 0, where the largest component of d is 1: near the largest float32. A margin times this lies
+beyond all t that boxes have along other axes, unless the ray begins beyond `_FAR` or is `_STEEP` along one of these:
+some boxes are infinite, so there t has no limit. Other quotients that exceed float32 become infinite or NaN, and such
+a box is met."""
+_STEEP = 2.0**-56
+"""Least component of a direction, unless it is 0, with which boxes along an axis of 0 are tested."""
+_LARGEST = 2.0**20
+"""Limit of the ends of a walk: beyond all finite boxes, so that infinite ones are met."""
 _FAR = 2.0**30
 """Share of the scene's coordinates."""
 
@@ -112,11 +118,17 @@ class RayGrid(NamedTuple):
 
 
 @inline
-def _inverse(d: float, largest: float, reach: float, scene: float) -> float:
-    """Return 1 / d in units of the walk; NaN, so that each box is met, for a steep ray from far away."""
-    if abs(d) > largest / _STEEPEST:
+def _inverse(d: float, largest: float, reach: float, limit: float) -> float:
+    """Return 1 / d in units of the walk; NaN, so that each box is met, for a d of 0 where `limit` forbids a test."""
+    if d != 0.0:
         return largest / (d * reach)
-    return math.copysign(_STEEPEST, d) / reach if reach < _FAR * scene else math.nan
+    return _ALONG / reach if reach < limit else math.nan
+
+
+@inline
+def _is_steep(d: float, largest: float) -> bool:
+    """True if boxes can have such t along this axis that those along an axis of 0 cannot be tested."""
+    return d != 0.0 and abs(d) < _STEEP * largest
 
 
 @inline
@@ -125,10 +137,12 @@ def ray_grid(geometry: Geometry, ray: Ray) -> RayGrid:
     scene = max(_reach(geometry), 1e-200)
     reach = scene + max(abs(ray.ox), max(abs(ray.oy), abs(ray.oz)))
     largest = max(abs(ray.dx), max(abs(ray.dy), abs(ray.dz)))
-    x, y = _inverse(ray.dx, largest, reach, scene), _inverse(ray.dy, largest, reach, scene)
-    z = _inverse(ray.dz, largest, reach, scene)
+    steep = _is_steep(ray.dx, largest) or _is_steep(ray.dy, largest) or _is_steep(ray.dz, largest)
+    limit = 0.0 if steep else _FAR * scene
+    x, y = _inverse(ray.dx, largest, reach, limit), _inverse(ray.dy, largest, reach, limit)
+    z = _inverse(ray.dz, largest, reach, limit)
     unit = largest / reach
-    low = ray.t_min * unit
+    low = min(ray.t_min * unit, _LARGEST)
     first = np.float32(low * choose(low < 0.0, 1.0 + SHORT_SLACK, 1.0 - SHORT_SLACK))
     return RayGrid(x, y, z, unit, start_margin(float(ray.start), ray.ox, ray.oy, ray.oz), first)
 
@@ -136,7 +150,7 @@ def ray_grid(geometry: Geometry, ray: Ray) -> RayGrid:
 @inline
 def walk_end(t: float, unit: float) -> Any:
     """Return t as the end of a walk, rounded up."""
-    high = t * unit
+    high = max(t * unit, -_LARGEST)
     return np.float32(high * choose(high < 0.0, 1.0 - SHORT_SLACK, 1.0 + SHORT_SLACK))
 
 

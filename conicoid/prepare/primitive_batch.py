@@ -228,8 +228,10 @@ class PrimitiveBatch:
         counts_of_faces = np.array([shape._face_count for shape in shapes])
         hulls = {k: hull for k in np.flatnonzero(counts_of_faces).tolist() if (hull := shapes[k]._hull) is not None}
         if hulls:
-            shapes = [hulls.get(k, shape) for k, shape in enumerate(shapes)]
             counts_of_faces[list(hulls)] = 0
+            # One that is its own hull is lowered whole
+            hulls = {k: hull for k, hull in hulls.items() if hull is not shapes[k]}
+            shapes = [hulls.get(k, shape) for k, shape in enumerate(shapes)]
         in_batch = counts_of_faces > 0
         if in_batch.any():
             self._add_polyhedra(shapes, counts_of_faces, chains, places)

@@ -263,8 +263,9 @@ class Device:
         if id(floats) not in self._short_nodes:
             memory, lane = CardMemory(self.driver, 8 * SHORT_NODE * count), self.lanes[0]
             numbers = [self._status.address, *tables, memory.address, count]
-            self.driver.launch(f"shorten_nodes_{EACH}", numbers, count, lane.stream)
-            self.wait(lane)
+            if count:  # bodies without a box alone have no nodes, and a driver refuses a launch of no threads
+                self.driver.launch(f"shorten_nodes_{EACH}", numbers, count, lane.stream)
+                self.wait(lane)
             self._short_nodes[id(floats)] = memory
             weakref.finalize(floats, self._short_nodes.pop, id(floats)).atexit = False
         return [self._short_nodes[id(floats)].address, count]
@@ -643,6 +644,10 @@ class NvidiaDriver:
         try:
             return self._call(name, *arguments)
         except MemoryError:
+            self._empty()
+        try:
+            return self._call(name, *arguments)
+        except MemoryError:
             raise MemoryError(
                 f"device='cuda': {size:,} bytes are needed, {self.free_memory():,} are free on {self.name}"
             ) from None
@@ -652,11 +657,7 @@ class NvidiaDriver:
         with self._lock:
             address = self._spare_of(size)
             if address is None:
-                try:
-                    address = int(self._call("cuMemAlloc", size))
-                except MemoryError:
-                    self._empty()
-                    address = int(self._with_room(needed, "cuMemAlloc", size))
+                address = int(self._with_room(needed, "cuMemAlloc", size))
             self._taken[address] = size
         return address
 
@@ -665,8 +666,8 @@ class NvidiaDriver:
         if not self._spare.get(size):
             return None
         if not self._is_quiet:  # another library may still read what it gave back
+            self._is_quiet = True  # first: arrays that end meanwhile set it back
             self._call("cuCtxSynchronize")
-            self._is_quiet = True
         self._spare_bytes -= size
         return self._spare[size].pop()
 
@@ -685,10 +686,10 @@ class NvidiaDriver:
 
     def _empty(self) -> None:
         """Give the memory that is kept back to the driver."""
-        for address in (each for addresses in self._spare.values() for each in addresses):
+        with self._lock:
+            spare, self._spare, self._spare_bytes = self._spare, {}, 0  # arrays may end meanwhile
+        for address in (each for addresses in spare.values() for each in addresses):
             self._give_back("cuMemFree", address)
-        self._spare.clear()
-        self._spare_bytes = 0
 
     def _give_back(self, name: str, address: int) -> None:
         """Free memory, if it is of this process, and its card is not lost."""

@@ -138,3 +138,15 @@ def test_half_spaces_have_exact_names_only_where_their_numbers_differ(factor, na
     assert len(named) - few >= 120
     for field, mine, its in zip(found.tables._fields, found.tables, expected.tables, strict=True):
         assert mine.tobytes() == its.tobytes(), field
+
+
+@pytest.mark.parametrize("count", [1, 10])
+@pytest.mark.parametrize("size", [1e61, 1e8])
+def test_flat_solids_whose_planes_floats_do_not_fit(size, count):
+    """Corners beyond 1e60, and a wall 1e-7 thin at 1e8: such solids are lowered whole, alone and among others."""
+    thin = ((1e8, 0.0), (1e8 + 1, 0.0), (1e8 + 1, 1e-7), (1e8, 1e-7))
+    huge = tuple((size * x, size * y) for x, y in ((0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)))
+    outline, at = (huge, (1.0, 1.0)) if size > 1e60 else (thin, (1e8 + 0.5, 5e-8))
+    scene = co.Scene([co.Extrusion(outline, (k, k + 1)) for k in range(count)])
+    assert scene.first_hit((*at, -5), (0, 0, 1)).t == pytest.approx(5, rel=1e-12)
+    assert scene.body_at((*at, count - 0.5)) == count - 1

@@ -232,6 +232,27 @@ def test_a_card_without_memory_says_how_many_bytes(card):
         crowded_scene(301).first_hit(camera(8), device="cuda")
 
 
+@pytest.mark.parametrize("bodies", [[], [co.HalfSpace((0, 0, 1), 0.25)], [co.Sphere(1)]])
+def test_scenes_without_nodes_or_with_one(card, bodies):
+    same_answers(co.Scene(bodies), camera(16))
+
+
+def test_steep_rays_meet_bodies_that_have_no_end(card):
+    """In an infinite box t has no limit, so that a slope of 1e-31 counts: t = (1 - 0) / 1e-31."""
+    prism = co.Intersection([
+        co.HalfSpace((-1, 0, 0), -1), co.HalfSpace((1, 0, 0), 2), co.HalfSpace((0, 0, -1), -3), co.HalfSpace((0, 0, 1), 6),
+    ])  # fmt: skip
+    scene = co.Scene([prism, *(co.Sphere(0.1, (k, k, -9)) for k in range(20))])
+    directions = np.array([[1e-31, 1, 3e-31], [0, 1, 1e-40], [1e-31, 1, 0], [1, 0, 3], [0, 0, 1]])
+    rays = co.Rays(np.zeros((5, 3)), directions)
+    hits = scene.first_hit(rays, device="cuda")
+    assert hits.t[0] == pytest.approx(1e31, rel=1e-12)
+    same_answers(scene, rays)
+    for limits in ({"t_min": 1e40}, {"t_min": -np.inf, "t_max": -1e40}):
+        one, other = (scene.first_hit(rays, **limits, device=name) for name in ("cuda", "cpu"))
+        same_hits(one, other)
+
+
 def test_a_device_for_all_queries(card, monkeypatch):
     scene, rays = crowded_scene(), camera(16)
     expected = scene.first_hit(rays)
@@ -704,13 +725,23 @@ def test_memory_is_kept_for_the_next_array_of_its_size(nvidia, ptx_files, kernel
     assert driver.allocate(5100) == first
     assert driver.allocate(5100) != first
     driver.release(first)
-    monkeypatch.setattr(made.card, "_size", made.card._size - driver.free_memory() + 6000)
-    second = driver.allocate(5500)  # what is kept goes where the driver has no more
+    third, call = driver.allocate(7000), driver._call
+
+    def call_while_an_array_ends(name, *arguments):
+        if name == "cuMemFree" and third in driver._taken:
+            driver.release(third)
+        return call(name, *arguments)
+
+    driver._call = call_while_an_array_ends
+    driver._empty()
+    driver._call = call
+    assert driver._spare_bytes == 7168
+    monkeypatch.setattr(made.card, "_size", made.card._size - driver.free_memory() + 7168 + 6000)
+    second = driver.allocate(9000)  # what is kept goes where the driver has no more
     assert driver._spare_bytes == 0
-    driver.release(second)
     monkeypatch.setattr(device, "_MOST_SPARE", 0)
-    driver.release(driver.allocate(100))
-    assert driver._spare_bytes == 5632
+    driver.release(second)
+    assert driver._spare_bytes == 0
 
 
 def test_kernels_of_other_sources_are_refused(monkeypatch, tmp_path):
