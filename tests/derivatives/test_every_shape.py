@@ -34,7 +34,7 @@ def rays_at(shape: Any, count: int, seed: int) -> tuple[Any, Any]:
     """Rays through the part of a shape that is near its middle, or near that of what a complement leaves out."""
     random = np.random.default_rng(seed)
     low, high = (np.clip(end, -4, 4) for end in shape.bounds)
-    if np.isfinite((~shape).bounds).all():
+    if isinstance(shape, co.Solid) and np.isinf(shape.bounds).all() and np.isfinite((~shape).bounds).all():
         low, high = (~shape).bounds
     inside = random.uniform(low - 0.1, high + 0.1, (count, 3))
     directions = random.normal(size=(count, 3)) * random.uniform(0.5, 2, (count, 1))
