@@ -51,7 +51,8 @@ def same_pictures(card, scene, integrator, samples=4, **options):
     assert len(card.launches) > before
     assert found.pixels.tobytes() == expected.pixels.tobytes()
     assert found.noise == expected.noise
-    assert expected.pixels.std() > 0.005  # not an empty picture
+    hidden = integrator == "albedo" and "fog(" in repr(scene.materials)
+    assert hidden or expected.pixels.std() > 0.005  # not an empty picture; fog about all has no albedo
     return found
 
 
