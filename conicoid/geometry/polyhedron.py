@@ -177,7 +177,7 @@ class Polyhedron(PrimitiveSolid):
 
 
 class HalfOfSpace(PrimitiveSolid, abstract=True):
-    """A half-space of which no bounds are needed."""
+    """A half-space whose bounds nobody needs."""
 
     def support(self, direction: Vector) -> float:
         return math.inf

@@ -45,13 +45,13 @@ _LEAST_STEP, _LEAST_SHARE = 2.0**-40, 2.0**-60
 """Least step of a grid as a share of the node's coordinates and of the scene's, so that its margin is no rounding."""
 _ALONG = 2.0**124
 """1 / d of a walk for d = 0, where the largest component of d is 1: near the largest float32. A margin times this lies
-beyond all t that boxes have along other axes, unless the ray begins beyond `_FAR` or is `_STEEP` along one of these:
-some boxes are infinite, so there t has no limit. Other quotients that exceed float32 become infinite or NaN, and such
-a box is met."""
+beyond all t of boxes along other axes, unless the ray begins beyond `_FAR`, or is `_STEEP` along one of these: boxes
+may be infinite there, and their t has no limit. Other quotients that exceed float32 become infinite or NaN, and the
+walk enters the box."""
 _STEEP = 2.0**-56
 """Least component of a direction, unless it is 0, with which boxes along an axis of 0 are tested."""
 _LARGEST = 2.0**20
-"""Limit of the ends of a walk: beyond all finite boxes, so that infinite ones are met."""
+"""Limit of the ends of a walk. It lies beyond all finite boxes, and the walk enters infinite ones up to there."""
 _FAR = 2.0**30
 """Share of the scene's coordinates."""
 
@@ -80,7 +80,7 @@ def shorten_nodes(geometry: Geometry, nodes: Longs, begin: int, step: int) -> No
             for k in range(8):
                 if _child(geometry, node, k) != 0:
                     low, high = min(low, floats[at + 8 * axis + k]), max(high, floats[at + 24 + 8 * axis + k])
-            # Boxes that are too wide are met by each ray: where a grid begins at NaN, so does each stretch
+            # A walk enters all boxes of a node that is too wide: NaN, where its grid begins, fails each comparison
             fits = high - low < 1e150
             least = max(_LEAST_SHARE * _reach(geometry), max(_LEAST_STEP * max(abs(low), abs(high)), 1e-250))
             exponent = (float_bits(max(least, (high - low) / 254.0)) >> 52) + 1 if fits else whole(1023)
@@ -119,7 +119,7 @@ class RayGrid(NamedTuple):
 
 @inline
 def _inverse(d: float, largest: float, reach: float, limit: float) -> float:
-    """Return 1 / d in units of the walk; NaN, so that each box is met, for a d of 0 where `limit` forbids a test."""
+    """Return 1 / d in units of the walk. For d = 0 beyond `limit` it is NaN, so that the walk enters each box."""
     if d != 0.0:
         return largest / (d * reach)
     return _ALONG / reach if reach < limit else math.nan

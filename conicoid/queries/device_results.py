@@ -347,7 +347,7 @@ def _sums(
     scene: PreparedScene, gpu: Device, rays: DeviceRays, arrays: Any, plan: line_integrals.SumPlan,
     progress: Progress | None,
 ) -> DeviceArray:  # fmt: skip
-    """Return `lengths` or `line_integral`: sums over spans, of which so many are written at a time."""
+    """Return `lengths` or `line_integral`. It writes about `_ROWS` spans at a time, and sums them up."""
     count, width, rows = len(arrays.origins), plan.table.shape[1], _RayRows(scene, gpu, rays, arrays, True)
     if not rows.count():
         return upload(gpu, line_integrals.sum_along(scene, *_here(rays, arrays), plan, progress, "cpu"))

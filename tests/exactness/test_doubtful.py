@@ -104,7 +104,7 @@ TIES = {
 
 @pytest.mark.parametrize("name", TIES)
 def test_ties_of_a_box_without_a_ball_in_it(name: str) -> None:
-    """Alone and beside rays that look elsewhere, which a packet traces with it."""
+    """The ray alone, and in one packet with rays that look another way."""
     (origin, direction), tied = TIES[name]
     scene = co.Scene([co.Box((-0.5,) * 3, (0.5,) * 3) - co.Sphere(0.5)])
     assert scene.first_hit(origin, direction).doubtful == tied
