@@ -222,7 +222,7 @@ def here(side: int) -> int:
     import numpy as np
 
     import conicoid as co
-    from conicoid.queries.device import device_of
+    from conicoid.queries.device_choice import device_of
     from conicoid.queries.device_arrays import upload
 
     try:

@@ -44,7 +44,7 @@ _MODULES = {
     ".materials.material": "Material",
     ".materials.presets": "blinn_phong fog glass glow lacquer matte metal mirror phong plastic",
     ".materials.texture": "Checker",
-    ".queries.device": "set_device",
+    ".queries.device_choice": "set_device",
     ".queries.hits": "Hits",
     ".queries.points": "BodiesAt Distances",
     ".queries.rays": "Rays",
@@ -231,7 +231,7 @@ if TYPE_CHECKING:
         plastic as plastic,
     )
     from .materials.texture import Checker as Checker
-    from .queries.device import set_device as set_device
+    from .queries.device_choice import set_device as set_device
     from .queries.hits import Hits as Hits
     from .queries.points import BodiesAt as BodiesAt, Distances as Distances
     from .queries.rays import Rays as Rays

@@ -58,7 +58,7 @@ class Kernels:
 
 
 class Card:
-    """What `conicoid.queries.device.NvidiaDriver` offers, on this processor.
+    """What `conicoid.queries.nvidia_driver.NvidiaDriver` offers, on this processor.
 
     Streams do their work only while somebody waits for them, one piece at a time: who reads too early gets garbage. A
     byte written beside an allocation is found when that is given back, or by `check`.

@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
-from html import escape
 from itertools import islice
 from typing import Any, SupportsIndex, TypeVar
 
@@ -38,6 +37,8 @@ MOST_ROWS = 20
 
 def html_table(columns: Sequence[str], rows: Iterable[Sequence[Any]], count: int) -> str:
     """Return the first rows of `count` ones as an HTML table; floats have six digits, vectors stand in brackets."""
+    from html import escape
+
     head = "".join(f"<th>{escape(column)}</th>" for column in columns)
     body = "".join(
         f"<tr>{''.join(f'<td>{escape(_cell(value))}</td>' for value in row)}</tr>" for row in islice(rows, MOST_ROWS)

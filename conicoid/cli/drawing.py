@@ -106,7 +106,7 @@ class RenderRequest:
         """Refuse a device that is not there, before the work."""
         if self.device is None:
             return
-        from ..queries.device import device_of
+        from ..queries.device_choice import device_of
 
         try:
             device_of("render", self.device)

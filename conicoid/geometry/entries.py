@@ -18,7 +18,6 @@ from .bulk import Bulk, Spheres
 from .instance_edits import EditedInstances, InstanceOrigins, collect_instances
 from .instances import InstanceList
 from .shape import Boolean, Shape, Solid
-from .tracks import BodyTrack
 
 _MOST_SUGGESTIONS = 1000
 """For suggestions, the names of so many bodies of a large scene are compared."""
@@ -144,6 +143,10 @@ def refuse_same_names(bodies: Sequence[Body]) -> None:
 
 def refuse_unknown_tracks(bodies: Bodies, animation: tuple[Any, ...]) -> None:
     """Raise KeyError for a track of an unknown body."""
+    if not animation:
+        return
+    from .tracks import BodyTrack
+
     for i, track in enumerate(animation):
         if isinstance(track, BodyTrack):
             try:

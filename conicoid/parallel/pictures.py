@@ -16,7 +16,7 @@ import numpy as np
 
 from .._util.files import replace_file, resolve_output
 from .._util.validation import check_path as checked_path
-from ..queries.device import device_of
+from ..queries.device_choice import device_of
 from ..render.exposure import Exposure, empty_sums, render_motion_blur, stills
 from ..render.film import COUNT, SUMS, mean_pixels
 from ..render.integrators import INTEGRATORS

@@ -18,7 +18,7 @@ from .._util.validation import describe_kind, is_dask_array, replace_default
 from .._util.value_objects import align_array, freeze_arrays
 from ..kernels.first_hits import HitBuffers
 from ..queries import points as at_points, points as distances, ray_queries
-from ..queries.device import device_of
+from ..queries.device_choice import device_of
 from ..queries.hits import Hits
 from ..queries.line_integrals import trailing_axes
 from ..queries.points import BodiesAt, Distances, Nearest

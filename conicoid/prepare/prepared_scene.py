@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import weakref
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
@@ -13,9 +12,6 @@ import numpy.typing as npt
 
 from .._jit.machine_code import SHIPPED, single_call
 from ..geometry.body import Body
-from ..geometry.exact_crossings import IntegerForm, ball_form, surface_form
-from ..geometry.instance_edits import have_same_shapes
-from ..geometry.instances import InstanceList
 from ..geometry.labels import Labels, body_labels
 from ..kernels.surface.exact_crossing import RoundingRest
 from ..kernels.tables import (
@@ -41,28 +37,17 @@ from ..kernels.tables import (
     Geometry,
     Tables,
     length,
-    unpack_tables,
 )
 from ..kernels.threads import is_brief
 from . import lowering
-from .bvh.leaf_items import put_items
-from .bvh.tree_patch import patch_trees, put_new_groups
 from .bvh.trees import SceneTrees, build_scene_trees
 from .coincidence import row_hashes
-from .edits.buffer_pool import BufferClaim, EditState, OpenBuffer
-from .edits.in_place import InPlaceEdit, adopt_buffer, release_memory
-from .edits.lattice_edit import (
-    LatticeState,
-    edit_lattice,
-    exchanged_entries,
-    first_state,
-    room_for_edits,
-    without_memory,
-)
-from .edits.scene_edit import SpliceEdit, edit_scene
-from .edits.scene_splice import find_runs
+from .edits.buffer_pool import EditState, OpenBuffer, adopt_buffer
 from .lowering import LazyBounds, LoweredScene
 from .progress import AFTER_TREES, Progress, ProgressStages
+
+if TYPE_CHECKING:
+    from ..geometry.exact_crossings import IntegerForm
 
 
 @dataclass(frozen=True)
@@ -103,6 +88,8 @@ class PreparedScene:
         # A list, since the trees decide when the buffer is made, and how large
         buffers: list[OpenBuffer] = []
         if isinstance(lowered.bounds, LazyBounds):
+            from .edits.lattice_edit import first_state, room_for_edits
+
             geometry, woods, maxima = build_scene_trees(lowered, partial(room_for_edits, buffers))
             lowered = lowered.with_geometry(geometry)
             kept: EditState = first_state(buffers[0], maxima, lowered.tables)
@@ -112,10 +99,12 @@ class PreparedScene:
         else:
             geometry, woods, _ = build_scene_trees(lowered, lambda tables: _reserve(buffers, tables))
             lowered, kept = adopt_buffer(lowered.with_geometry(geometry), buffers[0])
-        return cls(lowered, geometry, _flat_rest(lowered), woods, entries=bodies, edit_state=kept)
+        return cls(lowered, geometry, flat_rest(lowered), woods, entries=bodies, edit_state=kept)
 
     def edited(self, bodies: Sequence[Body], progress: Progress | None = None) -> PreparedScene | None:
         """Return a scene of other bodies that shares most with this one; None where a fresh preparation is as quick."""
+        from .edits.scene_edit import prepare_edit
+
         return prepare_edit([self], bodies, progress)
 
     def labelled(self, bodies: Sequence[Body]) -> PreparedScene:
@@ -140,7 +129,7 @@ class PreparedScene:
     @property
     def has_gaps(self) -> bool:
         """Return whether edits have left rows in the tables that nobody reads."""
-        return isinstance(self.edit_state, LatticeState) and bool(self.edit_state.loose)
+        return self.edit_state.has_gaps
 
     def keep_single_calls(self, query: str, answer: Callable[..., Any], *kernels: tuple[Any, ...]) -> None:
         """Let `answer(calls, scene, *numbers)` answer a query of few rays or points, by calls of kernels."""
@@ -199,80 +188,17 @@ def prepare(
     progress : Progress, optional
         Called with (entries done, entries in all).
     """
-    scene = prepare_edit(before, bodies, progress) if before else None
+    scene = None
+    if before:  # most programs edit no scene: these modules are a tenth of a start
+        from .edits.scene_edit import prepare_edit
+
+        scene = prepare_edit(before, bodies, progress)
     if scene is None:
         stages = ProgressStages(progress, len(bodies))
         lowered = lowering.lower(bodies) if progress is None else lowering.lower(bodies, stages)
         scene = PreparedScene.of(lowered, bodies)
         stages.advance(AFTER_TREES)
     return scene
-
-
-def prepare_edit(
-    before: list[PreparedScene], bodies: Sequence[Body], progress: Progress | None = None
-) -> PreparedScene | None:
-    """Take the one scene out of a list and return `PreparedScene.edited` of it, or None as that does."""
-    # The list held the last reference of the caller: only then may memory be overwritten
-    old = before.pop()
-    # Instances have shared tables, which cannot be spliced: only their labels can change.
-    if not old.can_be_edited or isinstance(old.entries, InstanceList) or isinstance(bodies, InstanceList):
-        if have_same_shapes(old.entries, bodies):
-            return old.labelled(bodies)
-        state, entries = old.edit_state, old.entries
-        if not (isinstance(state, LatticeState) and isinstance(entries, InstanceList)):
-            return None
-        found = exchanged_entries(entries, bodies) if isinstance(bodies, InstanceList) else None
-        if found is None or not isinstance(bodies, InstanceList):
-            return None
-        lowered, places, woods = without_memory(old.lowered), old.geometry.places, old.woods
-        del old  # nothing here reads its memory any more
-        edited = edit_lattice(lowered, places, woods, state, entries, bodies, found)
-        if edited is None:
-            return None
-        lowered, geometry, woods, state = edited
-        return PreparedScene(lowered, geometry, _flat_rest(lowered), woods, entries=bodies, edit_state=state)
-    runs = find_runs(old.entries, bodies)
-    # Other names or materials alone: all tables stay
-    if not runs.fresh and len(bodies) == len(old.entries):
-        return old.labelled(bodies)
-    kept, woods, reference = old.edit_state, old.woods, weakref.ref(old)
-    lowered = release_memory(old.lowered, old.geometry, kept.memory) if kept.memory else old.lowered
-    # The last strong reference here: afterwards `reference` tells whether somebody else holds the scene.
-    del old
-    claim = kept.memory.claim() if kept.memory else BufferClaim()
-    edit = edit_scene(lowered, bodies, runs, kept, claim, progress) if claim else None
-    if edit is None:
-        return None
-    holder = reference()
-    if holder is not None:
-        # Somebody holds the old scene, whose next edit must not reuse memory that this one has taken
-        vars(holder)["edit_state"] = edit.edit_state
-    return _finish_edit(edit, lowered.tables, woods, bodies)
-
-
-def _finish_edit(
-    edit: SpliceEdit | InPlaceEdit, old: Tables, woods: SceneTrees, bodies: Sequence[Body]
-) -> PreparedScene:
-    """Complete an edited scene with its trees; `old` and `woods` are the tables and trees of the scene before."""
-    trees = patch_trees(old, woods, edit)
-    # The boxes of nodes are views of the memory that is about to be overwritten.
-    if edit.in_place:
-        trees.copy_boxes()
-    empty = Tables(**edit.shapes, **trees.tables)
-    geometry = edit.geometry(empty)
-    tables = unpack_tables(empty, geometry)
-    for name, column in trees.tables.items():
-        if name not in ("node_boxes", "leaf_items"):
-            getattr(tables, name)[...] = column
-    trees.put_boxes(tables.node_boxes)
-    lowered, kept = edit.fill(geometry, tables)
-    trees.keep_items(tables, None if edit.in_place else old)
-    end = int(geometry.places[LEAF_ITEMS]) + tables.leaf_items.size
-    geometry.floats[end : end + -end % LINE] = 0.0  # zero the padding up to the next table
-    put_items(geometry, lowered.boxes, int(trees.woods.places[-1]), trees.parts)
-    put_new_groups(geometry, edit)
-    edit.close(kept)
-    return PreparedScene(lowered, geometry, _flat_rest(lowered), trees.woods, entries=bodies, edit_state=kept)
 
 
 def _reserve(buffers: list[OpenBuffer], tables: Tables) -> Geometry:
@@ -283,7 +209,7 @@ def _reserve(buffers: list[OpenBuffer], tables: Tables) -> Geometry:
     return geometry
 
 
-def _flat_rest(lowered: LoweredScene) -> RoundingRest:
+def flat_rest(lowered: LoweredScene) -> RoundingRest:
     """Flatten the remainders of a lowered scene, as kernels take them."""
     rest = lowered.rest
     return RoundingRest(rest.planes.ravel(), rest.spheres.ravel(), rest.quadrics.ravel(), rest.vertices.ravel())
@@ -360,6 +286,8 @@ def exact_form(scene: PreparedScene, surface: int) -> IntegerForm:
     """Return the exact form of a surface, which `scene.forms` caches."""
     form = scene.forms.get(surface)
     if form is None:
+        from ..geometry.exact_crossings import ball_form, surface_form
+
         exact = scene.lowered.exact
         if surface < len(exact):
             form = surface_form(exact[surface])

@@ -1,7 +1,7 @@
-"""Queries on a GPU: which device answers, its memory, and chunks of rays that are copied while others are traced.
+"""Queries on a GPU: its memory, and chunks of rays that are copied while others are traced.
 
 The kernels are those of `conicoid.kernels.device` as PTX, from the package conicoid_cuda. All but the calls of NVIDIA's
-driver (`NvidiaDriver`) runs in tests on a card that the CPU emulates (tests/emulation.py).
+driver (`nvidia_driver.py`) runs in tests on a card that the CPU emulates (tests/emulation.py).
 
 A query copies its rays by chunks into memory that the card reads by itself, on several streams: one chunk is on its way
 there, one is traced, one on its way back. Python waits for a stream in short naps, so that Ctrl-C comes through.
@@ -11,20 +11,15 @@ from __future__ import annotations
 
 import contextlib
 import math
-import os
 import threading
 import time
 import weakref
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
-from .._util.environment import DEVICES, read_device
-from .._util.process import fork_safe_lock
-from .._util.validation import format_value
 from ..kernels.body.crossing_rows import CROSSING_COLUMNS, SPAN_COLUMNS
 from ..kernels.bvh.culling_constants import SHORT_NODE
 from ..kernels.device import BY_KIND, EACH, ROW_COLUMNS, ROWS, SHARED, WIDTHS, ScratchSize, size_name
@@ -32,8 +27,6 @@ from ..kernels.device_walk import place_count
 from ..kernels.tables import NODE_CHILDREN, Geometry, length
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from ..prepare.prepared_scene import PreparedScene
 
 BLOCK = 128
@@ -42,50 +35,13 @@ CHUNK = 1 << 19
 """Rays or points of a chunk: some 30 MB, a millisecond of a large card."""
 LANES = 3
 """Chunks on their way."""
-_LINE = 256  # bytes to which arrays in a card's memory are aligned
+ALIGNMENT = 256
+"""Bytes to which arrays in a card's memory are aligned."""
 _ROWS = 1 << 21  # rows of spans or crossings that a lane has room for, 170 MB
 _NUMBERS = 1 << 24  # sums that a lane has room for
 _PIECE = 1 << 22  # rays or points that live on a card, between two looks for Ctrl-C; a multiple of SUMMED
 _SHARE = 2  # scratch memory that threads share takes up to one part in so many of a card's free memory
 _LOOKS, _NAP = 400, 5e-5  # looks at a stream without a nap, some hundred microseconds; then seconds between two
-
-_default_device: list[str] = []
-
-
-def set_device(device: str | None) -> None:
-    """Answer queries of rays, `contains` and `body_at`, and render, on a device from now on: "cpu" or "cuda".
-
-    The answers are the same to the bit. One point, one ray and up to a thousand rays in a list stay on the CPU.
-    Other queries stay there too, except for parts that call one of these.
-
-    Parameters
-    ----------
-    device : {"cpu", "cuda"} or None
-        None returns to the default: CONICOID_DEVICE, or the CPU.
-
-    Raises
-    ------
-    ValueError
-        For another name.
-    ImportError, RuntimeError
-        If a package, NVIDIA's driver or a card is missing.
-    """
-    if device is not None:
-        device_of("set_device", device)
-    _default_device[:] = [] if device is None else [device]
-
-
-def device_of(query: str, device: str | None, are_few: bool = False) -> Device | None:
-    """Return the GPU that answers a query, None for the CPU; `device` is the argument of the query.
-
-    The CPU answers for few rays or points sooner than they travel, so they go to a card only if the call names it.
-    """
-    named = device if device is not None else _default_device[-1] if _default_device else read_device()
-    if not isinstance(named, str) or named not in DEVICES:
-        names = " or ".join(map(repr, DEVICES))
-        raise ValueError(f"{query}: device must be {names}, got {format_value(device)}")
-    found = None if named == "cpu" else _first_device()  # for few rays too: a missing driver raises at once
-    return None if device is None and are_few else found
 
 
 class GpuDriver(Protocol):
@@ -138,7 +94,7 @@ class CardMemory:
     """Memory of a card, which is given back with this object."""
 
     def __init__(self, driver: GpuDriver, size: int) -> None:
-        self.size, self.address = size, driver.allocate(max(size, _LINE))
+        self.size, self.address = size, driver.allocate(max(size, ALIGNMENT))
         weakref.finalize(self, driver.release, self.address).atexit = False
 
 
@@ -177,10 +133,10 @@ class _Lane:
     def twins(self, name: str, *kinds: tuple[tuple[int, ...], Any]) -> list[_Twin]:
         """Return arrays of these shapes and types, not initialised, in memory that belongs to a name."""
         sizes = [math.prod(shape) * np.dtype(kind).itemsize for shape, kind in kinds]
-        ends = np.cumsum([0, *(-(-size // _LINE) * _LINE for size in sizes)]).tolist()
+        ends = np.cumsum([0, *(-(-size // ALIGNMENT) * ALIGNMENT for size in sizes)]).tolist()
         if name not in self._rooms or self._rooms[name][0].size < ends[-1]:
             self._rooms.pop(name, None)  # before the new memory, which may not have room beside it
-            self._rooms[name] = CardMemory(self.driver, ends[-1]), self.driver.pinned(max(_LINE, ends[-1]))
+            self._rooms[name] = CardMemory(self.driver, ends[-1]), self.driver.pinned(max(ALIGNMENT, ends[-1]))
         memory, pinned = self._rooms[name]
         return [
             _Twin(pinned[begin : begin + size].view(kind).reshape(shape), memory.address + begin)
@@ -237,7 +193,7 @@ class Device:
         self._tables: dict[int, CardMemory] = {}
         self._short_nodes: dict[int, CardMemory] = {}
         self._sizes: dict[int, ScratchSize] = {}
-        self._status = CardMemory(driver, _LINE)
+        self._status = CardMemory(driver, ALIGNMENT)
 
     def wait(self, lane: _Lane) -> None:
         """Wait for what is in a lane."""
@@ -496,7 +452,7 @@ class Device:
         threads = min(driver.resident(f"{function}_{size}"), most // each) // BLOCK * BLOCK
         if threads == 0:
             return None
-        sizes = [-(-threads * WIDTHS[name] * length // _LINE) * _LINE for name, length in lengths.items()]
+        sizes = [-(-threads * WIDTHS[name] * length // ALIGNMENT) * ALIGNMENT for name, length in lengths.items()]
         if self._scratch is None or held < sum(sizes):
             self._scratch = None
             self._scratch = CardMemory(driver, sum(sizes))
@@ -517,256 +473,3 @@ def _check_status(status: Any) -> None:
     """Raise RuntimeError if a kernel has failed."""
     if status[0]:
         raise RuntimeError(f"device='cuda': a kernel ended with status {status[0]}")
-
-
-# NVIDIA's cards
-
-_devices: dict[int, Device] = {}
-"""The device of a process, by its number: after a fork the child has none."""
-_opening = fork_safe_lock()
-
-
-def _first_device() -> Device:
-    """Return the first card with its memory. Raise ImportError or RuntimeError where something is missing."""
-    with _opening:
-        if os.getpid() not in _devices:
-            _devices[os.getpid()] = Device(NvidiaDriver())
-        return _devices[os.getpid()]
-
-
-def _kernels() -> Path:
-    """Return the folder of the PTX of these sources. Raise ImportError if there is none."""
-    from pathlib import Path
-
-    from .._jit.sources import is_current
-
-    spec = find_spec("conicoid_cuda")
-    if spec is None or spec.origin is None:
-        raise ImportError("device='cuda' needs the kernels in conicoid-cuda: pip install 'conicoid[cuda]'")
-    folder = Path(spec.origin).parent
-    if not is_current((folder / "sources.stamp").read_text(encoding="utf-8"), compilers=False):
-        raise ImportError(
-            "device='cuda': conicoid-cuda was made for another version of Conicoid: pip install -U 'conicoid[cuda]'"
-        )
-    return folder
-
-
-_LOST = frozenset((214, 220, 700, 702, 709, 710, *range(714, 720)))
-"""Errors after which the driver answers each call of the process with an error: NVIDIA's list of `CUresult`."""
-
-
-_MOST_SPARE = 1 << 30  # bytes that are kept for the next arrays
-
-
-def _size_class(size: int) -> int:
-    """Return a size that is up to an eighth larger, so that arrays of nearly the same size share memory."""
-    step = max(_LINE, 1 << max(0, size.bit_length() - 4))
-    return -(-size // step) * step
-
-
-class NvidiaDriver:
-    """The first card that NVIDIA's driver shows (CUDA_VISIBLE_DEVICES chooses), in its primary context.
-
-    The context is current during a call alone, so that CuPy or PyTorch in the same thread keep the card that is theirs.
-    """
-
-    OLDEST = 7, 5
-
-    def __init__(self) -> None:
-        try:
-            from cuda.bindings import driver
-        except ImportError:
-            raise ImportError("device='cuda' needs NVIDIA's cuda-bindings: pip install 'conicoid[cuda]'") from None
-        self._folder, self._driver, self._process = _kernels(), driver, os.getpid()
-        self._functions: dict[str, Any] = {}
-        self._taken: dict[int, int] = {}  # sizes of memory, by address
-        self._spare: dict[int, list[int]] = {}  # addresses of memory that waits for the next array of its size
-        self._spare_bytes, self._is_quiet = 0, True
-        self._lock = threading.RLock()  # arrays that end while it is held give their memory back
-        try:
-            (state,) = driver.cuInit(0)
-        except Exception as error:  # the package has errors of its own for a library that it does not find
-            raise RuntimeError("device='cuda' needs NVIDIA's driver, and none was found here") from error
-        if state == driver.CUresult.CUDA_ERROR_NOT_INITIALIZED:
-            raise RuntimeError("device='cuda': a process that was forked from one that uses a card cannot use it")
-        count = self._result("cuDeviceGetCount") if int(state) == 0 else 0
-        if count == 0:
-            raise RuntimeError(f"device='cuda' needs a card of NVIDIA's; the driver finds none ({self._text(state)})")
-        device = self._result("cuDeviceGet", 0)
-        kinds = driver.CUdevice_attribute
-        major, minor, self._units, self._threads = (
-            self._result("cuDeviceGetAttribute", getattr(kinds, f"CU_DEVICE_ATTRIBUTE_{kind}"), device)
-            for kind in (
-                "COMPUTE_CAPABILITY_MAJOR",
-                "COMPUTE_CAPABILITY_MINOR",
-                "MULTIPROCESSOR_COUNT",
-                "MAX_THREADS_PER_MULTIPROCESSOR",
-            )
-        )
-        self.name = self._result("cuDeviceGetName", 100, device).partition(b"\0")[0].decode()
-        if (major, minor) < self.OLDEST:
-            needed = ".".join(map(str, self.OLDEST))
-            raise RuntimeError(f"device='cuda' needs compute capability {needed}; {self.name} has {major}.{minor}")
-        self._family = f"sm_{major}0"
-        self._context = self._result("cuDevicePrimaryCtxRetain", device)
-
-    def _text(self, error: Any) -> str:
-        found = self._driver.cuGetErrorString(error)[1]
-        return found.decode() if found else str(error)
-
-    def _check(self, name: str, error: Any) -> None:
-        """Raise MemoryError or RuntimeError for what a function of the driver returned, unless it succeeded."""
-        if error == self._driver.CUresult.CUDA_ERROR_OUT_OF_MEMORY:
-            raise MemoryError(f"device='cuda': {name}: {self.name} has too little memory")
-        if int(error) != 0:
-            lost = "; this process cannot use the card any more" if int(error) in _LOST else ""
-            raise RuntimeError(f"device='cuda': {name}: {self._text(error)}{lost}")
-
-    def _result(self, name: str, *arguments: Any) -> Any:
-        """Call the driver; return its result."""
-        error, *results = getattr(self._driver, name)(*arguments)
-        self._check(name, error)
-        return results[0] if results else None
-
-    def _call(self, name: str, *arguments: Any) -> Any:
-        """Call the driver, in the card's context; return its result."""
-        self._result("cuCtxPushCurrent", self._context)
-        try:
-            return self._result(name, *arguments)
-        finally:
-            self._driver.cuCtxPopCurrent()
-
-    def free_memory(self) -> int:
-        return int(self._call("cuMemGetInfo")) + self._spare_bytes
-
-    def _with_room(self, size: int, name: str, *arguments: Any) -> Any:
-        """Call the driver for what takes so many bytes of the card. Raise MemoryError with these."""
-        try:
-            return self._call(name, *arguments)
-        except MemoryError:
-            self._empty()
-        try:
-            return self._call(name, *arguments)
-        except MemoryError:
-            raise MemoryError(
-                f"device='cuda': {size:,} bytes are needed, {self.free_memory():,} are free on {self.name}"
-            ) from None
-
-    def allocate(self, size: int) -> int:
-        needed, size = size, _size_class(size)
-        with self._lock:
-            address = self._spare_of(size)
-            if address is None:
-                address = int(self._with_room(needed, "cuMemAlloc", size))
-            self._taken[address] = size
-        return address
-
-    def _spare_of(self, size: int) -> int | None:
-        """Return memory that is kept, if there is some of this size."""
-        if not self._spare.get(size):
-            return None
-        if not self._is_quiet:  # another library may still read what it gave back
-            self._is_quiet = True  # first: arrays that end meanwhile set it back
-            self._call("cuCtxSynchronize")
-        self._spare_bytes -= size
-        return self._spare[size].pop()
-
-    def release(self, address: int) -> None:
-        """Keep memory for the next array of its size: to get some from the driver takes longer than to trace."""
-        if os.getpid() != self._process:
-            return
-        with self._lock:
-            size = self._taken.pop(address)
-            if self._spare_bytes + size > _MOST_SPARE:
-                self._give_back("cuMemFree", address)
-                return
-            self._spare.setdefault(size, []).append(address)
-            self._spare_bytes += size
-            self._is_quiet = False
-
-    def _empty(self) -> None:
-        """Give the memory that is kept back to the driver."""
-        with self._lock:
-            spare, self._spare, self._spare_bytes = self._spare, {}, 0  # arrays may end meanwhile
-        for address in (each for addresses in spare.values() for each in addresses):
-            self._give_back("cuMemFree", address)
-
-    def _give_back(self, name: str, address: int) -> None:
-        """Free memory, if it is of this process, and its card is not lost."""
-        if os.getpid() == self._process:
-            with contextlib.suppress(RuntimeError):
-                self._call(name, address)
-
-    def pinned(self, size: int) -> Any:
-        import ctypes
-
-        try:
-            address = self._call("cuMemHostAlloc", size, 0)
-        except MemoryError:
-            raise MemoryError(f"device='cuda': {size:,} bytes of the CPU's memory cannot be pinned") from None
-        room = (ctypes.c_uint8 * size).from_address(address)
-        weakref.finalize(room, self._give_back, "cuMemFreeHost", address).atexit = False  # the array below holds it
-        return np.ctypeslib.as_array(room)
-
-    def stream(self) -> Any:
-        return self._call("cuStreamCreate", self._driver.CUstream_flags.CU_STREAM_NON_BLOCKING)
-
-    def send(self, address: int, array: Any, stream: Any) -> None:
-        self._call("cuMemcpyHtoDAsync", address, array.ctypes.data, array.nbytes, stream)
-
-    def fetch(self, array: Any, address: int, stream: Any) -> None:
-        self._call("cuMemcpyDtoHAsync", array.ctypes.data, address, array.nbytes, stream)
-
-    def _function(self, kernel: str) -> Any:
-        """Return a kernel: machine code for cards of this family, or PTX, which the driver translates and keeps."""
-        if kernel not in self._functions:
-            import ctypes
-
-            files = (self._folder / f"{kernel}.{kind}" for kind in (f"{self._family}.cubin", "ptx"))
-            code = ctypes.create_string_buffer(next(file for file in files if file.exists()).read_bytes())
-            try:
-                module = self._call("cuModuleLoadData", ctypes.addressof(code))
-            except RuntimeError as error:
-                version = self._result("cuDriverGetVersion")
-                raise RuntimeError(
-                    f"{error}; the driver for CUDA {version // 1000}.{version % 1000 // 10} cannot load {kernel}"
-                ) from None
-            self._functions[kernel] = self._call("cuModuleGetFunction", module, kernel.encode())
-        return self._functions[kernel]
-
-    def resident(self, kernel: str) -> int:
-        blocks = self._call("cuOccupancyMaxActiveBlocksPerMultiprocessor", self._function(kernel), BLOCK, 0)
-        return int(blocks * self._units * BLOCK)
-
-    def launch(self, kernel: str, arguments: Sequence[int], threads: int, stream: Any) -> None:
-        function, values = self._function(kernel), np.array(arguments, np.int64)
-        places = np.uint64(values.ctypes.data) + np.arange(0, values.nbytes, 8, dtype=np.uint64)
-        blocks, kind = -(-threads // BLOCK), self._driver.CUfunction_attribute.CU_FUNC_ATTRIBUTE_LOCAL_SIZE_BYTES
-        # A card reserves local memory for all threads that its multiprocessors can hold, at the first launch
-        local = self._call("cuFuncGetAttribute", kind, function) * self._threads * self._units
-        sizes = blocks, 1, 1, BLOCK, 1, 1, 0
-        self._with_room(local, "cuLaunchKernel", function, *sizes, stream, places.ctypes.data, 0)
-
-    def number(self, stream: Any) -> int:
-        return int(stream)
-
-    def follow(self, stream: Any, other: int) -> None:
-        event = self._call("cuEventCreate", self._driver.CUevent_flags.CU_EVENT_DISABLE_TIMING)
-        self._call("cuEventRecord", event, self._driver.CUstream(other))
-        self._call("cuStreamWaitEvent", stream, event, 0)
-        self._call("cuEventDestroy", event)
-
-    def card_of(self, address: int) -> int:
-        kind = self._driver.CUpointer_attribute.CU_POINTER_ATTRIBUTE_DEVICE_ORDINAL
-        return int(self._call("cuPointerGetAttribute", kind, address))
-
-    def is_done(self, stream: Any) -> bool:
-        self._result("cuCtxPushCurrent", self._context)
-        try:
-            (error,) = self._driver.cuStreamQuery(stream)
-        finally:
-            self._driver.cuCtxPopCurrent()
-        if error == self._driver.CUresult.CUDA_ERROR_NOT_READY:
-            return False
-        self._check("cuStreamQuery", error)
-        return True

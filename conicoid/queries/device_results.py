@@ -21,7 +21,7 @@ from ..kernels.device import MARKED, ROW_COLUMNS, SUMMED
 from ..kernels.first_hits import HitBuffers
 from ..kernels.ray import RayArrays
 from . import line_integrals, points as at_points, ray_queries
-from .device import _ROWS, Device, device_of
+from .device import _ROWS, Device
 from .device_arrays import (
     CardView,
     DeviceArray,
@@ -34,6 +34,7 @@ from .device_arrays import (
     upload,
     view_of,
 )
+from .device_choice import device_of
 from .exact.doubtful_rays import resolve_bodies, resolve_hits, resolve_rows
 from .hits import Hits, refuse_directions, spawned_shape
 from .rays import Rays

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -18,12 +18,15 @@ from ..kernels.packet.lanes import LANES
 from ..kernels.ray import RayArrays
 from ..kernels.threads import KernelRange, Progress, chunk_of_rays, run_on
 from ..prepare.prepared_scene import PreparedScene
-from .device import Device, SpanSums, device_of
+from .device_choice import device_of
 from .overlaps import COUNT_BOTH, check_overlaps, is_silent
 from .ray_queries import _are_few, _packets, arrays_of, as_rays, rays_after_values
 from .rays import Rays
 from .spans import Spans, refuse_large_lengths, trace_lists
 from .weights import BODY, check_by, weights_of
+
+if TYPE_CHECKING:
+    from .device import Device
 
 _PACKETS = 64  # packets that a thread takes at a time, at most
 _SOME = 1 << 10  # rays whose spans are made at a time
@@ -135,6 +138,8 @@ def _sum_on_card(
     progress: Progress | None,
 ) -> bool:  # fmt: skip
     """Write the sums and marks of rays by a GPU; return False if it has too little memory."""
+    from .device import SpanSums
+
     places = plan.places(scene)
     for begin in range(0, len(total), _ON_CARD):
         part = slice(begin, min(begin + _ON_CARD, len(total)))

@@ -20,7 +20,7 @@ from ..kernels.closest.safety import bounds_of_points
 from ..kernels.tables import Floats, Ints
 from ..kernels.threads import KernelRange, chunk_of_rays, chunk_size, run_on, run_rows
 from ..prepare.prepared_scene import PreparedScene
-from .device import Device, device_of
+from .device_choice import device_of
 from .exact.doubtful_rays import resolve_bodies
 from .exact.membership import locate_packets
 from .hit_fields import faces_of, normals_of
@@ -30,6 +30,7 @@ from .result import NO_SCENE, QueryResult, check_parts, common_scene_state, form
 if TYPE_CHECKING:
     from ..kernels.threads import Progress
     from ..prepare.prepared_scene import PreparedScene
+    from .device import Device
 
 
 class BodiesAt:

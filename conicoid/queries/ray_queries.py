@@ -22,7 +22,7 @@ from ..kernels.ray import RayArrays
 from ..kernels.stream import ray_order
 from ..kernels.threads import KernelRange, chunk_of_rays, chunk_size, is_brief, run_on
 from ..prepare.prepared_scene import PreparedScene
-from .device import device_of
+from .device_choice import device_of
 from .hits import Hits
 from .rays import LazyRays, Rays
 from .result import QueryResult

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import importlib
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .._util.text import check_choice, describe_names
 from .._util.validation import check_callback, check_flag, describe_kind, format_value
@@ -14,10 +14,13 @@ from ..io.image import Image
 from ..materials.color import amount_rgb
 from ..materials.light import AmbientLight, as_lights
 from ..materials.material import Material
-from ..queries.device import Device, device_of
+from ..queries.device_choice import device_of
 from ..render.exposure import compute_layers, render
 from ..render.film import SUM_LAYERS, check_layers, image_error
 from ..render.job import FilmResult, RenderJob, make_job
+
+if TYPE_CHECKING:
+    from ..queries.device import Device
 
 _FEW = 1000  # rays of a picture that is rendered here sooner than a card begins
 

@@ -61,7 +61,6 @@ from ..geometry.entries import (
 from ..geometry.instances import InstanceList
 from ..geometry.labels import count_bodies, distinct_materials, first_numbers, single_body
 from ..geometry.shape import Shape, Solid
-from ..geometry.tracks import Track, as_tracks, follow_tracks
 from ..materials.background import Background, as_background
 from ..materials.light import Light, as_lights
 from ..materials.material import Material
@@ -73,6 +72,7 @@ if TYPE_CHECKING:
     from ..apps.explain.explanation import Explanation, SceneSurface
     from ..apps.section.slice import Slice
     from ..apps.section.voxels import Voxels
+    from ..geometry.tracks import Track
     from ..io.image import Image
     from ..kernels.threads import Progress
     from ..prepare.prepared_scene import Memory, PreparedScene
@@ -151,7 +151,7 @@ class Scene:
         self._camera = _as_camera(camera)
         self._background = as_background(background)
         self._domain = as_domain(domain)
-        self._animation: tuple[Track, ...] = as_tracks(animation)
+        self._animation: tuple[Track, ...] = _as_tracks(animation)
         self._unit = as_unit(unit)
         refuse_unknown_tracks(self._bodies, self._animation)
         self._cached_prepared: PreparedScene | None = None
@@ -452,7 +452,7 @@ class Scene:
         lights, camera, background, domain, animation, unit = parts or self._parts[1:]
         # An empty scene checks the other parts; the bodies are checked already
         scene, source = Scene((), lights, camera, background, domain, unit=unit), before or self
-        scene._bodies, scene._notes, scene._animation = bodies, self._notes, as_tracks(animation)
+        scene._bodies, scene._notes, scene._animation = bodies, self._notes, _as_tracks(animation)
         refuse_unknown_tracks(bodies, scene._animation)
         # The same bodies have the same tables; other bodies are prepared from the difference, when needed
         if bodies is source._bodies and source._cached_prepared is not None:
@@ -498,6 +498,8 @@ class Scene:
         ValueError
             If a track moves a camera or a light that the scene does not have.
         """
+        from ..geometry.tracks import follow_tracks
+
         scene: Scene = follow_tracks(self, check_number("at", "time", time))
         return scene
 
@@ -1191,6 +1193,15 @@ def _rebuild_scene(kind: type[Scene], *parts: Any) -> Scene:
     scene = kind.__new__(kind)
     Scene.__init__(scene, *parts)
     return scene
+
+
+def _as_tracks(animation: Any) -> tuple[Track, ...]:
+    """Return the checked tracks of an animation."""
+    if animation == ():
+        return ()
+    from ..geometry.tracks import as_tracks
+
+    return as_tracks(animation)
 
 
 def _as_camera(camera: Any) -> AnyCamera | None:

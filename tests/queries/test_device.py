@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.queries import device, device_arrays
+from conicoid.queries import device, device_arrays, device_choice, nvidia_driver
 from native import ptx
 
 from ..emulation import Card, device_kernels
@@ -39,8 +39,8 @@ def kernels():
 def card(kernels, monkeypatch):
     """The card of this process, whose memory is checked at the end."""
     emulated = Card(kernels)
-    monkeypatch.setattr(device, "NvidiaDriver", lambda: emulated)
-    monkeypatch.setattr(device, "_devices", {})
+    monkeypatch.setattr(nvidia_driver, "NvidiaDriver", lambda: emulated)
+    monkeypatch.setattr(device_choice, "_devices", {})
     monkeypatch.setattr(device, "CHUNK", 500)
     monkeypatch.setattr(device, "_ROWS", 300)
     yield emulated
@@ -368,7 +368,7 @@ def test_small_whole_numbers_on_the_card(card):
 def test_a_body_beyond_the_memory_of_a_card_and_arrays_there(card):
     scene, rays = co.Scene([carved(150)]), camera(16)
     scene.first_hit(rays, device="cuda")
-    device._devices[os.getpid()]._scratch = None
+    device_choice._devices[os.getpid()]._scratch = None
     card._size, launches = sum(map(len, card._rooms.values())) + (1 << 20), len(card.launches)
     same_there(card, scene, rays.origins, rays.directions)
     assert not any(name.startswith(("first_hits", "any_hits", "first_bodies")) for name, _ in card.launches[launches:])
@@ -393,7 +393,7 @@ def test_dlpack_in_and_out(card, monkeypatch):
     gc.collect()
     assert len(device_arrays._loans) == used
     given = rays.origins.copy()
-    address, kind, shape, steps, _ = device_arrays._by_dlpack(NumPy(given[:, ::2]), device._first_device())
+    address, kind, shape, steps, _ = device_arrays._by_dlpack(NumPy(given[:, ::2]), device_choice._first_device())
     assert (address, kind, shape) == (given.ctypes.data, "f8", (24, 12, 3))
     assert steps == (72, 6, 1)
 
@@ -609,10 +609,10 @@ def nvidia(monkeypatch, tmp_path):
     """Both packages, as far as they go without a card; a function that takes the driver."""
 
     def install(made):
-        monkeypatch.setattr(device, "_kernels", lambda: tmp_path)
+        monkeypatch.setattr(nvidia_driver, "_kernels", lambda: tmp_path)
         bindings = types.ModuleType("cuda.bindings")
         bindings.driver = made
-        device._devices.clear()
+        device_choice._devices.clear()
         monkeypatch.setitem(sys.modules, "cuda", types.ModuleType("cuda"))
         monkeypatch.setitem(sys.modules, "cuda.bindings", bindings)
 
@@ -626,7 +626,7 @@ def ptx_files(monkeypatch, tmp_path):
         (tmp_path / f"{name}.ptx").write_text(f".visible .entry {name}(\n")
     (tmp_path / "first_hits_few.ptx").rename(tmp_path / "first_hits_few.sm_80.cubin")
     (tmp_path / "any_hits_few.sm_90.cubin").write_text("of another card")
-    monkeypatch.setattr(device, "_devices", {})
+    monkeypatch.setattr(device_choice, "_devices", {})
     monkeypatch.setattr(device, "CHUNK", 300)
 
 
@@ -653,7 +653,7 @@ def test_what_is_missing_is_named(nvidia, monkeypatch):
         co.set_device("cuda")
     nvidia(Driver())
     with pytest.raises(MemoryError, match="device='cuda': 5,000 bytes are needed, 1,000 are free on A card"):
-        device.NvidiaDriver().allocate(5000)
+        nvidia_driver.NvidiaDriver().allocate(5000)
     monkeypatch.setenv("CONICOID_DEVICE", "cuda")
     nvidia(Driver(failures={"cuInit": 100}))
     with pytest.raises(RuntimeError, match="the driver finds none"):  # also for one point, which the CPU answers
@@ -708,7 +708,7 @@ def test_the_calls_of_the_driver(nvidia, ptx_files, kernels):
         same_hits(scene.first_hit(*there).to_host(), scene.first_hit(rays, device="cpu"))
     assert set(made.card.followed) == {7}
     made.card.check()
-    device._devices.clear()
+    device_choice._devices.clear()
     del scene
     gc.collect()
     assert not made.pinned
@@ -718,7 +718,7 @@ def test_the_calls_of_the_driver(nvidia, ptx_files, kernels):
 def test_memory_is_kept_for_the_next_array_of_its_size(nvidia, ptx_files, kernels, monkeypatch):
     made = Driver(Card(kernels))
     nvidia(made)
-    driver = device.NvidiaDriver()
+    driver = nvidia_driver.NvidiaDriver()
     first, free = driver.allocate(5000), driver.free_memory()
     driver.release(first)
     assert driver.free_memory() == free + 5120  # an eighth more at most
@@ -739,15 +739,15 @@ def test_memory_is_kept_for_the_next_array_of_its_size(nvidia, ptx_files, kernel
     monkeypatch.setattr(made.card, "_size", made.card._size - driver.free_memory() + 7168 + 6000)
     second = driver.allocate(9000)  # what is kept goes where the driver has no more
     assert driver._spare_bytes == 0
-    monkeypatch.setattr(device, "_MOST_SPARE", 0)
+    monkeypatch.setattr(nvidia_driver, "_MOST_SPARE", 0)
     driver.release(second)
     assert driver._spare_bytes == 0
 
 
 def test_kernels_of_other_sources_are_refused(monkeypatch, tmp_path):
-    monkeypatch.setattr(device, "find_spec", lambda name: None)
+    monkeypatch.setattr(nvidia_driver, "find_spec", lambda name: None)
     with pytest.raises(ImportError, match=r"needs the kernels in conicoid-cuda: pip install 'conicoid\[cuda\]'"):
-        device._kernels()
+        nvidia_driver._kernels()
     monkeypatch.undo()
     package = tmp_path / "conicoid_cuda"
     package.mkdir()
@@ -755,4 +755,4 @@ def test_kernels_of_other_sources_are_refused(monkeypatch, tmp_path):
     (package / "sources.stamp").write_text("0123\n/kernels/device.py")
     monkeypatch.syspath_prepend(tmp_path)
     with pytest.raises(ImportError, match="conicoid-cuda was made for another version of Conicoid"):
-        device._kernels()
+        nvidia_driver._kernels()

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.queries import device, device_results
+from conicoid.queries import device, device_choice, device_results
 
 from ..engine.test_routes import camera, crowded_scene
 from .test_device import NumPy, OnCard, card, carved, here, kernels, same_hits, same_there
@@ -146,7 +146,7 @@ def test_bounds_of_distances(card, leaves):
 def test_a_body_beyond_the_memory_of_a_card(card):
     scene, rays = co.Scene([carved(150)]), camera(16)
     scene.first_hit(rays, device="cuda")
-    device._devices[os.getpid()]._scratch = None
+    device_choice._devices[os.getpid()]._scratch = None
     card._size, launches = sum(map(len, card._rooms.values())) + (1 << 20), len(card.launches)
     same_lists(card, scene, rays)
     points = OnCard(card, rays.origins)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.queries import device
+from conicoid.queries import device_choice, nvidia_driver
 from conicoid.render import device_pictures
 from conicoid.render.camera_rays import lower_view
 from conicoid.render.integrators import INTEGRATORS, whitted
@@ -31,8 +31,8 @@ def kernels():
 def card(kernels, monkeypatch):
     """The card of this process, which takes pictures in small pieces."""
     emulated = Card(kernels)
-    monkeypatch.setattr(device, "NvidiaDriver", lambda: emulated)
-    monkeypatch.setattr(device, "_devices", {})
+    monkeypatch.setattr(nvidia_driver, "NvidiaDriver", lambda: emulated)
+    monkeypatch.setattr(device_choice, "_devices", {})
     monkeypatch.setattr(device_pictures, "_CHUNK", 500)
     monkeypatch.setattr(device_pictures, "_FIRST", 3 * 1024)
     monkeypatch.setattr(device_pictures, "_MOST", 6 * 1024)

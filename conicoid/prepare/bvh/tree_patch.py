@@ -10,19 +10,21 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..._util.arrays import is_member_sorted, unique_sorted
 from ...kernels.bvh.walk import ROWS
 from ...kernels.tables import Floats, Geometry, Ints, Tables
-from ..edits.in_place import InPlaceEdit
-from ..edits.scene_edit import SpliceEdit
 from ..row_layout import BODIES, CELLS, LEAVES, PROGRAMS
 from .builder import WIDTH, leaf_code, survey_boxes
 from .plane_groups import group_tables, put_groups
 from .trees import COSTS, Forest, SceneTrees, program_trees, scene_extent
+
+if TYPE_CHECKING:
+    from ..edits.in_place import InPlaceEdit
+    from ..edits.scene_edit import SpliceEdit
 
 _SMALL = 256
 """For so few entries the tree is rebuilt."""

@@ -13,9 +13,11 @@ cycle before `__del__` of an object in it could decide to revive it.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import weakref
 from collections import deque
+from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass, field
 from itertools import count
 from typing import Any
@@ -46,10 +48,12 @@ from ...kernels.tables import (
     Tables,
     line_array,
     places_of,
+    unpack_tables,
 )
+from ..coincidence import Remainders
 from ..error_limits import scene_size
 from ..lowering import LoweredScene
-from ..row_layout import SURFACES, RowLayout
+from ..row_layout import BODIES, CORNERS, FRAMES, PLANES, QUADRICS, SPHERES, SURFACES, RowLayout
 from .neighbour_index import NeighbourFrame, NeighbourPlaces, surface_columns
 from .scene_splice import SplicePieces, SpliceRuns
 
@@ -257,6 +261,11 @@ class EditState:
     size: float | None = None
     memory: PoolMemory | None = None
 
+    @property
+    def has_gaps(self) -> bool:
+        """Whether edits have left rows in the tables that nobody reads."""
+        return False
+
     def __reduce__(self) -> tuple[Any, ...]:
         return EditState, (self.frame, self.places, self.size)
 
@@ -342,3 +351,76 @@ def complete_state(
     if size is None and not np.isfinite(old.boxes).all():
         size = scene_size(old.tables, old.boxes)
     return FullEditState(frame, places, size, memory=memory), own
+
+
+# The arrays of a scene beside its tables
+
+EXTRA_ARRAYS = {
+    "boxes": BODIES, "frames": FRAMES, "planes": PLANES, "spheres": SPHERES, "quadrics": QUADRICS, "vertices": CORNERS,
+    "place_of_planes": PLANES, "place_of_spheres": SPHERES, "place_of_quadrics": QUADRICS,
+    "mark_of_planes": PLANES, "mark_of_spheres": SPHERES, "mark_of_quadrics": QUADRICS,
+}  # fmt: skip
+"""Arrays of a buffer beside the tables, and the kind of their rows."""
+_PLACED = 1 << 18
+"""Up to so many surfaces have places from the beginning: ten bytes each, and a hundredth of the time surfaces take."""
+OF_FRAMES = "place", "mark"
+"""Prefixes of the names of arrays that are relative to a frame (`neighbour_index.py`)."""
+
+
+def extra_arrays(lowered: LoweredScene, places: NeighbourPlaces) -> dict[str, Any]:
+    """Return the arrays of a scene beside the tables."""
+    return dict(zip(EXTRA_ARRAYS, (*_first_arrays(lowered), *_place_arrays(places)), strict=True))
+
+
+def _place_arrays(places: NeighbourPlaces) -> tuple[Any, ...]:
+    """Return the arrays that are relative to a frame."""
+    return places.planes, places.spheres, places.quadrics, *places.marks
+
+
+def raw_places(opened: OpenBuffer) -> NeighbourPlaces:
+    """Return the places in a buffer, in arrays that do not hold its scene."""
+    return NeighbourPlaces.of_buckets(*(opened.raw(name) for name in EXTRA_ARRAYS if name.startswith(OF_FRAMES)))
+
+
+def _first_arrays(lowered: LoweredScene) -> tuple[Any, ...]:
+    """Return the arrays that exist even if nothing was edited."""
+    rest = lowered.rest
+    return lowered.boxes, lowered.frames, rest.planes, rest.spheres, rest.quadrics, rest.vertices
+
+
+def _with_arrays(lowered: LoweredScene, tables: Tables, beside: Mapping[str, Any]) -> LoweredScene:
+    rest = Remainders(beside["planes"], beside["spheres"], beside["quadrics"], beside["vertices"])
+    return dataclasses.replace(lowered, tables=tables, bounds=beside["boxes"], frames=beside["frames"], rest=rest)
+
+
+def adopt_buffer(lowered: LoweredScene, opened: OpenBuffer) -> tuple[LoweredScene, EditState]:
+    """Move a freshly prepared scene, whose tables are in a buffer, there with all its arrays.
+
+    Places of surfaces are computed, so that the first edit need not process all of them, unless there are so many that
+    their memory matters more.
+    """
+    records, frame, places = surface_columns(lowered.tables), None, None
+    beside: tuple[Any, ...] = _first_arrays(lowered)
+    if sum(len(table) for table in records) <= _PLACED:
+        frame, (found,) = NeighbourFrame.of_scenes(records)
+        beside = *beside, *_place_arrays(found)
+    # An array that is writable and no view belongs to this scene alone; others are copied.
+    for name, column in zip(EXTRA_ARRAYS, beside, strict=False):
+        whole = column.flags.writeable and not isinstance(column.base, np.ndarray)
+        opened.put(name, column if whole else column.copy())
+    if frame is not None:
+        places = raw_places(opened)
+    assert lowered.layout is not None
+    memory = PoolMemory.new(len(lowered.layout.first_body) - 1)
+    memory = opened.memory(memory.stores, memory.stamps, memory.numbers)
+    opened.close(memory, frame)
+    return _with_arrays(lowered, lowered.tables, opened.extra_arrays), EditState(frame, places, memory=memory)
+
+
+def release_memory(lowered: LoweredScene, geometry: Geometry, memory: PoolMemory) -> LoweredScene:
+    """Return the scene in arrays that do not hold its buffer: who reads them claims it (`PoolMemory.claim`)."""
+    store = memory.store
+    if store is None:
+        return lowered
+    raw = unpack_tables(lowered.tables, geometry._replace(integers=store.integers, floats=store.floats))
+    return _with_arrays(lowered, raw, store.extra_arrays)

@@ -9,7 +9,7 @@ before.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -23,31 +23,32 @@ from ..row_layout import (
     BODIES,
     CELL_PLANES,
     CELLS,
-    CORNERS,
     FACES,
     FRAMES,
     KINDS,
-    PLANES,
     POLYGONS,
-    QUADRICS,
     SHEETS,
     SPHERES,
     SURFACES,
     RowLayout,
 )
 from .buffer_pool import (
+    EXTRA_ARRAYS,
+    OF_FRAMES,
     BufferClaim,
     EditState,
     FullEditState,
     OpenBuffer,
     PoolMemory,
+    extra_arrays,
     next_edit_number,
+    raw_places,
     restamp_entries,
     stamp_entries,
 )
 from .column_splice import AXES, TREES, SurfaceNumbering, TableFiller, table_senses
 from .limits_update import LimitChanges, LimitsUpdate
-from .neighbour_index import NeighbourFrame, NeighbourPlaces, surface_columns
+from .neighbour_index import NeighbourPlaces
 from .scene_splice import SceneSplice, SplicePieces, SpliceRuns
 from .surface_classes import SurfaceClasses, slot_entries
 
@@ -190,77 +191,8 @@ class InPlaceLimits(LimitsUpdate):
 
 _MOST = 128
 """So many pieces are written one by one; with more of them all rows are written at once."""
-EXTRA_ARRAYS = {
-    "boxes": BODIES, "frames": FRAMES, "planes": PLANES, "spheres": SPHERES, "quadrics": QUADRICS, "vertices": CORNERS,
-    "place_of_planes": PLANES, "place_of_spheres": SPHERES, "place_of_quadrics": QUADRICS,
-    "mark_of_planes": PLANES, "mark_of_spheres": SPHERES, "mark_of_quadrics": QUADRICS,
-}  # fmt: skip
-"""Arrays of a buffer beside the tables, and the kind of their rows."""
-_PLACED = 1 << 18
-"""Up to so many surfaces have places from the beginning: ten bytes each, and a hundredth of the time surfaces take."""
 _OF_SURFACES = "surface_kind", "surface_row"
 """Tables with as many rows as there are surfaces."""
-_OF_FRAMES = "place", "mark"
-"""Prefixes of the names of arrays that are relative to a frame (`neighbour_index.py`)."""
-
-
-def _extra_arrays(lowered: LoweredScene, places: NeighbourPlaces) -> dict[str, Any]:
-    """Return the arrays of a scene beside the tables."""
-    return dict(zip(EXTRA_ARRAYS, (*_first_extra_arrays(lowered), *_place_arrays(places)), strict=True))
-
-
-def _place_arrays(places: NeighbourPlaces) -> tuple[Any, ...]:
-    """Return the arrays that are relative to a frame."""
-    return places.planes, places.spheres, places.quadrics, *places.marks
-
-
-def _raw_places(opened: OpenBuffer) -> NeighbourPlaces:
-    """Return the places in a buffer, in arrays that do not hold its scene."""
-    return NeighbourPlaces.of_buckets(*(opened.raw(name) for name in EXTRA_ARRAYS if name.startswith(_OF_FRAMES)))
-
-
-def _first_extra_arrays(lowered: LoweredScene) -> tuple[Any, ...]:
-    """Return the arrays that exist even if nothing was edited."""
-    rest = lowered.rest
-    return lowered.boxes, lowered.frames, rest.planes, rest.spheres, rest.quadrics, rest.vertices
-
-
-def _with_extra_arrays(lowered: LoweredScene, tables: Tables, beside: Mapping[str, Any]) -> LoweredScene:
-    rest = Remainders(beside["planes"], beside["spheres"], beside["quadrics"], beside["vertices"])
-    return dataclasses.replace(lowered, tables=tables, bounds=beside["boxes"], frames=beside["frames"], rest=rest)
-
-
-def adopt_buffer(lowered: LoweredScene, opened: OpenBuffer) -> tuple[LoweredScene, EditState]:
-    """Move a freshly prepared scene, whose tables are in a buffer, there with all its arrays.
-
-    Places of surfaces are computed, so that the first edit need not process all of them, unless there are so many that
-    their memory matters more.
-    """
-    records, frame, places = surface_columns(lowered.tables), None, None
-    beside: tuple[Any, ...] = _first_extra_arrays(lowered)
-    if sum(len(table) for table in records) <= _PLACED:
-        frame, (found,) = NeighbourFrame.of_scenes(records)
-        beside = *beside, *_place_arrays(found)
-    # An array that is writable and no view belongs to this scene alone; others are copied.
-    for name, column in zip(EXTRA_ARRAYS, beside, strict=False):
-        whole = column.flags.writeable and not isinstance(column.base, np.ndarray)
-        opened.put(name, column if whole else column.copy())
-    if frame is not None:
-        places = _raw_places(opened)
-    assert lowered.layout is not None
-    memory = PoolMemory.new(len(lowered.layout.first_body) - 1)
-    memory = opened.memory(memory.stores, memory.stamps, memory.numbers)
-    opened.close(memory, frame)
-    return _with_extra_arrays(lowered, lowered.tables, opened.extra_arrays), EditState(frame, places, memory=memory)
-
-
-def release_memory(lowered: LoweredScene, geometry: Geometry, memory: PoolMemory) -> LoweredScene:
-    """Return the scene in arrays that do not hold its buffer: who reads them claims it (`PoolMemory.claim`)."""
-    store = memory.store
-    if store is None:
-        return lowered
-    raw = unpack_tables(lowered.tables, geometry._replace(integers=store.integers, floats=store.floats))
-    return _with_extra_arrays(lowered, raw, store.extra_arrays)
 
 
 class InPlaceEdit:
@@ -291,15 +223,13 @@ class InPlaceEdit:
         self._claim = claim  # while it is held, nobody overwrites the memory that is read
         self.splice, self.pieces, self.edit_state, self.classes = splice, splice.pieces, edit_state, classes
         self._bodies, self._fresh = bodies, runs.fresh
-        sides = _extra_arrays(old, edit_state.places), _extra_arrays(new, own)
+        sides = extra_arrays(old, edit_state.places), extra_arrays(new, own)
         opened, some = claim.buffer, self.pieces.of_source(1)
         if opened is None:
             opened, some = _claim_rows(edit_state.memory, old.layout, self.pieces, runs.fresh)
         if opened is not None:
             for name, column in sides[0].items():
-                if name not in opened.extra_arrays or (
-                    opened.frame != edit_state.frame and name.startswith(_OF_FRAMES)
-                ):
+                if name not in opened.extra_arrays or (opened.frame != edit_state.frame and name.startswith(OF_FRAMES)):
                     opened.put(name, column.copy())
         beside = opened.extra_arrays if opened else {name: column.copy() for name, column in sides[0].items()}
         for name, axis in EXTRA_ARRAYS.items():
@@ -360,7 +290,7 @@ class InPlaceEdit:
         assert self._buffer is not None
         numbers = next_edit_number() if classes.renumbered else kept.memory.numbers
         memory = self._buffer.memory(kept.memory.stores, self._stamps(size == kept.size), numbers)
-        return lowered, FullEditState(kept.frame, _raw_places(self._buffer), size, memory=memory)
+        return lowered, FullEditState(kept.frame, raw_places(self._buffer), size, memory=memory)
 
     def _stamps(self, same_size: bool) -> Longs:
         """Return stamps: those of new entries change, and of all that share a surface with these."""

@@ -103,6 +103,10 @@ class LatticeState(EditState):
     uses: dict[int, _Uses] = dataclasses.field(default_factory=dict)  # entry of the small tree -> reaches and the like
     shared: tuple[int, int] = (0, 0)  # rows of limits of cells and programs of the scene that was prepared afresh
 
+    @property
+    def has_gaps(self) -> bool:
+        return bool(self.loose)
+
     __reduce__ = EditState.__reduce__
 
 

@@ -5,24 +5,32 @@ All tables but those of the trees equal, to the bit, those of the scene lowered 
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from ...geometry.body import Body
-from ...kernels.tables import Floats, Geometry, Tables, put_sizes, room_for
+from ...geometry.instance_edits import have_same_shapes
+from ...geometry.instances import InstanceList
+from ...kernels.tables import LEAF_ITEMS, LINE, Floats, Geometry, Tables, put_sizes, room_for, unpack_tables
 from ..body_collector import BodyShapes, ExactBodySurfaces
+from ..bvh.leaf_items import put_items
+from ..bvh.tree_patch import patch_trees, put_new_groups
+from ..bvh.trees import SceneTrees
 from ..coincidence import Remainders
 from ..lowering import ExactTables, LoweredScene, lower
+from ..prepared_scene import PreparedScene, flat_rest
 from ..progress import Progress, ProgressStages
 from ..row_layout import BODIES, CORNERS, ENTRIES, FRAMES, PLANES, POLYGONS, QUADRICS, SPHERES, SURFACES
 from ..tables_builder import replace_ball_cells
-from .buffer_pool import BufferClaim, EditState, complete_state, keeps_classes, keeps_rows
+from .buffer_pool import BufferClaim, EditState, complete_state, keeps_classes, keeps_rows, release_memory
 from .column_splice import ColumnSplice
 from .in_place import InPlaceEdit
+from .lattice_edit import LatticeState, edit_lattice, exchanged_entries, without_memory
 from .limits_update import SpliceLimits
-from .scene_splice import SceneSplice, SplicePieces, SpliceRuns
+from .scene_splice import SceneSplice, SplicePieces, SpliceRuns, find_runs
 from .surface_classes import SurfaceClasses, neighbour_slots, unchanged_classes, update_classes
 from .surface_merge import SurfaceMerge
 
@@ -154,3 +162,73 @@ def _exact(bodies: Sequence[Body], splice: SceneSplice) -> ExactBodySurfaces:
     for source, rows, at, shift in pieces.moved(ENTRIES, BODIES):
         starts[at] = splice.layouts[source].first_body[rows] + shift
     return ExactBodySurfaces(BodyShapes(bodies), starts, firsts[0], firsts[1])
+
+
+# From a prepared scene to a prepared scene
+
+
+def prepare_edit(
+    before: list[PreparedScene], bodies: Sequence[Body], progress: Progress | None = None
+) -> PreparedScene | None:
+    """Take the one scene out of a list and return `PreparedScene.edited` of it, or None as that does."""
+    # The list held the last reference of the caller: only then may memory be overwritten
+    old = before.pop()
+    # Instances have shared tables, which cannot be spliced: only their labels can change.
+    if not old.can_be_edited or isinstance(old.entries, InstanceList) or isinstance(bodies, InstanceList):
+        if have_same_shapes(old.entries, bodies):
+            return old.labelled(bodies)
+        state, entries = old.edit_state, old.entries
+        if not (isinstance(state, LatticeState) and isinstance(entries, InstanceList)):
+            return None
+        found = exchanged_entries(entries, bodies) if isinstance(bodies, InstanceList) else None
+        if found is None or not isinstance(bodies, InstanceList):
+            return None
+        lowered, places, woods = without_memory(old.lowered), old.geometry.places, old.woods
+        del old  # nothing here reads its memory any more
+        edited = edit_lattice(lowered, places, woods, state, entries, bodies, found)
+        if edited is None:
+            return None
+        lowered, geometry, woods, state = edited
+        return PreparedScene(lowered, geometry, flat_rest(lowered), woods, entries=bodies, edit_state=state)
+    runs = find_runs(old.entries, bodies)
+    # Other names or materials alone: all tables stay
+    if not runs.fresh and len(bodies) == len(old.entries):
+        return old.labelled(bodies)
+    kept, woods, reference = old.edit_state, old.woods, weakref.ref(old)
+    lowered = release_memory(old.lowered, old.geometry, kept.memory) if kept.memory else old.lowered
+    # The last strong reference here: afterwards `reference` tells whether somebody else holds the scene.
+    del old
+    claim = kept.memory.claim() if kept.memory else BufferClaim()
+    edit = edit_scene(lowered, bodies, runs, kept, claim, progress) if claim else None
+    if edit is None:
+        return None
+    holder = reference()
+    if holder is not None:
+        # Somebody holds the old scene, whose next edit must not reuse memory that this one has taken
+        vars(holder)["edit_state"] = edit.edit_state
+    return _finish_edit(edit, lowered.tables, woods, bodies)
+
+
+def _finish_edit(
+    edit: SpliceEdit | InPlaceEdit, old: Tables, woods: SceneTrees, bodies: Sequence[Body]
+) -> PreparedScene:
+    """Complete an edited scene with its trees; `old` and `woods` are the tables and trees of the scene before."""
+    trees = patch_trees(old, woods, edit)
+    # The boxes of nodes are views of the memory that is about to be overwritten.
+    if edit.in_place:
+        trees.copy_boxes()
+    empty = Tables(**edit.shapes, **trees.tables)
+    geometry = edit.geometry(empty)
+    tables = unpack_tables(empty, geometry)
+    for name, column in trees.tables.items():
+        if name not in ("node_boxes", "leaf_items"):
+            getattr(tables, name)[...] = column
+    trees.put_boxes(tables.node_boxes)
+    lowered, kept = edit.fill(geometry, tables)
+    trees.keep_items(tables, None if edit.in_place else old)
+    end = int(geometry.places[LEAF_ITEMS]) + tables.leaf_items.size
+    geometry.floats[end : end + -end % LINE] = 0.0  # zero the padding up to the next table
+    put_items(geometry, lowered.boxes, int(trees.woods.places[-1]), trees.parts)
+    put_new_groups(geometry, edit)
+    edit.close(kept)
+    return PreparedScene(lowered, geometry, flat_rest(lowered), trees.woods, entries=bodies, edit_state=kept)
