@@ -133,7 +133,10 @@ class FlatSurface:
 
 @dataclass(frozen=True)
 class RoundSurface:
-    """A cylinder about `axis`, or a sphere if `axis` is None: f = |x - center|² - radius², measured across the axis."""
+    """A cylinder about `axis`, or a sphere if `axis` is None: f = |x - center|² - radius², measured across the axis.
+
+    Of radius 0, the innermost of equal rings say, it has no inside, and no volume is cut from its outside.
+    """
 
     axis: int | None
     center: Point
@@ -180,6 +183,8 @@ class RoundSurface:
 
     def side_of(self, extent: Extent) -> int:
         """Return -1 if f < 0 in all of the extent, +1 if f > 0 in all of it, else 0."""
+        if not self.radius:
+            return 1
         if self.floats is not None and extent.floats is not None:
             clear = _clear_side_of_box(*self.floats, *extent.floats, self.cross_axes)
             if clear is not None:
@@ -471,14 +476,20 @@ def _cylinder(axis: int) -> Callable[[Coefficients], Surface]:
         # OpenMC lists y0 z0 of an x-cylinder, x0 z0 of a y-cylinder, x0 y0 of a z-cylinder
         coordinates.insert(axis, _ZERO)
         x, y, z = coordinates
-        return RoundSurface(axis, (x, y, z), _positive("radius", numbers[2]))
+        return RoundSurface(axis, (x, y, z), _radius(numbers[2]))
 
     return make
 
 
+def _radius(value: Fraction) -> Fraction:
+    if value < 0:
+        raise ValueError(f"coeffs: the radius must be >= 0, got {float(value):g}")
+    return value
+
+
 def _sphere(numbers: Coefficients) -> Surface:
     x, y, z, radius = numbers
-    return RoundSurface(None, (x, y, z), _positive("radius", radius))
+    return RoundSurface(None, (x, y, z), _radius(radius))
 
 
 def _cone(axis: int) -> Callable[[Coefficients], Surface]:

@@ -48,7 +48,7 @@ CASES: dict[str, tuple[str, int, tuple[str, ...]]] = {
     "infinity": (surface("type='x-plane' coeffs='inf'"), 3, ("coeffs must be a number, got 'inf'",)),
     "overflow": (surface("type='x-plane' coeffs='1e999'"), 3, ("in the range of double precision, got '1e999'",)),
     "absurd exponent": (surface("type='x-plane' coeffs='1e-999999999'"), 3, ("in the range of double precision",)),
-    "radius": (surface("type='sphere' coeffs='0 0 0 -2'"), 3, ("coeffs: the radius must be > 0, got -2",)),
+    "radius": (surface("type='sphere' coeffs='0 0 0 -2'"), 3, ("coeffs: the radius must be >= 0, got -2",)),
     "cone": (surface("type='x-cone' coeffs='0 0 0 0'"), 3, ("coeffs: the R² must be > 0, got 0",)),
     "no normal": (surface("type='plane' coeffs='0 0 0 1'"), 3, ("a normal (A, B, C) that is not zero",)),
     "constant quadric": (surface("type='quadric' coeffs='0 0 0 0 0 0 0 0 0 1'"), 3, ("more than the constant K",)),

@@ -28,7 +28,7 @@ from conicoid.io.openmc.surfaces import FlatSurface, GeneralSurface, Surface, re
 from conicoid.io.xml_tree import XmlElement
 
 from ...engine.nodes import Nodes
-from .evaluator import Evaluator, evaluate_region
+from .evaluator import Evaluator, evaluate_region, same_place
 from .models import endless, loaded, put, written
 
 # --- Surfaces: each kind as OpenMC's documentation defines it, moved exactly, and as the very solid that was written
@@ -165,6 +165,25 @@ def test_the_cylinder_is_the_one_that_a_user_would_write() -> None:
     surfaces = hits[0].surface
     assert len(surfaces) == 4
     assert len(set(surfaces.tolist())) == 1
+
+
+@pytest.mark.parametrize("ring", ["z-cylinder' coeffs='0 0 0", "sphere' coeffs='0 0 0 0"])
+def test_the_innermost_ring_may_have_radius_0(ring: str, tmp_path: Path) -> None:
+    """Programs divide a pin into rings from radius 0 on; the first cell has no volume, the second is whole."""
+    text = (
+        endless(2, 0.3)
+        .replace('region="-1"', 'region="-1 7"')
+        .replace(
+            "</geometry>",
+            f"""
+      <surface id="7" type='{ring}'/><cell id="8" universe="1" material="1" region="-7"/></geometry>""",
+        )
+    )
+    path = put(text, tmp_path)
+    scene, points = co.load_openmc(path), np.random.default_rng(4).uniform((0, 0, -1), (2, 2, 1), (300, 3))
+    assert scene.body_count == 2 * 4
+    names = [scene.bodies[number].name for number in scene.body_at(points)]
+    assert all(map(same_place, Evaluator(path).find(points), names))
 
 
 def test_elements_and_attributes_are_the_same(tmp_path: Path) -> None:
