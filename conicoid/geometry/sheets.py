@@ -449,6 +449,8 @@ def _transform_tree(tree: Tree, motion: Motion) -> Any:
 # Closed outlines in a plane: checks of their points, and of crossings in exact fractions.
 
 MAX_CORNERS = 20_000
+_ORIENTATION_ERROR, _UNDERFLOW = 4 * 2.0**-53, 2.0**-1060
+"""Bounds of the rounding of a difference of two products: a share of their sizes, and what underflow may add."""
 
 
 def check_outline(owner: str, field: str, outline: Any) -> tuple[tuple[float, float], ...]:
@@ -462,9 +464,17 @@ def check_outline(owner: str, field: str, outline: Any) -> tuple[tuple[float, fl
         raise ValueError(f"{owner}: {field} must have {expected}, got {len(rows):,}")
     points = [check_numbers(owner, f"{field}[{k}]", row, 2) for k, row in enumerate(rows)]
     distinct = [(p[0], p[1]) for k, p in enumerate(points) if p != points[k - 1]]
-    if len(distinct) < 3 or not twice_area([(Fraction(x), Fraction(y)) for x, y in distinct]):
+    if len(distinct) < 3 or not _has_area(distinct):
         raise ValueError(f"{owner}: {field} must enclose an area")
     return tuple(distinct)
+
+
+def _has_area(points: list[tuple[float, float]]) -> bool:
+    terms = [part for a, b in zip(points, [*points[1:], points[0]], strict=True) for part in (a[0] * b[1], -a[1] * b[0])]
+    # Far above the rounding of the products and of their sum, in whatever order
+    if abs(sum(terms)) > 2 * len(terms) * (2.0**-53 * sum(map(abs, terms)) + _UNDERFLOW):
+        return True
+    return bool(twice_area([(Fraction(x), Fraction(y)) for x, y in points]))
 
 
 def twice_area(points: Sequence[Any]) -> Any:
@@ -475,26 +485,36 @@ def twice_area(points: Sequence[Any]) -> Any:
 
 def check_simple(owner: str, field: str, outline: Sequence[tuple[float, float]]) -> None:
     """Raise ValueError if edges have a common point, other than the corner of neighbours."""
-    points = [(Fraction(x), Fraction(y)) for x, y in outline]
-    count = len(points)
-    edges = [(points[k], points[(k + 1) % count]) for k in range(count)]
+    count = len(outline)
+    edges = [(outline[k], outline[(k + 1) % count]) for k in range(count)]
     ends = np.array(outline), np.roll(np.array(outline), -1, axis=0)
     lows, highs = np.minimum(*ends), np.maximum(*ends)
     for k in range(count):
-        # Boxes first: fractions for all pairs of 20,000 edges would take very long
+        # Boxes first: the pairs of 20,000 edges are many
         near = (lows[k + 1 :] <= highs[k]).all(axis=1) & (highs[k + 1 :] >= lows[k]).all(axis=1)
         for other in (np.flatnonzero(near) + k + 1).tolist():
-            if _edges_cross(edges[k], edges[other], (other - k) % count == 1 or (k - other) % count == 1):
+            if other - k == 1:
+                crosses = _goes_back(*edges[k], edges[other][1])
+            elif (k - other) % count == 1:
+                crosses = _goes_back(*edges[other], edges[k][1])
+            else:
+                crosses = _edges_cross(edges[k], edges[other])
+            if crosses:
                 raise ValueError(f"{owner}: {field} must not cross or touch itself, edges {k} and {other} do")
 
 
-def _edges_cross(one: Any, other: Any, neighbours: bool) -> bool:
-    """Return True if two edges have a common point, other than the corner of neighbours."""
+def _goes_back(a: Any, b: Any, c: Any) -> bool:
+    """Return True if the edge from b to c goes back along the edge from a to b."""
+    if _orientation(a, b, c):
+        return False
+    (ax, ay), (bx, by), (cx, cy) = ((Fraction(x), Fraction(y)) for x, y in (a, b, c))
+    return (bx - ax) * (cx - bx) + (by - ay) * (cy - by) < 0
+
+
+def _edges_cross(one: Any, other: Any) -> bool:
+    """Return True if two edges have a common point."""
     (a, b), (c, d) = one, other
     sides = [_orientation(a, b, c), _orientation(a, b, d), _orientation(c, d, a), _orientation(c, d, b)]
-    if neighbours:  # they have another common point only if one goes back along the other
-        back = (b[0] - a[0]) * (d[0] - c[0]) + (b[1] - a[1]) * (d[1] - c[1])
-        return sides == [0, 0, 0, 0] and back < 0
     if sides[0] * sides[1] < 0 and sides[2] * sides[3] < 0:
         return True
     ends = ((sides[0], c, a, b), (sides[1], d, a, b), (sides[2], a, c, d), (sides[3], b, c, d))
@@ -502,7 +522,16 @@ def _edges_cross(one: Any, other: Any, neighbours: bool) -> bool:
 
 
 def _orientation(a: Any, b: Any, c: Any) -> int:
-    value = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+    """Return 1 if a, b, c turn to the left, -1 to the right, 0 if they lie on a line.
+
+    Source of the bound: Shewchuk, "Adaptive Precision Floating-Point Arithmetic" (1997), ORIENT2D.
+    """
+    left, right = (b[0] - a[0]) * (c[1] - a[1]), (b[1] - a[1]) * (c[0] - a[0])
+    value = left - right
+    # Fractions take a hundred times as long, and a file of wires has an outline for each
+    if not abs(value) > _ORIENTATION_ERROR * (abs(left) + abs(right)) + _UNDERFLOW:
+        (ax, ay), (bx, by), (cx, cy) = ((Fraction(x), Fraction(y)) for x, y in (a, b, c))
+        value = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
     return int(value > 0) - int(value < 0)
 
 

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
+from conicoid.kernels import tables as table
+from conicoid.queries.exact.doubtful_rays import new_rank_scratch
 
 from ..reference.routes import in_doubt, ties
 
@@ -124,3 +126,15 @@ def test_ties_on_outlines_and_tips() -> None:
     tube = co.Scene([co.Cylinder((0, 0, -1), (0, 0, 1), 1)])
     hits = tube.first_hit([(1, -5, 0), (1, 0, 5), (3, 0, 3)], [(0, 1, 0), (0, 0, -1), (-1, 0, -1)])
     assert hits.doubtful.tolist() == [True, False, True]  # along a ruling a rule decides
+
+
+@pytest.mark.parametrize("count", [1, 3, 40, 300])
+def test_limits_of_canonical_quadrics_lie_within_their_memory(count: int) -> None:
+    """Kernels load two limits by the number of a form: beyond the end they read other memory, or none."""
+    scene = co.Scene([co.Cone((k, 0, 0), (k, 0, 1 + k), 1) for k in range(count)])
+    scene.prepare()
+    stand = new_rank_scratch(scene._prepared).stand
+    first, limits = (int(stand.places[k]) for k in (table.QUADRIC_FORMS, table.QUADRIC_LIMITS))
+    last = (len(stand.floats) - first) // table.FORM_SIZE - 1  # as `blank_quadric` numbers them
+    assert last >= count - 1
+    assert limits + 2 * (last + 1) <= len(stand.floats)

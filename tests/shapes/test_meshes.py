@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.geometry import facets
+from conicoid.geometry import facets, sheets
+from conicoid.geometry.sheets import check_simple
 
 from ..samples import sampled
 
@@ -165,6 +166,45 @@ def test_a_face_that_is_not_flat_is_cut_into_triangles():
 def test_what_there_is_not(make, message):
     with pytest.raises(ValueError, match=message):
         make()
+
+
+def touches(a, b, c, d, neighbours):
+    """Whether two edges have a common point, or neighbours (b = c) one beside their corner; by Cramer's rule."""
+    a, b, c, d = (tuple(map(Fraction, point)) for point in (a, b, c, d))
+    r, s, q = ((end[0] - begin[0], end[1] - begin[1]) for begin, end in ((a, b), (c, d), (a, c)))
+    across, t, u = (one[0] * other[1] - one[1] * other[0] for one, other in ((r, s), (q, s), (q, r)))
+    if neighbours:
+        return not across and r[0] * s[0] + r[1] * s[1] < 0
+    if across:
+        return 0 <= t / across <= 1 and 0 <= u / across <= 1
+    along = sorted(r[0] * (x - a[0]) + r[1] * (y - a[1]) for x, y in (c, d))
+    return not u and along[0] <= r[0] ** 2 + r[1] ** 2 and along[1] >= 0
+
+
+@pytest.mark.parametrize("size", [1.0, 1e-160, 1e150])
+def test_outlines_touch_themselves_where_fractions_say_so(size):
+    """Corners of a small grid, of which some are a unit in the last place off: thousands of edges all but touch."""
+    rng = np.random.default_rng(8)
+    for count in [4] * 300 + [6] * 200:
+        grid = rng.integers(1, 5, (count, 2)) * np.where(rng.random((count, 2)) < 0.3, 1 + 2.0**-52, 1.0)
+        outline = [(float(x), float(y)) for x, y in grid * size / 3]
+        edges = list(zip(outline, outline[1:] + outline[:1], strict=True))
+        if len(set(outline)) < count:
+            continue
+        pairs = [(i, j) for i in range(count) for j in range(count) if i < j or (i, j) == (count - 1, 0)]
+        bad = any(touches(*edges[i], *edges[j], (j - i) % count == 1) for i, j in pairs if (i, j) != (0, count - 1))
+        try:
+            check_simple("X", "outline", outline)
+        except ValueError:
+            assert bad, outline
+        else:
+            assert not bad, outline
+
+
+def test_a_plain_profile_takes_no_fractions(monkeypatch):
+    """A detector has an outline for each of its wires."""
+    monkeypatch.setattr(sheets, "Fraction", None)
+    co.Revolution([(1, -0.7), (2.1, -0.7), (2.1, 3), (1, 3)])
 
 
 BLOCK = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]

@@ -671,8 +671,15 @@ def _put_sphere(stand: Geometry, row: int, crosses: bool, low: float, high: floa
 
 
 def count_form_floats(geometry: Geometry) -> int:
-    """Return the number of floats that `stand` has after the scene's: a form for each quadric."""
-    return FORM_SIZE * (int(length(geometry, table.QUADRICS)) // ANCHOR_SIZE + 1)
+    """Return the number of floats that `stand` has after the scene's: a form for each quadric, and their limits.
+
+    A form's number is that of its limits too. Nobody uses limits of `stand`, but kernels load them, so that those of
+    the last form must lie within its memory.
+    """
+    first, limits = int(geometry.places[table.QUADRIC_FORMS]), int(geometry.places[table.QUADRIC_LIMITS])
+    # The last form of n floats is number (n - first) // 16 - 1, and its limits end at `limits` + (n - first) / 8 <= n
+    least = (FORM_SIZE * limits - 2 * first) // (FORM_SIZE - 2) + 1 - len(geometry.floats)
+    return max(FORM_SIZE * (int(length(geometry, table.QUADRICS)) // ANCHOR_SIZE + 1), least)
 
 
 @inline

@@ -61,7 +61,9 @@ export class Exact {
       i4(surfaces), i4(surfaces), i4(2 * surfaces), i4(surfaces), f8(most), f8(most), f8(most), i4(most), f8(most), i4(most), f8(most),
       i4(tables.polygon_surface.length), array("i8", [2]),
     ];
-    const forms = 16 * (tables.quadrics.length / 4 + 1);  // `count_form_floats` of queries/exact/ranks.py
+    // `count_form_floats` of queries/exact/ranks.py
+    const [first, limits] = ["quadric_forms", "quadric_limits"].map((name) => Number(tables.places[data.order.indexOf(name)]));
+    const forms = Math.max(16 * (tables.quadrics.length / 4 + 1), Math.floor((16 * limits - 2 * first) / 14) + 1 - data.lengths[1]);
     this.settling = [this.rest, [places, integers, f8(data.lengths[1] + forms)], ranks];
     this.line = [f8(3), f8(3)].map((each) => ({ ...each, shape: [1, 3] }));
     this.limits = [f8(1), f8(1)];
