@@ -470,7 +470,9 @@ def check_outline(owner: str, field: str, outline: Any) -> tuple[tuple[float, fl
 
 
 def _has_area(points: list[tuple[float, float]]) -> bool:
-    terms = [part for a, b in zip(points, [*points[1:], points[0]], strict=True) for part in (a[0] * b[1], -a[1] * b[0])]
+    terms = [
+        part for a, b in zip(points, [*points[1:], points[0]], strict=True) for part in (a[0] * b[1], -a[1] * b[0])
+    ]
     # Far above the rounding of the products and of their sum, in whatever order
     if abs(sum(terms)) > 2 * len(terms) * (2.0**-53 * sum(map(abs, terms)) + _UNDERFLOW):
         return True

@@ -9,7 +9,8 @@ import pytest
 
 import conicoid as co
 from conicoid.kernels import tables as table
-from conicoid.queries.exact.doubtful_rays import new_rank_scratch
+from conicoid.kernels.tables import Geometry
+from conicoid.queries.exact.ranks import count_form_floats
 
 from ..reference.routes import in_doubt, ties
 
@@ -128,13 +129,10 @@ def test_ties_on_outlines_and_tips() -> None:
     assert hits.doubtful.tolist() == [True, False, True]  # along a ruling a rule decides
 
 
-@pytest.mark.parametrize("count", [1, 3, 40, 300])
-def test_limits_of_canonical_quadrics_lie_within_their_memory(count: int) -> None:
-    """Kernels load two limits by the number of a form: beyond the end they read other memory, or none."""
-    scene = co.Scene([co.Cone((k, 0, 0), (k, 0, 1 + k), 1) for k in range(count)])
-    scene.prepare()
-    stand = new_rank_scratch(scene._prepared).stand
-    first, limits = (int(stand.places[k]) for k in (table.QUADRIC_FORMS, table.QUADRIC_LIMITS))
-    last = (len(stand.floats) - first) // table.FORM_SIZE - 1  # as `blank_quadric` numbers them
-    assert last >= count - 1
-    assert limits + 2 * (last + 1) <= len(stand.floats)
+def test_limits_of_canonical_quadrics_lie_within_their_memory() -> None:
+    """Kernels load two limits by the number of a form; places and lengths of a lattice of pins cut by eight planes."""
+    geometry = Geometry(np.zeros(2 * table.LENGTHS + 5, np.int64), np.zeros(0, np.int32), np.zeros(53_536))
+    geometry.places[[table.QUADRIC_FORMS, table.QUADRIC_LIMITS, table.LENGTHS + table.QUADRICS]] = 5_000, 49_304, 60
+    size = len(geometry.floats) + count_form_floats(geometry)
+    forms = (size - 5_000) // table.FORM_SIZE  # the last form ends where the memory ends
+    assert 49_304 + 2 * forms <= size
