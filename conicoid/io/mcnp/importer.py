@@ -25,7 +25,7 @@ from ..scene_file.nodes import shorten
 from ..xml_tree import XmlElement
 from .cards import Card, CellCard, DataCards, McnpMaterials, read_cards, read_cell_card
 from .regions import RegionReader, join_regions, negate_region, sort_cells
-from .surfaces import SurfaceCard, SurfaceSheets, read_surface_card
+from .surfaces import SurfaceCard, SurfaceSheets, UnsupportedSurface, read_surface_card
 from .transformations import FrameChange
 from .universes import UniverseBuilder, read_trcl
 
@@ -67,6 +67,8 @@ class _DeckReader:
     changes: dict[int, FrameChange] = field(default_factory=dict)  # TRCL by cell
     broken_surfaces: set[int] = field(default_factory=set)
     broken_cells: set[int] = field(default_factory=set)
+    unsupported: dict[int, str] = field(default_factory=dict)  # surfaces that cannot be expressed -> what they are
+    omitted: dict[int, str] = field(default_factory=dict)  # cells with such surfaces -> the reason
     remarks: list[str] = field(default_factory=list)
 
     def read(self) -> DeckGeometry:
@@ -87,16 +89,18 @@ class _DeckReader:
         builder = self._universes()
         self._raise()
         notes = tuple(self._left_out(builder))
-        remarks = (*deck.remarks, *self.data.remarks, *self._skewed(), *self.remarks)
+        remarks = (*deck.remarks, *self.data.remarks, *limit_notes(self._omissions()), *self._skewed(), *self.remarks)
         return DeckGeometry(self._geometry(builder), deck.title, notes, remarks)
 
     def _surface(self, card: Card) -> None:
         where = f"surface {card.text.split()[0].lstrip('*+')[:20]}"
+        digits = where.removeprefix("surface ")
         with self._reporting(card, where):
             try:
                 self._add_surface(read_surface_card(card))
+            except UnsupportedSurface as error:
+                self.unsupported[int(digits)] = f"surface {digits} {error}"
             except ValueError:
-                digits = where.removeprefix("surface ")
                 # Cells that use it would report it once more, each
                 self.broken_surfaces |= {int(digits)} if digits.isdecimal() and len(digits) < 10 else set()
                 raise
@@ -159,6 +163,9 @@ class _DeckReader:
             with self._reporting(cell.card, f"cell {number}"):
                 try:
                     region = reader.read(cell.region) if cell.region else None
+                except UnsupportedSurface as error:
+                    self.omitted[number] = str(error)
+                    continue
                 except ValueError:
                     self.broken_cells.add(number)
                     raise
@@ -174,8 +181,14 @@ class _DeckReader:
         """
         if number in self.sheets.facets:
             return self.sheets.side(number, facet)
+        # MCNP names a mesh of tetrahedra by the surface 0
+        reason = self.unsupported.get(number) if number else "surface 0 stands for a mesh (EMBED)"
         # MCNP numbers the surfaces that TRCL makes, so that other cells may name them
         change = self.changes.get(number // 1000)
+        if change is not None:
+            reason = reason or self.unsupported.get(number % 1000)
+        if reason is not None:
+            raise UnsupportedSurface(reason)
         if change is not None and number % 1000 in self.sheets.facets:
             return self.sheets.moved(self.sheets.side(number % 1000, facet), change)
         if number in self.broken_surfaces:
@@ -186,6 +199,8 @@ class _DeckReader:
         """Return the region of a cell after '#'."""
         if number in self.broken_cells:
             raise _DependentError
+        if number in self.omitted:
+            raise UnsupportedSurface(self.omitted[number])
         if number not in self.cards:
             raise ValueError(f"region: '#{number}' refers to an unknown cell")
         region = self.regions.get(number)
@@ -199,6 +214,9 @@ class _DeckReader:
         for number, cell in self.cards.items():
             if number in self.broken_cells:
                 builder.broken.add(builder.universe_of(cell))
+                continue
+            if number in self.omitted:
+                builder.cells.setdefault(builder.universe_of(cell), [])
                 continue
             with self._reporting(cell.card, f"cell {number}"):
                 try:
@@ -215,6 +233,12 @@ class _DeckReader:
         cells = builder.outside
         if cells:
             yield f"importance 0, outside: cell{'s' if len(cells) > 1 else ''} {join_limited(cells)}"
+
+    def _omissions(self) -> Iterator[str]:
+        """Yield remarks about cells that are left out, by the surface that is the reason."""
+        for reason in dict.fromkeys(self.omitted.values()):
+            cells = [number for number in self.cards if self.omitted.get(number) == reason]
+            yield f"{reason}: cell{'s' if len(cells) > 1 else ''} {join_limited(cells)} left out"
 
     def _skewed(self) -> Iterator[str]:
         """Yield remarks about transformations that are no rotations, or that the file leaves open."""
@@ -292,8 +316,8 @@ def import_file(path: str | os.PathLike[str], options: ImportOptions) -> ImportR
     Raises
     ------
     SceneFileError
-        A ValueError that lists all errors with their lines; also for tori, which are no quadrics, and for more bodies
-        than `options` allows, which are counted before they are built.
+        A ValueError that lists all errors with their lines; also for more bodies than `options` allows, which are
+        counted before they are built. Cells with tori, which are no quadrics, are left out with a remark.
     ValueError
         An option does not apply to MCNP, or `only` names no body.
 

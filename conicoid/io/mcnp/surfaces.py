@@ -48,6 +48,10 @@ _ZERO, _ONE = Fraction(0), Fraction(1)
 TORUS_MNEMONICS = ("tx", "ty", "tz")
 
 
+class UnsupportedSurface(ValueError):
+    """A surface that MCNP knows and Conicoid does not; the message says what it is."""
+
+
 @dataclass(frozen=True)
 class SurfaceBounds:
     """The surfaces whose negative sides intersect in the negative side; `has_facets` if each is a numbered facet."""
@@ -69,12 +73,14 @@ def build_bounds(kind: str, numbers: Numbers) -> SurfaceBounds:
     Raises
     ------
     ValueError
-        The mnemonic is unknown, its numbers are wrong, or it is a torus, which is no quadric.
+        The mnemonic is unknown or its numbers are wrong.
+    UnsupportedSurface
+        It is a torus, which is no quadric.
 
     """
     # Before the list of kinds, so that the message names the reason
     if kind in TORUS_MNEMONICS:
-        raise ValueError(f"is a torus ({kind}), which is no quadric: Conicoid cannot express it")
+        raise UnsupportedSurface(f"is a torus ({kind}), which is no quadric")
     kinds = SURFACE_KINDS | MACROBODIES
     if kind not in kinds:
         raise ValueError(f"{shorten(kind, 20)!r} is no kind of surface{suggest_name(kind, kinds)}")

@@ -92,9 +92,42 @@ def test_macrobodies_and_facets(tmp_path: Path, card: str, facets: list[Sense]) 
         check(tmp_path, card, f"7.{number}", sense)
 
 
-def test_a_torus_is_refused_by_name_and_line(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match=r"deck\.mcnp:4:1: surface 7: is a torus \(tz\)"):
-        loaded(tmp_path, "title\n1 0 -7\n\n7 tz 0 0 0 5 1 1\n")
+TORI = """\
+A ball, a ring around it and a ball beside it
+1 1 -1 -1 imp:n=1
+2 2 -2 -7 1 imp:n=1
+3 0 1 7 -9 imp:n=1
+4 3 -1 -10 trcl=(0 0 0) imp:n=1
+5 0 #2 9 10 -11 imp:n=1
+6 like 4 but trcl=(0 40 0)
+7 0 -8 fill=3 imp:n=1
+8 0 4007 -10 u=3 imp:n=1
+9 0 11 imp:n=0
+
+1 so 1
+7 tz 0 0 0 5 1 1
+8 s 40 0 0 2
+9 so 10
+10 s 20 0 0 2
+11 so 100
+"""
+
+
+def test_cells_with_tori_are_left_out_by_name(tmp_path: Path) -> None:
+    scene = loaded(tmp_path, TORI)
+    points = [(0.1, 0, 0), (20.1, 0, 0), (20.1, 40, 0), (5, 0, 0), (8, 0, 0), (0, 50, 0), (40, 0, 0)]
+    assert names_at(scene, points) == ["cell 1", "cell 4", "cell 6", None, None, None, None]
+    told = "surface 7 is a torus (tz), which is no quadric: cells 2, 3, 5, 8 left out"
+    assert told in scene.notes
+    with pytest.raises(ValueError, match=r"strict is set:\nsurface 7 is a torus"):
+        loaded(tmp_path, TORI, strict=True)
+
+
+def test_cells_of_a_mesh_are_left_out_by_name(tmp_path: Path) -> None:
+    """MCNP writes 0 for the surfaces of cells that take their shape from a mesh."""
+    scene = loaded(tmp_path, "title\n1 1 -1 0 u=5 imp:n=1\n2 0 -1 fill=5 imp:n=1\n3 1 -1 1 -2 imp:n=1\n\n1 so 1\n2 so 2\n")
+    assert names_at(scene, [(0, 0, 0), (1.5, 0, 0)]) == [None, "cell 3"]
+    assert "surface 0 stands for a mesh (EMBED): cell 1 left out" in scene.notes
 
 
 def test_facets_that_there_are_not(tmp_path: Path) -> None:
