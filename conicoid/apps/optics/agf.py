@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -43,13 +44,17 @@ def load_agf(path: str | os.PathLike[str]) -> dict[str, Dispersion]:
     """
     file = Path(checked_path("load_agf", path))
     found: dict[str, Dispersion] = {}
-    name, number, place = "", 0, 0
+    name, number, place, last = "", 0, 0, ""
     row: tuple[float, ...] = ()
     span: tuple[float, float] | None = None
     lines = decode_text(read_regular(file, LARGEST), os.fspath(file)).splitlines()
     for line, text in enumerate([*lines, "NM"], 1):
         key, *rest = text.split() or [""]
         try:
+            if last == "CD" and re.match(r"[-+.\d]", key):  # some makers break the line of coefficients
+                row = (*row, *map(float, (key, *rest)))
+                continue
+            last = key
             if key == "NM":
                 if name:
                     found.setdefault(name, _formula(number, row, span, name, file.name))
