@@ -20,7 +20,7 @@ from ...geometry.revolution import Revolution
 from ...geometry.shape import Difference, Solid, Union
 from ...geometry.sheets import twice_area
 from ...numerics.portable_math import sin_cos_degrees
-from .syntax import CallArguments, EmptySolid
+from .syntax import CallArguments, OmittedSolid
 
 Matrix = np.ndarray[Any, Any]
 IDENTITY_MATRIX = np.eye(4)
@@ -72,7 +72,9 @@ class PlaneFigure:
         Raises
         ------
         ValueError
-            A polygon lies on both sides of the axis, or the solid is no quadric (a torus).
+            A polygon lies on both sides of the axis.
+        OmittedSolid
+            The solid is no quadric (a torus).
 
         """
         motion = IDENTITY_MATRIX if self.motion is None else self.motion
@@ -91,7 +93,7 @@ class PlaneFigure:
         # A circle stays a circle only under a similarity of the plane.
         even = np.allclose(linear @ linear.T, linear[0] @ linear[0] * np.eye(2), rtol=0, atol=1e-15)
         if sides or shift[0] != 0 or not even or end - start != 360:
-            raise ValueError("is a torus, or a sphere cut by sides or angles, which no quadric bounds")
+            raise OmittedSolid("is a torus, or a sphere cut by sides or angles, which no quadric bounds")
         return Sphere(self.radius * math.sqrt(float(linear[0] @ linear[0])), (0, 0, float(shift[1])))
 
 
@@ -126,7 +128,7 @@ def combine_figures(kind: Any, parts: Sequence[PlaneItem]) -> PlaneItem:
 def plane_circle(radius: float, sides: int) -> PlaneFigure:
     """Return a round circle, or, with `sides`, a regular polygon with its first corner on the x axis, as OpenSCAD."""
     if not radius > 0:
-        raise EmptySolid(f"has the radius {radius:g}")
+        raise OmittedSolid(f"has the radius {radius:g}")
     if not sides:
         return PlaneFigure(radius=radius)
     return PlaneFigure(points=regular_polygon(radius, sides))
@@ -141,7 +143,7 @@ def regular_polygon(radius: float, sides: int) -> tuple[tuple[float, float], ...
 def plane_polygon(points: Sequence[Any], paths: Sequence[Sequence[int]] | None) -> PlaneItem:
     """Return the figure of one outline, or of several `paths` (indices of points) by the even-odd rule.
 
-    Outlines without area are skipped. Raise EmptySolid if none has an area.
+    Outlines without area are skipped. Raise OmittedSolid if none has an area.
     """
     loops = [tuple(points)] if paths is None else [tuple(points[k] for k in path) for path in paths]
     drawn: PlaneItem | None = None
@@ -156,7 +158,7 @@ def plane_polygon(points: Sequence[Any], paths: Sequence[Sequence[int]] | None) 
                 Union, [combine_figures(Difference, [drawn, one]), combine_figures(Difference, [one, drawn])]
             )
     if drawn is None:
-        raise EmptySolid("has no area")
+        raise OmittedSolid("has no area")
     return drawn
 
 
@@ -193,7 +195,7 @@ def cube(arguments: CallArguments) -> Solid:
     if len(sizes) != 3 or not all(isinstance(s, float) and s < 1e100 for s in sizes):
         raise arguments.refuse(f"size must be three numbers, got {size!s:.60}")
     if min(sizes) <= 0:
-        raise EmptySolid(f"has the size {size!s:.60}")
+        raise OmittedSolid(f"has the size {size!s:.60}")
     low = [-s / 2 if arguments.flag("center") else 0.0 for s in sizes]
     high = [s / 2 if arguments.flag("center") else s for s in sizes]
     return Box((low[0], low[1], low[2]), (high[0], high[1], high[2]))
@@ -243,34 +245,44 @@ def cylinder(arguments: CallArguments, smooth: bool) -> Solid:
     both = _radius(arguments)
     first, second = arguments.number("r1", both), arguments.number("r2", both)
     if not height > 0:
-        raise EmptySolid(f"has the height {height:g}")
+        raise OmittedSolid(f"has the height {height:g}")
     if first < 0 or second < 0 or first == second == 0:
-        raise EmptySolid(f"has the radii {first:g} and {second:g}")
+        raise OmittedSolid(f"has the radii {first:g} and {second:g}")
     low = -height / 2 if arguments.flag("center") else 0.0
     return frustum(first, second, low, low + height, arguments.sides(smooth))
 
 
 def frustum(first: float, second: float, low: float, high: float, sides: int) -> Solid:
-    """Return the solid between two circles about the z axis, or between two regular polygons."""
-    if sides and first >= second:
-        return Extrusion(regular_polygon(first, sides), (low, high), second / first)
-    if sides:  # an extrusion starts from the larger end, so this one is built upside down
-        return Extrusion(regular_polygon(second, sides), (-high, -low), first / second).scale((1, 1, -1))
+    """Return the solid between two circles about the z axis, or between two regular polygons.
+
+    The side at the azimuth φ of its middle has the normal (cos φ, sin φ, s), where s is the decrease of the inner
+    radius, that of a corner times cos(180° / sides), by the height.
+    """
+    if sides:
+        flat = sin_cos_degrees(180.0 / sides)[1]
+        slope = flat * (first - second) / (high - low)
+        directions = [sin_cos_degrees(360.0 * (k + 0.5) / sides) for k in range(sides)]
+        normals = [(x, y, slope) for y, x in directions]
+        offsets = [flat * first + slope * low] * sides
+        return Polyhedron((*normals, (0.0, 0.0, -1.0), (0.0, 0.0, 1.0)), (*offsets, -low, high))
     if first == second:
         return Cylinder((0, 0, low), (0, 0, high), first)
     return Cone((0, 0, low), (0, 0, high), first, second)
 
 
 def polyhedron(arguments: CallArguments) -> Solid:
-    """Return a closed polyhedron from points and faces."""
+    """Return a closed polyhedron from points and faces. OpenSCAD goes on without one that encloses nothing."""
     points = arguments.rows("points", 3)
     faces = arguments.paths("faces" if arguments.value("faces") is not None else "triangles", len(points))
-    return Mesh(tuple((p[0], p[1], p[2]) for p in points), tuple(faces))
+    try:
+        return Mesh(tuple((p[0], p[1], p[2]) for p in points), tuple(faces))
+    except ValueError as error:
+        raise OmittedSolid(f"is no closed solid ({error})") from None
 
 
 def _radius(arguments: CallArguments) -> float:
     """Return r, or half of d; 1 if both are missing."""
     radius = arguments.number("r", arguments.number("d", 2.0) / 2)
     if not radius > 0 and arguments.call.name == "sphere":
-        raise EmptySolid(f"has the radius {radius:g}")
+        raise OmittedSolid(f"has the radius {radius:g}")
     return radius

@@ -217,8 +217,8 @@ class CsgReader:
 ArgumentValue = TypeVar("ArgumentValue")
 
 
-class EmptySolid(ValueError):
-    """A call that encloses nothing, which OpenSCAD leaves out."""
+class OmittedSolid(ValueError):
+    """A call that is left out: it encloses nothing, as for OpenSCAD, or it has sides that are no quadrics."""
 
 
 class CallArguments:
@@ -305,10 +305,10 @@ class CallArguments:
         return max(3, int(value))
 
     def build(self, make: Callable[[], ArgumentValue]) -> ArgumentValue:
-        """Return make(); raise the errors of shapes as errors at the call. Raise `EmptySolid` as it is."""
+        """Return make(); raise the errors of shapes as errors at the call. Raise `OmittedSolid` as it is."""
         try:
             return make()
-        except (SceneFileError, EmptySolid):
+        except (SceneFileError, OmittedSolid):
             raise
         except (ValueError, ArithmeticError) as error:
             raise self.refuse(str(error)) from None

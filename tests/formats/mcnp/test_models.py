@@ -125,7 +125,9 @@ def test_cells_with_tori_are_left_out_by_name(tmp_path: Path) -> None:
 
 def test_cells_of_a_mesh_are_left_out_by_name(tmp_path: Path) -> None:
     """MCNP writes 0 for the surfaces of cells that take their shape from a mesh."""
-    scene = loaded(tmp_path, "title\n1 1 -1 0 u=5 imp:n=1\n2 0 -1 fill=5 imp:n=1\n3 1 -1 1 -2 imp:n=1\n\n1 so 1\n2 so 2\n")
+    scene = loaded(
+        tmp_path, "title\n1 1 -1 0 u=5 imp:n=1\n2 0 -1 fill=5 imp:n=1\n3 1 -1 1 -2 imp:n=1\n\n1 so 1\n2 so 2\n"
+    )
     assert names_at(scene, [(0, 0, 0), (1.5, 0, 0)]) == [None, "cell 3"]
     assert "surface 0 stands for a mesh (EMBED): cell 1 left out" in scene.notes
 
