@@ -27,7 +27,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._jit.decorators import inline, kernel
-from .._util.arrays import dot_rows, unique_sorted, unique_with_inverse
+from .._util.arrays import dot_rows, ignore_fp_errors, unique_sorted, unique_with_inverse
 from ..geometry.surface import ORIGIN, UPRIGHT, Key, QuadricSurface, Surface
 from ..kernels.tables import ANCHOR_SIZE, FORM_SIZE, PLANE, QUADRIC, SPHERE, Floats, Ints, Longs, Signs, whole_quadrics
 from .pattern import row_blocks
@@ -419,6 +419,112 @@ def find_clusters(members: Any, features: SurfaceFeatures) -> Iterable[Any]:
                 yield members[np.sort(group[part])]
 
 
+# Clusters by the remainders as well: two rods with one axis, but for the rounding of the point where they meet, are
+# close in float64. Their exact names take a millisecond each, and a molecule has one such pair for each bond.
+
+_PAIR_CLOSENESS = 1e-24
+"""`CLOSENESS` of places in pairs of floats: these have 53 bits more, so that its margin is wider."""
+
+
+class _Pairs:
+    """Sums of two float64 arrays, of about 106 bits."""
+
+    def __init__(self, high: Any, low: Any = 0.0) -> None:
+        self.high, self.low = high, low
+
+    def __add__(self, other: _Pairs) -> _Pairs:
+        high = self.high + other.high
+        back = high - self.high
+        low = (self.high - (high - back)) + (other.high - back) + (self.low + other.low)
+        return _Pairs(high + low, low - ((high + low) - high))
+
+    def __mul__(self, other: _Pairs) -> _Pairs:
+        high = self.high * other.high
+        a, b = _halves(self.high), _halves(other.high)
+        low = ((a[0] * b[0] - high) + a[0] * b[1] + a[1] * b[0]) + a[1] * b[1]
+        low = low + (self.high * other.low + self.low * other.high)
+        return _Pairs(high + low, low - ((high + low) - high))
+
+    def __neg__(self) -> _Pairs:
+        return _Pairs(-self.high, -self.low)
+
+    def __truediv__(self, other: _Pairs) -> _Pairs:
+        first = _Pairs(self.high / other.high)
+        rest = self + -(first * other)
+        return first + _Pairs(rest.high / other.high)
+
+
+def _halves(values: Any) -> tuple[Any, Any]:
+    """Split floats into two of 26 bits (Veltkamp)."""
+    high = values * 134217729.0
+    high = high - (high - values)
+    return high, values - high
+
+
+def _plane_pairs(record: list[_Pairs], middle: Point, unit: float) -> list[_Pairs]:
+    """Return the normal and the offset about a point of planes, in the unit."""
+    (*normal, height), anchor = record[:4], record[4:]
+    offset = -height
+    for k in range(3):
+        offset = offset + normal[k] * (anchor[k] + _Pairs(-middle[k]))
+    return [*normal, offset * _Pairs(1 / unit)]
+
+
+def _quadric_pairs(record: list[_Pairs], middle: Point, unit: float) -> list[_Pairs]:
+    """Return the coefficients of `put_coefficients`, not scaled, about a point in the unit."""
+    scale, zero = _Pairs(1 / unit), _Pairs(0.0)
+    place = [(record[k] + _Pairs(-middle[k])) * scale for k in range(3)]
+    second, first, constant = [zero] * 6, [zero] * 3, -record[18] * scale * scale
+    for k in range(3):
+        row, square, linear = record[3 + 3 * k : 6 + 3 * k], record[12 + k], record[15 + k] * scale
+        shift = -(row[0] * place[0] + row[1] * place[1] + row[2] * place[2])
+        slope = square * shift + linear
+        for at, (i, j) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))):
+            second[at] = second[at] + square * row[i] * row[j]
+        first = [first[i] + row[i] * slope for i in range(3)]
+        constant = constant + (slope + linear) * shift
+    return [*second, *first, constant]
+
+
+@ignore_fp_errors
+def split_clusters(close: list[Any], records: Floats, rests: Floats) -> list[Any]:
+    """Split clusters between members that certainly differ, in what rounding removed from their records, too.
+
+    Parameters
+    ----------
+    close
+        Clusters of surfaces, all planes or all quadrics.
+    records, rests
+        The records of all members, in their order, and their remainders.
+
+    """
+    is_flat = records.shape[1] == 7
+    anchors = records[:, 4:] if is_flat else records[:, :3]
+    middle = _point(anchors[0])
+    # A power of two, which rounds nothing
+    unit = 2.0 ** math.ceil(math.log2(max(float(np.abs(anchors - anchors[0]).max()), 1e-100)))
+    columns = [_Pairs(high, low) for high, low in zip(records.T, rests.T, strict=True)]
+    numbers = (_plane_pairs if is_flat else _quadric_pairs)(columns, middle, unit)
+    sizes = np.array([len(cluster) for cluster in close])
+    label, begin = np.repeat(np.arange(len(close)), sizes), np.cumsum(sizes) - sizes
+    # The number of second order (of a plane, of its normal) that is largest in the first member becomes 1
+    leading = np.abs([pairs.high for pairs in numbers[: 3 if is_flat else 6]])
+    pivot = leading[:, begin].argmax(axis=0)[label]
+    of_pivot = _Pairs(
+        np.choose(pivot, [pairs.high for pairs in numbers[: len(leading)]]),
+        np.choose(pivot, [pairs.low for pairs in numbers[: len(leading)]]),
+    )
+    place, size = _Pairs(np.zeros(len(label))), np.ones(len(label))
+    for pairs, along in zip(numbers, FIRST_DIRECTION, strict=False):
+        scaled = pairs / of_pivot
+        place, size = place + scaled * _Pairs(along), np.maximum(size, np.abs(scaled.high))
+    order = np.lexsort((place.low, place.high, label))
+    step = np.diff(place.high[order]) + np.diff(place.low[order])
+    apart = (step > _PAIR_CLOSENESS * size[order][1:]) | (np.diff(label[order]) > 0)
+    members = np.concatenate(close)
+    return [np.sort(members[part]) for part in np.split(order, 1 + np.flatnonzero(apart)) if len(part) > 1]
+
+
 # The scene-wide table of surfaces: each distinct plane or quadric once
 #
 # Surfaces are rounded to float64 records. Exact surfaces (nothing rounded) with records equal to the bit are one
@@ -428,6 +534,8 @@ def find_clusters(members: Any, features: SurfaceFeatures) -> Iterable[Any]:
 
 # Relative tolerance of the search for bulk balls that may equal another surface
 _NEARLY = 1e-6
+_FEWEST_CLUSTERS = 16
+"""For fewer clusters exact names are as quick."""
 _CHUNK = 1 << 13
 
 
@@ -619,6 +727,7 @@ class _SurfaceMerger:
         if len(curved):  # bulk balls are equal to each other to the bit or not at all
             curved = np.concatenate([curved, self._balls_near(curved, first, kind, row, spheres, quadrics)])
             close += find_clusters(curved, CurvedFeatures.of(kind[curved], row[curved], spheres, quadrics))
+        close = self._split(close, kind, row, planes, quadrics)
         tables: dict[int, Floats | QuadricTable] = {PLANE: planes, SPHERE: spheres, QUADRIC: quadrics}
 
         def record(index: int) -> tuple[bool, Floats]:
@@ -649,6 +758,22 @@ class _SurfaceMerger:
             representative[merged], turned[merged] = found[:, 0], found[:, 1]
             senses *= turned[first]
             first[:] = representative[first]
+
+    def _split(self, close: list[Any], kind: Signs, row: Ints, planes: Floats, quadrics: QuadricTable) -> list[Any]:
+        """Split clusters by `split_clusters`, where there are enough; those with spheres stay whole."""
+        if len(close) < _FEWEST_CLUSTERS:
+            return close
+        rest, result = self.raw.rest, []
+        by_kind: dict[int, list[Any]] = {PLANE: [], QUADRIC: [], SPHERE: []}
+        for cluster in close:
+            kinds = set(kind[cluster].tolist())
+            by_kind[kinds.pop() if len(kinds) == 1 else SPHERE].append(cluster)
+        for one, table, lost in ((PLANE, planes, rest.planes), (QUADRIC, quadrics, rest.quadrics)):
+            if some := by_kind[one]:
+                rows = row[np.concatenate(some)]
+                rests = lost[rows if one == PLANE else quadrics.form_of[rows]]
+                result += split_clusters(some, table[rows], rests)
+        return result + by_kind[SPHERE]
 
     def _balls_near(
         self, curved: Any, first: Any, kind: Signs, row: Ints, spheres: Floats, quadrics: QuadricTable

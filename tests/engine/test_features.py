@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import random
+from fractions import Fraction
 
 import numpy as np
 import pytest
 
 import conicoid as co
 from conicoid.kernels.tables import PLANE, QUADRIC, SPHERE
+from conicoid.prepare import coincidence
 from conicoid.prepare.coincidence import (
     FIRST_DIRECTION,
     SECOND_DIRECTION,
@@ -168,3 +170,25 @@ def test_surfaces_are_one_where_their_names_are(seed):
     assert every == set(names)
     assert given >= len(names) + 15  # four sides and three walls between bricks are in common
     assert (tables.surface_kind == PLANE).sum() >= 9
+
+
+def test_halves_of_rods_are_named_only_where_their_axes_are_one(monkeypatch):
+    """Two half rods meet at a rounded middle: that they have one axis follows from fractions, or that they have not."""
+    rng = np.random.default_rng(8)
+    starts, ends = rng.uniform(-9, 9, (2, 60, 3))
+    starts[:20], ends[:20] = np.round(8 * starts[:20]) / 8, np.round(8 * ends[:20]) / 8
+    middles = (starts + ends) / 2
+    one = [all(Fraction(a) + Fraction(b) == 2 * Fraction(m) for a, b, m in zip(*row, strict=True))
+           for row in zip(starts, ends, middles, strict=True)]  # fmt: skip
+    named = []
+    name = coincidence._SurfaceMerger._name
+    monkeypatch.setattr(coincidence._SurfaceMerger, "_name", lambda *given: named.append(given[1]) or name(*given))
+    rods = [co.Cylinder(a, b, 0.1) for pair in ((starts, middles), (middles, ends)) for a, b in zip(*pair, strict=True)]
+    scene = co.Scene(rods)
+    across = np.cross(ends - starts, rng.normal(size=(60, 3)))
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    quarters = [starts + (ends - starts) * share for share in (0.25, 0.75)]
+    found = [scene.first_hit(quarter + across, -across).surface for quarter in quarters]
+    assert (found[0] == found[1]).tolist() == one
+    assert 20 <= sum(one) < 60
+    assert len(named) <= 4 * sum(one)  # the sides and the caps in the middle of both halves
