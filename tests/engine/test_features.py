@@ -175,7 +175,7 @@ def test_surfaces_are_one_where_their_names_are(seed):
 def test_halves_of_rods_are_named_only_where_their_axes_are_one(monkeypatch):
     """Two half rods meet at a rounded middle: that they have one axis follows from fractions, or that they have not."""
     rng = np.random.default_rng(8)
-    starts, ends = rng.uniform(-9, 9, (2, 60, 3))
+    starts, ends = rng.uniform(-9, 9, (2, 60, 3)) + 32 * np.arange(60)[:, None] * (1, 0, 0)
     starts[:20], ends[:20] = np.round(8 * starts[:20]) / 8, np.round(8 * ends[:20]) / 8
     middles = (starts + ends) / 2
     one = [all(Fraction(a) + Fraction(b) == 2 * Fraction(m) for a, b, m in zip(*row, strict=True))
