@@ -10,6 +10,7 @@ import pytest
 import conicoid as co
 from conicoid.kernels import tables as table
 from conicoid.kernels.tables import Geometry
+from conicoid.queries.exact import doubtful_rays
 from conicoid.queries.exact.ranks import count_form_floats
 
 from ..reference.routes import in_doubt, ties
@@ -136,3 +137,23 @@ def test_limits_of_canonical_quadrics_lie_within_their_memory() -> None:
     size = len(geometry.floats) + count_form_floats(geometry)
     forms = (size - 5_000) // table.FORM_SIZE  # the last form ends where the memory ends
     assert 49_304 + 2 * forms <= size
+
+
+AT_A_THIRD = {  # what a ray from (1, -1, -2) to (1, 2, 4) crosses and touches at t = 1/3, and (t, entering) of its hit
+    "an edge": ([co.Box((0, 0, 0), (2, 1, 1))], (1 / 3, True)),
+    "past two edges": ([co.Box((0, 0, -9), (2, 1, 0)), co.Box((0, -9, 0), (2, 0, 1))], (math.inf, False)),
+    "two balls that touch": ([co.Sphere(), co.Sphere(1, (2, 0, 0))], (math.inf, False)),
+    "a ball at a wall": ([co.Sphere(), co.HalfSpace((0, -1, 0), 0)], (1 / 3, True)),
+    "a ball in a tube": ([co.Sphere(), co.Cylinder((0, 0, -1), (0, 0, 1), 1)], (math.inf, False)),
+}
+
+
+@pytest.mark.parametrize("name", AT_A_THIRD)
+def test_ties_at_a_quotient_that_no_float_is_need_no_integers(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """1/3 has an error in pairs of floats, its numerator and denominator have none: integers would take 50 times as long."""
+    solids, (t, entering) = AT_A_THIRD[name]
+    asked: list[int] = []
+    monkeypatch.setattr(doubtful_rays, "put_exact_ranks", lambda *arguments: asked.append(1))
+    hit = co.Scene(solids).first_hit((1, -1, -2), (0, 3, 6))
+    assert not asked
+    assert (hit.t, hit.entering, hit.doubtful) == (t, entering, True)

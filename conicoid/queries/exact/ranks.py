@@ -38,12 +38,22 @@ from ...kernels.body.crossing_rows import (
 from ...kernels.body.entry import collect_entries, crossing_face, entry_crossings, is_solid
 from ...kernels.body.hit import Hit, comes_first, hit_surface, no_hit
 from ...kernels.body.scratch import LEAF_COUNT, TIME, Scratch
-from ...kernels.numbers.double_double import BoundedPair
+from ...kernels.numbers.double_double import BoundedPair, bounded_pair, minus, opposite, sign, times
 from ...kernels.numbers.shell_sort import make_sort
 from ...kernels.programs import cell_of_leaf
 from ...kernels.ray import Ray, scale_ray, span_inverse
 from ...kernels.surface.doubt import T_ERROR
-from ...kernels.surface.exact_crossing import CROSSES, MISSES, OPEN, TOUCHES, RoundingRest, decide_curved, decide_plane
+from ...kernels.surface.exact_crossing import (
+    CROSSES,
+    MISSES,
+    OPEN,
+    TOUCHES,
+    RoundingRest,
+    curved_terms,
+    decide_curved,
+    decide_plane,
+    plane_terms,
+)
 from ...kernels.surface.interval import is_too_far, nearness_of
 from ...kernels.surface.polygon_loop import EDGE, decide_loop
 from ...kernels.surface.records import curved_roots, is_curved, plane_crossing
@@ -304,15 +314,43 @@ def _is_certainly_before(ranks: Ranks, i: int, j: int) -> bool:
 
 
 @helper
-def _number(ranks: Ranks) -> bool:
+def _ratio(
+    geometry: Geometry, rest: RoundingRest, ranks: Ranks, i: int, ray: Ray
+) -> tuple[BoundedPair, BoundedPair, bool]:
+    """Return (n, d, True) with t = n / d of crossing i if that is the origin, a plane or a touch; else False."""
+    surface, zero = ranks.owner[i], bounded_pair(0.0)
+    if surface == FREE:
+        return zero, bounded_pair(1.0), True
+    if not is_curved(geometry, surface):
+        height, rate = plane_terms(geometry, rest, surface, ray, 0.0)
+        return (zero if surface == ray.start else opposite(height)), rate, True
+    a, b, _, _ = curved_terms(geometry, rest, surface, ray, 0.0)
+    return opposite(b), a, ranks.verdict[2 * surface] == TOUCHES
+
+
+@helper
+def _is_same_ratio(geometry: Geometry, rest: RoundingRest, ranks: Ranks, i: int, j: int, ray: Ray) -> bool:
+    """Return True if two crossings certainly coincide as ratios: n d' = n' d. False is no answer.
+
+    A quotient such as 1/3 has an error, its numerator and denominator may have none: edges and corners, and touches in
+    one place, need no exact arithmetic then.
+    """
+    n, d, is_known = _ratio(geometry, rest, ranks, i, ray)
+    other_n, other_d, other_is_known = _ratio(geometry, rest, ranks, j, ray)
+    return is_known and other_is_known and sign(minus(times(n, other_d), times(other_n, d))) == 0
+
+
+@helper
+def _number(geometry: Geometry, rest: RoundingRest, ranks: Ranks, ray: Ray) -> bool:
     """Write ranks in sorted order, with 0 for the ray's origin, the first crossing. Return False for an open order."""
     order, rank, last = ranks.order, 0.0, 0
     for k in range(ranks.size[CROSSINGS]):
         this = order[k]
         if k > 0 and not _is_same_crossing(ranks, order[k - 1], this):
-            if not _is_certainly_before(ranks, last, this):
+            if _is_certainly_before(ranks, last, this):
+                rank += 1.0
+            elif not _is_same_ratio(geometry, rest, ranks, order[k - 1], this, ray):
                 return False
-            rank += 1.0
         # `last` is the crossing with the largest upper bound so far, with which the next one is compared
         furthest = ranks.high[last] + ranks.error[last]
         last = this if k == 0 or ranks.high[this] + ranks.error[this] >= furthest else last
@@ -342,7 +380,7 @@ def rank_ray(geometry: Geometry, rest: RoundingRest, scratch: Scratch, ranks: Ra
     if not certain:
         return -1
     _sort(ranks)
-    return count if _number(ranks) else -1
+    return count if _number(geometry, rest, ranks, ray) else -1
 
 
 @inline
