@@ -249,6 +249,21 @@ def test_outlines_of_turned_shapes_are_near_those_at_rest(shape, degrees):
     assert np.array(ends(turned)) == pytest.approx(np.array(ends(rest)), abs=0.2 * abs(degrees) + 1e-12)
 
 
+@pytest.mark.parametrize("degrees", [1e-100, 1e-20, 1e-16, 1e-9, 37])
+def test_a_plane_cuts_a_parabolic_cylinder_in_parabolas_or_lines(degrees):
+    """However little it is turned: the determinant is zero, and so are both of its terms but for 1e-204."""
+    windows = (
+        ((-4, -4, 0.3), (8, 0, 0), (0, 8, 0)), ((0.2, -4, -4), (0, 8, 0), (0, 0, 8)), ((-4, 0.7, -4), (8, 0, 0), (0, 0, 8)),
+        ((-4, -3, -4), (8, 0, 0), (0, 6, 8)), ((1, 1, 1), (2, 1, 2), (1, 2, -2)), ((-0.5, -3, -1), (2, 0, 1), (-1, 0, 2)),
+    )  # fmt: skip
+    for axis in ("x", "y", "z", (1, 1, 0), (1, 2, 3)):
+        scene = co.Scene([co.ParabolicCylinder(1).rotate(axis, degrees)])
+        cuts = [scene.slice(origin=origin, u=u, v=v, pixels=8) for origin, u, v in windows]
+        kinds = {one.kind for cut in cuts for one in cut.outlines}
+        assert kinds, axis
+        assert kinds <= {"parabola", "line"}, axis
+
+
 def test_a_lens_ends_where_its_walls_cross():
     # Unit balls about (±1/2, 0, 0) cross on the circle of radius sqrt(3)/2; of each two thirds of a half circle are seen.
     lens = co.Scene([co.Sphere(1, (-0.5, 0, 0)) & co.Sphere(1, (0.5, 0, 0))]).slice("z", pixels=8)

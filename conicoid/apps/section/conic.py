@@ -34,9 +34,10 @@ _FAR = 64
 """Sizes of the window beyond which the centre of a conic is far from it, or its half-axis long."""
 _KEY = 80
 """Bits of the numbers by which curves are compared."""
-_BITS = 512
+_BITS = 2048
 _CUT = 400
-"""For irrational conics: bits of the coefficients, and bits below which a determinant is zero."""
+"""For irrational conics: bits of the coefficients, and bits below which a determinant is zero. A shape turned by 1e-100
+degrees has coefficients that are 2^-680 of the largest, and both terms of a determinant may be as small."""
 _QUICK = 30
 """For conics from rounded records: bits below which a determinant is not known."""
 
