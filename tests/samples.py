@@ -34,6 +34,11 @@ def quick() -> bool:
     return _marks[0] == _FAST_ALONE
 
 
+def many(fast: int, deep: int) -> int:
+    """Return the size of a sample: that of a fast run, or that of a deep one."""
+    return fast if quick() else deep
+
+
 def drawn(cases: Sequence[T], count: int, name: str = "") -> list[T]:
     """Return so many of some cases, in order, or all of them if this run wants all; each name has its own draw."""
     places = range(len(cases))

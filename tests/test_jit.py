@@ -17,6 +17,7 @@ from conicoid._util.environment import read_jit_mode
 from .children import ROOT
 from .machine_code import needs_machine_code
 from .native.test_digest import DIGESTS, digests
+from .samples import deep
 
 
 @inline
@@ -122,14 +123,13 @@ def test_nothing_is_shown_where_nobody_watches(monkeypatch):
     assert note(monkeypatch, io.StringIO()) == ""
 
 
-HIT_FIELDS = "first_invalid", "hit_points", "faces_of", "normals_of", "uvs_of", "errors_of_t"
+CHECKS = "first_invalid", "hit_points"
+HIT_FIELDS = "faces_of", "normals_of", "uvs_of", "errors_of_t"
 TRACERS = "trace_first", "trace_rows"
 
 
 @needs_machine_code
-@pytest.mark.parametrize(
-    "names", [HIT_FIELDS, pytest.param(TRACERS, marks=pytest.mark.deep)], ids=["fields", "tracers"]
-)
+@pytest.mark.parametrize("names", [CHECKS, deep((HIT_FIELDS,)), deep((TRACERS,))], ids=" ".join)
 def test_compiled_kernels_give_the_bits_of_machine_code(names, monkeypatch):
     """The digests of every kind of answer, where some kernels are compiled in this process."""
     digests()  # imports the modules with kernels

@@ -6,7 +6,7 @@ import pytest
 
 from conicoid.prepare.edits import in_place as exchange
 
-from ..samples import sampled
+from ..samples import in_turn, sampled
 from .edits import KINDS, WORLDS, chain, note_memory_taken
 
 
@@ -16,9 +16,7 @@ def taken(monkeypatch):
     return note_memory_taken(monkeypatch)
 
 
-@pytest.mark.parametrize(
-    ("name", "seed"), [(name, seed) for name in WORLDS for seed in range(2 if name in KINDS else 1)]
-)
+@pytest.mark.parametrize(("name", "seed"), in_turn(WORLDS, range(2)))
 def test_a_chain_of_edits(name, seed, taken):
     merged = chain(name, seed, 14, 22)
     assert sum(taken) > 2 or name == "on a grid"

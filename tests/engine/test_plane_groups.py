@@ -12,6 +12,8 @@ import conicoid as co
 from conicoid.io.openscad.solids import sided_ball
 from conicoid.kernels.body.cell import FIRST_CUTS, FIRST_GROUPS, MANY_PLANES
 
+from ..samples import deep, many
+
 
 def rough(count: int, seed: int) -> co.Polyhedron:
     """Return a polyhedron of planes whose numbers have few digits, so that many of them meet in points."""
@@ -89,14 +91,16 @@ def span(solid: co.Polyhedron, origin: list[Fraction], direction: list[Fraction]
 @pytest.mark.parametrize("name", ["few", "rough", "ball", "prism"])
 def test_rays_at_corners_edges_and_along_faces_have_the_spans_of_exact_half_spaces(name: str) -> None:
     solid, rng = SOLIDS[name], np.random.default_rng(4)
-    aims = rng.integers(-5, 6, (90, 3)).astype(float)
+    corners, along = many(16, 60), many(8, 10)
+    count = corners + along + many(6, 20)
+    aims = rng.integers(-5, 6, (count, 3)).astype(float)
     normals, offsets = np.array(solid.normals), np.array(solid.offsets)
-    for k in range(60):  # points where three planes meet, as floats have them
+    for k in range(corners):  # points where three planes meet, as floats have them
         chosen = np.argsort(-(normals @ rng.normal(size=3)) / np.linalg.norm(normals, axis=1))[:3]
         if abs(np.linalg.det(normals[chosen])) > 1e-9:
             aims[k] = np.linalg.solve(normals[chosen], offsets[chosen])
-    origins = aims + 40 * np.round(rng.normal(size=(90, 3)))
-    origins[60:70] = aims[60:70] + [0, 0, 40]  # along the sides of the prism
+    origins = aims + 40 * np.round(rng.normal(size=(count, 3)))
+    origins[corners:][:along] = aims[corners:][:along] + [0, 0, 40]  # along the sides of the prism
     directions = aims - origins
     within = (directions @ normals.T == 0) & (origins @ normals.T == offsets)
     some = directions.any(axis=1) & ~within.any(axis=1)
@@ -112,7 +116,7 @@ def test_rays_at_corners_edges_and_along_faces_have_the_spans_of_exact_half_spac
             hits += 1
             ends = (found.t_enter[0], found.t_exit[0], t)
             assert all(math.isclose(a, b, rel_tol=1e-13) for a, b in zip(ends, (*exact, exact[0]), strict=True))
-    assert hits > 15
+    assert hits > many(3, 15)
 
 
 def test_rays_in_packets_and_single_ones_agree_at_a_ball_of_many_faces() -> None:
@@ -152,7 +156,7 @@ def test_edits_keep_the_groups_of_cells_that_stay_and_make_those_of_new_ones() -
             assert np.array_equal(one, other)
 
 
-@pytest.mark.parametrize("sides", [32, 64, 400])
+@pytest.mark.parametrize("sides", [32, 64, deep(400)])
 def test_rays_along_planes_that_exact_methods_decide(sides: int) -> None:
     """Along the axis of a prism and 1.24 from it, so beside it, within its box; a tangent of a ball puts it in doubt."""
     for x, y in ((0.875, 0.875), (-0.875, 0.875), (0.875, -0.875), (-0.875, -0.875)):

@@ -12,7 +12,7 @@ import conicoid as co
 from conicoid.kernels.tables import PLANE
 from conicoid.prepare.edits import scene_edit as edited
 
-from ..samples import sampled
+from ..samples import many, sampled
 from .edits import UNIT, checked, content, note_memory_taken, same_answers
 
 TURNED = [lambda s: s, lambda s: s.rotate((1, 2, 3), 25), lambda s: s.scale((1, 2, 0.7)).rotate("x", 10)]
@@ -129,7 +129,7 @@ def test_walls_whose_records_are_turned_over():
 
 def test_items_of_leaves_in_a_tree_that_stays(exchanged):
     """Coaxial pins have the wall of one of them, and balls are one in threes: leaves tell of both."""
-    rng = np.random.default_rng(7)
+    rng, count = np.random.default_rng(7), many(8, 24)
     shapes = []
     for number in range(300):
         at, low = (2.0 * (number // 6 % 10), 2.0 * (number // 60), 0.0), float(rng.uniform(0, 4))
@@ -139,11 +139,11 @@ def test_items_of_leaves_in_a_tree_that_stays(exchanged):
             shapes.append(co.Cylinder((*at[:2], low), (*at[:2], low + float(rng.uniform(0.5, 1))), 0.25))
     scene = named([TURNED[1](shape) for shape in shapes])
     scene.prepare()
-    for number in rng.permutation(300)[:24].tolist():
+    for number in rng.permutation(300)[:count].tolist():
         step = (0.0, 0.0, float(rng.uniform(-1, 1))) if number % 3 < 2 else (0.0, 0.5, 0.0)
         scene = scene.replace(str(number), TURNED[1](shapes[number].translate(step)))
         checked(scene)
-    assert len(exchanged) == 24
+    assert len(exchanged) == count
 
 
 def test_a_wall_that_stays_goes_from_one_wall_of_a_body_to_the_other():

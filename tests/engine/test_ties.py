@@ -9,6 +9,8 @@ import pytest
 import conicoid as co
 from conicoid.kernels.body.hit import comes_first, may_tie
 
+from ..samples import sampled
+
 
 @pytest.mark.parametrize(
     ("first", "other"),
@@ -72,7 +74,7 @@ def walls_along(tree, axis, row):
     return [(face_between(tree, a, b), bool(tree[2][b])) for a, b in pairwise(line) if tree[2][a] != tree[2][b]]
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", sampled(range(40), 3))
 def test_a_crossing_has_the_face_of_a_leaf_that_turns_the_body(seed):
     """By every route, also where walls of several leaves coincide and some are cut away."""
     rng = np.random.default_rng(seed)

@@ -13,6 +13,7 @@ from conicoid.geometry.instances import InstanceList
 from conicoid.io.openmc.universe_block import BlockBodies
 from conicoid.kernels import threads
 
+from ..samples import deep
 from .nodes import Nodes
 
 
@@ -252,7 +253,7 @@ def edits_of_a_core(path):
     yield co.Scene([core.bodies[k] for k in np.random.default_rng(0).permutation(count).tolist()])
 
 
-@pytest.mark.parametrize("turned", ["", "0 0 30"])
+@pytest.mark.parametrize("turned", [deep(""), "0 0 30"])
 def test_assemblies_share_the_order_of_their_tree(turned, tmp_path, monkeypatch):
     path = tmp_path / "geometry.xml"
     path.write_text(core_xml(4, pins=5, turned=turned))

@@ -8,7 +8,7 @@ import pytest
 import conicoid as co
 from conicoid.prepare.edits import buffer_pool as stores, in_place as exchange
 
-from ..samples import deep
+from ..samples import deep, many
 from .edits import bodies, moved, note_memory_taken, same_answers, same_tables, slid, written_anew
 from .nodes import Nodes
 
@@ -34,7 +34,7 @@ def test_trees_that_grow_out_of_the_memory(monkeypatch, holds):
     monkeypatch.setattr(exchange.InPlaceEdit, "geometry", noted)
     rng = np.random.default_rng(6)
     scene = bodies(300, 6, (co.Plane((0, 0, 1), -3),))
-    for number in range(24):
+    for number in range(many(9, 24)):
         hits = scene.first_hit((0, 0, 9), (0, 0.1, -1))
         if not holds:
             del hits

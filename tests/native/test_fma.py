@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import itertools
 import math
 import random
 import struct
@@ -14,21 +15,14 @@ from pathlib import Path
 
 import pytest
 
+from ..samples import many
+
 SOURCE = Path(__file__).resolve().parents[2] / "native" / "fma.c"
 LEAST, SMALLEST_NORMAL, LARGEST = 2.0**-1074, 2.0**-1022, math.ldexp(2 - 2.0**-52, 1023)
 SPECIAL = [
-    0.0,
-    LEAST,
-    3 * LEAST,
-    SMALLEST_NORMAL - LEAST,
-    SMALLEST_NORMAL,
-    2.0**-537,
-    2.0**-500,
-    0.5,
-    1.0,
-    1 + 2.0**-52,
-]
-SPECIAL += [2 - 2.0**-52, 3.0, 2.0**52 + 1, 2.0**53 - 1, 2.0**500, 2.0**1023, LARGEST, math.inf, math.nan]
+    0.0, LEAST, 3 * LEAST, SMALLEST_NORMAL - LEAST, SMALLEST_NORMAL, 2.0**-537, 2.0**-500, 0.5, 1.0, 1 + 2.0**-52,
+    2 - 2.0**-52, 3.0, 2.0**52 + 1, 2.0**53 - 1, 2.0**500, 2.0**1023, LARGEST, math.inf, math.nan,
+]  # fmt: skip
 SPECIAL += [-x for x in SPECIAL]
 
 Triple = tuple[float, float, float]
@@ -135,11 +129,11 @@ def wrong(fma: Callable[..., float], cases: Iterator[Triple]) -> list[str]:
 
 
 def test_special_values(fma):
-    assert not wrong(fma, ((a, b, c) for a in SPECIAL for b in SPECIAL for c in SPECIAL))
+    assert not wrong(fma, itertools.islice(itertools.product(SPECIAL, repeat=3), 0, None, many(5, 1)))
 
 
 def test_hard_and_random_cases(fma):
-    assert not wrong(fma, hard(50_000, 1))
+    assert not wrong(fma, hard(20_000, 1))
 
 
 @pytest.mark.deep

@@ -504,8 +504,7 @@ _SIZES_IN_MM = dict(angstrom=1e-7, nm=1e-6, um=1e-3, mm=1, cm=10, m=1000, km=1e6
 _UNITS_OF_FILES = {"gdml": "mm", "xml": "cm", "scad": "mm"}
 
 
-@pytest.mark.parametrize("suffix", _UNITS_OF_FILES)
-@pytest.mark.parametrize("unit", [None, *_SIZES_IN_MM])
+@pytest.mark.parametrize(("unit", "suffix"), in_turn([None, *_SIZES_IN_MM], _UNITS_OF_FILES))
 def test_lengths_are_converted_to_the_unit_of_the_file(tmp_path, unit, suffix):
     """Rays hit what is read back at the distances of the scene, times the size of its unit."""
     solids = [
