@@ -1,28 +1,65 @@
-"""A GPU that is this processor: the LLVM code that becomes PTX, run here, one thread after the other."""
+"""A GPU that is this processor: the LLVM code that becomes PTX, run here, one thread after the other.
+
+What takes a compiler half a minute, code of sources and objects of code, is made by one of the processes of tests, and
+kept in `out/emulation` for the others and for later runs.
+"""
 
 from __future__ import annotations
 
 import ctypes
 import functools
+import os
 import tempfile
 from collections import deque
 from collections.abc import Callable, Sequence
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
 import llvmlite.binding as llvm
 import numpy as np
 
+from conicoid._jit.sources import package_files, stamp_of
 from conicoid.queries.device import BLOCK
 from native import ptx
-from native.build import device_code
+from native.build import alone, device_code
+
+from .children import ROOT
+
+STORE = ROOT / "out" / "emulation"
+
+
+def stored(key: str, make: Callable[[], bytes]) -> bytes:
+    """Return what `make` returns, from a file if any process has made it; `key` says what it is made from."""
+    file = STORE / sha256(key.encode()).hexdigest()
+    if not file.exists():
+        with alone():
+            if not file.exists():
+                STORE.mkdir(parents=True, exist_ok=True)
+                part = file.with_suffix(f".{os.getpid()}")
+                part.write_bytes(make())
+                part.replace(file)
+    return file.read_bytes()
+
+
+def sources_of(code: bytes = b"") -> str:
+    """Return a digest of some code and of what makes more of it: `native`, and LLVM for this processor."""
+    digest = sha256(code)
+    for path in sorted((ROOT / "native").glob("*.py")):
+        digest.update(path.read_bytes())
+    digest.update(f"{llvm.get_host_cpu_name()} {llvm.llvm_version_info}".encode())
+    return digest.hexdigest()
+
+
+def _lowered(part: str) -> bytes:
+    with tempfile.TemporaryDirectory() as folder:
+        return ptx.base(device_code(Path(folder), part))
 
 
 @functools.cache
 def device_module(part: str = "queries") -> bytes:
-    """The code that becomes PTX, once for each process of tests; `part` is one of `native.signature.on_device`."""
-    with tempfile.TemporaryDirectory() as folder:
-        return ptx.base(device_code(Path(folder), part))
+    """The code that becomes PTX; `part` is one of `native.signature.on_device`."""
+    return stored(f"{part} {stamp_of(package_files())} {sources_of()}", lambda: _lowered(part))
 
 
 @functools.cache
@@ -41,9 +78,15 @@ class Kernels:
         machine = target.create_target_machine(cpu=llvm.get_host_cpu_name(), features=features, opt=2, jit=True)
         whole = llvm.parse_bitcode(module)
         whole.triple, whole.data_layout = target.triple, str(machine.target_data)
-        builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=1))
-        builder.getModulePassManager().run(whole, builder)
-        self._engine = llvm.create_mcjit_compiler(whole, machine)
+
+        def compile_object() -> bytes:
+            builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options(speed_level=1))
+            builder.getModulePassManager().run(whole, builder)
+            return bytes(machine.emit_object(whole))
+
+        found = stored(f"{features} {sources_of(module)}", compile_object)
+        self._engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
+        self._engine.add_object_file(llvm.ObjectFileRef.from_data(found))
         self._engine.finalize_object()
         self._functions: dict[str, Any] = {}
 

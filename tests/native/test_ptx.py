@@ -21,7 +21,7 @@ from conicoid.kernels.tables import BALL, CELL, NODE_CHILDREN, length
 from conicoid.queries.exact.membership import locate_packets
 from native import objects, ptx
 
-from ..emulation import Kernels, device_kernels, device_module
+from ..emulation import Kernels, device_kernels, device_module, sources_of, stored
 from ..engine.test_routes import camera, crowded_scene
 from ..reference import aimed_rays
 from ..reference.quadratics import Table
@@ -203,14 +203,19 @@ def test_what_llvm_optimises_for_a_gpu(module):
     """The last form of the code before PTX."""
     target = objects.machine_for(ptx.TRIPLE, ptx.LEVEL)
     names = f"shorten_nodes_{EACH}", "first_hits_few", "any_hits_few", "list_rows_few"
-    whole, kept = llvm.parse_bitcode(module), [ptx.PREFIX + name for name in names]
-    for each in (*whole.functions, *whole.global_variables):
-        if not each.is_declaration:
-            each.linkage = "external" if each.name in kept else "internal"
-    objects.optimize(whole, target, is_short=True)
+
+    def optimize() -> bytes:
+        whole, kept = llvm.parse_bitcode(module), [ptx.PREFIX + name for name in names]
+        for each in (*whole.functions, *whole.global_variables):
+            if not each.is_declaration:
+                each.linkage = "external" if each.name in kept else "internal"
+        objects.optimize(whole, target, is_short=True)
+        return whole.as_bitcode()
+
     scene, rays = crowded_scene(), camera(48)
     arrays = arrays_of(rays.origins.reshape(-1, 3), rays.directions.reshape(-1, 3))
-    same_rays(Kernels(whole.as_bitcode()), scene, arrays, ["few"])
+    optimised = stored(f"optimised {sources_of(module)}", optimize)
+    same_rays(Kernels(optimised), scene, arrays, ["few"])
 
 
 @pytest.mark.parametrize("name", sampled(ptx.PARTS["queries"], 5))
