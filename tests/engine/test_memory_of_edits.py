@@ -7,7 +7,12 @@ import gc
 import itertools
 import os
 import pickle
+import sys
 import threading
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from types import FrameType
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,10 +20,15 @@ import pytest
 import conicoid as co
 from conicoid.kernels.bvh.walk import ROWS
 from conicoid.parallel.shared_state import open_scene_tables, source_version, write_tables
-from conicoid.prepare.edits import buffer_pool as stores
-from conicoid.prepare.edits.buffer_pool import EditState, FullEditState
+from conicoid.prepare.edits import buffer_pool as stores, in_place as exchange
+from conicoid.prepare.edits.buffer_pool import BufferPool, EditState, FullEditState, SceneBuffer
 from conicoid.prepare.edits.in_place import InPlaceEdit
-from tests.engine.edits import bodies, content, moved, note_memory_taken, same_answers, same_tables
+
+from ..samples import deep, in_turn, many
+from .edits import bodies, content, moved, note_memory_taken, same_answers, same_tables, slid, written_anew
+from .nodes import Nodes
+
+# --- Whose memory an edited scene takes: nobody's who could still read it, in threads, forks, answers and files
 
 
 @pytest.fixture
@@ -341,3 +351,202 @@ def test_much_memory_is_not_kept(monkeypatch, taken):
         scene.prepare()
     same_tables(scene, co.Scene(scene.bodies))
     assert taken == []  # nothing is left of the scene before
+
+
+# --- Scenes that nobody holds are written over by the ones that are made from them: the same tables, to the bit
+
+
+@pytest.mark.parametrize("holds", [deep(False), True])
+def test_trees_that_grow_out_of_the_memory(monkeypatch, holds):
+    """There is no room for more of them: all goes into new memory, that of answers that are held and of none."""
+    monkeypatch.setattr(stores, "_NODE", 0)
+    grown = []
+    begin = exchange.InPlaceEdit.geometry
+
+    def noted(self, empty):
+        before = self._buffer
+        made = begin(self, empty)
+        grown.append(before is not None and before is not self._buffer)
+        return made
+
+    monkeypatch.setattr(exchange.InPlaceEdit, "geometry", noted)
+    rng = np.random.default_rng(6)
+    scene = bodies(300, 6, (co.Plane((0, 0, 1), -3),))
+    for number in range(many(9, 24)):
+        hits = scene.first_hit((0, 0, 9), (0, 0.1, -1))
+        if not holds:
+            del hits
+        scene = (slid if number % 8 == 7 else moved)(scene, rng)
+        anew = co.Scene(scene.bodies)
+        same_tables(scene, anew)
+        Nodes(scene).check()
+        before, after = written_anew(scene)
+        assert before == after
+    same_answers(scene, anew, rng)
+    assert sum(grown) > 3
+
+
+def test_one_without_an_end_in_memory_that_is_written_over(taken):
+    """The limits of what has no end depend on how large the scene is, though it is others that move."""
+    ball, valley = co.Ellipsoid((1, 2, 3)), co.Quadric(np.diag([1.0, 2, -1, -1]))
+    assert np.isinf(valley.bounds).any()
+    scene = co.Scene([co.Cone((0, 0, k), (0, 0, k + 1), 1, 0.5) for k in range(3)] + 3 * [co.Sphere()] + [ball])
+    scene.prepare()
+    changes = [(6, valley), (3, co.Sphere(2, (100, 0, 0))), (4, co.Sphere(2, (5, 0, 0))), (3, co.Sphere(2, (1, 0, 0))),
+               (6, ball), (3, co.Sphere(2, (50, 0, 0))), (6, valley)]  # fmt: skip
+    limits = []
+    for number, shape in changes:
+        scene = scene.replace(number, shape)
+        anew = co.Scene(scene.bodies)
+        same_tables(scene, anew)
+        limits.append(anew._prepared.lowered.tables.quadric_limits.tobytes())
+    assert taken == len(changes) * [True]
+    first, larger, as_large, smaller = limits[:4]
+    assert first != larger
+    assert larger == as_large
+    assert as_large != smaller
+
+
+# --- Memory that goes from scene to scene is nobody else's: edits broken off anywhere, threads that trace meanwhile
+
+
+PACKAGE = str(Path(co.__file__).parent)
+COUNT = 24
+ABOVE = np.array([[3.0 * k + 0.1, 0.1, 50.0] for k in range(COUNT)])
+DOWN = np.tile([0.0, 0.0, -1.0], (COUNT, 1))
+MOVES = [(4, (0, 0, 0.25)), (7, (0.1, 0, 0)), (3, (0, 0.1, 0.5)), (8, (0, 0, 1.0))]
+
+
+class Broken(BaseException):
+    """What an edit is broken off by."""
+
+
+def in_a_row() -> list[Any]:
+    """Balls, turned boxes and Booleans, each 1 high and 3 from the next."""
+    box = co.Box((-0.5, -0.5, -0.5), (0.5, 0.5, 0.5))
+    kinds = co.Sphere(0.5), box.rotate("z", 20), box - co.Sphere(0.3)
+    return [kinds[k % 3].translate((3.0 * k, 0, 0)) for k in range(COUNT)]
+
+
+def after(moves: int) -> co.Scene:
+    """The scene after so many moves, each made from the one before, of which nothing is left."""
+    scene = co.Scene(in_a_row())
+    scene.prepare()
+    for name, motion in MOVES[:moves]:
+        scene = scene.moved(name, motion)
+        scene.prepare()
+    return scene
+
+
+def broken_off(scene: co.Scene, line: int) -> bool:
+    """Prepare a scene until so many lines of the package have been run; was it broken off then?"""
+    left = line
+
+    def count(frame: FrameType, event: str, _: Any) -> Any:
+        nonlocal left
+        if not frame.f_code.co_filename.startswith(PACKAGE):
+            return None
+        left -= event == "line"
+        if left < 0:
+            sys.settrace(None)
+            raise Broken
+        return count
+
+    before = sys.gettrace()
+    sys.settrace(count)
+    try:
+        scene.prepare()
+    except Broken:
+        return True
+    finally:
+        sys.settrace(before)
+    return False
+
+
+def check_breaks(moves: int, held: bool, every: int) -> None:
+    """Break the last of some moves off at every so manieth line; both scenes must be right afterwards."""
+    expected, parent = content(after(moves)), content(after(moves - 1))
+    line, was_broken = every // 2, True
+    while was_broken:
+        scene = after(moves - 1)
+        keep = scene if held else None
+        edited = scene.moved(*MOVES[moves - 1])
+        del scene
+        was_broken = broken_off(edited, line)
+        assert content(edited) == expected, line
+        assert keep is None or content(keep) == parent, line
+        line += every
+    assert line > 20 * every
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # broken off where memory comes back
+@pytest.mark.parametrize(("moves", "held"), in_turn([1, 3], [False, True]))
+def test_an_edit_broken_off_leaves_scenes_whole(moves, held):
+    check_breaks(moves, held, 307)
+
+
+@pytest.mark.deep
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+@pytest.mark.parametrize("held", [False, True])
+@pytest.mark.parametrize("moves", [1, 2, 3, 4])
+def test_an_edit_broken_off_at_many_lines_leaves_scenes_whole(moves, held):
+    check_breaks(moves, held, 13)
+
+
+def test_threads_that_trace_see_the_scene_that_they_took():
+    """A thread moves bodies and others trace what they find; heights of all bodies belong to each scene."""
+    boxes = [co.Box((3.0 * k - 0.5, -0.5, -0.5), (3.0 * k + 0.5, 0.5, 0.5)) for k in range(COUNT)]
+    current = [(co.Scene(boxes), np.full(COUNT, 0.5))]
+
+    def trace(seed: int) -> int:
+        rng, seen = np.random.default_rng(seed), 0
+        for _ in range(200):
+            scene, heights = current[0]
+            hits = scene.first_hit(ABOVE, DOWN)
+            if rng.random() < 0.5:  # an answer outlives its scene
+                del scene
+            seen += int(np.array_equal(ABOVE[:, 2] - hits.t, heights))
+            assert (np.asarray(hits.normal) == [0, 0, 1]).all()
+        return seen
+
+    switching = sys.getswitchinterval()
+    sys.setswitchinterval(1e-5)
+    try:
+        with ThreadPoolExecutor(2) as pool:
+            readers = [pool.submit(trace, seed) for seed in range(2)]
+            rng = np.random.default_rng(7)
+            while not all(reader.done() for reader in readers):
+                scene, heights = current[0]
+                name, step = int(rng.integers(COUNT)), float(rng.choice([-0.25, 0.25]))
+                current[0] = scene.moved(name, (0, 0, step)), heights + step * (np.arange(COUNT) == name)
+                del scene
+                current[0][0].prepare()
+    finally:
+        sys.setswitchinterval(switching)
+    assert [reader.result() for reader in readers] == [200, 200]
+
+
+def test_memory_that_is_asked_for_by_name_is_not_taken_for_another():
+    stores = BufferPool()
+    first, second = (SceneBuffer(np.zeros(1, np.int32), np.zeros(1)) for _ in range(2))
+    stores.give(first)
+    assert stores.take(second) is None
+    taken = stores.take(first)
+    assert taken is not None
+    assert stores.take(first) is None
+
+
+def test_a_claim_keeps_memory_that_somebody_held_from_others():
+    """Who holds an array of the scene may let it go while the scene is read by which another one is made from it."""
+    scene = after(1)
+    memory, boxes = scene._prepared.edit_state.memory, scene._prepared.lowered.boxes
+    assert memory is not None
+    del scene
+    claim = memory.claim()
+    assert claim is not None
+    assert claim.buffer is None
+    assert claim.token is not None
+    del boxes
+    assert memory.stores.take() is None
+    del claim
+    assert memory.stores.take() is not None

@@ -1,14 +1,24 @@
-"""A ray has the same answer to the bit in a packet and by itself, in any order and on any number of threads."""
+"""Every route of a query gives the same bits: packets, streams, lists and single rays, of every kind of body."""
+
+from __future__ import annotations
 
 import functools
+import math
 from fractions import Fraction
 
 import numpy as np
 import pytest
 
 import conicoid as co
+from conicoid.kernels.first_hits import coherent_packets
+from conicoid.queries.ray_queries import _packets, arrays_of
 
+from ..reference.random_shapes import generator
 from ..reference.routes import in_doubt
+from ..reference.whole_items import tree
+
+# --- A ray has the same answer to the bit in a packet and by itself, in any order and on any number of threads
+
 
 FIELDS = ("t", "body", "face", "surface", "entering")
 
@@ -143,3 +153,244 @@ def test_grazing_rays_in_no_order_are_settled():
     assert in_doubt(scene, hits.rays).mean() > 0.9
     assert np.array_equal(hits.body >= 0, inside)
     assert np.array_equal(scene.occluded(origins, directions), inside)
+
+
+# --- Each kind of body has the same answer to the bit on every route: swept in lanes, in a stream, by single rays
+
+
+COUNT = 16
+RED = co.Material((1, 0, 0))
+
+
+def balls(rng, count, size, reach):
+    return [co.Sphere(size, reach * rng.normal(size=3)) for _ in range(count)]
+
+
+def bodies(kind, rng, s):
+    """One body of a kind, about the origin, of size s."""
+    box = co.Box((-s, -s, -s), (s, s, s))
+    if kind.startswith("union of"):
+        return co.Union(tuple(balls(rng, int(kind.split()[-1]), 0.5 * s, 0.5 * s)))
+    return {
+        "box with flush bores": lambda: (
+            box
+            - co.Cylinder((0, 0, -s), (0, 0, s), 0.5 * s)
+            - co.Cylinder((-s, 0, 0), (s, 0, 0), 0.5 * s)
+            - co.Cylinder((0, -s, 0), (0, s, 0), 0.5 * s)
+        ),
+        "nested": lambda: ((box & co.Sphere(1.2 * s)) - (co.Sphere(0.7 * s) - box.scale(0.5))) | co.Sphere(0.2 * s),
+        "a & a - b | b": lambda: ((box & box) - co.Sphere(1.1 * s)) | (co.Sphere(1.1 * s) & box.translate((s, 0, 0))),
+        "complement": lambda: ~(~box | co.Sphere(1.2 * s)) | ~(~co.Sphere(0.3 * s)),
+        "shared faces": lambda: box | box.translate((2 * s, 0, 0)) | box.translate((0, 2 * s, 0)) - co.Sphere(s),
+        "painted cut": lambda: box.painted(RED) - co.Sphere(1.2 * s).painted(RED),
+        "wedge": lambda: co.Cylinder((0, 0, -s), (0, 0, s), s, 20, 250, (1, 0, 0)) - co.Sphere(0.5 * s),
+        "two spans": lambda: co.OneSheetHyperboloid(9 / s**2, 9 / s**2, 4 / s**2, z_range=(-s, s)) & co.Sphere(s),
+        "double cone": lambda: co.DoubleCone(1.0, z_range=(-s, s)) | co.Sphere(0.3 * s),
+        "unbounded leaves": lambda: co.HalfSpace((0, 0, 1), 0.2 * s) & co.Sphere(s) - co.HalfSpace((1, 0, 0), -0.5 * s),
+        "clipped sheet": lambda: co.Disc((0, 0, 0), (0, 0, 1), s) - co.Cylinder((0, 0, -s), (0, 0, s), 0.4 * s),
+        "polygon in a ball": lambda: co.Polygon([(-s, -s, 0), (s, -s, 0), (0, s, 0)]) & co.Sphere(0.8 * s),
+    }[kind]()
+
+
+KINDS = (
+    *(f"union of {n}" for n in (2, 3, 8, 15, 16, 17, 40)),
+    "box with flush bores", "nested", "a & a - b | b", "complement", "shared faces", "painted cut", "wedge",
+    "two spans", "double cone", "unbounded leaves", "clipped sheet", "polygon in a ball",
+)  # fmt: skip
+
+
+@functools.cache
+def scene_of(kind, depth=4):
+    """A scene of bodies of a kind, prepared once for all tests of a process; trees have so many levels at most."""
+    rng = np.random.default_rng(len(kind))
+    if kind == "trees":
+        trees = [tree(generator("routes", seed), 1 + seed % depth).shape(co) for seed in range(COUNT)]
+        return co.Scene([shape.scale(0.12).translate(rng.uniform(-1, 1, 3)) for shape in trees])
+    placed = [
+        bodies(kind, rng, 0.2).rotate(rng.normal(size=3), 360 * rng.random()).translate(rng.uniform(-1, 1, 3))
+        for _ in range(COUNT - 4)
+    ]
+    # Some stay along the axes, so that rays run within faces and through edges
+    upright = [bodies(kind, rng, 0.25).translate((0.5 * k - 1, 0.5, 1)) for k in range(4)]
+    return co.Scene([*placed, *upright])
+
+
+def rays_of(width):
+    """A camera's, and rays along the axes in rows that meet faces, edges and corners."""
+    camera = co.Camera((0.1, -0.2, -4), (0, 0, 0), up=(0, 1, 0), field_of_view=42).rays(width, width)
+    x, y = np.meshgrid(np.linspace(-1.5, 1.5, width), np.linspace(-1.5, 1.5, width))
+    grid = np.round(np.stack([x, y, np.full_like(x, -4.0)], axis=-1) * 16) / 16
+    return camera, co.Rays(grid, np.broadcast_to([0.0, 0.0, 1.0], grid.shape))
+
+
+@pytest.mark.parametrize("kind", [*KINDS, "trees"])
+@pytest.mark.parametrize("width", [48, pytest.param(512, marks=pytest.mark.deep)])
+def test_every_route_agrees_to_the_bit(kind, width):
+    scene, singles = scene_of(kind, 4 if width < 100 else 6), 50
+    for rays in rays_of(width):
+        order = np.random.default_rng(1).permutation(width * width)
+        hits = scene.first_hit(rays)
+        assert (hits.body >= 0).any()
+        shuffled = reordered(rays, order)
+        again = scene.first_hit(shuffled)
+        assert_same(hits, again, order)
+        some = hits.body.ravel()[order] >= 0
+        assert np.array_equal(hits.normal.reshape(-1, 3)[order][some], again.normal[some])
+        assert np.array_equal(scene.occluded(rays), hits.t < np.inf)
+        assert np.array_equal(scene.occluded(shuffled), again.t < np.inf)
+        for k in range(0, width * width, width * width // singles):
+            one = scene.first_hit(shuffled[k])
+            for field in FIELDS:
+                assert getattr(one, field) == getattr(again, field)[k], field
+
+
+@pytest.mark.parametrize("length", [1.0, 1e-100])
+def test_rays_that_begin_just_before_a_wall_of_their_origin_cross_it_at_plus_zero(length):
+    """t is 0, never -0.0, on every route; t_min = -1e-250 is before it, however short the direction is."""
+    box = co.Box((-1, -1, -1), (1, 1, 1))
+    for shape in (
+        box, box - co.Sphere(0.5), co.HalfSpace((0, 0, 1), 1), co.Cylinder((0, 0, -1), (0, 0, 1), 1),
+        co.Cone((0, 0, -1), (0, 0, 1), 2, 1), co.RegularPrism(4, 3, (-1, 1)), co.Disc((0, 0, 1), (0, 0, 1), 2),
+        co.Union(tuple(box.scale((s, s, 1)) for s in np.linspace(0.5, 1, 20))),
+    ):  # fmt: skip
+        scene = co.Scene([shape])
+        for way in ((0, 0, -1), (1, -1, 1)):
+            packet = co.Rays(np.tile((0.125, 0.25, 1.0), (3, 1)), length * np.tile(way, (3, 1)))
+            away = co.Rays((0.125, 0.25, 7.0), length * np.random.default_rng(2).choice((-1.0, 1.0), (2048, 3)))
+            # Together, alone, alone by the short call, and beside rays without order
+            for rays in (packet, packet[0], packet[0], co.Rays.concatenate([packet[:1], away])):
+                hits, rows = scene.first_hit(rays, t_min=-1e-250), scene.crossings(rays, t_min=-1e-250)
+                spans = scene.spans(rays, t_min=-1e-250)
+                assert hits.t.ravel()[0] == 0 == rows.t[0], (shape, way)
+                for t in (hits.t, rows.t, spans.t_enter, spans.t_exit):
+                    assert not np.signbit(t[t == 0]).any(), (shape, way)
+
+
+# --- Spans and crossings are the same to the bit, whether rays go in packets or by themselves
+
+
+SPANS = ("t_enter", "t_exit", "body", "enter_clipped", "exit_clipped", "t_enter_error", "t_exit_error")
+CROSSINGS = ("t", "body", "face", "surface", "entering", "t_error")
+QUERIES = (("spans", SPANS), ("crossings", CROSSINGS))
+
+
+def grid_rays(width):
+    """A camera's that looks at a part of a scene; parallel ones in rows that meet faces, edges and corners."""
+    camera = co.Camera((0.1, -0.2, -4), (0, 0, 0), up=(0, 1, 0), field_of_view=16).rays(width, width)
+    x, y = np.meshgrid(np.arange(width) / 64 - 0.5, np.arange(width) / 64)
+    grid = np.stack([x, y, np.full_like(x, -4.0)], axis=-1)
+    return camera, co.Rays(grid, (0.0, 0.0, 1.0))
+
+
+def share_of_packets(scene, rays, t_min=0.0):
+    """Which part of packets is coherent, and so traced as such."""
+    width, packets = _packets(rays)
+    found = coherent_packets(
+        scene._prepared.geometry, arrays_of("spans", scene._prepared, rays, t_min, math.inf), width, packets, packets
+    )
+    return found / packets
+
+
+def rows_of(found, name, order):
+    """A column, ray by ray in an order."""
+    column, offsets = getattr(found, name), found.offsets
+    return np.concatenate([column[offsets[i] : offsets[i + 1]] for i in order])
+
+
+def assert_same_rows(query, names, scene, rays, t_min=0.0, t_max=math.inf):
+    """What packets find is what single rays find: those are the same in no order. Returns the former."""
+    count = len(rays.origins.reshape(-1, 3))
+    order = np.random.default_rng(1).permutation(count)
+    flat = (np.broadcast_to(t, rays.shape).ravel()[order] for t in (t_min, t_max))
+    packets, single = getattr(scene, query)(rays, None, t_min, t_max), reordered(rays, order)
+    alone = getattr(scene, query)(single, None, *flat)
+    assert np.array_equal(np.diff(packets.offsets)[order], np.diff(alone.offsets))
+    for name in names:
+        assert np.array_equal(rows_of(packets, name, order), getattr(alone, name)), name
+    return packets
+
+
+@pytest.mark.parametrize(("query", "names"), QUERIES)
+@pytest.mark.parametrize("kind", [*KINDS, "trees"])
+@pytest.mark.parametrize("width", [48, pytest.param(512, marks=pytest.mark.deep)])
+def test_every_kind_of_body(kind, query, names, width):
+    scene = scene_of(kind, 4 if width < 100 else 6)
+    for rays in grid_rays(width // 2 if "trees" in kind else width):
+        assert share_of_packets(scene, rays) > 0.8
+        found = assert_same_rows(query, names, scene, rays)
+        assert len(found.body) > 0 or scene.bodies[0].shape.is_sheet
+
+
+@pytest.mark.parametrize("kind", [*KINDS, "trees"])
+@pytest.mark.parametrize("width", [48, pytest.param(512, marks=pytest.mark.deep)])
+def test_parallel_lines(kind, width):
+    """Lines, which begin before their origins, are packets where they are parallel: first hits too."""
+    scene, rays = scene_of(kind, 4 if width < 100 else 6), grid_rays(width)[1]
+    middle = co.Rays(rays.origins + [0, 0, 4], rays.directions)
+    for t_min in (-math.inf, -0.7):
+        assert share_of_packets(scene, middle, t_min) > 0.9
+        found = assert_same_rows("crossings", CROSSINGS[:-1], scene, middle, t_min)
+        assert_same_rows("spans", SPANS[:-2], scene, middle, t_min)
+        hits = scene.first_hit(middle, None, t_min)
+        some = np.diff(found.offsets) > 0
+        assert np.array_equal(some, hits.body.ravel() >= 0)
+        for name in ("t", "body", "face", "surface", "entering"):
+            assert np.array_equal(getattr(found, name)[found.offsets[:-1][some]], getattr(hits, name).ravel()[some])
+        assert np.array_equal(scene.occluded(middle, None, t_min), hits.body >= 0)
+    assert share_of_packets(scene, grid_rays(width)[0], -0.7) == 0
+
+
+@pytest.mark.parametrize(("query", "names"), QUERIES)
+def test_intervals(query, names):
+    """Ends of an interval cut spans; some intervals are empty."""
+    scene, rays = crowded_scene(), grid_rays(96)[0]
+    assert share_of_packets(scene, rays) > 0.9
+    random = np.random.default_rng(5)
+    whole = assert_same_rows(query, names, scene, rays)
+    low, high = random.uniform(0, 6, (2, *rays.shape))
+    part = assert_same_rows(query, names, scene, rays, low, high)
+    assert 0 < len(part.body) < len(whole.body)
+    assert assert_same_rows(query, names, scene, rays, 3.5, 4.5).offsets[-1] < len(whole.body)
+    if query == "spans":
+        assert part.enter_clipped.any()
+        assert part.exit_clipped.any()
+
+
+@pytest.mark.parametrize(("query", "names"), QUERIES)
+def test_rays_that_start_on_surfaces(query, names):
+    scene = co.Scene(
+        [co.Sphere(2), co.Box((-1, -1, 3), (1, 1, 4)), co.Sphere(1, (0, 0, 6)) - co.Sphere(0.9, (0, 0, 6))]
+    )
+    x, y = np.meshgrid(np.linspace(-0.9, 0.9, 64), np.linspace(-0.9, 0.9, 64))
+    hits = scene.first_hit(np.stack([x, y, np.full_like(x, -4.0)], axis=-1), (0, 0, 1))
+    assert share_of_packets(scene, hits.spawn((0.0, 0.1, 1.0))) > 0.9
+    for direction in ((0.0, 0.1, 1.0), (0.0, 0.1, -1.0)):
+        assert_same_rows(query, names, scene, hits.spawn(direction))
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (7, 3), (8, 8), (9, 17), (1, 200), (200, 1), (33, 70)])
+def test_lists_of_pictures_of_any_size(shape):
+    """Concentric balls of radius 1, 2, .., 40: a ray at distance b from the center is in each for 2 sqrt(r² - b²)."""
+    scene = co.Scene([co.Sphere(float(r)) for r in range(1, 41)])
+    y, x = np.meshgrid(*(np.linspace(-5.6, 8.3, n) for n in shape), indexing="ij")
+    origins = np.stack([x, y, np.full_like(x, 64.0)], axis=-1)
+    spans = scene.spans(origins, (0, 0, -1))
+    height = np.sqrt(np.maximum(np.arange(1, 41) ** 2 - (x * x + y * y)[..., None], 0))
+    assert np.allclose(spans.lengths(), 2 * height, rtol=1e-12, atol=1e-6)
+    assert np.array_equal(np.diff(spans.offsets), (height > 0).sum(axis=-1).ravel())
+    for first, last in zip(spans.offsets[:-1], spans.offsets[1:], strict=True):
+        assert (np.diff(spans.t_enter[first:last]) > 0).all()
+        assert (np.diff(spans.body[first:last]) < 0).all()
+
+
+@pytest.mark.parametrize("threads", [1, 2, 5])
+def test_any_number_of_threads(threads):
+    scene, rays = crowded_scene(), grid_rays(64)[0]
+    expected = scene.spans(rays)
+    co.set_threads(threads)
+    try:
+        spans = scene.spans(rays)
+        for name in ("offsets", *SPANS):
+            assert np.array_equal(getattr(spans, name), getattr(expected, name))
+    finally:
+        co.set_threads(None)

@@ -1,0 +1,367 @@
+"""Scenes made from scenes have the tables of scenes from the beginning, to the bit, in whatever memory they stand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from conicoid.kernels.tables import PLANE, Tables
+from conicoid.prepare import lower_shape as parts
+from conicoid.prepare.edits import column_splice as columns, in_place as exchange, scene_edit
+from conicoid.prepare.edits.scene_splice import find_runs
+
+from ..samples import in_turn, many, sampled
+from .edits import KINDS, UNIT, WORLDS, chain, checked, content, note_memory_taken, same, same_answers, same_tables
+from .nodes import Nodes
+
+# --- An edited scene and the scene prepared from the beginning: the same tables to the bit, and the same answers
+
+
+def test_every_table_has_a_rule():
+    rules = [
+        *columns.PLAIN, *columns.COUNTS, *columns.BEGINS, *columns.SURFACE, *columns.SIDES, *columns.OTHERS,
+        *columns.TREES,
+    ]  # fmt: skip
+    assert sorted(rules) == sorted(Tables._fields)
+
+
+@pytest.mark.parametrize("motion", [lambda s: s, lambda s: s.rotate((1, 2, 3), 25), lambda s: s.scale((1, 2, 0.7))])
+def test_walls_become_one_and_part_again(motion):
+    boxes = [motion(UNIT), motion(UNIT.translate((3, 0, 0)))]
+    scene = co.Scene([co.Body(boxes[0], name="a"), co.Body(boxes[1], name="b")])
+    count = 12 - 4  # both lie between the same y and z
+    assert len(scene._prepared.lowered.tables.surface_kind) == count
+    flush = scene.replace("b", motion(UNIT.translate((1, 0, 0))))
+    assert len(flush._prepared.lowered.tables.surface_kind) == count - 1
+    inner = flush.replace("a", motion(UNIT.translate((0, 0.25, 0.25))))
+    assert len(inner._prepared.lowered.tables.surface_kind) == 11
+    for edited in (flush, inner, inner.replace("a", boxes[0]), flush.replace("b", boxes[1])):
+        same_tables(edited, co.Scene(edited.bodies))
+        same_answers(edited, co.Scene(edited.bodies), np.random.default_rng(0))
+
+
+def test_a_ball_becomes_that_of_many_and_back():
+    balls = co.Spheres([(0, 0, 0), (3, 0, 0)], [1, 1])
+    scene = co.Scene([co.Body(co.Ellipsoid((1, 1, 1)).rotate("x", 20), name="round"), balls])
+    assert len(scene._prepared.lowered.tables.surface_kind) == 2
+    away = scene.moved("round", (0, 0, 5))
+    assert len(away._prepared.lowered.tables.surface_kind) == 3
+    onto = away.replace("round", co.Ellipsoid((1, 1, 1)).rotate("y", 20).translate((3, 0, 0)))
+    alone = onto.without("round").added(co.Sphere(1, (3, 0, 0)), before=None)
+    for edited in (away, onto, alone):
+        same_tables(edited, co.Scene(edited.bodies))
+    assert len(onto._prepared.lowered.tables.surface_kind) == len(alone._prepared.lowered.tables.surface_kind) == 2
+
+
+def test_a_tree_is_built_anew_after_many_edits(monkeypatch):
+    rng = np.random.default_rng(0)
+    scene = co.Scene([co.Sphere(0.3, at) for at in rng.uniform(-9, 9, (400, 3)).tolist()])
+    scene.prepare()
+    loose = []
+    for number in range(45):
+        scene = scene.moved(number, (0.1, 0, 0))
+        loose.append(len(scene._prepared.woods.loose))
+        Nodes(scene).check()
+    assert loose == [*range(1, 21), 0, *range(1, 21), 0, 1, 2, 3]  # up to the square root of 400
+    for _ in range(30):
+        scene = scene.moved(5, (0.1, 0, 0))
+    scene.prepare()
+    assert len(scene._prepared.woods.loose) == 4
+
+
+def test_what_runs_are_kept():
+    a, b, c, d, e = (co.Body(co.Sphere(radius)) for radius in (1, 2, 3, 4, 5))
+    old, new = 0, 1
+    assert find_runs([a, b, c], [a, d, c]) == ([(old, 0, 1), (new, 0, 1), (old, 2, 3)], [1])
+    assert find_runs([a, b, c], [d, a, b, c, e]) == ([(new, 0, 1), (old, 0, 3), (new, 1, 2)], [0, 4])
+    assert find_runs([a, b, c, d], [a, d]) == ([(old, 0, 1), (old, 3, 4)], [])
+    assert find_runs([a, b, c, d], [b, e, d]) == ([(old, 1, 2), (new, 0, 1), (old, 3, 4)], [1])
+    assert find_runs([a, a, a], [a, a]) == ([(old, 0, 2)], [])
+    assert find_runs([], [a]) == ([(new, 0, 1)], [0])
+    assert find_runs([a], []) == ([], [])
+
+
+def test_a_body_under_a_motion_of_its_own_is_lowered_as_those_like_it(monkeypatch):
+    """Its parts are recorded, its motion is not: 8 ms for five parts, if it were worked out alone."""
+    drilled = co.Box() - co.Cylinder((0, 0, -2), (0, 0, 2), 0.5)
+    rng = np.random.default_rng(0)
+    scene = co.Scene([drilled.rotate(v, 30).translate(v) for v in rng.normal(size=(20, 3)).tolist()])
+    scene.prepare()
+    alone = []
+    monkeypatch.setattr(parts, "compute_shape", lambda shape: alone.append(shape))
+    edited = scene.moved(3, (1, 2, 3)).moved(3, lambda s: s.rotate((1, 1, 1), 12).scale(0.5)).moved(3, (0.1, 0, 0))
+    edited = edited.moved(4, lambda s: s.scale((-2, 2, 2)).rotate((1, 1, 3), 12).rotate("x", 90))
+    edited.prepare()
+    assert alone == []
+    monkeypatch.undo()
+    for body in edited.bodies:
+        parts.lower_shape(body.shape)  # a scene of these takes what is kept with them
+    same_tables(edited, co.Scene(edited.bodies))
+
+
+# --- Chains of edits: each scene has the tables of the scene from the beginning, in whatever memory they stand
+
+
+@pytest.fixture
+def taken(monkeypatch):
+    """Whether each exchange takes memory that was another scene's."""
+    return note_memory_taken(monkeypatch)
+
+
+@pytest.mark.parametrize(("name", "seed"), in_turn(WORLDS, range(2)))
+def test_a_chain_of_edits(name, seed, taken):
+    merged = chain(name, seed, 14, 22)
+    assert sum(taken) > 2 or name == "on a grid"
+    assert merged > 2 or name == "of all kinds"
+
+
+@pytest.mark.parametrize(("name", "seed"), sampled([(name, seed) for seed in range(2, 5) for name in KINDS], 4))
+def test_a_chain_of_edits_beside_others(name, seed):
+    """Floors, planes without an end, and many balls in one entry."""
+    chain(name, seed, 14, 22)
+
+
+@pytest.mark.parametrize("name", sampled(WORLDS[:4], 3))
+def test_a_chain_of_edits_whose_tree_is_patched(name):
+    chain(name, 7, 8, 280)
+
+
+def test_a_chain_of_edits_that_write_all_rows(taken, monkeypatch):
+    monkeypatch.setattr(exchange, "_MOST", 0)
+    chain("of all kinds", 6, 14, 30)
+    assert sum(taken) > 2
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize("seed", range(10, 40))
+@pytest.mark.parametrize("name", WORLDS)
+def test_long_chains_of_edits(name, seed):
+    chain(name, seed, 150, 20 + 90 * (seed % 4))
+
+
+# --- Bodies that slide along a wall which others have too, leave it, or come to it: exchanged, and not merged anew
+
+
+TURNED = [lambda s: s, lambda s: s.rotate((1, 2, 3), 25), lambda s: s.scale((1, 2, 0.7)).rotate("x", 10)]
+STEPS = [
+    (0.25, 0.5, 0),
+    (-0.125, 0.25, 0),
+    (0, 0, 0.25),
+    (0, 0.0625, 0),
+    (0, 0, -0.25),
+    (-4, -4, 0),
+    (0, 0, 3),
+    (0, 0, -3),
+]
+"""Along the floor, up, along, down to it, to where the least anchor of all is; onto the others, and down again."""
+
+
+@pytest.fixture
+def exchanged(monkeypatch):
+    """One for each exchange; no edit may be merged as a whole."""
+    monkeypatch.setattr(scene_edit, "SpliceEdit", None)
+    return note_memory_taken(monkeypatch)
+
+
+def named(shapes):
+    return co.Scene([co.Body(shape, name=str(number)) for number, shape in enumerate(shapes)])
+
+
+def steps(shapes, which, motions, turn=lambda s: s):
+    """Scenes in which a shape has been moved, one from another, each checked; and as asked by rays. All are turned."""
+    scene = named([turn(shape) for shape in shapes])
+    scene.prepare()
+    rng, first, numbers = np.random.default_rng(1), scene, content(scene)
+    at = np.zeros(3)
+    for motion in motions:
+        at = at + motion
+        scene = scene.replace(str(which), turn(shapes[which].translate(at.tolist())))
+        checked(scene)
+        same_answers(scene, co.Scene(scene.bodies), rng, 60)
+    assert content(first) == numbers
+
+
+@pytest.mark.parametrize(("which", "turn"), sampled([(which, turn) for which in range(5) for turn in TURNED], 4))
+def test_a_box_on_a_floor(turn, which, exchanged):
+    """One of them has the record that stands for the floor at first, and others may afterwards."""
+    boxes = [co.Box((2 * k, -k, 0), (2 * k + 1, 1 - k, high)) for k, high in enumerate((1, 2, 1, 3, 3))]
+    steps([*boxes, co.HalfSpace((0, 0, 1), -1)], which, STEPS, turn)
+    assert len(exchanged) == len(STEPS)
+    assert sum(exchanged) > 4
+
+
+def test_a_wall_of_three(exchanged):
+    """Two boxes that stand on a third, which sees the wall from the other side."""
+    shapes = [UNIT, UNIT.translate((3, 0.5, 0)), co.Box((6, 0.25, -1), (7, 2, 0)), co.Sphere(0.5, (9, 9, 9)),
+              co.Sphere(0.5, (9, 7, 9)), UNIT.translate((20, 0.125, 7))]  # fmt: skip
+    for which in range(3):
+        steps(shapes, which, [(0.5, 0.75, 0), (0, 0, 4), (0, 0, -4), (-12, -3, 0), (0, 0, -4)])
+    assert len(exchanged) == 15
+
+
+@pytest.mark.parametrize("which", [0, 1])
+def test_a_wall_that_reaches_farther_since_another_came(which, exchanged):
+    """A wide box comes to stand beside one that stays, and whose record may stand for both; then others move."""
+    turn = TURNED[1]
+    two = [co.Box((-3, -3, 5), (30, 40, 6)), co.Box((0, 0, 0), (1, 1, 2)).translate((0, -50 if which else 50, 0))]
+    shapes = [*two, *(co.Sphere(1, (k, 0, 9)) for k in range(9))]
+    scene, memory = named([turn(shape) for shape in shapes]), []
+    scene.prepare()
+    for name, up in ((4, 3), (5, 3), (0, -5), (6, 3), (7, 3), (0, 0), (8, 3), (9, 3)):
+        scene = scene.replace(str(name), turn(shapes[name].translate((0, 0, up))))
+        checked(scene)
+        memory.append(scene._prepared.lowered.layout.first is None)
+    assert memory == [True, True, False, False, False, True, True, True]
+    assert exchanged == 8 * [True]
+
+
+def pin_in_a_block(at):
+    pin = co.Cylinder((0.5, 0.5, 0), (0.5, 0.5, 1), 0.25)
+    return [(UNIT - pin).translate(at), pin.translate(at)]
+
+
+@pytest.mark.parametrize(("which", "turn"), sampled([(which, turn) for which in range(4) for turn in TURNED], 4))
+def test_a_pin_in_a_block(turn, which):
+    """Its wall is the bore's, seen from the other side; its ends are the block's."""
+    shapes = [shape for k in range(3) for shape in pin_in_a_block((1.5 * k, 0.25 * k, 0))]
+    steps(shapes, which, [(0, 0, 0.5), (0, 0, -0.5), (0.75, 0, 0), (-0.75, 0, 0.25), (0, 0, -0.25)], turn)
+
+
+@pytest.mark.parametrize("which", [1, 5])
+def test_balls_that_are_one_and_part(which, exchanged):
+    """Balls are traced without their cell, by the number of their surface: each number behind is another."""
+    ball = co.Sphere(0.5, (1, 1, 1))
+    many = co.Spheres([(1, 1, 1), (2, 2, 2), (4, 4, 4)], 0.5)
+    shapes = [co.Sphere(0.5, (7, 7, 7)), ball, UNIT - ball, many, co.Sphere(0.5, (5, 5, 5)), ball, UNIT]
+    steps(shapes, which, [(1, 1, 1), (1, 1, 1), (1, 1, 1), (1, 1, 1), (-4, -4, -4), (0.5, 0, 0)])
+    assert len(exchanged) == 6
+
+
+def test_walls_whose_records_are_turned_over():
+    """A ball, or a tube, by its coefficients and by their negatives; all have the record of one of them."""
+
+    def quadric(sign, **coefficients):
+        return co.Quadric(coefficients={name: sign * value for name, value in coefficients.items()})
+
+    ball, tube = dict(xx=1, yy=1, zz=1, constant=-0.25), dict(xx=1, yy=1, constant=-0.25)
+    wide, others = co.Box((-1, -2, -3), (1, 2, 3)), [UNIT.translate((7, 7, 7)), UNIT.translate((11, 17, 27))]
+    for first in (
+        [wide & quadric(1, **tube), wide & quadric(-1, **tube)], [wide - quadric(-1, **ball), co.Sphere(0.5)],
+        [quadric(-1, **ball), co.Sphere(0.5)], [~quadric(-1, **ball), quadric(-1, **ball)],
+    ):  # fmt: skip
+        for shapes in (first, first[::-1]):
+            for which in (0, 1):
+                steps([*shapes, *others], which, [(3, 0, 0), (0.5, 0, 0), (-3.5, 0, 0), (0, 0, 0.5)])
+
+
+def test_items_of_leaves_in_a_tree_that_stays(exchanged):
+    """Coaxial pins have the wall of one of them, and balls are one in threes: leaves tell of both."""
+    rng, count = np.random.default_rng(7), many(8, 24)
+    shapes = []
+    for number in range(300):
+        at, low = (2.0 * (number // 6 % 10), 2.0 * (number // 60), 0.0), float(rng.uniform(0, 4))
+        if number % 3 == 2:
+            shapes.append(co.Sphere(0.5, (at[0] + 1, at[1], 0)))
+        else:
+            shapes.append(co.Cylinder((*at[:2], low), (*at[:2], low + float(rng.uniform(0.5, 1))), 0.25))
+    scene = named([TURNED[1](shape) for shape in shapes])
+    scene.prepare()
+    for number in rng.permutation(300)[:count].tolist():
+        step = (0.0, 0.0, float(rng.uniform(-1, 1))) if number % 3 < 2 else (0.0, 0.5, 0.0)
+        scene = scene.replace(str(number), TURNED[1](shapes[number].translate(step)))
+        checked(scene)
+    assert len(exchanged) == count
+
+
+def test_a_wall_that_stays_goes_from_one_wall_of_a_body_to_the_other():
+    """The plane x = 1 is the high side of what is moved, and then its low side: the same records lead before and after."""
+    moved, stays = co.Body(co.Box((0, 0, 0), (1, 1, 1)), name="moved"), co.Body(co.Box((1, 2, 2), (4, 3, 3)))
+    scene = co.Scene([moved, stays])
+    scene.first_hit((-5, 0, 0), (1, 0, 0))
+    scene = scene.moved("moved", (1, 0, 0))
+    assert scene.first_hit((-5, 2.5, 2.5), (1, 0, 0)).t == 6.0
+    assert scene.contains((1.5, 2.5, 2.5))
+    anew = co.Scene(list(scene.bodies))
+    for name, table, other in zip(
+        scene._prepared.lowered.tables._fields,
+        scene._prepared.lowered.tables,
+        anew._prepared.lowered.tables,
+        strict=True,
+    ):
+        if name in ("cell_quadric", "plane_surface", "plane_face", "surface_kind", "surface_row", "planes"):
+            assert table.tobytes() == other.tobytes(), name
+
+
+def test_walls_that_are_all_in_one_oblique_plane_stay_one():
+    """Of what is looked at again all is in one plane, so that rounding alone tells these walls from one another."""
+    for number in range(6):
+        low = np.random.default_rng(number).integers(-4, 4, (4, 2)) + 0.1 * np.arange(4)[:, None]
+        boxes = [co.Box((0, *low[k]), (k + 1.3, *(low[k] + 1))).rotate((1, 2, 3), 25) for k in range(4)]
+        balls = [co.Sphere(0.2, (9 + k, 9, 9)) for k in range(4)]
+        scene = co.Scene([*(co.Body(box, name=str(k)) for k, box in enumerate(boxes)), *balls])
+        scene.prepare()
+        for k in range(4):
+            edited = scene.without(str(k))
+            assert len(edited._prepared.lowered.tables.surface_kind) == len(
+                co.Scene(edited.bodies)._prepared.lowered.tables.surface_kind
+            )
+
+
+def test_sheets_in_one_oblique_plane_are_one_surface():
+    discs = [
+        co.Disc((0, 0, 0), (0, 0, 1), 0.3).translate((3.0 * k, 0.7 * k, 0)).rotate((1, 2, 3), 25).translate((7, 8, 9))
+        for k in range(5)
+    ]
+    assert (co.Scene(discs)._prepared.lowered.tables.surface_kind == PLANE).sum() == 1
+
+
+# --- Bodies moved together that have walls in common, before or after: the same tables as from the beginning, to the bit
+
+
+def two(a, b):
+    """Boxes a and b with a ball between them, and more behind, so that at most half of the bodies are moved."""
+    ball, *others = (co.Sphere(0.25, (20 + 5 * k, 9, 9)) for k in range(3))
+    return co.Scene([co.Body(co.Box(*a), name="a"), ball, co.Body(co.Box(*b), name="b"), *others])
+
+
+def test_a_wall_that_was_ones_high_side_and_is_its_low_side(taken):
+    old = two(((0, 0, 0), (1, 1, 1)), ((3, 1, 4), (4.7, 2.7, 5.7)))
+    old.prepare()
+    new = old.moved("a", (0.2, 1, 0.3)).moved("b", (2, 0, 3))
+    assert new.spans((0.7, -5, 0.7), (0, 1, 0)).t_enter.tolist() == [6.0]  # from y = -5 to y = 0 + 1
+    same(new)
+    assert taken == [False]
+
+
+def test_a_wall_of_one_behind_that_was_its_low_side_and_is_its_high_side(taken):
+    """Whose record stands for a's wall both times is a wall of b: one further on, as is b when a ball is between."""
+    old = two(((4, 0, 0), (5, 1, 1)), ((3, 1, 4), (4.5, 2.5, 5.5)))
+    old.prepare()
+    new = old.moved("a", (0, 0, 8)).moved("b", (0, -1.5, -4))  # b ends where a does, at y = 1
+    same(new)
+    same_answers(new, co.Scene(new.bodies), np.random.default_rng(1))
+    assert taken == [False]
+
+
+def test_a_wall_that_stays_in_common_with_one_of_another_piece(taken):
+    """The record that stands for it stays where it is, but its row is told by how its own piece moves."""
+    others = [co.Box((0, 0, 0), (1, 1, 1)).translate(at) for at in
+              ((5.3, 5.1, 5.7), (8.3, 8.1, 8.7), (11.3, 12.1, 13.7), (21.3, 22.1, 23.7))]  # fmt: skip
+    a, b = (co.Body(co.Box((0, 0, 0), (1, 1, 1)).translate((x, 0, 0)), name=str(x)) for x in (0, 1))
+    old = co.Scene([a, *others[:2], b, *others[2:]])
+    old.prepare()
+    new = old.moved("0", (0.1, 0.2, 0.3)).moved("1", (0.1, 0.2, 0.3))
+    same(new)
+    assert taken == [False]
+
+
+def test_a_wall_that_stays_in_common_with_the_next_body(taken):
+    """Bodies that come one after the other are one piece: of these the memory of scenes that are gone is taken."""
+    a, b = (co.Body(co.Box((0, 0, 0), (1, 1, 1)).translate((x, 0, 0)), name=str(x)) for x in (0, 1))
+    scene = co.Scene([a, b, *(co.Sphere(0.25, (5 + k, 5, 5)) for k in range(4))])
+    scene.prepare()
+    for step in range(1, 6):
+        scene = scene.moved("0", (0.1, 0.2 * step, 0.3)).moved("1", (0.1, 0.2 * step, 0.3))
+        same(scene)
+    assert taken == 5 * [True]

@@ -1,0 +1,399 @@
+"""Packets of pictures: crowds of small bodies, samples of a square, scan lines; to the bit of single rays."""
+
+from __future__ import annotations
+
+import functools
+import math
+from fractions import Fraction
+
+import numba
+import numpy as np
+import pytest
+
+import conicoid as co
+from conicoid.kernels.body.hit import is_doubtful
+from conicoid.kernels.body.scratch import new_scratch
+from conicoid.kernels.bvh.culling import lanes_in_ball, lanes_in_ball_from_one
+from conicoid.kernels.first_hits import HitBuffers, trace_first_alone
+from conicoid.kernels.packet.crowd import is_crowded
+from conicoid.kernels.packet.frontier import new_tile, open_quarter, open_tile, tile_packet
+from conicoid.kernels.packet.lanes import BEST, BODY, DOUBT, SIZE, close_lanes, fill_lanes, put_ray
+from conicoid.kernels.packet.packet import new_packet
+from conicoid.kernels.packet.traversal import _FOUND, _MOST, new_square, trace_packet, trace_square
+from conicoid.kernels.ray import Ray
+from conicoid.queries import ray_queries as queries
+from conicoid.queries.ray_queries import arrays_of, row_length
+from conicoid.render import sampling
+
+from ..compiled import compiled
+from ..samples import many
+from .test_routes import assert_same, camera, crowded_scene, reordered
+
+# --- Packets before which many small bodies lie meet them in pairs, others side by side: to the same bits
+
+
+deep = pytest.mark.deep  # what looks into packets is compiled; that answers are the same is fast
+WIDTH = 128
+ACROSS = WIDTH // 8
+
+
+@numba.njit(error_model="numpy")
+def trace_tiles(geometry, rays, width, blocks, any_hit, crowded, best, bodies, doubts):
+    """What the packets of a picture meet, as `trace_first` traces them, and which are taken for crowds."""
+    scratch, packet, memory = new_scratch(geometry), new_packet(geometry), new_tile()
+    lanes, count = packet.lanes, len(rays.origins)
+    for tile in range((width // 32) ** 2):
+        shared = open_tile(geometry, memory, lanes, rays, tile, width)
+        for number in range(16):
+            if number & 3 == 0:
+                open_quarter(memory, number >> 2, packet.items)
+            k = tile_packet(tile, number, width, count)
+            fill_lanes(lanes, rays, k, width, shared)
+            trace_packet(geometry, scratch, packet, blocks, any_hit)
+            crowded[k] = is_crowded(packet.crowd)
+            for i in range(64):
+                lane, at = np.uint64(i), (8 * (k // (width // 8)) + i // 8) * width + 8 * (k % (width // 8)) + i % 8
+                best[at], bodies[at], doubts[at] = lanes[BEST + lane], lanes[BODY + lane], lanes[DOUBT + lane]
+
+
+@functools.cache
+def field():
+    """Pipes that stand on a square, one of a hundred shut by a ball, and a slab below all; prepared once."""
+    solids = []
+    for i in range(56):
+        for j in range(56):
+            foot, head = (i, j, 0.0), (i, j, 1.0 + 0.1 * ((3 * i + 5 * j) % 7))
+            solid = co.Cylinder(foot, head, 0.4) - co.Cylinder((i, j, -0.1), (i, j, 2.0), 0.3)
+            solids.append(solid | co.Sphere(0.35, (i, j, 1.2)) if (i + 56 * j) % 100 == 7 else solid)
+    return co.Scene([*solids, co.Box((-1, -1, -1), (56, 56, -0.5)) - co.Sphere(2, (28, 28, -0.5))])
+
+
+VIEWS = {
+    "near": ((20, 20, 4.5), (20.2, 20.1, 0), 60),
+    "far": ((27.5, 27.5, 125), (27.7, 27.6, 0), 24),
+    "both": ((20.3, -1.5, 2.2), (20, 9, 0), 70),
+}
+
+
+def rays_of(view):
+    origin, target, angle = VIEWS[view]
+    up = (0, 1, 0) if view != "both" else (0, 0, 1)
+    return co.Camera(origin, target, up=up, field_of_view=angle).rays(WIDTH, WIDTH)
+
+
+@functools.cache
+def traced(view, any_hit=False, without=()):
+    """(which packets are crowds, t, body, doubt of each ray of a picture)."""
+    scene, rays = field()._prepared, rays_of(view)
+    arrays = arrays_of("first_hit", scene, rays, 0.0, math.inf)
+    blocks = np.ones(len(field().bodies) if without else 0, np.int8)
+    blocks[list(without)] = 0
+    best, bodies, doubts = (np.empty(WIDTH * WIDTH) for _ in range(3))
+    crowded = np.zeros(ACROSS**2, np.bool_)
+    trace_tiles(scene.geometry, arrays, WIDTH, blocks, any_hit, crowded, best, bodies, doubts)
+    return crowded.reshape(ACROSS, ACROSS), best, bodies, doubts != 0
+
+
+@functools.cache
+def alone(view):
+    """The same of single rays: (t, body, doubt)."""
+    scene, rays = field()._prepared, rays_of(view)
+    arrays, found = arrays_of("first_hit", scene, rays, 0.0, math.inf), HitBuffers.new(WIDTH * WIDTH)
+    trace_first_alone(scene.geometry, arrays, 0, WIDTH * WIDTH, found)
+    return found.t, found.body, is_doubtful(found.turn)
+
+
+@deep
+def test_what_is_a_crowd_is_decided_packet_by_packet():
+    # Of the near view a pipe's pitch takes up WIDTH / (2 * 4.5 tan 30°) = 25 pixels, three packets; of the far one
+    # WIDTH / (2 * 125 tan 12°) = 2.4, so that a packet sees (8 / 2.4)² = 11 whole ones, and twenty in all.
+    assert not traced("near")[0].any()
+    assert traced("far")[0].mean() > 0.5  # most: those that begin a row of packets go by the end of the one before
+    crowded = traced("both")[0]
+    below, above = crowded[ACROSS // 2 + 4 :], crowded[ACROSS // 4 : ACROSS // 2]
+    assert below.mean() < 0.2
+    assert above.any()
+
+
+@deep
+@pytest.mark.parametrize("view", VIEWS)
+def test_packets_meet_what_single_rays_do(view):
+    _, best, bodies, doubts = traced(view)
+    t, body, unsure = alone(view)
+    sure = ~doubts & ~unsure
+    assert sure.mean() > 0.9
+    assert best[sure].tobytes() == t[sure].tobytes()
+    assert np.array_equal(bodies[sure], body[sure])
+
+
+@deep
+@pytest.mark.parametrize("view", VIEWS)
+def test_any_hit_says_whether_there_is_one(view):
+    best, doubts = traced(view, True)[1], traced(view, True)[3]
+    t, _, unsure = alone(view)
+    sure = ~doubts & ~unsure
+    assert sure.mean() > 0.9
+    assert np.array_equal(best[sure] < np.inf, t[sure] < np.inf)
+
+
+@deep
+def test_bodies_left_out_are_not_met():
+    body = alone("far")[1]
+    without = tuple(range(0, len(field().bodies), 10))
+    crowded, best, bodies, doubts = traced("far", False, without)
+    assert crowded.mean() > 0.5
+    assert not np.isin(bodies[bodies >= 0], without).any()
+    same = ~doubts & ~alone("far")[2] & (body % 10 != 0)
+    assert best[same].tobytes() == alone("far")[0][same].tobytes()
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_queries_agree_to_the_bit_in_any_order(view):
+    scene, rays = field(), rays_of(view)
+    hits, order = scene.first_hit(rays), np.random.default_rng(1).permutation(WIDTH * WIDTH)
+    assert_same(hits, scene.first_hit(reordered(rays, order)), order)
+    some = order[:60]
+    assert_same(hits, scene.first_hit(reordered(rays, some)), some)
+    assert np.array_equal(scene.occluded(rays), hits.hit)
+
+
+# --- Packets of one square share what they see of a scene, and a point that all rays start from saves work: no hit is lost
+
+
+sample_in_pixel = compiled(sampling.sample_in_pixel)
+
+
+@numba.njit
+def put_rays(lanes, origins, directions):
+    for i in range(64):
+        o, d = origins[i], directions[i]
+        put_ray(lanes, i, Ray(o[0], o[1], o[2], d[0], d[1], d[2], 0.0, np.inf, np.int64(-1)))
+    close_lanes(lanes, 64)
+
+
+@numba.njit
+def lanes_at(lanes, origins, directions, ball):
+    put_rays(lanes, origins, directions)
+    one = lanes_in_ball_from_one(lanes, ball[0], ball[1], ball[2], ball[3])
+    return one, lanes_in_ball(lanes, ball[0], ball[1], ball[2], ball[3])
+
+
+def is_met(origin, direction, ball):
+    """In fractions: has |o + t d - c|² = r² a root t >= 0, or does the ray start inside?"""
+    o, d, c = ([Fraction(x) for x in row] for row in (origin, direction, ball[:3]))
+    r, p = Fraction(ball[3]), [a - b for a, b in zip(o, c, strict=True)]
+    a, b, k = sum(x * x for x in d), sum(x * y for x, y in zip(p, d, strict=True)), sum(x * x for x in p) - r * r
+    return k <= 0 or (b < 0 and b * b >= a * k)
+
+
+@pytest.mark.parametrize("far", [1.0, 1e3, 1e7])
+def test_balls_that_rays_of_one_origin_graze_are_met(far):
+    """Balls whose radius is the distance of one of the rays, but for some last digits."""
+    rng, met, left_out, count = np.random.default_rng(8), 0, 0, many(40, 150)
+    for _ in range(count):
+        origin = rng.uniform(-1, 1, 3) * far
+        way = rng.normal(size=3)
+        directions = (way / np.linalg.norm(way) + rng.uniform(-0.05, 0.05, (64, 3))) * rng.uniform(0.5, 2, (64, 1))
+        middle = origin + directions[5] * rng.uniform(0.5, 2) * far + rng.normal(size=3) * 0.02 * far
+        apart = np.linalg.norm(np.cross(middle - origin, directions[5])) / np.linalg.norm(directions[5])
+        ball = [*middle.tolist(), float(apart * (1 + rng.choice([0, 1e-15, -1e-15, 1e-9])))]
+        one, other = lanes_at(np.empty(SIZE), np.broadcast_to(origin, (64, 3)), directions, np.array(ball))
+        lanes = [is_met(origin.tolist(), d, ball) for d in directions.tolist()]
+        assert all(one >> i & 1 for i in range(64) if lanes[i])
+        met += sum(lanes)
+        left_out += sum(1 for i in range(64) if not one >> i & 1)
+        assert abs((one & (2**64 - 1)).bit_count() - (other & (2**64 - 1)).bit_count()) <= 2
+    assert met > 3 * count
+    assert left_out > 6 * count
+
+
+@numba.njit
+def traced_squares(geometry, origins, directions, numbers, any_hit, best, bodies):
+    """Where the rays of packets end, and how often a frontier was looked for."""
+    scratch, packet, square, found = new_scratch(geometry), new_packet(geometry), new_square(), 0
+    for k in range(len(numbers)):
+        put_rays(packet.lanes, origins[k], directions[k])
+        trace_square(geometry, scratch, packet, square, numbers[k], scratch.nothing, any_hit)
+        found = max(found, int(square.known[_FOUND]))
+        best[k], bodies[k] = packet.lanes[BEST : BEST + 64], packet.lanes[BODY : BODY + 64]
+    return found
+
+
+def scene_of(kind):
+    rng = np.random.default_rng(3)
+    if kind == "balls":
+        return co.Scene([co.Spheres(rng.uniform(-1, 1, (2000, 3)), rng.uniform(0.01, 0.06, 2000))])
+    shapes = [
+        co.Box(low, low + 0.08) if k % 2 else co.Cylinder(low, low + (0.1, 0.05, 0.02), 0.03)
+        for k, low in enumerate(rng.uniform(-1, 1, (300, 3)))
+    ]
+    return co.Scene([*shapes, co.Box((-2, -2, 1), (2, 2, 1.1)) - co.Sphere(0.5, (0, 0, 1))])
+
+
+def packets_of(rng, kind, count):
+    """Rays of some samples of a square of 8 x 8 pixels, by a camera that looks along z."""
+    x, y = np.meshgrid(np.arange(8.0), np.arange(8.0))
+    corner, size = rng.uniform(-0.4, 0.3, 2), 0.01
+    places = np.stack([x.ravel(), y.ravel()], axis=1) + rng.uniform(0, 1, (count, 64, 2))
+    ends = np.concatenate([corner + size * places, np.ones((count, 64, 1))], axis=2)
+    origins = np.broadcast_to([0.1, 0.2, -3.0], ends.shape)
+    if kind == "lens":
+        origins = origins + rng.uniform(-0.05, 0.05, ends.shape) * (1, 1, 0)
+    elif kind == "straying":
+        ends = ends + rng.uniform(-0.2, 0.2, (count, 1, 3)) * (1, 1, 0)
+    return np.ascontiguousarray(origins), ends / np.linalg.norm(ends, axis=2, keepdims=True)
+
+
+@pytest.mark.parametrize("bodies", ["balls", "others"])
+def test_samples_of_a_picture_meet_what_each_meets_alone(bodies):
+    """Normals in a picture by a pinhole are the means of those that first hits of the same rays have."""
+    width, height, count, seed, eye, scene = 64, 48, 9, 3, (0.1, 0.2, -3.0), scene_of(bodies)
+    camera = co.Camera(eye, (0.1, 0.2, 1), up=(0, 1, 0), field_of_view=40)
+    pixels = scene.render(width, height, count, integrator="normals", seed=seed, camera=camera).pixels
+    x, y = (part.ravel() for part in np.meshgrid(np.arange(width), np.arange(height)))
+    places = np.array([[sample_in_pixel(seed, pixel, k, count) for k in range(count)] for pixel in range(len(x))])
+    middles = camera.rays(width, height).directions
+    middles = middles / middles[..., 2:]  # on a plane across the view, where pixels are equally wide
+    right, down = middles[0, 1] - middles[0, 0], middles[1, 0] - middles[0, 0]
+    steps = [axis[:, None] + places[..., k] - 0.5 for k, axis in enumerate((x, y))]
+    hits = scene.first_hit(eye, middles[0, 0] + steps[0][..., None] * right + steps[1][..., None] * down)
+    expected = np.where(np.isnan(hits.normal), 0, 0.5 + 0.5 * hits.normal).mean(axis=1)
+    assert np.abs(pixels.reshape(-1, 3) - expected).max() < 1e-6
+    assert 0.5 < np.isfinite(hits.t).mean() < 1
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize("any_hit", [False, True])
+@pytest.mark.parametrize("kind", ["pinhole", "lens", "straying"])
+@pytest.mark.parametrize("bodies", ["balls", "others"])
+def test_packets_of_a_square_meet_what_each_meets_alone(bodies, kind, any_hit):
+    rng, scene = np.random.default_rng(4), scene_of(bodies)
+    count, hits, most = 9, 0, []
+    for _ in range(12):
+        one, other = packets_of(rng, kind, count), packets_of(rng, kind, count)
+        origins, directions = (np.concatenate(pair) for pair in zip(one, other, strict=True))
+        numbers, best, met = np.repeat([7, 70], count), np.empty((2 * count, 64)), np.empty((2 * count, 64))
+        most.append(traced_squares(scene._prepared.geometry, origins, directions, numbers, any_hit, best, met))
+        first = scene.first_hit(origins, directions)
+        alone = first.t
+        assert np.array_equal(best < np.inf, alone < np.inf)
+        if not any_hit:
+            assert best.tobytes() == alone.tobytes()
+            assert np.array_equal(met, first.body)
+        hits += int((best < np.inf).sum())
+    assert 12 * 18 * 64 > hits > 500
+    assert max(most) == _MOST if kind == "straying" else 1 <= max(most) < _MOST
+
+
+# --- Rows of a picture are found in a flat list of rays; a list that has none, or a wrong guess, changes no hit
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return crowded_scene()
+
+
+def perspective(width, height):
+    return co.Camera((0.1, -0.2, -4), (0, 0, 0), up=(0, 1, 0), field_of_view=42).rays(width, height)
+
+
+def flat(rays, order=None):
+    origins, directions = (part.reshape(-1, 3) for part in rays)
+    return co.Rays(origins, directions) if order is None else co.Rays(origins[order], directions[order])
+
+
+@pytest.mark.parametrize(("width", "height"), [(128, 128), (131, 127), (33, 500), (300, 60)])
+def test_rows_of_a_camera_are_found(width, height):
+    assert row_length(flat(perspective(width, height))) == width
+
+
+@pytest.mark.parametrize(("width", "height"), [(150, 140), (2048, 8)])
+def test_rows_of_parallel_rays_are_found_in_their_origins(width, height):
+    y, x = np.meshgrid(np.arange(height), np.arange(width), indexing="ij")
+    origins = np.stack([x, y, np.full_like(x, 5)], axis=-1).reshape(-1, 3)
+    assert row_length(co.Rays(origins, (0, 0, -1))) == width
+
+
+def test_rows_of_rays_that_are_not_in_the_middle_of_their_pixels_are_found():
+    r = np.random.default_rng(0)
+    y, x = np.meshgrid(np.arange(160), np.arange(200), indexing="ij")
+    places = np.stack([x, y], axis=-1) + r.uniform(-0.5, 0.5, (160, 200, 2))
+    directions = np.concatenate([places / 100 - 1, np.ones((160, 200, 1))], axis=-1).reshape(-1, 3)
+    assert row_length(co.Rays((0, 0, 0), directions)) == 200
+
+
+def serpentine(rays):
+    """Every second row from right to left."""
+    order = np.arange(rays.shape[0] * rays.shape[1]).reshape(rays.shape)
+    order[1::2] = order[1::2, ::-1]
+    return flat(rays, order.ravel())
+
+
+def ragged(rays):
+    """Rows of a picture and others of half their length, behind each other."""
+    rows = [row if i % 2 else row[: len(row) // 2] for i, row in enumerate(np.arange(rays.shape[0] * rays.shape[1])
+            .reshape(rays.shape))]  # fmt: skip
+    return flat(rays, np.concatenate(rows))
+
+
+PICTURE = perspective(256, 128)
+OTHERS = {
+    "none": lambda: co.Rays(np.zeros((0, 3)), np.zeros((0, 3))),
+    "one": lambda: co.Rays((0, 0, -4), (0, 0, 1)),
+    "few": lambda: flat(perspective(63, 64)),
+    "one row": lambda: flat(perspective(1 << 14, 1)),
+    "all the same": lambda: co.Rays(np.zeros((1 << 14, 3)), (0, 0, 1)),
+    "in no order": lambda: flat(PICTURE, np.random.default_rng(0).permutation(256 * 128)),
+    "rows in no order": lambda: flat(
+        PICTURE, np.arange(256 * 128).reshape(128, 256)[np.random.default_rng(0).permutation(128)].ravel()
+    ),
+    "from the middle of a row": lambda: flat(PICTURE, np.arange(100, 256 * 100 + 100)),
+    "an incomplete row": lambda: flat(PICTURE, np.arange(256 * 100 + 7)),
+    "serpentine": lambda: serpentine(PICTURE),
+    "ragged": lambda: ragged(PICTURE),
+    "narrow": lambda: flat(perspective(16, 2048)),
+}
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_what_is_no_picture_in_scan_order_has_no_rows(name):
+    assert row_length(OTHERS[name]()) == 0
+
+
+@pytest.mark.parametrize("name", ["none", "one", "one row", "from the middle of a row", "serpentine", "ragged"])
+def test_lists_without_rows_have_the_hits_of_their_rays(scene, name):
+    rays = OTHERS[name]()
+    hits = scene.first_hit(rays)
+    some = np.arange(hits.t.size)[:: max(1, hits.t.size // 50)]
+    assert_same(hits, scene.first_hit(*(part.reshape(-1, 3)[some] for part in rays)), some)
+    assert np.array_equal(scene.occluded(rays), np.isfinite(hits.t))
+
+
+@pytest.mark.parametrize(("width", "height"), [(131, 127), (129, 128)])
+def test_a_flat_picture_has_the_hits_of_a_picture(scene, width, height):
+    rays = perspective(width, height)
+    hits, count = scene.first_hit(rays), width * height
+    assert_same(hits, scene.first_hit(flat(rays)), np.arange(count))
+    shuffled = np.random.default_rng(1).permutation(count)
+    assert_same(hits, scene.first_hit(flat(rays, shuffled)), shuffled)
+    assert np.array_equal(scene.occluded(flat(rays)), np.isfinite(hits.t).ravel())
+
+
+@pytest.mark.parametrize("guess", [32, 64, 127, 12 * 127])
+def test_a_wrong_guess_changes_nothing(scene, monkeypatch, guess):
+    rays = flat(perspective(127, 192))
+    hits, order = scene.first_hit(rays), np.arange(127 * 192)
+    monkeypatch.setattr(queries, "row_length", lambda rays: guess)
+    assert_same(hits, scene.first_hit(rays), order)
+    assert np.array_equal(scene.occluded(rays), np.isfinite(hits.t))
+
+
+@pytest.mark.parametrize("shape", [(3, 40, 24), (4, 10, 10), (4, 200, 3), (200, 2), (2, 200)])
+def test_arrays_of_any_shape_have_the_hits_of_their_rays(scene, shape):
+    """Several pictures behind each other, several rays for each pixel, several lines."""
+    rays, count = camera(64), int(np.prod(shape))
+    some = np.random.default_rng(2).choice(64 * 64, count, replace=False)
+    hits, all_hits = scene.first_hit(*(x.reshape(-1, 3)[some].reshape(*shape, 3) for x in rays)), scene.first_hit(rays)
+    assert hits.t.shape == shape
+    for field in ("t", "body", "face", "surface"):
+        assert np.array_equal(getattr(all_hits, field).ravel()[some], getattr(hits, field).ravel()), field

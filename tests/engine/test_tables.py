@@ -1,0 +1,261 @@
+"""The tables of a scene: rows, maps, limits and bytes of bodies that are lowered alone and together."""
+
+from __future__ import annotations
+
+import pickle
+import random
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import conicoid as co
+from benchmarks.comparison.scenes import PINS, core_xml
+from conicoid.geometry.shape import Shape
+from conicoid.kernels.bvh.walk import ROWS
+from conicoid.prepare import batch_lowering as together_module, lowering
+from conicoid.prepare.error_limits import with_limits
+from conicoid.prepare.lowering import lower
+from conicoid.prepare.pattern import RowTable, row_blocks
+from conicoid.prepare.tape import recording_cache as recordings
+
+from ..samples import drawn, sampled
+from ..shapes.test_bulk import MOTIONS as BULK_MOTIONS, many
+from . import limits_by_arrays
+from .tapes.test_recorded import KINDS, MOTIONS, SOLIDS
+
+# --- Scenes whose bodies are lowered together have the tables of scenes whose bodies are lowered one by one, to the bit
+
+
+def solids_of(rng: random.Random) -> list[Any]:
+    """Shapes of two or three kinds, as many as are lowered together, in no order."""
+    made: list[Any] = []
+    for _ in range(rng.randint(2, 3)):
+        kind, motion = rng.choice(list(KINDS)), MOTIONS[rng.choice(list(MOTIONS))]
+        shared = motion(rng)
+        for _ in range(rng.randint(6, 14)):
+            move = shared if rng.random() < 0.5 else motion(rng)
+            made.append(move(KINDS[kind](rng)))
+    if rng.random() < 0.5:
+        built = SOLIDS[rng.choice(list(SOLIDS))]
+        kinds = [rng.choice(("Sphere on a grid", "Box on a grid", "upright Cylinder", "Ellipsoid")) for _ in range(3)]
+        made += [built(rng, *(KINDS[kind](rng) for kind in kinds)).rotate("z", 90) for _ in range(8)]
+    made += [rng.choice(made).translate((1.0, 0.0, -2.0)) for _ in range(3)]
+    rng.shuffle(made)
+    return made
+
+
+def columns(shapes: list[Any]) -> dict[str, Any]:
+    """All that lowering makes of shapes, by name."""
+    lowered = lowering.lower([co.Body(shape) for shape in shapes]).limited()
+    found: dict[str, Any] = {name: getattr(lowered.tables, name) for name in lowered.tables._fields}
+    for name in ("boxes", "frames", "body_frame", "body_item"):
+        found[name] = getattr(lowered, name)
+    for name in ("planes", "spheres", "quadrics", "vertices"):
+        found[f"rest of {name}"] = getattr(lowered.rest, name)
+    return found
+
+
+def assert_same_tables(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    shapes = solids_of(random.Random(seed))
+    together = columns(shapes)
+    with monkeypatch.context() as patched:
+        patched.setattr(recordings, "FEWEST", 10**9)
+        patched.setattr(together_module, "_FEWEST_OF_PLAN", 10**9)
+        alone = columns(solids_of(random.Random(seed)))
+    for name, column in alone.items():
+        assert column.dtype == together[name].dtype, name
+        assert np.ascontiguousarray(column).tobytes() == np.ascontiguousarray(together[name]).tobytes(), (seed, name)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_tables_are_the_same_to_the_bit(seed, monkeypatch):
+    assert_same_tables(seed, monkeypatch)
+
+
+@pytest.mark.parametrize("seed", range(12, 18))
+def test_tables_of_bodies_in_blocks_are_the_same_to_the_bit(seed, monkeypatch):
+    """As many bodies at a time as make a recording worth while, with some left over that are too few."""
+    monkeypatch.setattr(together_module, "_AT_ONCE", recordings.FEWEST // 2 + seed % 5)
+    assert_same_tables(seed, monkeypatch)
+
+
+@pytest.mark.deep
+def test_tables_of_more_scenes_are_the_same_to_the_bit(monkeypatch):
+    for seed in drawn(range(18, 10_000), 100):
+        assert_same_tables(seed, monkeypatch)
+
+
+# --- Rows of the numbers that differ give what the rows written out give, whatever is asked of them
+
+
+RNG = np.random.default_rng(5)
+
+
+def some_rows(bodies, width, different):
+    """(rows, the same written out)"""
+    values, columns = RNG.normal(size=(bodies, different)), RNG.integers(0, different, width).astype(np.int32)
+    return RowTable.of(values, columns), values[:, columns]
+
+
+def every_answer(rows, whole):
+    """Pairs of what is found, and what should be."""
+    some, mask = np.array([3, 0, 5]), np.arange(len(whole)) % 3 == 1
+    for a, b in ((0, whole.shape[1]), (2, 5), (4, 4), (-5, -2), (None, 7), (6, None), (0, 0)):
+        for which in (slice(None), slice(1, 4), slice(0, 0), some, mask):
+            yield rows[which, a:b], whole[which, a:b]
+            yield rows[which][:, a:b], whole[which][:, a:b]
+    for column in (0, 7, -1):
+        yield rows[:, column], whole[:, column]
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_rows_are_those_written_out(seed):
+    a, b, c = (some_rows(9, width, different) for width, different in ((12, 5), (8, 8), (6, 1)))
+    parts = [(a, 3, 9), (b, 0, 8), (a, 0, 4), (c, 2, 5), (b, 4, 6)]
+    joined = RowTable.joined([(rows, first, last) for (rows, _), first, last in parts])
+    whole = np.concatenate([written[:, first:last] for (_, written), first, last in parts], axis=1)
+    assert len(joined) == 9
+    for rows, written in ((a[0], a[1]), (joined, whole), (RowTable.joined([(joined, 2, 17)]), whole[:, 2:17])):
+        for found, expected in every_answer(rows, written):
+            assert found.shape == expected.shape
+            assert found.tolist() == expected.tolist()
+
+
+@pytest.mark.parametrize("count", [0, 1, 8192, 8193, 30000])
+def test_blocks_hold_each_body_once(count):
+    assert [k for some in row_blocks(count) for k in range(some.start, some.stop)] == list(range(count))
+
+
+# --- Rows of the maps to uv are in the table once for all faces of a body for which a shape makes them once
+
+
+ROWS_OF_MAPS = {
+    "box": (co.Box((0, 0, 0), (1, 2, 3)), 3),  # x, y and z, each scaled
+    "cylinder": (co.Cylinder((0, 0, 0), (0, 0, 1), 2), 5),  # x, y and height of the side; x and y over the radius
+    "parallelepiped": (co.Parallelepiped((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 1)), 3),
+    "ball": (co.Sphere(1, (1, 2, 3)), 3),
+    "triangle": (co.Triangle((0, 0, 0), (1, 0, 0), (0, 1, 0)), 2),
+    "two": (co.Box((0, 0, 0), (1, 2, 3)) - co.Cylinder((0, 0, 0), (0, 0, 1), 2), 8),
+}
+
+
+@pytest.mark.parametrize("moved", [False, True])
+@pytest.mark.parametrize("name", ROWS_OF_MAPS)
+def test_as_many_as_the_documented_coordinates_have(name: str, moved: bool) -> None:
+    shape, count = ROWS_OF_MAPS[name]
+    tables = co.Scene([shape.rotate((1, 2, 3), 40) if moved else shape])._prepared.lowered.tables
+    assert len(tables.map_rows) == count
+    rows = np.where(tables.face_maps < 0, -1 - tables.face_maps, tables.face_maps)
+    assert set(rows.ravel().tolist()) == set(range(count))
+    flat = tables.face_maps[:, 0] >= 0
+    assert (rows[flat, 2] == rows[flat, 0]).all()
+
+
+def test_they_are_rows_of_each_body_in_a_bulk() -> None:
+    low = np.random.default_rng(1).uniform(-9, 9, (50, 3))
+    tables = co.Scene([co.Boxes(low, low + 1)])._prepared.lowered.tables
+    assert len(tables.map_rows) == 3 * 50
+    # Row k of a body scales its axis k: (p - low) / 1
+    assert (tables.map_rows.reshape(50, 3, 4)[:, :, :3] != 0).sum() == 150
+
+
+def test_one_object_that_is_used_twice_is_two() -> None:
+    """How many there are does not tell whether a shape was made twice, or copied, or is one of many."""
+    one, other, box = co.Cylinder((0, 0, 0), (0, 0, 1), 2), co.Cylinder((0, 0, 0), (0, 0, 1), 2), co.Box()
+    twice, apart = (one | box) & (one | co.Sphere(2)), (one | box) & (other | co.Sphere(2))
+    tables = [co.Scene([shape])._prepared.lowered.tables for shape in (twice, apart, pickle.loads(pickle.dumps(twice)))]
+    assert [len(each.map_rows) for each in tables] == [5 + 3 + 5 + 3] * 3
+    many = co.Scene([twice.translate((9 * k, 0, 0)) for k in range(40)])
+    assert len(many._prepared.lowered.tables.map_rows) == 16 * 40
+    edited = many.replace(3, apart)._prepared.lowered.tables
+    anew = co.Scene([apart if k == 3 else body.shape for k, body in enumerate(many.bodies)])._prepared.lowered.tables
+    assert edited.face_maps.tobytes() == anew.face_maps.tobytes()
+    assert edited.map_rows.tobytes() == anew.map_rows.tobytes()
+
+
+def test_equal_numbers_do_not_make_them_one() -> None:
+    """How many there are is told by how a body is built: the radius of a cylinder may be 1."""
+    shapes: list[Shape] = [co.Cylinder((0, 0, 0), (0, 0, 1), radius) for radius in (1, 2)]
+    one, other = (co.Scene([shape])._prepared.lowered.tables for shape in shapes)
+    assert len(one.map_rows) == len(other.map_rows)
+
+
+# --- The limits that kernels work out one use at a time are those of `limits_by_arrays`, to the bit
+
+
+LIMITS = ("plane", "quadric", "cell", "program", "sheet", "polygon")
+ENDLESS = [
+    co.Plane((0, 0, 1), -9), co.HalfSpace((1, 2, 3), -7), co.EllipticParaboloid(2, 1), co.Conic(1, 0, 2),
+    co.Quadric(coefficients=dict(xx=1, yy=-2, xy=0.5, z=3)).rotate((1, 2, 3), 20), co.Polygon([(0, 0, 0), (3, 0, 0), (0, 2, 0)]),
+    co.Disc((1, 2, 3), (1, 1, 0), 2) & co.Sphere(9), co.Plane((1, 2, 2), 0.1).rotate((1, 0, 1), 10),
+]  # fmt: skip
+
+
+def assert_same_limits(shapes):
+    lowered = lower([co.Body(shape) for shape in shapes]).limited()
+    expected = limits_by_arrays.with_limits(lowered.tables, lowered.boxes, lowered.rest)
+    for kind in LIMITS:
+        found, right = (np.asarray(getattr(tables, f"{kind}_limits")) for tables in (lowered.tables, expected))
+        assert (found.dtype, found.shape) == (right.dtype, right.shape), kind
+        assert found.tobytes() == right.tobytes(), kind
+    return lowered
+
+
+@pytest.mark.parametrize("endless", [False, True])
+@pytest.mark.parametrize("seed", sampled(range(6), 3))
+def test_of_random_scenes(seed, endless):
+    finite = [solid for solid in solids_of(random.Random(seed)) if np.isfinite(solid.bounds).all()]
+    lowered = assert_same_limits(finite + ENDLESS * endless)
+    assert np.isfinite(lowered.boxes).all() != endless
+
+
+@pytest.mark.parametrize("motion", BULK_MOTIONS)
+def test_of_many_in_one_entry(motion):
+    lowered = assert_same_limits([BULK_MOTIONS[motion](shape) for shape in many().values()])
+    assert min(len(lowered.tables.planes), len(lowered.tables.quadrics), len(lowered.tables.sheet_limits)) > 20
+
+
+def test_of_nothing():
+    assert_same_limits([])
+
+
+def test_a_use_of_what_is_not_there_is_refused():
+    """Its owner would have no limit, and be trusted."""
+    lowered = lower([co.Body(co.Box()), co.Body(co.Sphere())])
+    tables = lowered.tables
+    beyond = tables.plane_surface.copy()
+    beyond[2] = len(tables.surface_kind)
+    with pytest.raises(IndexError, match="that they do not have"):
+        with_limits(tables._replace(plane_surface=beyond), lowered.boxes, lowered.rest)
+
+
+# --- What tables take for one more placement of what they know: counted from their sizes, not measured
+
+
+REAL, WHOLE = 8, 4
+WALL = 4 * REAL + 2 * WHOLE  # anchor and form; kind and row
+PART = (4 + 1) * WHOLE  # a cell, and a leaf of a Boolean body
+PLANE = 2 * WHOLE  # surface; side and face
+BODY = (1 + 4 + 3 + 4) * WHOLE  # a program, and where it is; entry, face, maps
+PIN = 3 * WALL + 7 * PART + 10 * PLANE + 3 * BODY
+"""A pin: pellet, cladding and water, of seven parts in all, with three curved walls; parts end at ten planes."""
+EDGES = 32
+"""What belongs to places along an axis, of which there are as many as the square root of the pins."""
+
+
+def test_a_pin_takes_what_tells_it_from_others(tmp_path: Path) -> None:
+    scenes = []
+    for across in (2, 4):
+        path = tmp_path / f"{across}.xml"
+        path.write_text(core_xml(across), encoding="utf-8")
+        scenes.append(co.load_openmc(path, void=False))
+    few, many = (scene.memory for scene in scenes)
+    one, other = (scene._prepared.lowered.tables for scene in scenes)
+    pins = (4**2 - 2**2) * PINS**2
+    assert (many.tables - few.tables) / pins <= PIN + EDGES
+    assert len(one.quadric_forms) == len(other.quadric_forms)
+    for shared in ("planes", "leaf_bounds", "face_maps"):
+        assert len(getattr(other, shared)) - len(getattr(one, shared)) < pins / 16, shared
+    assert len(other.leaf_items) == ROWS * len(other.entry_kind)
