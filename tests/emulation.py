@@ -39,6 +39,8 @@ def stored(key: str, make: Callable[[], bytes]) -> bytes:
                 part = file.with_suffix(f".{os.getpid()}")
                 part.write_bytes(make())
                 part.replace(file)
+                for old in sorted(STORE.iterdir(), key=lambda each: each.stat().st_mtime)[:-12]:
+                    old.unlink()
     return file.read_bytes()
 
 
