@@ -11,11 +11,14 @@ from __future__ import annotations
 import importlib
 import sys
 from importlib.machinery import ModuleSpec
-from types import ModuleType
-from typing import TYPE_CHECKING, Any
 
 from ._util import process as _process  # noqa: F401 - forks wait from here on for the imports of other threads
 from ._util.version import __version__
+
+TYPE_CHECKING = False  # `typing` would take as long as all the rest: Ctrl-C finds the command ready soon
+if TYPE_CHECKING:
+    from types import ModuleType
+    from typing import Any
 
 _MODULES = {
     "._util.files": "SceneFileError",

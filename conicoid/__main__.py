@@ -1,18 +1,18 @@
-"""The command ``conicoid``, also ``python -m conicoid``: signals and streams are ready before any large import."""
+"""The command ``conicoid``, also ``python -m conicoid``: signals and streams are ready before any large import.
+
+Ctrl-C before that prints Python's traceback, so this module and those before it import little at their head.
+"""
 
 from __future__ import annotations
 
-import atexit
-import contextlib
-import gc
 import os
 import signal
 import sys
-import threading
-from collections.abc import Callable
-from typing import Any, NoReturn
 
-from .cli.terminal import EXIT_FAILURE, EXIT_INTERRUPT, EXIT_OK, open_streams
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from typing import Any, NoReturn
 
 _YOUNG, _MIDDLE, _OLD = 100_000, 50, 100
 """Thresholds of the garbage collector. Imports and files make tens of thousands of objects that stay, and with the
@@ -21,6 +21,11 @@ default thresholds the collector goes through them dozens of times."""
 
 def run() -> NoReturn:
     """Run `main` in a process of its own, which ends without freeing objects one by one."""
+    import atexit
+    import contextlib
+    import gc
+    import threading
+
     gc.set_threshold(_YOUNG, _MIDDLE, _OLD)
     try:
         main()
@@ -52,6 +57,8 @@ def main() -> NoReturn:
     takes_interrupts = signal.getsignal(signal.SIGINT) is signal.default_int_handler
     if takes_interrupts:
         signal.signal(signal.SIGINT, _end_now)
+    from .cli.terminal import EXIT_INTERRUPT, open_streams
+
     open_streams()
     code = _command(takes_interrupts)
     if takes_interrupts:  # the work is done: a late Ctrl-C must not spoil its results
@@ -64,6 +71,8 @@ def main() -> NoReturn:
 
 def _command(takes_interrupts: bool) -> Any:
     """Run the command; return its exit code."""
+    from .cli.terminal import EXIT_FAILURE, EXIT_INTERRUPT, EXIT_OK
+
     try:
         from .cli.drawing import parse_plain_render
 
@@ -87,6 +96,8 @@ def _command(takes_interrupts: bool) -> Any:
 
 def _flush_results(code: Any) -> Any:
     """Write results that are still in a buffer; return the exit code."""
+    from .cli.terminal import EXIT_FAILURE
+
     try:
         sys.stdout.flush()
     except SystemExit as end:
@@ -105,7 +116,7 @@ def _interrupt(*_: object) -> None:
 
 def _end_now(*_: object) -> None:
     """End the process at once: nothing is done yet, or the user has waited enough."""
-    os._exit(EXIT_INTERRUPT)
+    os._exit(130)  # `EXIT_INTERRUPT`, which may not be imported yet
 
 
 if __name__ == "__main__":

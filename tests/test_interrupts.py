@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import signal
+import subprocess
+import sys
 import time
 
 import pytest
 
-from .children import BOUND, COMMAND, child, needs_signals
+from .children import BOUND, COMMAND, ROOT, child, needs_signals
 from .command_line import written
 from .machine_code import needs_compiler
 from .samples import deep
@@ -278,3 +281,34 @@ def test_in_a_command(place, arguments, times, tmp_path):
     if times == 1:
         assert errors.endswith("interrupted\n")
         assert sorted(path.name for path in tmp_path.iterdir()) == ["geometry.xml", "rays.csv", "scene.yaml"]
+
+
+STARTING = """
+import os, signal, sys
+place = int(os.environ["PLACE"])
+def hook(event, arguments):
+    global place
+    if event == "import" and (place < int(os.environ["PLACE"]) or arguments[0] == "conicoid.cli"):
+        place -= 1
+        if place < 0:
+            os.kill(os.getpid(), signal.SIGINT)
+if "conicoid" in " ".join(sys.orig_argv):
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    sys.addaudithook(hook)
+"""
+"""It sends Ctrl-C at an import, counted from that of `conicoid.cli`, the first large one, and at all after it."""
+
+
+@needs_signals
+@pytest.mark.parametrize("place", [0, 1, 2, 3, 5, 8, 13, 21, 34, 55])
+@pytest.mark.parametrize("arguments", [["-m", "conicoid"], ["conicoid"]])
+def test_control_c_while_the_command_starts(arguments, place, tmp_path):
+    (tmp_path / "sitecustomize.py").write_text(STARTING)
+    (tmp_path / "conicoid").write_text(f"import sys\n{COMMAND}\n")
+    environment = {**os.environ, "PYTHONPATH": f"{tmp_path}{os.pathsep}{ROOT}", "PLACE": str(place)}
+    ended = subprocess.run(
+        [sys.executable, *arguments, "info", "nothing.yaml"],
+        cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=60,
+    )  # fmt: skip
+    assert ended.returncode in (130, -signal.SIGINT), ended.stderr
+    assert ended.stderr in ("", "interrupted\n")

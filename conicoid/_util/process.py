@@ -15,10 +15,15 @@ import sys
 import threading
 import time
 import weakref
-from collections.abc import Callable, Iterable, Iterator
 from functools import cached_property
 from importlib import _bootstrap
-from typing import Any, TypeVar
+
+TYPE_CHECKING = False  # every start imports this module, `typing` would take as long as all the rest
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator
+    from typing import Any, TypeVar
+
+    Result = TypeVar("Result")
 
 _locks: weakref.WeakSet[Any] = weakref.WeakSet()  # a lock lives as long as its owner
 _LONGEST_IMPORT = 10.0
@@ -99,8 +104,6 @@ def pause_gc() -> Iterator[None]:
 #
 # Work that may stay in compiled code for seconds, such as the compiler, runs in other threads while the main one waits.
 # After Ctrl-C the main thread waits for them for a short time only, and leaves them to end by themselves.
-
-Result = TypeVar("Result")
 
 PATIENCE = 0.5
 """Seconds that the main thread waits for other threads after Ctrl-C."""
