@@ -424,6 +424,8 @@ def find_clusters(members: Any, features: SurfaceFeatures) -> Iterable[Any]:
 
 _PAIR_CLOSENESS = 1e-24
 """`CLOSENESS` of places in pairs of floats: these have 53 bits more, so that its margin is wider."""
+_FAR_SHARE = 2.0**-12
+"""Share of the distance from the origin below which the unit of places does not shrink: rounding stays below 2^-90."""
 
 
 class _Pairs:
@@ -501,8 +503,9 @@ def split_clusters(close: list[Any], records: Floats, rests: Floats) -> list[Any
     is_flat = records.shape[1] == 7
     anchors = records[:, 4:] if is_flat else records[:, :3]
     middle = _point(anchors[0])
-    # A power of two, which rounds nothing
-    unit = 2.0 ** math.ceil(math.log2(max(float(np.abs(anchors - anchors[0]).max()), 1e-100)))
+    # A power of two, which rounds nothing. Far from the origin the remainders of anchors are rounded, to 2^-106 of them
+    size_of_all = max(float(np.abs(anchors - anchors[0]).max()), _FAR_SHARE * float(np.abs(anchors).max()), 1e-100)
+    unit = 2.0 ** math.ceil(math.log2(size_of_all))
     columns = [_Pairs(high, low) for high, low in zip(records.T, rests.T, strict=True)]
     numbers = (_plane_pairs if is_flat else _quadric_pairs)(columns, middle, unit)
     sizes = np.array([len(cluster) for cluster in close])
