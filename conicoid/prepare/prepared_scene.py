@@ -101,12 +101,6 @@ class PreparedScene:
             lowered, kept = adopt_buffer(lowered.with_geometry(geometry), buffers[0])
         return cls(lowered, geometry, flat_rest(lowered), woods, entries=bodies, edit_state=kept)
 
-    def edited(self, bodies: Sequence[Body], progress: Progress | None = None) -> PreparedScene | None:
-        """Return a scene of other bodies that shares most with this one; None where a fresh preparation is as quick."""
-        from .edits.scene_edit import prepare_edit
-
-        return prepare_edit([self], bodies, progress)
-
     def labelled(self, bodies: Sequence[Body]) -> PreparedScene:
         """Return this scene with the names and materials of other bodies, which have the same shapes."""
         return replace(self, entries=bodies)
@@ -174,30 +168,20 @@ class PreparedScene:
         return digest.digest()
 
 
-def prepare(
-    bodies: Sequence[Body], before: list[PreparedScene] | None = None, progress: Progress | None = None
-) -> PreparedScene:
-    """Prepare a scene, from the scene before an edit where both have enough in common.
+def prepare(bodies: Sequence[Body], progress: Progress | None = None) -> PreparedScene:
+    """Prepare a scene.
 
     Parameters
     ----------
     bodies : Sequence[Body]
         The entries of the scene.
-    before : list[PreparedScene], optional
-        At most one scene. It is removed from the list: where nobody else holds it, its memory is overwritten.
     progress : Progress, optional
         Called with (entries done, entries in all).
     """
-    scene = None
-    if before:  # most programs edit no scene: these modules are a tenth of a start
-        from .edits.scene_edit import prepare_edit
-
-        scene = prepare_edit(before, bodies, progress)
-    if scene is None:
-        stages = ProgressStages(progress, len(bodies))
-        lowered = lowering.lower(bodies) if progress is None else lowering.lower(bodies, stages)
-        scene = PreparedScene.of(lowered, bodies)
-        stages.advance(AFTER_TREES)
+    stages = ProgressStages(progress, len(bodies))
+    lowered = lowering.lower(bodies) if progress is None else lowering.lower(bodies, stages)
+    scene = PreparedScene.of(lowered, bodies)
+    stages.advance(AFTER_TREES)
     return scene
 
 

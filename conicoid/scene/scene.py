@@ -530,7 +530,12 @@ class Scene:
                 # Held by this list alone, the old scene can give its memory to the new one
                 before, self._previous = [self._previous] if self._previous else [], None
                 with pause_gc():
-                    self._cached_prepared = prepare(self._bodies, before, *progress)
+                    edited = None
+                    if before:  # most programs edit no scene, and these modules are a tenth of a start
+                        from ..prepare.edits.scene_edit import prepare_edit
+
+                        edited = prepare_edit(before, self._bodies, *progress)
+                    self._cached_prepared = edited or prepare(self._bodies, *progress)
             return self._cached_prepared
 
     @ignore_fp_errors

@@ -300,14 +300,19 @@ def slanted_cells(factor: float) -> list[co.Body]:
     return bodies
 
 
-@pytest.mark.parametrize(("factor", "names"), [(1.0, 0), (2.0, 0), (3.0, 120)])
-def test_half_spaces_have_exact_names_only_where_their_numbers_differ(factor, names, named, monkeypatch) -> None:
+@pytest.mark.parametrize("factor", [1.0, 2.0, 3.0])
+def test_half_spaces_have_exact_names_only_where_their_numbers_differ(factor, named, monkeypatch) -> None:
+    """Multiples of powers of two have the numbers of the plane itself. Of other multiples most are another plane."""
+    equal = sum(
+        all(Fraction(factor * x) == 3 * Fraction(x) for x in (*plane.normal, plane.offset))
+        for plane in (body.shape.operands[1] for body in slanted_cells(factor)[::2])
+    )
     found = lower(slanted_cells(factor))
     few = len(named)
-    assert few == names
+    assert 2 * equal <= few < (1 if factor < 3 else 60)
     monkeypatch.setattr(contents, "FEWEST_SURFACES", 10**9)
     expected = lower(slanted_cells(factor))
-    assert len(named) - few >= 120
+    assert len(named) - few >= (120 if factor < 3 else 2 * equal)
     for field, mine, its in zip(found.tables._fields, found.tables, expected.tables, strict=True):
         assert mine.tobytes() == its.tobytes(), field
 

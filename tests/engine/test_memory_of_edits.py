@@ -23,6 +23,7 @@ from conicoid.parallel.shared_state import open_scene_tables, source_version, wr
 from conicoid.prepare.edits import buffer_pool as stores, in_place as exchange
 from conicoid.prepare.edits.buffer_pool import BufferPool, EditState, FullEditState, SceneBuffer
 from conicoid.prepare.edits.in_place import InPlaceEdit
+from conicoid.prepare.edits.scene_edit import prepare_edit
 
 from ..samples import deep, in_turn, many
 from .edits import bodies, content, moved, note_memory_taken, same_answers, same_tables, slid, written_anew
@@ -226,7 +227,7 @@ def test_what_is_pickled_or_copied_has_stamps_of_its_own(monkeypatch):
 
 def edited(prepared, name):
     """One body moved, without a scene."""
-    made = prepared.edited(co.Scene(list(prepared.entries)).moved(name, (0.2, 0.1, 0)).bodies)
+    made = prepare_edit([prepared], co.Scene(list(prepared.entries)).moved(name, (0.2, 0.1, 0)).bodies)
     assert isinstance(made.edit_state, FullEditState)
     return made
 

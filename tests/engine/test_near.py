@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.prepare.edits import in_place as exchange
+from conicoid.prepare.edits import buffer_pool
 from conicoid.prepare.edits.neighbour_index import NeighbourFrame, find_neighbours, surface_columns
 from tests.engine.edits import CUBE, bodies, moved, same_tables
 
@@ -97,7 +97,7 @@ def test_equal_surfaces_are_near_and_few_others_are():
 @pytest.mark.parametrize("placed", [0, 1 << 18])
 def test_a_scene_has_places_from_the_beginning_unless_it_is_large(monkeypatch, placed):
     """Large is more than a number of surfaces; the first edit works them out there."""
-    monkeypatch.setattr(exchange, "_PLACED", placed)
+    monkeypatch.setattr(buffer_pool, "_PLACED", placed)
     rng, scene = np.random.default_rng(3), bodies(40, 3)
     scene.prepare()
     kept = scene._prepared.edit_state
@@ -112,7 +112,7 @@ def test_a_scene_has_places_from_the_beginning_unless_it_is_large(monkeypatch, p
 @pytest.mark.parametrize("placed", [0, 1 << 18])
 def test_places_are_worked_out_once_for_all_edits_of_a_scene(monkeypatch, placed):
     """As a slider does: each from the same scene."""
-    monkeypatch.setattr(exchange, "_PLACED", placed)
+    monkeypatch.setattr(buffer_pool, "_PLACED", placed)
     found, begin = [], NeighbourFrame.of_scenes
     monkeypatch.setattr(NeighbourFrame, "of_scenes", lambda *scenes: found.append(len(scenes)) or begin(*scenes))
     first = co.Scene([CUBE.rotate((1, 2, 3), 7 * k).translate((3 * k, 0, 0)) for k in range(9)])

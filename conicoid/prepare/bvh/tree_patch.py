@@ -10,26 +10,47 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from ..._util.arrays import is_member_sorted, unique_sorted
 from ...kernels.bvh.walk import ROWS
 from ...kernels.tables import Floats, Geometry, Ints, Tables
+from ..edits.scene_splice import SceneSplice, SplicePieces
 from ..row_layout import BODIES, CELLS, LEAVES, PROGRAMS
 from .builder import WIDTH, leaf_code, survey_boxes
 from .plane_groups import group_tables, put_groups
 from .trees import COSTS, Forest, SceneTrees, program_trees, scene_extent
 
-if TYPE_CHECKING:
-    from ..edits.in_place import InPlaceEdit
-    from ..edits.scene_edit import SpliceEdit
-
 _SMALL = 256
 """For so few entries the tree is rebuilt."""
 _NO_ROOT = np.iinfo(np.int32).min
 _NO_CHILDREN = np.zeros((0, WIDTH), np.int32)
+
+
+class TableEdit(Protocol):
+    """An edit of a scene's tables, as its trees see it."""
+
+    @property
+    def splice(self) -> SceneSplice:
+        """The scene before and the new entries."""
+
+    @property
+    def pieces(self) -> SplicePieces:
+        """The rows that come from either."""
+
+    @property
+    def boxes(self) -> Floats:
+        """The boxes of the edited scene's bodies."""
+
+    @property
+    def kinds(self) -> Ints:
+        """The kinds of its entries, for the costs of trees."""
+
+    @property
+    def keeps_items(self) -> bool:
+        """Whether leaf items of unchanged entries can be kept."""
 
 
 @dataclass
@@ -134,14 +155,14 @@ class PatchedTrees:
             at += len(part)
 
 
-def patch_trees(old: Tables, woods: SceneTrees, edit: SpliceEdit | InPlaceEdit) -> PatchedTrees:
+def patch_trees(old: Tables, woods: SceneTrees, edit: TableEdit) -> PatchedTrees:
     """Compute the trees of an edited scene.
 
     Parameters
     ----------
     old, woods : Tables, SceneTrees
         The tables and trees of the scene before.
-    edit : SpliceEdit or InPlaceEdit
+    edit : TableEdit
         The edited scene, whose tables are not filled yet.
 
     Returns
@@ -180,7 +201,7 @@ def patch_trees(old: Tables, woods: SceneTrees, edit: SpliceEdit | InPlaceEdit) 
     return PatchedTrees(tables, patched.boxes, found, parts if stays else [])
 
 
-def _groups(old: Tables, edit: SpliceEdit | InPlaceEdit) -> dict[str, Any]:
+def _groups(old: Tables, edit: TableEdit) -> dict[str, Any]:
     """Return the groups of planes: those of cells that stay, and room for those of new ones."""
     sides = [side.tables.cell_first for side in edit.splice.sides]
     if not len(old.cell_groups) and not len(group_tables(np.diff(sides[1]))["cell_groups"]):
@@ -200,7 +221,7 @@ def _groups(old: Tables, edit: SpliceEdit | InPlaceEdit) -> dict[str, Any]:
     return columns
 
 
-def put_new_groups(geometry: Geometry, edit: SpliceEdit | InPlaceEdit) -> None:
+def put_new_groups(geometry: Geometry, edit: TableEdit) -> None:
     """Fill the groups of planes of new cells."""
     for source, _, at in edit.pieces.on(CELLS):
         if source == 1:
@@ -208,7 +229,7 @@ def put_new_groups(geometry: Geometry, edit: SpliceEdit | InPlaceEdit) -> None:
 
 
 def _entries(
-    old: _TreeTables, woods: SceneTrees, edit: SpliceEdit | InPlaceEdit, patched: _TreeTablesBuilder
+    old: _TreeTables, woods: SceneTrees, edit: TableEdit, patched: _TreeTablesBuilder
 ) -> tuple[SceneTrees, list[tuple[int, int]]]:
     """Add the tree over the entries, and that of loose ones; return what edits need to know about these.
 

@@ -170,7 +170,22 @@ def _exact(bodies: Sequence[Body], splice: SceneSplice) -> ExactBodySurfaces:
 def prepare_edit(
     before: list[PreparedScene], bodies: Sequence[Body], progress: Progress | None = None
 ) -> PreparedScene | None:
-    """Take the one scene out of a list and return `PreparedScene.edited` of it, or None as that does."""
+    """Prepare a scene from the scene before an edit, which shares most with it.
+
+    Parameters
+    ----------
+    before : list[PreparedScene]
+        One scene. It is removed from the list: where nobody else holds it, its memory is overwritten.
+    bodies : Sequence[Body]
+        The entries of the edited scene.
+    progress : Progress, optional
+        Called with (entries done, entries in all).
+
+    Returns
+    -------
+    PreparedScene or None
+        None where a fresh preparation is as quick.
+    """
     # The list held the last reference of the caller: only then may memory be overwritten
     old = before.pop()
     # Instances have shared tables, which cannot be spliced: only their labels can change.

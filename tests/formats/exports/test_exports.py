@@ -286,9 +286,13 @@ def test_a_second_export_is_the_same_text(tmp_path: Path) -> None:
 
 
 def test_openscad(tmp_path: Path) -> None:
-    scene = read_text(tmp_path, models.SCAD, "in.csg")
+    """A cylinder with sides, the last part, is a polyhedron, whose corners are rounded."""
+    exact, sides, rest = re.split(r" multmatrix[^\n]*\n(  cylinder[^}]*)", models.SCAD)
+    scene = read_text(tmp_path, exact + rest, "in.csg")
     assert len(scene) == 3
     same(scene, written_and_read(scene, tmp_path / "out.scad", strict=True))
+    scene = read_text(tmp_path, sides, "in.csg")
+    assert_close_answers(scene, written_and_read(scene, tmp_path / "out.scad"))
 
 
 @pytest.mark.parametrize("name", ["kinds", deep("turns")])
