@@ -404,3 +404,9 @@ def only(shape: co.Shape, *others: co.Shape) -> Conditioning:
 
 def kept(shape: co.Shape) -> float:
     return float(digits(co.Scene([shape]))[0])
+
+
+def test_a_corner_within_one_rounding_of_another_has_no_column_to_change():
+    # Moved by one unit in the last place, the last corner is the first one: the profile has one corner less
+    profile = [(2, 0), (3, 1), (2.5, 3), (1, 2), (math.nextafter(2, 0), 0)]
+    assert not list(co.check(co.Scene([co.Revolution(profile)]), rays=100))

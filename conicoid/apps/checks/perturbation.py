@@ -67,13 +67,18 @@ def number_changes(shape: Changed) -> Iterator[NumberChange[Changed]]:
 
 
 def column_change(table_rows: Any, change: NumberChange[Any]) -> NumberChange[Any] | None:
-    """Return a change of all numbers of a table's column that are equal to one; None for any but the first of them."""
+    """Return a change of all numbers of a table's column that are equal to one; None for any but the first of them.
+
+    None also for a change that makes one corner of two, as then rows of both tables are no pairs.
+    """
     match = _IN_TABLE.fullmatch(change.number)
     if match is None:
         return None
     field, row, column = match[1], int(match[2]), int(match[3])
-    table = getattr(table_rows, field)
-    old, new = table[row][column], getattr(change.result, field)[row][column]
+    table, changed_table = getattr(table_rows, field), getattr(change.result, field)
+    if len(changed_table) != len(table):
+        return None
+    old, new = table[row][column], changed_table[row][column]
     rows = [k for k, each in enumerate(table) if each[column] == old]
     # Equal numbers change once, by the first of them
     if rows[0] != row:
