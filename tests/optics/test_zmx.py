@@ -154,6 +154,8 @@ def test_mistakes_of_catalogues(text, message, tmp_path):
     (tmp_path / "wrong.agf").write_text(text)
     with pytest.raises(co.SceneFileError, match=message):
         co.optics.load_agf(tmp_path / "wrong.agf")
+    with pytest.raises(co.SceneFileError, match="is a catalogue of glasses, no scene: co.optics.load_agf reads it"):
+        co.load(tmp_path / "wrong.agf")
 
 
 @pytest.mark.parametrize("ends", ["0 0", "0.0 2.5", "0.4 0"])
@@ -217,7 +219,7 @@ REFUSED = [
     (lambda: file(SINGLET).replace("SURF 2", "SURF 7"), r"SURF: must be number 2, as they are counted in order, got 7"),
     (lambda: file([]), r"must have at least 3 surfaces: .* got 2"),
     (lambda: "", r"must have at least 3 surfaces"),
-    (lambda: file([SINGLET[0] | dict(semi=30), SINGLET[1] | dict(semi=30)]), r"prescription: rows\[0\] and rows\[1\]: Lens: "),
+    (lambda: file([SINGLET[0] | dict(semi=30), SINGLET[1] | dict(semi=30)]), r"text:20:1: surface 1 and surface 2: Lens: "),
     (lambda: file(SINGLET) + "x" * 30_000, r"is longer than 20,000 characters"),
     (lambda: "\n" * 300_000, r"has more than 200,000 lines"),
     (lambda: "x" * 9_000_000, r"is longer than 8,000,000 characters"),

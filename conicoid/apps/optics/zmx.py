@@ -311,13 +311,24 @@ def _read(text: str, name: str, glasses: Mapping[str, Any] | str | os.PathLike[s
                 missing.append(Problem(problem.line, 1, problem.where, problem.message))
         if missing:
             raise SceneFileError(name, missing)
-        return build_prescription(lens, media)
+        try:
+            return build_prescription(lens, media)
+        except ValueError as error:
+            raise _error_of_rows(lens, str(error)) from None
     except ZmxError as problem:
-        raise SceneFileError(name, [Problem(problem.line, 1, problem.where, problem.message)]) from None
-    except SceneFileError:
-        raise
-    except ValueError as error:
-        raise SceneFileError(name, [Problem(0, 0, "", str(error))]) from None
+        column = 1 if problem.line else 0
+        raise SceneFileError(name, [Problem(problem.line, column, problem.where, problem.message)]) from None
+
+
+def _error_of_rows(lens: ZmxLens, message: str) -> ZmxError:
+    """Return the error of a prescription in the file's numbers: its row i is the surface i + 1."""
+    numbers = [int(row) + 1 for row in _ROW.findall(message)]
+    line = lens.surfaces[numbers[0]].line if numbers else 0
+    named = _ROW.sub(lambda row: f"surface {int(row[1]) + 1}", message.removeprefix("prescription: "))
+    return ZmxError(line, "", named)
+
+
+_ROW = re.compile(r"rows\[(\d{1,6})\]")
 
 
 def _parse(text: str) -> ZmxLens:

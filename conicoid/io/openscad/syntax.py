@@ -23,6 +23,8 @@ from ..scene_file.nodes import shorten
 
 MAX_CSG_BYTES, MAX_CALLS, MAX_CALL_DEPTH = 1 << 26, 1_000_000, 200
 """Most bytes and calls of a file, and most levels of calls within calls and lists within lists."""
+_STATEMENTS = ("module", "function", "for", "intersection_for", "if", "let", "assign", "use", "include")
+"""The first words of statements that OpenSCAD runs before it writes a .csg."""
 # Blanks and comments, which belong to no group, are skipped.
 _TOKEN = re.compile(
     r"[ \t\r\n]+|//[^\n]*|/\*.*?\*/"
@@ -144,7 +146,7 @@ class CsgReader:
         if self._calls > MAX_CALLS:
             raise self._source.mistake(name.position, "text", f"has more than {MAX_CALLS:,} calls")
         call = CsgCall(name.text, name.position, modifier=modifier)
-        if self._is("="):
+        if self._is("=") or name.text in _STATEMENTS:
             message = "is a program; `openscad -o model.csg model.scad` runs it and writes what can be read"
             raise self._source.mistake(name.position, name.text, message)
         self._expect("(")

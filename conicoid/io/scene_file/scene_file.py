@@ -370,6 +370,10 @@ def read_scene(
     SceneFileError
         With every problem that was found.
     """
+    # Before the text is read, which is UTF-16 in many catalogues
+    if os.fspath(path).lower().endswith(".agf") and os.path.isfile(path):
+        message = "is a catalogue of glasses, no scene: co.optics.load_agf reads it, and glasses= of co.load takes it"
+        raise SceneFileError(path, [Problem(0, 0, "", message)])
     text = scene_text.read_scene_text(path)
     # A frequent mistake: OpenMC's geometry in place of a scene
     if _XML.match(text):

@@ -189,6 +189,7 @@ def test_divisions_of_a_box(tmp_path, rule, points, expected):
 def test_divisions_of_a_tube(tmp_path):
     for rule, points in (
         ('axis="kPhi" number="4" width="0" offset="0" unit="deg"', [(5, 1, 0), (-1, 5, 0), (-5, -1, 0), (1, -5, 0)]),
+        ('axis="kPhi" number="4" width="90" offset="-90" unit="deg"', [(1, -5, 0), (5, 1, 0), (-1, 5, 0), (-5, -1, 0)]),
         ('axis="kRho" number="3" width="2" offset="0" unit="mm"', [(3, 0, 0), (5, 0, 0), (7, 0, 0)]),
         ('axis="kZAxis" number="2" width="0" offset="0" unit="mm"', [(5, 0, -1), (5, 0, 1)]),
     ):

@@ -218,6 +218,8 @@ def test_a_sided_cylinder_is_one_convex_polyhedron(sides, first, last, tmp_path)
     [
         ("cube(size = 1)", ":1:15: text: must be the name of a module, got the end of the file"),
         ("x = 3;", ":1:1: x: is a program; `openscad -o model.csg model.scad` runs it"),
+        ("union() { for(a=[0:45:180]) cube(a); }", ":1:11: for: is a program; `openscad -o model.csg model.scad` runs it"),
+        ("module bar(n) { cube(n); }", ":1:1: module: is a program; `openscad -o model.csg model.scad` runs it"),
         ("group() {\n cub(size = 1);\n}", ":2:2: cub: is no module of a .csg file"),
         ("cube(size = [1, 2]);", ":1:1: cube: size must be three numbers, got [1.0, 2.0]"),
         ("sphere(r = nan);", ":1:1: sphere: r must be a finite number, got nan"),
