@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 
 import conicoid as co
 from conicoid.cli.report import list_bodies, totals
+from conicoid.geometry.instances import ShiftTable
 
 RED, GREEN = co.matte("red"), co.matte("green")
 CENTERS = [(0.0, 0.0, 0.0), (3.0, 0.0, 0.0), (6.0, 0.0, 0.0)]
@@ -122,3 +125,11 @@ def test_no_body_has_no_measures():
     for number in (-1, 2):
         with pytest.raises(IndexError, match="must be at least 0 and below 2"):
             found[number]
+
+
+def test_a_part_of_a_table_of_shifts_holds_no_values_of_others():
+    # Bounds of a kind cost as many exact differences as the table has values
+    table = ShiftTable(tuple(tuple(Fraction(k) for k in range(100)) for _ in range(3)), np.tile(np.arange(100), (3, 1)))
+    part = table.select(np.array([7, 3, 7]))
+    assert part.values == ((3, 7),) * 3
+    assert part.offsets_from(1).tolist() == [[4, 4, 4], [0, 0, 0], [4, 4, 4]]

@@ -54,8 +54,12 @@ class ShiftTable:
         return offsets
 
     def select(self, numbers: Any) -> ShiftTable:
-        """Return the shifts of some of the items."""
-        return ShiftTable(self.values, self.index[:, numbers])
+        """Return the shifts of some of the items, and only their values: a kind of few bodies costs as few."""
+        values, index = [], np.array(self.index[:, numbers])
+        for axis, row in enumerate(index):
+            used, index[axis] = np.unique(row, return_inverse=True)
+            values.append(tuple(self.values[axis][k] for k in used.tolist()))
+        return ShiftTable((values[0], values[1], values[2]), index)
 
 
 class InstanceBlock(NamedTuple):
