@@ -24,7 +24,7 @@ from ..geometry.instances import InstanceList
 from ..geometry.primitives import HalfSpace
 from ..geometry.shape import PrimitiveSolid, Shape
 from ..geometry.surface import Key, Surface
-from ..geometry.transform import IDENTITY_MOTION, Motion, Step, Translate
+from ..geometry.transform import IDENTITY_MOTION, Step, Translate
 from ..kernels.tables import PLANE, PLANE_SIZE, Floats, Longs
 from ..kernels.threads import run_chunks
 from ..materials.material import Material
@@ -33,7 +33,7 @@ from ..numerics.portable_math import power_of_two_scale
 from .batch_lowering import BatchLowering
 from .csg_plan import placed_primitives
 from .instances import PrimitiveCache, flatten_primitive, instance_rows
-from .lower_shape import BodyFaces, lower_shape, lower_stretched_balls, world_tree
+from .lower_shape import lower_shape, lower_stretched_balls
 from .motion_batch import PointPlaneMover
 from .pattern import SIZES, BodyGroup, BodyGroups, BodyPattern, BulkBalls
 from .progress import AFTER_BATCH, AFTER_READING, ProgressStages
@@ -45,7 +45,7 @@ class _ShapeLeaves:
 
     moved: list[tuple[Shape, tuple[Step, ...]]]
     first: list[int]
-    known: dict[int, list[Surface]] = field(default_factory=dict)
+    known: dict[int, Surface] = field(default_factory=dict)
 
 
 def exact_surface(shape: Shape, number: int) -> Surface:
@@ -57,22 +57,27 @@ def exact_surface(shape: Shape, number: int) -> Surface:
         moved = placed_primitives(shape)
         if not all(isinstance(leaf, PrimitiveSolid) for leaf, _ in moved):
             return lower_shape(shape).exact[number]
-        counts = (leaf._face_count or len(_tree_surfaces(leaf.tree())) for leaf, _ in moved)  # type: ignore[attr-defined]
-        leaves = shape.cache["leaves"] = _ShapeLeaves(moved, [0, *accumulate(counts)])
-    which = bisect_right(leaves.first, number) - 1
-    if which not in leaves.known:
+        leaves = shape.cache["leaves"] = _ShapeLeaves(moved, [0, *accumulate(surface_count(leaf) for leaf, _ in moved)])
+    if number not in leaves.known:
+        which = bisect_right(leaves.first, number) - 1
         leaf, steps = leaves.moved[which]
-        leaves.known[which] = _leaf_surfaces(leaf, steps)
-    return leaves.known[which][number - leaves.first[which]]
+        # Without the uv maps of its faces
+        surface = _leaf_surfaces(leaf)[number - leaves.first[which]]
+        leaves.known[number] = surface.moved(leaf._under_steps(steps).under())
+    return leaves.known[number]
 
 
-def _leaf_surfaces(leaf: Shape, steps: tuple[Step, ...]) -> list[Surface]:
-    """List the surfaces of a primitive moved by steps."""
-    motion = Motion(steps)
-    if leaf._face_count:  # without the uv maps of its faces
-        return [surface.moved(motion) for surface in leaf.surfaces]  # type: ignore[attr-defined]
-    tree = world_tree(leaf._under_steps(steps), IDENTITY_MOTION, BodyFaces())  # type: ignore[arg-type]
-    return _tree_surfaces(tree)
+def _leaf_surfaces(leaf: Any) -> list[Surface]:
+    """List the surfaces of a primitive solid in its own frame."""
+    return leaf.surfaces if leaf._face_count else _tree_surfaces(leaf.tree())
+
+
+def surface_count(leaf: Any) -> int:
+    """Return how many surfaces a primitive solid has, by its tree at most once."""
+    found: int | None = leaf._face_count or leaf.cache.get("surface count")
+    if found is None:
+        found = leaf.cache["surface count"] = len(_tree_surfaces(leaf.tree()))
+    return found
 
 
 def _tree_surfaces(tree: Tree) -> list[Surface]:
@@ -331,7 +336,7 @@ class ExactBodySurfaces:
                     break
                 key = id(leaf) if one is None else one.key
                 if key not in counts:
-                    counts[key] = leaf._face_count or len(_tree_surfaces(leaf.tree()))  # type: ignore[attr-defined]
+                    counts[key] = surface_count(leaf)
                 first, end = end, end + counts[key]
                 while pending and begin + pending[-1] < end:
                     surface = begin + pending.pop()

@@ -129,8 +129,12 @@ def bound_bodies(
         The primitives of one of the bodies; the forms and rows of the primitives of all.
     """
     boxes, certain = np.empty((len(rows[0]), BOX_NUMBERS)), np.empty(len(rows[0]), bool)
+    # Primitives of one type and form have trees of one structure, which alone decides
+    firsts = {(type(shape), id(form)): shape for shape, form in zip(shapes, forms, strict=True)}
+    is_hole = {kind: _is_hole(shape) for kind, shape in firsts.items()}
+    holes = [is_hole[type(shape), id(form)] for shape, form in zip(shapes, forms, strict=True)]
     for some in row_blocks(len(boxes)):
-        boxes[some], certain[some] = _simple_boxes(key, shapes, [part[some] for part in rows])
+        boxes[some], certain[some] = _simple_boxes(key, shapes, holes, [part[some] for part in rows])
     others = np.flatnonzero(~certain)
     if len(others):
         boxes[others], certain[others] = _narrow_boxes(key, shapes, forms, [part[others] for part in rows])
@@ -183,12 +187,14 @@ class _BoundNode:
     parts: tuple[_BoundPart, ...] | None = ()
 
 
-def _simple_boxes(key: Sequence[Hashable], leaves: Sequence[Shape], rows: Sequence[RowTable]) -> tuple[Floats, Mask]:
-    """Compute the boxes (n, 6) of bodies from rows of their primitives.
+def _simple_boxes(
+    key: Sequence[Hashable], leaves: Sequence[Shape], holes: Sequence[bool], rows: Sequence[RowTable]
+) -> tuple[Floats, Mask]:
+    """Compute the boxes (n, 6) of bodies from rows of their primitives; `holes` says whose outside is unbounded.
 
     Return also for which of them they are known.
     """
-    primitives = [_primitive_bounds(shape, of_part) for shape, of_part in zip(leaves, rows, strict=True)]
+    primitives = [_primitive_bounds(*each) for each in zip(leaves, holes, rows, strict=True)]
     whole: _BoundNode = fold_plan(key, primitives, _combine_bounds)
     found = whole.boxes
     if found is None:
@@ -196,10 +202,10 @@ def _simple_boxes(key: Sequence[Hashable], leaves: Sequence[Shape], rows: Sequen
     return np.where(np.asarray((found[:, :3] > found[:, 3:]).any(axis=1))[:, None], EMPTY_BOX, found), whole.known
 
 
-def _primitive_bounds(shape: Shape, rows: RowTable) -> _BoundNode:
+def _primitive_bounds(shape: Shape, hole: bool, rows: RowTable) -> _BoundNode:
     boxes = box_columns(rows)
     part = _BoundPart(boxes, shape.bounds_kind, rows)
-    return _BoundNode(boxes, np.ones(len(rows), bool), _is_hole(shape), (part,))
+    return _BoundNode(boxes, np.ones(len(rows), bool), hole, (part,))
 
 
 def _is_hole(shape: Shape) -> bool:
