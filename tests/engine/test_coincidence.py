@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
+from conicoid.geometry.cell import Cell
 from conicoid.geometry.shape import Solid
 from conicoid.geometry.transform import Rotate, Scale, Translate
 from conicoid.kernels.tables import PLANE, QUADRIC, SPHERE
@@ -248,12 +249,30 @@ def test_single_surfaces_are_those_of_the_whole_body() -> None:
     shapes = [body.shape for body in walls()]
     shapes.append(co.Union(tuple(shapes[::5])).translate((0.1, 0.2, 0.3)) - shapes[1])
     shapes.append(co.Box((-9, -9, -9), (9, 9, 9)) - shapes[-1].rotate("y", 3))
+    rings = co.Revolution([(0.5, 0), (2, 0), (1, 1), (1.5, 2), (0.75, 2.5), (0.5, 1)], 30, 200).translate((0.1, 0, 3))
+    shapes.append((rings - co.Cylinder((0, 0, 0), (1, 2, 3), 0.7)).rotate((1, 2, 3), 20))
     for shape in shapes:
         count = len(lower_shape(shape).exact)
         shape.cache.pop("part")
         alone = [exact_surface(shape, number).key() for number in range(count)]
         assert "part" not in shape.cache
         assert alone == [surface.key() for surface in lower_shape(shape).exact]
+
+
+def test_primitives_of_one_form_are_asked_once_whether_their_outside_is_unbounded(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Forty wires in a block are one form, of any size and place; each of their trees would give the same answer."""
+    wires = [
+        co.Revolution([(0, 0), (0.1 + k / 512, 0), (0.1 + k / 512, 1 + k), (0, 1 + k)]).translate((k, 0, 0))
+        for k in range(40)
+    ]
+    expected = [isinstance(tree := wire.tree(), Cell) and len(tree.faces) > 1 for wire in wires]
+    asked: list[bool] = []
+    own = co.Revolution.has_unbounded_outside
+    monkeypatch.setattr(co.Revolution, "has_unbounded_outside", lambda wire: asked.append(own(wire)) or asked[-1])
+    lower([co.Body(co.Box((-1, -1, 0), (41, 1, 50)) - co.Union(tuple(wires[:20])) - co.Union(tuple(wires[20:])))])
+    assert asked == expected[:1]
 
 
 def test_crystals_of_modules_are_prepared_without_a_name_for_each(named: list[int]) -> None:

@@ -57,18 +57,49 @@ def integer_row(row: Sequence[Fraction | float]) -> list[int]:
 def integer_support(rows: Sequence[Whole], direction: Numbers) -> Fraction | float:
     """Return `half_spaces_support` of half-spaces given as rows of four integers, normal and offset (`integer_row`)."""
     if not any(direction):
-        return -math.inf if integer_support(rows, (Fraction(1), *direction[1:])) == -math.inf else Fraction(0)
-    scaled = integer_row((*direction, Fraction(1)))
-    towards, factor = scaled[:3], scaled[3]
-    bits = max((abs(value).bit_length() for row in rows for value in row), default=1)
-    # By Cramer's rule a region that is not empty has a point below 6 · 8^bits
-    far = _far_sides(towards, 1 << (3 * bits + 8))
-    found = _descend([*rows, *far], towards, _float_basis(rows, towards), 0)
-    if found is None:
-        return -math.inf
-    if any(share and plane >= len(rows) for share, plane in zip(found.shares, found.planes, strict=True)):
-        return math.inf
-    return Fraction(_dot(towards, found.point), found.unit * factor)
+        return -math.inf if _Program(rows).support((1, 0, 0)) == -math.inf else Fraction(0)
+    scaled = integer_row((*direction, 1))
+    found = _Program(rows).support(scaled[:3])
+    return found / scaled[3] if isinstance(found, Fraction) else found
+
+
+class _Program:
+    """Half-spaces as rows of four integers, and what all directions share."""
+
+    def __init__(self, rows: Sequence[Whole]) -> None:
+        self.rows = rows
+        bits = max((abs(value).bit_length() for row in rows for value in row), default=1)
+        # By Cramer's rule a region that is not empty has a point below 6 · 8^bits
+        self.far = 1 << (3 * bits + 8)
+        self.planes: list[list[float]] | None
+        try:
+            sizes = [max(map(abs, row[:3])) or 1 for row in rows]
+            self.planes = [[value / size for value in row] for row, size in zip(rows, sizes, strict=True)]
+        except OverflowError:
+            self.planes = None
+
+    def support(self, towards: Whole) -> Fraction | float:
+        """Return the support in a direction of integers, not all 0."""
+        found = _descend([*self.rows, *_far_sides(towards, self.far)], towards, self._float_basis(towards), 0)
+        if found is None:
+            return -math.inf
+        if any(share and plane >= len(self.rows) for share, plane in zip(found.shares, found.planes, strict=True)):
+            return math.inf
+        return Fraction(_dot(towards, found.point), found.unit)
+
+    def _float_basis(self, direction: Whole) -> list[int]:
+        """Return the planes that bound in a direction according to a run in floats; the far sides if floats fail."""
+        start = list(range(len(self.rows), len(self.rows) + 3))
+        if self.planes is None:
+            return start
+        try:
+            size = max(map(abs, direction))
+            towards = [u / size for u in direction]
+            far = _FAR * max(1.0, max((abs(plane[3]) for plane in self.planes), default=1.0))
+            found = _descend([*self.planes, *_far_sides(towards, far)], towards, start, _SLACK)
+        except (OverflowError, ZeroDivisionError):
+            return start
+        return start if found is None else found.planes
 
 
 def _far_sides(direction: Sequence[Any], far: Any) -> list[Sequence[Any]]:
@@ -186,10 +217,11 @@ def half_spaces_bounds(planes: Iterable[PlaneSurface]) -> BoxEnds:
     low, high = np.empty(3), np.empty(3)
     if all(sum(map(bool, row[:3])) == 1 for row in rows):
         return _box(rows)
+    program = _Program(rows)
     for i in range(3):
-        up, down = ([Fraction(sign * int(i == j)) for j in range(3)] for sign in (1, -1))
-        high[i] = round_fraction_up(integer_support(rows, up), reach)
-        low[i] = -round_fraction_up(integer_support(rows, down), reach)
+        up, down = ([sign * int(i == j) for j in range(3)] for sign in (1, -1))
+        high[i] = round_fraction_up(program.support(up), reach)
+        low[i] = -round_fraction_up(program.support(down), reach)
     return low + 0.0, high
 
 

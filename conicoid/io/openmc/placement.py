@@ -262,9 +262,12 @@ class Extent:
         lows: list[ExtentEnd] = []
         highs: list[ExtentEnd] = []
         for source, sign, shift in zip(place.turn.sources, place.turn.signs, place.shift, strict=True):
-            ends = [None if end is None else sign * end + shift for end in (self.low[source], self.high[source])]
-            lows.append(ends[0 if sign > 0 else 1])
-            highs.append(ends[1 if sign > 0 else 0])
+            low, high = self.low[source], self.high[source]
+            if sign < 0:
+                low, high = None if high is None else -high, None if low is None else -low
+            # Most shifts are 0 along an axis, and fractions are slow
+            lows.append(low + shift if shift and low is not None else low)
+            highs.append(high + shift if shift and high is not None else high)
         return Extent((lows[0], lows[1], lows[2]), (highs[0], highs[1], highs[2]))
 
     @property

@@ -251,7 +251,8 @@ def bind_surfaces(region: Region, surfaces: Mapping[int, Surface]) -> RegionPart
 def move_part(part: RegionPart, place: UniversePlacement) -> RegionPart:
     """Return a part after the turn and the shift of a placement."""
     if isinstance(part, SurfaceSide):
-        return SurfaceSide(part.surface.placed(place), part.positive)
+        surface = part.surface.placed(place)
+        return part if surface is part.surface else SurfaceSide(surface, part.positive)
     return type(part)(tuple(move_part(piece, place) for piece in part.parts))
 
 

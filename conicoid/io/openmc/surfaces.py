@@ -53,11 +53,12 @@ class FlatSurface:
             return None
 
     def placed(self, place: UniversePlacement) -> FlatSurface:
-        """Return the plane after the turn and the shift of a placement."""
-        normal = place.turn.apply(self.normal)
-        return FlatSurface(
-            normal, self.offset + sum(n * s for n, s in zip(normal, place.shift, strict=True) if n and s)
-        )
+        """Return the plane after the turn and the shift of a placement: this object where they do not move it."""
+        normal, offset = place.turn.apply(self.normal), self.offset
+        for n, s in zip(normal, place.shift, strict=True):
+            if n and s:
+                offset += s if n == 1 else n * s
+        return self if normal is self.normal and offset is self.offset else FlatSurface(normal, offset)
 
     @cached_property
     def axis(self) -> int | None:
@@ -124,11 +125,18 @@ class FlatSurface:
         return -1 if most < offset else int(least > offset)
 
     def solid(self, positive: bool = False) -> HalfSpace:
-        """Return the half-space f <= 0, or f >= 0 if `positive`."""
-        sign = -1 if positive else 1
-        x, y, z = to_floats(self.normal)
-        # + 0.0 turns -0.0 into 0.0, so that equal half-spaces have equal numbers.
-        return HalfSpace((sign * x + 0.0, sign * y + 0.0, sign * z + 0.0), sign * float(self.offset) + 0.0)
+        """Return the half-space f <= 0, or f >= 0 if `positive`: one object for each side."""
+        if positive not in self._solids:
+            sign = -1 if positive else 1
+            x, y, z = to_floats(self.normal)
+            # + 0.0 turns -0.0 into 0.0, so that equal half-spaces have equal numbers.
+            normal, offset = (sign * x + 0.0, sign * y + 0.0, sign * z + 0.0), sign * float(self.offset) + 0.0
+            self._solids[positive] = HalfSpace(normal, offset)
+        return self._solids[positive]
+
+    @cached_property
+    def _solids(self) -> dict[bool, HalfSpace]:
+        return {}
 
 
 @dataclass(frozen=True)

@@ -117,6 +117,20 @@ def test_what_is_written_is_what_stands_in_the_scene() -> None:
     assert quadric == co.Quadric(coefficients=terms)
 
 
+@pytest.mark.parametrize("normal", [(0, 0, 1), (0, 0, -1), (3, -2, 0), (1, 1, 1)])
+@pytest.mark.parametrize("shift", [(2, 3, 0), (Fraction(1, 3), 0, -7)])
+def test_a_plane_that_a_shift_does_not_move_stays_the_same_object(
+    normal: tuple[int, int, int], shift: tuple[Fraction, Fraction, Fraction]
+) -> None:
+    plane = FlatSurface(tuple(map(Fraction, normal)), Fraction(5, 7))  # type: ignore[arg-type]
+    along = [n * s for n, s in zip(normal, shift, strict=True)]
+    moved = plane.placed(UniversePlacement(shift=tuple(map(Fraction, shift))))  # type: ignore[arg-type]
+    assert (moved.normal, moved.offset) == (plane.normal, Fraction(5, 7) + sum(along))
+    assert (moved is plane) == (not any(along))
+    assert moved.solid(True) is moved.solid(True)
+    assert moved.solid(True) == co.HalfSpace([-n for n in normal], -float(moved.offset))
+
+
 def test_a_quadric_without_squares_is_its_plane() -> None:
     assert surface("quadric", "0 0 0 0 0 0 0 1 0 -2").solid() == co.HalfSpace((0, 1, 0), 2)
 
