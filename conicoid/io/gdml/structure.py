@@ -470,7 +470,7 @@ def read_divisions(structure: StructureReader, volume: LogicalVolume, element: X
     most = whole * (1 + _ROUNDING)
     # A ring may begin anywhere: ROOT writes offsets of -360 degrees
     misplaced = offset < 0 and (axis != "phi" or most < 2 * PI)
-    if width <= 0 or misplaced or not 0 < count <= MAX_COPIES or count * width + max(offset, 0) > most:
+    if width <= 0 or misplaced or not 0 < count <= MAX_COPIES or count * width + max(offset, Fraction(0)) > most:
         ends = f"{float(offset):g} + {count:,} × {float(width):g}, of {float(whole):g} (mm or radians)"
         raise GdmlError(element, f"number, width and offset must fit into the mother, got {ends}")
     base = strip_pointer(element.attributes.get("name", "") or inner.name)
