@@ -222,8 +222,8 @@ def here(side: int) -> int:
     import numpy as np
 
     import conicoid as co
-    from conicoid.queries.device_choice import device_of
     from conicoid.queries.device_arrays import upload
+    from conicoid.queries.device_choice import device_of
 
     try:
         found = device_of("test-cuda", "cuda")
