@@ -157,3 +157,14 @@ def test_ties_at_a_quotient_that_no_float_is_need_no_integers(name: str, monkeyp
     hit = co.Scene(solids).first_hit((1, -1, -2), (0, 3, 6))
     assert not asked
     assert (hit.t, hit.entering, hit.doubtful) == (t, entering, True)
+
+
+@pytest.mark.parametrize("radius", [1e-60, 1e-75, 1e-80, 1e-90, 1e-100])
+def test_rays_at_the_smallest_angles_to_thin_rods(radius: float) -> None:
+    """y = (t - 3) r along the ray, so that it is within from 2 to 4; discriminants are r⁴, below the least float."""
+    scene = co.Scene([co.Cylinder((-10, 0, 0), (10, 0, 0), radius)])
+    spans = scene.spans((-5, -3 * radius, 0), (1, radius, 0))
+    assert spans.t_enter == pytest.approx([2], rel=1e-14)
+    assert spans.t_exit == pytest.approx([4], rel=1e-14)
+    assert scene.first_hit([(-5, -3 * radius, 0)] * 70, (1, radius, 0)).t == pytest.approx(np.full(70, 2), rel=1e-14)
+    assert not scene.first_hit((-5, -3 * radius, 2 * radius), (1, radius, 0)).hit

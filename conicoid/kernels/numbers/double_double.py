@@ -189,6 +189,8 @@ class BoundedPair(NamedTuple):
 
 
 _LOST = 2.0**-98  # relative error of a product, quotient or root
+_SMALL, _UNDERFLOW = 2.0**-900, 2.0**-1060
+"""Below the first, low parts of a product, quotient or root may underflow; the second is more than that takes away."""
 
 
 @inline
@@ -205,10 +207,16 @@ def remainder(rest: float) -> BoundedPair:
 
 
 @inline
+def _is_zero(a: BoundedPair) -> bool:
+    """Return whether a number is exactly 0."""
+    return (a.high == 0.0) & (a.error == 0.0)
+
+
+@inline
 def product(x: float, y: float) -> BoundedPair:
-    """Return x y exactly."""
+    """Return x y exactly, unless it underflows."""
     p = x * y
-    return BoundedPair(p, fma(x, y, -p), 0.0)
+    return BoundedPair(p, fma(x, y, -p), 0.0 if (abs(p) >= _SMALL) | (x == 0.0) | (y == 0.0) else _UNDERFLOW)
 
 
 @inline
@@ -245,6 +253,7 @@ def times(a: BoundedPair, b: BoundedPair) -> BoundedPair:
     high, low = quick_sum(p, e)
     # Without low parts p + e is the exact product
     lost = 0.0 if (a.low == 0.0) & (b.low == 0.0) else _LOST * abs(p)
+    lost += 0.0 if (abs(p) >= _SMALL) | _is_zero(a) | _is_zero(b) else _UNDERFLOW
     # 1.0001 covers the low parts, and the rounding of the bound itself
     return BoundedPair(high, low, (abs(a.high) + a.error) * b.error * 1.0001 + abs(b.high) * a.error * 1.0001 + lost)
 
@@ -255,7 +264,8 @@ def times_float(a: BoundedPair, x: float) -> BoundedPair:
     p, q = a.high * x, a.low * x
     e, r = two_sum(fma(a.high, x, -p), q)
     high, low = quick_sum(p, e)
-    return BoundedPair(high, low, a.error * abs(x) + (abs(r) + abs(fma(a.low, x, -q))))
+    lost = 0.0 if (abs(p) >= _SMALL) | _is_zero(a) | (x == 0.0) else _UNDERFLOW
+    return BoundedPair(high, low, a.error * abs(x) + (abs(r) + abs(fma(a.low, x, -q))) + lost)
 
 
 @inline
@@ -269,7 +279,10 @@ def over(a: BoundedPair, b: BoundedPair) -> BoundedPair:
     first = a.high / b.high
     rest = minus(BoundedPair(a.high, a.low, 0.0), times_float(BoundedPair(b.high, b.low, 0.0), first))
     high, low = quick_sum(first, rest.high / b.high)
-    return BoundedPair(high, low, (a.error + abs(high) * b.error) / least * 1.0001 + _LOST * abs(high))
+    lost = 0.0 if (abs(a.high) >= _SMALL) | _is_zero(a) else _UNDERFLOW
+    under = 0.0 if (abs(high) >= _SMALL) | _is_zero(a) else _UNDERFLOW
+    error = (a.error + abs(high) * b.error + lost) / least * 1.0001 + _LOST * abs(high) + under
+    return BoundedPair(high, low, error)
 
 
 @inline
@@ -280,7 +293,8 @@ def root(a: BoundedPair) -> BoundedPair:
     rest = minus(BoundedPair(a.high, a.low, 0.0), product(first, first))
     high, low = quick_sum(first, rest.high / (2.0 * first))
     # |√x - √y| <= |x - y| / √x, and the least x is above a.high * 0.9999 - a.error
-    return BoundedPair(high, low, a.error / math.sqrt(a.high * 0.9999 - a.error) * 1.0001 + _LOST * high)
+    lost = 0.0 if a.high >= _SMALL else _UNDERFLOW
+    return BoundedPair(high, low, (a.error + lost) / math.sqrt(a.high * 0.9999 - a.error) * 1.0001 + _LOST * high)
 
 
 @inline
