@@ -213,7 +213,7 @@ def walls() -> list[co.Body]:
 
 @pytest.fixture
 def named(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """The surfaces whose exact names are asked for."""
+    """Numbers of the surfaces that get an exact name."""
     found: list[int] = []
     name = ExactBodySurfaces.name
 
@@ -304,7 +304,7 @@ def test_volumes_cut_from_another_share_its_walls_without_exact_names(named: lis
     assert not named
     inner = spans.surface[(spans.point[:, 2] > -8.9) & (spans.point[:, 2] < 8.9)]
     assert len(inner) >= 80
-    # Each wall is met by the frustum and by the block: two crossings of one surface
+    # A ray crosses each wall twice: it leaves the block and enters the frustum, by one surface
     assert (np.unique(inner, return_counts=True)[1] % 2 == 0).all()
 
 
@@ -428,7 +428,7 @@ def test_surfaces_that_agree_along_one_direction_by_chance_are_parted():
 def test_planes_through_corners_are_exact():
     """The height of a triangle's anchor over its plane, record and rest, is n·(anchor - a) in fractions.
 
-    n is the record's own normal, of which rests tell what rounding took, so both sides are exact but for 2^-106.
+    n is the normal of the record plus its remainder, so both sides are exact but for 2^-106.
     """
     rng = random.Random(5)
     shapes = [KINDS["Triangle"](rng) for _ in range(300)]

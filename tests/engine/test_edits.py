@@ -335,7 +335,7 @@ def test_a_wall_that_was_ones_high_side_and_is_its_low_side(taken):
 
 
 def test_a_wall_of_one_behind_that_was_its_low_side_and_is_its_high_side(taken):
-    """Whose record stands for a's wall both times is a wall of b: one further on, as is b when a ball is between."""
+    """A wall of b holds the record of a's wall before and after; it lies one place further on after the edit."""
     old = two(((4, 0, 0), (5, 1, 1)), ((3, 1, 4), (4.5, 2.5, 5.5)))
     old.prepare()
     new = old.moved("a", (0, 0, 8)).moved("b", (0, -1.5, -4))  # b ends where a does, at y = 1
@@ -345,7 +345,7 @@ def test_a_wall_of_one_behind_that_was_its_low_side_and_is_its_high_side(taken):
 
 
 def test_a_wall_that_stays_in_common_with_one_of_another_piece(taken):
-    """The record that stands for it stays where it is, but its row is told by how its own piece moves."""
+    """Its record stays where it is. The row follows from the shift of the piece that holds the record."""
     others = [co.Box((0, 0, 0), (1, 1, 1)).translate(at) for at in
               ((5.3, 5.1, 5.7), (8.3, 8.1, 8.7), (11.3, 12.1, 13.7), (21.3, 22.1, 23.7))]  # fmt: skip
     a, b = (co.Body(co.Box((0, 0, 0), (1, 1, 1)).translate((x, 0, 0)), name=str(x)) for x in (0, 1))

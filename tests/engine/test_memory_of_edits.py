@@ -430,7 +430,7 @@ def in_a_row() -> list[Any]:
 
 
 def after(moves: int) -> co.Scene:
-    """The scene after so many moves, each made from the one before, of which nothing is left."""
+    """Return the scene after so many moves. Nobody holds the scenes between."""
     scene = co.Scene(in_a_row())
     scene.prepare()
     for name, motion in MOVES[:moves]:

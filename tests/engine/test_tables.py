@@ -87,7 +87,7 @@ def test_tables_of_more_scenes_are_the_same_to_the_bit(monkeypatch):
         assert_same_tables(seed, monkeypatch)
 
 
-# --- Rows of the numbers that differ give what the rows written out give, whatever is asked of them
+# --- Rows of the numbers that differ equal the rows written out, by every access
 
 
 RNG = np.random.default_rng(5)
@@ -176,7 +176,7 @@ def test_one_object_that_is_used_twice_is_two() -> None:
 
 
 def test_equal_numbers_do_not_make_them_one() -> None:
-    """How many there are is told by how a body is built: the radius of a cylinder may be 1."""
+    """The number of maps depends on the kind of a body, not on its numbers: the radius of a cylinder may be 1."""
     shapes: list[Shape] = [co.Cylinder((0, 0, 0), (0, 0, 1), radius) for radius in (1, 2)]
     one, other = (co.Scene([shape])._prepared.lowered.tables for shape in shapes)
     assert len(one.map_rows) == len(other.map_rows)
@@ -242,7 +242,7 @@ BODY = (1 + 4 + 3 + 4) * WHOLE  # a program, and where it is; entry, face, maps
 PIN = 3 * WALL + 7 * PART + 10 * PLANE + 3 * BODY
 """A pin: pellet, cladding and water, of seven parts in all, with three curved walls; parts end at ten planes."""
 EDGES = 32
-"""What belongs to places along an axis, of which there are as many as the square root of the pins."""
+"""Bytes for each place along an axis; there are as many places as the square root of the pins."""
 
 
 def test_a_pin_takes_what_tells_it_from_others(tmp_path: Path) -> None:

@@ -183,7 +183,7 @@ def touches(a, b, c, d, neighbours):
 
 @pytest.mark.parametrize("size", [1.0, 1e-160, 1e150])
 def test_outlines_touch_themselves_where_fractions_say_so(size):
-    """Corners of a small grid, of which some are a unit in the last place off: thousands of edges all but touch."""
+    """Corners lie on a small grid, some a unit in the last place beside it: thousands of edges nearly touch."""
     rng = np.random.default_rng(8)
     for count in [4] * 300 + [6] * 200:
         grid = rng.integers(1, 5, (count, 2)) * np.where(rng.random((count, 2)) < 0.3, 1 + 2.0**-52, 1.0)
