@@ -1,15 +1,10 @@
 """Coincident surfaces: find the planes and quadrics that are equal, and build the scene-wide table with each once.
 
-Every surface has features: a plane four, its unit normal and its offset about the middle of the scene; a curved surface
-ten, the coefficients of its polynomial about that point, the largest of second order scaled to 1. Lengths are in a unit
-that fits the scene. The sign is the one that gives the leading three (or six) features a positive component along a
-fixed direction. The place of a surface is its component along a direction through the space of these features: equal
-surfaces have nearly equal places. Exact names decide among the surfaces that are close.
-
-Four other files decide which surfaces are equal, and none of them by other rules:
+`InputSurfaces` lists once what translated copies share, so that it is never compared. Surfaces that may be equal have
+nearly equal features (`surface_features.py`), and exact names decide among them. Three other places decide which
+surfaces are equal, and none of them by other rules:
 
 - `geometry/surface.py` gives a surface its exact name, `key`: equal surfaces have equal keys, up to the sign.
-- `prepare/input_surfaces.py` lists once what translated copies share, so that it is never compared.
 - `prepare/body_collector.py` names surfaces that share a rotation by their numbers before it (`names_before_rotation`).
 - `prepare/edits/surface_merge.py` and `prepare/edits/surface_classes.py` compare only new surfaces with the others
   after an edit; `prepare/edits/neighbour_index.py` finds the ones that are close.
@@ -17,9 +12,8 @@ Four other files decide which surfaces are equal, and none of them by other rule
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Hashable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, Protocol, TypeAlias
 
@@ -27,142 +21,180 @@ import numpy as np
 import numpy.typing as npt
 
 from .._jit.decorators import inline, kernel
-from .._util.arrays import dot_rows, ignore_fp_errors, unique_sorted, unique_with_inverse
+from .._util.arrays import dot_rows, unique_sorted, unique_with_inverse
 from ..geometry.surface import ORIGIN, UPRIGHT, Key, QuadricSurface, Surface
-from ..kernels.tables import ANCHOR_SIZE, FORM_SIZE, PLANE, QUADRIC, SPHERE, Floats, Ints, Longs, Signs, whole_quadrics
-from .pattern import row_blocks
+from ..kernels.tables import PLANE, QUADRIC, SPHERE, Floats, Ints, Longs, Signs
+from .pattern import SIZES, BodyGroup, FactoredRows, RowPlaces
+from .surface_features import CurvedFeatures, PlaneFeatures, QuadricTable, Remainders, coefficients, find_clusters
 
-# Kernels: the places of surfaces, one after the other
-Point: TypeAlias = tuple[float, float, float]
-_Ten: TypeAlias = tuple[float, float, float, float, float, float, float, float, float, float]
+# The surfaces of all bodies, grouped where equality is known without comparing records
 
-
-@inline
-def _signed_feature(before: float, place: float) -> float:
-    """Give a place the sign that makes the leading features positive."""
-    return -place if before < 0.0 else place
+_Anchors: TypeAlias = list[tuple[Floats, Ints]]
+"""For each axis the distinct coordinates of anchors, and which of them each anchor has."""
 
 
-@kernel(planes="p 7", rows="n", along="4", leading="3", places="out n")
-def put_places_of_planes(
-    planes: Floats, rows: Ints, middle: Point, unit: float, along: Floats, leading: Floats, places: Floats
-) -> float:
-    """Write the places of planes along a direction; return the largest offset, in the unit."""
-    most = 0.0
-    for i in range(len(rows)):
-        row = rows[i]
-        if not 0 <= row < len(planes):
-            continue
-        x, y, z = planes[row, 0], planes[row, 1], planes[row, 2]
-        size = math.sqrt(x * x + y * y + z * z)
-        # About the middle, offsets of near planes differ in digits that floats keep
-        p, q, r = planes[row, 4] - middle[0], planes[row, 5] - middle[1], planes[row, 6] - middle[2]
-        offset = (p * x + q * y + r * z - planes[row, 3]) / size / unit
-        # Records are scaled by powers of two, which differ between equal planes; a unit normal does not
-        x, y, z = x / size, y / size, z / size
-        most = abs(offset) if abs(offset) > most else most
-        place = x * along[0] + y * along[1] + z * along[2] + offset * along[3]
-        places[i] = _signed_feature(x * leading[0] + y * leading[1] + z * leading[2], place)
-    return most
+@dataclass
+class InputSurfaces:
+    """The surfaces of all bodies in input order; each has a lead, a surface that it certainly equals."""
+
+    kinds: Signs
+    lead: Ints
+    leads: Ints  # the surfaces that are their own lead, rising
+    is_lead: npt.NDArray[np.bool_]
+    rank: Ints  # of a lead, its number among the leads
+    row: Ints  # of a lead, its number among the leads of its kind
+    turned: Signs | None  # -1 where its record is its lead's negated; None where no record is
+
+    @classmethod
+    def of(cls, groups: Sequence[BodyGroup], places: RowPlaces) -> InputSurfaces:
+        """Collect the surfaces of the bodies of all groups."""
+        kinds, lead = np.empty(places.count, np.int8), np.arange(places.count, dtype=np.int32)
+        for group in groups:
+            at = places.rows(group, len(group.pattern.kinds))
+            kinds[at] = group.pattern.kinds
+            if isinstance(group.rows, FactoredRows):
+                for number, (_, column, _) in enumerate(group.pattern.records):
+                    if column in group.rows.leads:
+                        lead[at[:, number]] = at[group.rows.leads[column], number]
+        senses: Signs | None = None
+        for same in _group_by_form(groups, places):
+            numbers = np.concatenate([part for part, _, _ in same])
+            count, place = _number_anchors([anchors for _, anchors, _ in same])
+            least = np.full(count, places.count, np.int32)
+            np.minimum.at(least, place, numbers)
+            lead[numbers] = least[place]
+            if len({sense for _, _, sense in same}) > 1:
+                senses = np.ones(places.count, np.int8) if senses is None else senses
+                for part, _, sense in same:
+                    senses[part] = sense
+        is_lead = lead == np.arange(places.count, dtype=np.int32)
+        row = np.empty(places.count, np.int32)
+        for kind in SIZES:
+            own = is_lead & (kinds == kind)
+            row[own] = np.arange(own.sum())
+        rank = np.cumsum(is_lead, dtype=np.int32) - np.int32(1)
+        turned = None if senses is None else senses * senses[lead]
+        return cls(kinds, lead, np.flatnonzero(is_lead).astype(np.int32), is_lead, rank, row, turned)
+
+    def count(self, kind: int) -> int:
+        """Count the leads of a kind."""
+        return int((self.kinds[self.leads] == kind).sum())
+
+    def places_of(
+        self, groups: Sequence[BodyGroup], places: RowPlaces
+    ) -> Iterator[tuple[BodyGroup, int, Ints, Ints | None]]:
+        """Yield (group, which surface, its leads, their bodies) for each surface of groups of translated copies.
+
+        The bodies are None for all. In other groups every surface is a lead, and has a form of its own.
+        """
+        for group in groups:
+            if not isinstance(group.rows, FactoredRows):
+                continue
+            first = places.first[group.bodies]
+            for number in range(len(group.pattern.kinds)):
+                mine = first + number
+                lead = self.is_lead[mine]
+                which = None if lead.all() else np.flatnonzero(lead).astype(np.int32)
+                yield group, number, mine if which is None else mine[which], which
+
+    def rows_of_forms(self, groups: Sequence[BodyGroup], places: RowPlaces) -> tuple[Ints, int]:
+        """Return (for each quadric the row of its form and of its remainders, how many have rows of their own).
+
+        Own rows come first, in order; then one for each form that a whole group shares.
+        """
+        form = np.full(self.count(QUADRIC), -1, np.int32)
+        count = 0
+        for group, number, mine, _ in self.places_of(groups, places):
+            kind, column, _ = group.pattern.records[number]
+            if len(mine) and kind == QUADRIC and shares_form(group, column):
+                form[self.row[mine]] = count
+                count += 1
+        own = form < 0
+        rows = np.cumsum(own, dtype=np.int32) - np.int32(1)
+        rows[~own] = form[~own] + np.int32(own.sum())
+        return rows, int(own.sum())
+
+    def expand(self, surfaces: SurfaceTable) -> SurfaceTable:
+        """Expand a table of the leads to all input surfaces."""
+        if len(self.leads) == len(self.lead):
+            return surfaces
+        rank, count = self.rank[self.lead], len(self.leads)
+        ids = np.concatenate([surfaces.ids[:count][rank], surfaces.ids[count:]])
+        own = surfaces.senses[:count][rank] if self.turned is None else surfaces.senses[:count][rank] * self.turned
+        senses = np.concatenate([own, surfaces.senses[count:]])
+        return replace(surfaces, ids=ids, senses=senses, single=self.leads[surfaces.single])
 
 
-@inline
-def _second_order(quadrics: Floats, row: int, i: int, j: int) -> float:
-    """Return a coefficient of second order: the sum of s w_i w_j over the rows w of a quadric, with squares s."""
-    found = 0.0
-    for k in range(3):
-        found += quadrics[row, 12 + k] * quadrics[row, 3 + 3 * k + i] * quadrics[row, 3 + 3 * k + j]
-    return found
+def _group_by_form(groups: Sequence[BodyGroup], places: RowPlaces) -> list[list[tuple[Ints, _Anchors, int]]]:
+    """List (numbers, anchors, senses) of surfaces that are equal exactly where their anchors are."""
+    by_form: dict[Hashable, list[tuple[Ints, _Anchors, int]]] = {}
+    for group in groups:
+        if isinstance(group.rows, FactoredRows):
+            first = places.first[group.bodies]
+            for number, (_, column, sense) in enumerate(group.pattern.records):
+                named = group.rows.name(column)
+                if named is not None:
+                    form, anchors = named
+                    by_form.setdefault(form, []).append((first + number, anchors, int(group.rows.base[sense])))
+    return list(by_form.values())
 
 
-@inline
-def _quadric_coefficients(quadrics: Floats, row: int, middle: Point) -> _Ten:
-    """Return the coefficients of x², y², z², xy, xz, yz, x, y, z, 1 about a point; those of xy to z are halved."""
-    p, q, r = quadrics[row, 0] - middle[0], quadrics[row, 1] - middle[1], quadrics[row, 2] - middle[2]
-    x = y = z = constant = 0.0
-    for k in range(3):
-        u, v, w = quadrics[row, 3 + 3 * k], quadrics[row, 4 + 3 * k], quadrics[row, 5 + 3 * k]
-        square, linear, shift = quadrics[row, 12 + k], quadrics[row, 15 + k], -(u * p + v * q + w * r)
-        slope = square * shift + linear
-        x, y, z = x + u * slope, y + v * slope, z + w * slope
-        constant += square * (shift * shift) + 2.0 * linear * shift
-    return (
-        _second_order(quadrics, row, 0, 0), _second_order(quadrics, row, 1, 1),
-        _second_order(quadrics, row, 2, 2), _second_order(quadrics, row, 0, 1),
-        _second_order(quadrics, row, 0, 2), _second_order(quadrics, row, 1, 2), x, y, z,
-        constant - quadrics[row, 18],
-    )  # fmt: skip
+def _number_anchors(parts: Sequence[_Anchors]) -> tuple[int, npt.NDArray[np.int64]]:
+    """Number the anchors so that equal anchors have equal numbers; return (count of numbers, number of each anchor)."""
+    total = sum(len(part[0][1]) for part in parts)
+    count, number = 1, np.zeros(total, np.int64)
+    for axis in range(3):
+        columns = [part[axis] for part in parts]
+        values, place = unique_with_inverse(np.concatenate([values for values, _ in columns]))
+        ends = np.cumsum([len(values) for values, _ in columns])
+        places = np.split(place, ends[:-1])
+        index = np.concatenate([mine[which] for mine, (_, which) in zip(places, columns, strict=True)])
+        count, number = count * len(values), number * len(values) + index
+        # Compact the numbers so that the products above stay within int64.
+        if count > 2 * total:
+            values, number = unique_with_inverse(number)
+            count = len(values)
+    return count, number
 
 
-@inline
-def _ball_coefficients(spheres: Floats, row: int, middle: Point) -> _Ten:
-    """`_quadric_coefficients` of a sphere."""
-    p, q, r = spheres[row, 0] - middle[0], spheres[row, 1] - middle[1], spheres[row, 2] - middle[2]
-    return 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, -p, -q, -r, p * p + q * q + r * r - spheres[row, 3] * spheres[row, 3]
+def shares_form(group: BodyGroup, column: int) -> bool:
+    """Return whether the surfaces at a column are equal but for their anchors, and no anchor was rounded."""
+    return isinstance(group.rows, FactoredRows) and group.rows.forms.get(column) is not None
 
 
-@inline
-def _put_coefficients(
-    kind: int, row: int, spheres: Floats, quadrics: Floats, middle: Point, found: Floats, at: int
-) -> None:
-    """Write the coefficients of a curved surface, scaled so that the largest of second order is 1.
+@dataclass
+class LeadSurfaces:
+    """Exact surfaces by their numbers among the leads."""
 
-    Zeros without a record.
-    """
-    numbers = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    if kind == SPHERE:
-        if 0 <= row < len(spheres):
-            numbers = _ball_coefficients(spheres, row, middle)
-    elif 0 <= row < len(quadrics):
-        numbers = _quadric_coefficients(quadrics, row, middle)
-    size = 0.0
-    for k in range(10):
-        found[at, k] = numbers[k]
-        # By the second order, which does not depend on where the surface lies
-        size = abs(numbers[k]) if k < 6 and abs(numbers[k]) > size else size
-    size = size if size > 0.0 else 1.0
-    for k in range(10):
-        found[at, k] /= size
+    exact: ExactSurfaces
+    leads: Ints
 
+    def __getitem__(self, index: int) -> Surface:
+        return self.exact[int(self.leads[index])]
 
-@kernel(kind="n", row="n", spheres="b 4", quadrics="q 19", found="out n 10")
-def put_coefficients(kind: Signs, row: Ints, spheres: Floats, quadrics: Floats, middle: Point, found: Floats) -> None:
-    """Write (n, 10) the coefficients of x², y², z², xy, xz, yz, x, y, z, 1 about a point; those of xy to z are halved.
+    def name(self, index: int) -> tuple[Key, int]:
+        """Return the exact name of a surface, and its sense."""
+        return self.exact.name(int(self.leads[index]))
 
-    Each row is scaled so that the largest of the first six is 1.
-    """
-    for i in range(len(kind)):
-        _put_coefficients(kind[i], row[i], spheres, quadrics, middle, found, i)
+    def known_names(self, indices: Longs) -> dict[int, Hashable]:
+        """`ExactSurfaces.known_names`"""
+        return names_at(self.exact.known_names, self.leads, indices)
+
+    def leaf_names(self, indices: Longs) -> dict[int, Hashable]:
+        """`ExactSurfaces.leaf_names`"""
+        return names_at(self.exact.leaf_names, self.leads, indices)
 
 
-@kernel(
-    kind="n", row="n", spheres="b 4", quadrics="q 19", along="10", leading="6", room="out 1 10", places="out n",
-)  # fmt: skip
-def put_places_of_curved(
-    kind: Signs, row: Ints, spheres: Floats, quadrics: Floats, middle: Point, unit: float, along: Floats,
-    leading: Floats, room: Floats, places: Floats,
-) -> float:  # fmt: skip
-    """Write the places of curved surfaces along a direction.
+def group_columns(group: BodyGroup, which: Ints | None, some: slice, first: int, last: int) -> Floats:
+    """Return some columns of a block of bodies; `which` lists the bodies of the group to choose from, None: all."""
+    if which is None:
+        return group.rows[some, first:last]
+    if isinstance(group.rows, FactoredRows):
+        return group.rows.of(which[some], first, last)
+    return group.rows[which[some], first:last]
 
-    Return the largest of their linear and constant coefficients, as lengths in the unit. `room` holds the coefficients
-    of one surface.
-    """
-    most = 0.0
-    for i in range(len(kind)):
-        _put_coefficients(kind[i], row[i], spheres, quadrics, middle, room, 0)
-        before = place = 0.0
-        for k in range(6):
-            before += room[0, k] * leading[k]
-            place += room[0, k] * along[k]
-        for k in range(6, 9):
-            part = room[0, k] / unit
-            most = abs(part) if abs(part) > most else most
-            place += part * along[k]
-        constant = room[0, 9] / unit / unit  # unit² may overflow
-        length = math.sqrt(abs(constant))
-        most = length if length > most else most
-        places[i] = _signed_feature(before, place + constant * along[9])
-    return most
+
+# Planes across an axis
 
 
 @kernel(planes="p 7", rows="n", axes="out n", places="out n")
@@ -220,314 +252,6 @@ def put_first_across_axes(planes: Floats, rows: Ints, axes: Signs, places: Float
         begin = end
 
 
-# Quadrics as anchors and forms: translated copies share all numbers but their anchors
-
-
-@dataclass
-class QuadricTable:
-    """Two tables, as `Tables` has them. `quadrics[which]` assembles whole rows (n, 19) on demand."""
-
-    rows: Floats  # (n, 4) anchor, row of the form
-    forms: Floats  # (forms, 16)
-
-    @classmethod
-    def of(cls, anchors: Floats, forms: Floats) -> QuadricTable:
-        """Build a table in which each quadric has a form of its own."""
-        return cls(np.column_stack([anchors[:, :3], np.arange(len(anchors), dtype=np.float64)]), forms)
-
-    @classmethod
-    def empty(cls, form_of: Ints, forms: int) -> QuadricTable:
-        """Allocate a table of quadrics with these rows among `forms` forms; only the form numbers are filled in."""
-        rows = np.empty((len(form_of), ANCHOR_SIZE))
-        rows[:, 3] = form_of
-        return cls(rows, np.empty((forms, FORM_SIZE)))
-
-    @property
-    def form_of(self) -> Any:
-        """(n,) the row of the form of each quadric."""
-        return self.rows[:, 3].astype(np.intp)
-
-    def __len__(self) -> int:
-        return len(self.rows)
-
-    def __getitem__(self, which: Any) -> Floats:
-        return whole_quadrics(self.rows[which], self.forms)
-
-    def select(self, which: Any) -> QuadricTable:
-        """Select some quadrics; the table of forms is shared."""
-        return QuadricTable(self.rows[which], self.forms)
-
-    def compact(self) -> tuple[QuadricTable, Any]:
-        """Return the table without unused forms, and the rows of the forms that remain."""
-        used, of = unique_with_inverse(self.form_of)
-        rows = self.rows.copy()
-        rows[:, 3] = of
-        return QuadricTable(rows, self.forms[used]), used
-
-
-# Clusters of surfaces whose records are so close that they may be one; their exact names decide later
-
-# Places of equal surfaces differ by rounding alone, and agree to this.
-CLOSENESS = 1e-11
-FIRST_DIRECTION = 1.0 / np.sqrt([2.0, 3.0, 5.0, 7.0, 11.0, 13.0, 17.0, 19.0, 23.0, 29.0])
-"""A direction in which surfaces with different rational coefficients have different places."""
-SECOND_DIRECTION = 1.0 / np.sqrt([31.0, 37.0, 41.0, 43.0, 47.0, 53.0, 59.0, 61.0, 67.0, 71.0]) * np.tile([1.0, -1.0], 5)
-"""Another such direction."""
-# Places along the second direction separate clusters only at gaps a thousand times as wide as `CLOSENESS`.
-_SEPARATION = 1000 * CLOSENESS
-_ROUNDING_SHARE = 2.0**-12
-"""Share of the largest coordinate: `CLOSENESS` times it is ten times what rounding removes from a coordinate."""
-
-
-class SurfaceFeatures(Protocol):
-    """Surfaces with features, which have places along directions."""
-
-    def places(self, along: Floats, which: Any, /) -> Floats:
-        """Return the places of some surfaces (all for a slice) along a direction."""
-        ...
-
-
-@dataclass
-class PlaneFeatures:
-    """The features of some planes."""
-
-    rows: Ints
-    planes: Floats
-    middle: Point
-    unit: float = 1.0
-
-    @classmethod
-    def of(cls, rows: Ints, planes: Floats) -> PlaneFeatures:
-        """Choose the middle and the unit that fit these planes."""
-        found = cls(rows, planes, _point(planes[rows, 4:].mean(axis=0)))
-        most = put_places_of_planes(
-            planes, rows, found.middle, 1.0, FIRST_DIRECTION[:4], FIRST_DIRECTION[:3], np.empty(len(rows))
-        )
-        return replace(found, unit=_unit(most, planes[rows, 4:]))
-
-    def places(self, along: Floats, which: Any) -> Floats:
-        """`SurfaceFeatures.places`"""
-        rows = self.rows[which]
-        found = np.empty(len(rows))
-        put_places_of_planes(self.planes, rows, self.middle, self.unit, along[:4], FIRST_DIRECTION[:3], found)
-        return found
-
-
-@dataclass
-class CurvedFeatures:
-    """The features of some spheres and quadrics."""
-
-    kinds: Signs
-    rows: Ints
-    spheres: Floats
-    quadrics: QuadricTable
-    middle: Point
-    unit: float = 1.0
-
-    @classmethod
-    def of(cls, kinds: Signs, rows: Ints, spheres: Floats, quadrics: QuadricTable) -> CurvedFeatures:
-        """Choose the middle and the unit that fit these surfaces."""
-        ball = kinds == SPHERE
-        anchors = np.concatenate([spheres[rows[ball], :3], quadrics.rows[rows[~ball], :3]])
-        found = cls(kinds, rows, spheres, quadrics, _point(anchors.mean(axis=0)))
-        return replace(found, unit=_unit(found._put(FIRST_DIRECTION, kinds, rows, np.empty(len(rows))), anchors))
-
-    def _put(self, along: Floats, kinds: Signs, rows: Ints, found: Floats) -> float:
-        most, room = 0.0, np.empty((1, 10))
-        for some, own, quadrics in _in_blocks(kinds, rows, self.quadrics):
-            largest = put_places_of_curved(
-                kinds[some],
-                own,
-                self.spheres,
-                quadrics,
-                self.middle,
-                self.unit,
-                along,
-                FIRST_DIRECTION[:6],
-                room,
-                found[some],
-            )
-            most = max(most, largest)
-        return most
-
-    def places(self, along: Floats, which: Any) -> Floats:
-        """`SurfaceFeatures.places`"""
-        found = np.empty(len(self.rows[which]))
-        self._put(along, self.kinds[which], self.rows[which], found)
-        return found
-
-
-def _point(numbers: Floats) -> Point:
-    x, y, z = numbers.tolist()
-    return x, y, z
-
-
-def _unit(most: float, anchors: Floats) -> float:
-    """Return the unit that makes the largest length 1, or less where that length may be rounding noise about zero.
-
-    Planes that are all equal have no offset about their middle but the rounding of their anchors.
-    """
-    least = _ROUNDING_SHARE * float(np.abs(anchors).max(initial=0.0))
-    found = max(most, least) if least < math.inf else most
-    return found if 0 < found < math.inf else 1.0
-
-
-def coefficients(kind: Signs, row: Ints, spheres: Floats, quadrics: QuadricTable | Floats, middle: Floats) -> Floats:
-    """Return (n, 10) the coefficients of x², y², z², xy, xz, yz, x, y, z, 1 about a point; those of xy to z are halved.
-
-    Each row is scaled so that the largest of the first six is 1. `quadrics` may also be an array of whole rows.
-    """
-    result = np.empty((len(kind), 10))
-    for some, own, whole in _in_blocks(kind, row, quadrics):
-        put_coefficients(kind[some], own, spheres, whole, _point(middle), result[some])
-    return result
-
-
-def _in_blocks(kind: Signs, row: Ints, quadrics: QuadricTable | Floats) -> Iterator[tuple[slice, Ints, Floats]]:
-    """Yield blocks of curved surfaces: (which, their rows, whole rows of the quadrics among them, renumbered)."""
-    for some in row_blocks(len(kind)):
-        own, which = row[some].copy(), np.flatnonzero(kind[some] != SPHERE)
-        whole = quadrics[own[which]]
-        own[which] = np.arange(len(which), dtype=np.int32)
-        yield some, own, whole
-
-
-def find_clusters(members: Any, features: SurfaceFeatures) -> Iterable[Any]:
-    """Yield groups of members whose features agree to about 1e-11 along one direction, and nearly along a second one.
-
-    Among N members, N² 1e-11 pairs agree along one direction by chance; for millions of members these are more than can
-    be named exactly. The unrelated second direction separates such pairs: it splits at gaps a thousand times as wide,
-    which never part equal surfaces.
-    """
-    place = features.places(FIRST_DIRECTION, slice(None))
-    ordered = np.sort(place)
-    if not (np.diff(ordered) <= CLOSENESS).any():
-        return
-    order = np.argsort(place)
-    near = np.diff(place[order]) <= CLOSENESS
-    starts = np.flatnonzero(np.concatenate([[True], ~near]))
-    sizes = np.diff(np.append(starts, len(order)))
-    several = sizes > 1
-    grouped = order[np.repeat(several, sizes)]
-    across_all = features.places(SECOND_DIRECTION, grouped)
-    ends = np.cumsum(sizes[several])
-    for end, size in zip(ends.tolist(), sizes[several].tolist(), strict=True):
-        group, across = grouped[end - size : end], across_all[end - size : end]
-        sorted_ = np.argsort(across, kind="stable")
-        for part in np.split(sorted_, 1 + np.flatnonzero(np.diff(across[sorted_]) > _SEPARATION)):
-            if len(part) > 1:
-                yield members[np.sort(group[part])]
-
-
-# Clusters by the remainders as well: two rods with one axis, but for the rounding of the point where they meet, are
-# close in float64. Their exact names take a millisecond each, and a molecule has one such pair for each bond.
-
-_PAIR_CLOSENESS = 1e-24
-"""`CLOSENESS` of places in pairs of floats: these have 53 bits more, so that its margin is wider."""
-_FAR_SHARE = 2.0**-12
-"""Share of the distance from the origin below which the unit of places does not shrink: rounding stays below 2^-90."""
-
-
-class _Pairs:
-    """Sums of two float64 arrays, of about 106 bits."""
-
-    def __init__(self, high: Any, low: Any = 0.0) -> None:
-        self.high, self.low = high, low
-
-    def __add__(self, other: _Pairs) -> _Pairs:
-        high = self.high + other.high
-        back = high - self.high
-        low = (self.high - (high - back)) + (other.high - back) + (self.low + other.low)
-        return _Pairs(high + low, low - ((high + low) - high))
-
-    def __mul__(self, other: _Pairs) -> _Pairs:
-        high = self.high * other.high
-        a, b = _halves(self.high), _halves(other.high)
-        low = ((a[0] * b[0] - high) + a[0] * b[1] + a[1] * b[0]) + a[1] * b[1]
-        low = low + (self.high * other.low + self.low * other.high)
-        return _Pairs(high + low, low - ((high + low) - high))
-
-    def __neg__(self) -> _Pairs:
-        return _Pairs(-self.high, -self.low)
-
-    def __truediv__(self, other: _Pairs) -> _Pairs:
-        first = _Pairs(self.high / other.high)
-        rest = self + -(first * other)
-        return first + _Pairs(rest.high / other.high)
-
-
-def _halves(values: Any) -> tuple[Any, Any]:
-    """Split floats into two of 26 bits (Veltkamp)."""
-    high = values * 134217729.0
-    high = high - (high - values)
-    return high, values - high
-
-
-def _plane_pairs(record: list[_Pairs], middle: Point, unit: float) -> list[_Pairs]:
-    """Return the normal and the offset about a point of planes, in the unit."""
-    (*normal, height), anchor = record[:4], record[4:]
-    offset = -height
-    for k in range(3):
-        offset = offset + normal[k] * (anchor[k] + _Pairs(-middle[k]))
-    return [*normal, offset * _Pairs(1 / unit)]
-
-
-def _quadric_pairs(record: list[_Pairs], middle: Point, unit: float) -> list[_Pairs]:
-    """Return the coefficients of `put_coefficients`, not scaled, about a point in the unit."""
-    scale, zero = _Pairs(1 / unit), _Pairs(0.0)
-    place = [(record[k] + _Pairs(-middle[k])) * scale for k in range(3)]
-    second, first, constant = [zero] * 6, [zero] * 3, -record[18] * scale * scale
-    for k in range(3):
-        row, square, linear = record[3 + 3 * k : 6 + 3 * k], record[12 + k], record[15 + k] * scale
-        shift = -(row[0] * place[0] + row[1] * place[1] + row[2] * place[2])
-        slope = square * shift + linear
-        for at, (i, j) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))):
-            second[at] = second[at] + square * row[i] * row[j]
-        first = [first[i] + row[i] * slope for i in range(3)]
-        constant = constant + (slope + linear) * shift
-    return [*second, *first, constant]
-
-
-@ignore_fp_errors
-def split_clusters(close: list[Any], records: Floats, rests: Floats) -> list[Any]:
-    """Split clusters between members that certainly differ, in what rounding removed from their records, too.
-
-    Parameters
-    ----------
-    close
-        Clusters of surfaces, all planes or all quadrics.
-    records, rests
-        The records of all members, in their order, and their remainders.
-
-    """
-    is_flat = records.shape[1] == 7
-    anchors = records[:, 4:] if is_flat else records[:, :3]
-    middle = _point(anchors[0])
-    # A power of two, which rounds nothing. Far from the origin the remainders of anchors are rounded, to 2^-106 of them
-    size_of_all = max(float(np.abs(anchors - anchors[0]).max()), _FAR_SHARE * float(np.abs(anchors).max()), 1e-100)
-    unit = 2.0 ** math.ceil(math.log2(size_of_all))
-    columns = [_Pairs(high, low) for high, low in zip(records.T, rests.T, strict=True)]
-    numbers = (_plane_pairs if is_flat else _quadric_pairs)(columns, middle, unit)
-    sizes = np.array([len(cluster) for cluster in close])
-    label, begin = np.repeat(np.arange(len(close)), sizes), np.cumsum(sizes) - sizes
-    # The number of second order (of a plane, of its normal) that is largest in the first member becomes 1
-    leading = np.abs([pairs.high for pairs in numbers[: 3 if is_flat else 6]])
-    pivot = leading[:, begin].argmax(axis=0)[label]
-    of_pivot = _Pairs(
-        np.choose(pivot, [pairs.high for pairs in numbers[: len(leading)]]),
-        np.choose(pivot, [pairs.low for pairs in numbers[: len(leading)]]),
-    )
-    place, size = _Pairs(np.zeros(len(label))), np.ones(len(label))
-    for pairs, along in zip(numbers, FIRST_DIRECTION, strict=False):
-        scaled = pairs / of_pivot
-        place, size = place + scaled * _Pairs(along), np.maximum(size, np.abs(scaled.high))
-    order = np.lexsort((place.low, place.high, label))
-    step = np.diff(place.high[order]) + np.diff(place.low[order])
-    apart = (step > _PAIR_CLOSENESS * size[order][1:]) | (np.diff(label[order]) > 0)
-    members = np.concatenate(close)
-    return [np.sort(members[part]) for part in np.split(order, 1 + np.flatnonzero(apart)) if len(part) > 1]
-
-
 # The scene-wide table of surfaces: each distinct plane or quadric once
 #
 # Surfaces are rounded to float64 records. Exact surfaces (nothing rounded) with records equal to the bit are one
@@ -537,8 +261,6 @@ def split_clusters(close: list[Any], records: Floats, rests: Floats) -> list[Any
 
 # Relative tolerance of the search for bulk balls that may equal another surface
 _NEARLY = 1e-6
-_FEWEST_CLUSTERS = 16
-"""For fewer clusters exact names are as quick."""
 _CHUNK = 1 << 13
 
 
@@ -561,16 +283,6 @@ class SurfaceTable:
     def forget_numbers(self) -> None:
         """Release the ids and senses of the input surfaces."""
         self.ids, self.senses = self.ids[:0].copy(), self.senses[:0].copy()
-
-
-@dataclass
-class Remainders:
-    """What rounding removed from the numbers of each record: record plus remainder is exact to 2^-106."""
-
-    planes: Floats
-    spheres: Floats  # shorter than the table: bulk balls have no remainders
-    quadrics: Floats  # (forms, 19): quadrics of one form share it (`QuadricTable.form_of`)
-    vertices: Floats = field(default_factory=lambda: np.zeros((0, 3)))  # corners of polygons
 
 
 @dataclass
@@ -724,13 +436,13 @@ class _SurfaceMerger:
     ) -> None:
         """Merge close records by their exact names; `settled` counts the planes that are already compared."""
         distinct = np.flatnonzero(first[: self.single] == np.arange(self.single))
-        is_flat = kind[distinct] == PLANE
+        is_flat, rest = kind[distinct] == PLANE, self.raw.rest
         flat, curved = distinct[is_flat], distinct[~is_flat]
-        close = list(find_clusters(flat, PlaneFeatures.of(row[flat], planes))) if len(flat) > settled else []
+        close = find_clusters(flat, PlaneFeatures.of(row[flat], planes, rest.planes)) if len(flat) > settled else []
         if len(curved):  # bulk balls are equal to each other to the bit or not at all
             curved = np.concatenate([curved, self._balls_near(curved, first, kind, row, spheres, quadrics)])
-            close += find_clusters(curved, CurvedFeatures.of(kind[curved], row[curved], spheres, quadrics))
-        close = self._split(close, kind, row, planes, quadrics)
+            features = CurvedFeatures.of(kind[curved], row[curved], spheres, quadrics, rest.quadrics)
+            close += find_clusters(curved, features)
         tables: dict[int, Floats | QuadricTable] = {PLANE: planes, SPHERE: spheres, QUADRIC: quadrics}
 
         def record(index: int) -> tuple[bool, Floats]:
@@ -761,22 +473,6 @@ class _SurfaceMerger:
             representative[merged], turned[merged] = found[:, 0], found[:, 1]
             senses *= turned[first]
             first[:] = representative[first]
-
-    def _split(self, close: list[Any], kind: Signs, row: Ints, planes: Floats, quadrics: QuadricTable) -> list[Any]:
-        """Split clusters by `split_clusters`, where there are enough; those with spheres stay whole."""
-        if len(close) < _FEWEST_CLUSTERS:
-            return close
-        rest, result = self.raw.rest, []
-        by_kind: dict[int, list[Any]] = {PLANE: [], QUADRIC: [], SPHERE: []}
-        for cluster in close:
-            kinds = set(kind[cluster].tolist())
-            by_kind[kinds.pop() if len(kinds) == 1 else SPHERE].append(cluster)
-        for one, table, lost in ((PLANE, planes, rest.planes), (QUADRIC, quadrics, rest.quadrics)):
-            if some := by_kind[one]:
-                rows = row[np.concatenate(some)]
-                rests = lost[rows if one == PLANE else quadrics.form_of[rows]]
-                result += split_clusters(some, table[rows], rests)
-        return result + by_kind[SPHERE]
 
     def _balls_near(
         self, curved: Any, first: Any, kind: Signs, row: Ints, spheres: Floats, quadrics: QuadricTable

@@ -21,8 +21,8 @@ from ..kernels.faces import rows_of_cells
 from ..kernels.programs import cells_of_leaves, leaves_of_programs, rows_of_programs
 from ..kernels.surface.doubt import FAR, KAPPA, KAPPA_OF_BALLS, KAPPA_OF_PLANES, RELATIVE
 from ..kernels.tables import CELL, PLANE, POLYGON, QUADRIC, REGION, SHEET, SPHERE, Floats, Ints, Signs, Tables, whole
-from .coincidence import Remainders
 from .mmap_arrays import mapped_zeros, own_memory
+from .surface_features import Remainders
 
 # Kernels: every use of a surface, by a cell, a sheet or a polygon in the box of an entry, is weighed one by one.
 # They read each number once and store nothing, where arrays of all uses would be larger than the scene.

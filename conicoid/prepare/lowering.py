@@ -20,12 +20,13 @@ from ..geometry.shape import Shape
 from ..kernels.tables import Floats, Geometry, Ints, Longs, Tables, unpack_tables
 from ..materials.material import Material
 from .body_collector import BodyCollector, ExactBodySurfaces, ShapeSource
-from .coincidence import Remainders, SurfaceTable
+from .coincidence import SurfaceTable
 from .error_limits import with_limits
 from .mmap_arrays import mapped_zeros, trim_heap
 from .pattern import BOX_NUMBERS, BodyGroup, FactoredRows, Offsets, row_blocks, shift_boxes
 from .progress import AFTER_LAYOUT, AFTER_MERGING, ProgressStages
 from .row_layout import RowLayout
+from .surface_features import Remainders
 from .tables_builder import TablesBuilder
 
 

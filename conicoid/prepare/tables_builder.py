@@ -33,8 +33,17 @@ from ..kernels.tables import (
     Tables,
 )
 from ..kernels.threads import run_chunks
-from .coincidence import ExactSurfaces, QuadricTable, RawSurfaces, Remainders, SurfaceTable, concatenate, merge_surfaces
-from .input_surfaces import InputSurfaces, LeadSurfaces, group_columns, shares_form
+from .coincidence import (
+    ExactSurfaces,
+    InputSurfaces,
+    LeadSurfaces,
+    RawSurfaces,
+    SurfaceTable,
+    concatenate,
+    group_columns,
+    merge_surfaces,
+    shares_form,
+)  # fmt: skip
 from .mmap_arrays import mapped_zeros, own_memory, trim_heap
 from .pattern import (
     BOX_NUMBERS,
@@ -49,6 +58,7 @@ from .pattern import (
     RowTable,
     row_blocks,
 )
+from .surface_features import QuadricTable, Remainders
 
 
 class TableColumns:

@@ -18,7 +18,12 @@ from conicoid.geometry.transform import Rotate, Scale, Translate
 from conicoid.kernels.tables import PLANE, QUADRIC, SPHERE
 from conicoid.prepare import body_collector as contents, coincidence, lowering
 from conicoid.prepare.body_collector import ExactBodySurfaces, exact_surface
-from conicoid.prepare.coincidence import (
+from conicoid.prepare.coincidence import put_across_axes, put_first_across_axes
+from conicoid.prepare.lower_shape import lower_shape
+from conicoid.prepare.lowering import lower
+from conicoid.prepare.motion_batch import MotionBatch, MotionChains
+from conicoid.prepare.pytree import flatten, flatten_all
+from conicoid.prepare.surface_features import (
     FIRST_DIRECTION,
     SECOND_DIRECTION,
     CurvedFeatures,
@@ -26,13 +31,7 @@ from conicoid.prepare.coincidence import (
     QuadricTable,
     coefficients,
     find_clusters,
-    put_across_axes,
-    put_first_across_axes,
 )
-from conicoid.prepare.lower_shape import lower_shape
-from conicoid.prepare.lowering import lower
-from conicoid.prepare.motion_batch import MotionBatch, MotionChains
-from conicoid.prepare.pytree import flatten, flatten_all
 
 from .tapes.test_recorded import KINDS
 from .test_tables import solids_of
@@ -65,7 +64,7 @@ def test_places_of_planes():
     offsets = offsets_of(planes)
     normals = planes[:, :3] / np.linalg.norm(planes[:, :3], axis=1)[:, None]
     features = np.column_stack([normals, offsets / np.abs(offsets).max()])
-    flat = PlaneFeatures.of(np.arange(200, dtype=np.int32), planes)
+    flat = PlaneFeatures.of(np.arange(200, dtype=np.int32), planes, 0 * planes)
     assert flat.unit == pytest.approx(np.abs(offsets).max(), rel=1e-13)
     for along in (FIRST_DIRECTION, SECOND_DIRECTION):
         expected = place(features, 3, along)
@@ -97,7 +96,7 @@ def test_a_plane_has_one_place_however_it_is_written():
     others = planes.copy()
     others[:, 4:] += np.cross(planes[:, :3], rng.normal(size=(50, 3)))
     others[:, :3] *= -rng.uniform(0.5, 2, (50, 1))
-    flat = PlaneFeatures.of(np.arange(100, dtype=np.int32), np.concatenate([planes, others]))
+    flat = PlaneFeatures.of(np.arange(100, dtype=np.int32), np.concatenate([planes, others]), np.zeros((100, 7)))
     places = flat.places(FIRST_DIRECTION, slice(None))
     assert places[:50] == pytest.approx(places[50:], abs=1e-13)
     assert np.diff(np.sort(places[:50])).min() > 1e-6
@@ -125,7 +124,7 @@ def test_coefficients_and_places_of_what_is_curved():
     spheres, quadrics = rng.uniform(0.5, 2, (30, 4)), rng.normal(size=(60, 19))
     kinds = np.repeat(np.array([SPHERE, QUADRIC], np.int8), [30, 60])
     rows = np.concatenate([rng.permutation(30), rng.permutation(60)]).astype(np.int32)
-    curved = CurvedFeatures.of(kinds, rows, spheres, QuadricTable.of(quadrics, quadrics[:, 3:]))
+    curved = CurvedFeatures.of(kinds, rows, spheres, QuadricTable.of(quadrics, quadrics[:, 3:]), 0 * quadrics)
     forms = matrices_of(kinds, rows, spheres, quadrics, np.array(curved.middle))
     numbers = forms[:, (0, 1, 2, 0, 0, 1, 0, 1, 2, 3), (0, 1, 2, 1, 2, 2, 3, 3, 3, 3)]
     numbers /= np.abs(numbers[:, :6]).max(axis=1, keepdims=True)
@@ -410,6 +409,9 @@ class Rows:
     def places(self, along, which):
         return self.rows[which] @ along
 
+    def bounded_places(self, which, leads):
+        return np.column_stack([self.rows[which] @ FIRST_DIRECTION, np.zeros(len(which)), np.full(len(which), 1e-13)])
+
 
 def test_surfaces_that_agree_along_one_direction_by_chance_are_parted():
     """Rows with one place along `ALONG`: equal ones stay together, in whatever order, and others do not."""
@@ -423,6 +425,67 @@ def test_surfaces_that_agree_along_one_direction_by_chance_are_parted():
     sizes = Counter(which.tolist())
     assert sorted(len(group) for group in found) == sorted(size for size in sizes.values() if size > 1)
     assert all(len({int(which[member]) for member in group}) == 1 for group in found)
+
+
+def exact_place(kind, row, middle, scale, pivot):
+    """The place in fractions: of n·x + c, or of the polynomial, by its values at ten points."""
+    if kind == PLANE:
+        *normal, height = row[:4]
+        terms = [*normal, sum(n * (a - m) for n, a, m in zip(normal, row[4:], middle, strict=True)) - height]
+        terms[3] *= scale
+    else:
+
+        def value(*x):
+            local = [m + c / scale - a for m, c, a in zip(middle, x, row[:3], strict=True)]
+            y = [sum(w * c for w, c in zip(row[3 + 3 * k : 6 + 3 * k], local, strict=True)) for k in range(3)]
+            found = sum(s * c * c + 2 * b * c for s, b, c in zip(row[12:15], row[15:18], y, strict=True)) - row[18]
+            return found * scale * scale
+
+        unit = [tuple(int(i == k) for i in range(3)) for k in range(3)]
+        constant = value(0, 0, 0)
+        linear = [(value(*e) - value(*(-c for c in e))) / 4 for e in unit]
+        second = [(value(*e) + value(*(-c for c in e))) / 2 - constant for e in unit]
+        for i, j in ((0, 1), (0, 2), (1, 2)):
+            both = value(*(a + b for a, b in zip(unit[i], unit[j], strict=True)))
+            mixed = both - constant - second[i] - second[j] - 2 * linear[i] - 2 * linear[j]
+            second.append(mixed / 2)
+        terms = [*second, *linear, constant]
+    return sum(x * Fraction(float(w)) for x, w in zip(terms, FIRST_DIRECTION, strict=False)) / terms[pivot]
+
+
+@pytest.mark.parametrize("size", [1e-150, 1e-60, 1.0, 1e60, 1e150])
+@pytest.mark.parametrize("kind", [PLANE, QUADRIC])
+def test_bounded_places_hold_the_exact_ones(kind, size):
+    """Records of any size with remainders, many of them near others: the error bound holds, and is small."""
+    rng = np.random.default_rng(11)
+    records = rng.normal(size=(40, 7 if kind == PLANE else 19))
+    lengths = slice(3, 7) if kind == PLANE else slice(0, 3)
+    records[:, lengths] *= size
+    if kind == QUADRIC:
+        records[:, 15:18] *= size
+        records[:, 18] *= size**2
+    records[20:] = records[:20] * (1 + 2.0**-52 * rng.integers(0, 2, (20, 1)))
+    rests = records * rng.uniform(-(2.0**-54), 2.0**-54, records.shape)
+    rests[::3] = 0.0
+    rows = np.arange(40, dtype=np.int32)
+    if kind == PLANE:
+        features = PlaneFeatures.of(rows, records, rests)
+    else:
+        table = QuadricTable.of(records, records[:, 3:])
+        features = CurvedFeatures.of(np.full(40, QUADRIC, np.int8), rows, np.empty((0, 4)), table, rests)
+    found = features.bounded_places(rows, np.zeros(40, np.int64))
+    scale = Fraction(2) ** -math.frexp(features.unit)[1]
+    middle = [Fraction(m) for m in features.middle]
+    leading = records[0, :3] if kind == PLANE else coefficients(
+        np.array([QUADRIC], np.int8), rows[:1], np.empty((0, 4)), table, np.array(features.middle)
+    )[0, :6]  # fmt: skip
+    pivot = int(np.abs(leading).argmax())
+    for (high, low, error), record, rest in zip(found.tolist(), records.tolist(), rests.tolist(), strict=True):
+        row = [Fraction(x) + Fraction(y) for x, y in zip(record, rest, strict=True)]
+        off = abs(Fraction(high) + Fraction(low) - exact_place(kind, row, middle, scale, pivot))
+        assert off <= Fraction(error)
+        assert error < 1e-24 * max(1.0, abs(high))
+    assert np.isinf(features.bounded_places(rows, np.zeros(40, np.int64))[:, 2]).sum() == 0
 
 
 def test_planes_through_corners_are_exact():

@@ -50,10 +50,10 @@ from ...kernels.tables import (
     places_of,
     unpack_tables,
 )
-from ..coincidence import Remainders
 from ..error_limits import scene_size
 from ..lowering import LoweredScene
 from ..row_layout import BODIES, CORNERS, FRAMES, PLANES, QUADRICS, SPHERES, SURFACES, RowLayout
+from ..surface_features import Remainders
 from .neighbour_index import NeighbourFrame, NeighbourPlaces, surface_columns
 from .scene_splice import SplicePieces, SpliceRuns
 

@@ -17,7 +17,6 @@ import numpy as np
 from ...geometry.body import Body
 from ...kernels.tables import BALL, SPHERE, Floats, Geometry, Longs, Tables, put_sizes, unpack_tables
 from ..body_collector import BodyShapes
-from ..coincidence import Remainders
 from ..lowering import ExactTables, LoweredScene
 from ..row_layout import (
     BODIES,
@@ -32,6 +31,7 @@ from ..row_layout import (
     SURFACES,
     RowLayout,
 )
+from ..surface_features import Remainders
 from .buffer_pool import (
     EXTRA_ARRAYS,
     OF_FRAMES,

@@ -55,7 +55,6 @@ from ..bvh.builder import WIDTH, leaf_code
 from ..bvh.leaf_items import put_items
 from ..bvh.plane_groups import group_tables
 from ..bvh.trees import COSTS, Forest, SceneTrees
-from ..coincidence import Remainders
 from ..error_limits import (
     LimitMaxima,
     RecordTables,
@@ -72,6 +71,7 @@ from ..lower_shape import lower_shape
 from ..lowering import ExactTables, InstanceShapes, LazyBounds, LoweredScene, lower
 from ..mmap_arrays import mapped_zeros
 from ..pattern import SIZES, shift_boxes
+from ..surface_features import Remainders
 from ..tables_builder import WHICH_BITS
 from .buffer_pool import BufferPool, EditState, OpenBuffer, PoolMemory, SceneBuffer
 from .neighbour_index import NeighbourFrame, NeighbourPlaces, find_neighbours, surface_columns

@@ -10,7 +10,6 @@ import numpy.typing as npt
 
 from ..._util.arrays import unique_sorted, unique_with_inverse
 from ...kernels.tables import BALL, PLANE, QUADRIC, Floats, Longs, Tables
-from ..coincidence import Remainders
 from ..error_limits import (
     RecordTables,
     no_limits,
@@ -22,6 +21,7 @@ from ..error_limits import (
     with_limits,
 )
 from ..row_layout import CELLS, POLYGONS, SHEETS, RowLayout
+from ..surface_features import Remainders
 from .column_splice import ColumnSplice, TableFiller
 
 Mask = npt.NDArray[np.bool_]

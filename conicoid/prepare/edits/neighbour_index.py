@@ -16,8 +16,15 @@ import numpy as np
 import numpy.typing as npt
 
 from ...kernels.tables import QUADRIC, SPHERE, Floats, Ints, Longs, Tables
-from ..coincidence import CLOSENESS, FIRST_DIRECTION, Point, QuadricTable, put_places_of_curved, put_places_of_planes
 from ..pattern import row_blocks
+from ..surface_features import (
+    CLOSENESS,
+    FIRST_DIRECTION,
+    Point,
+    QuadricTable,
+    put_places_of_curved,
+    put_places_of_planes,
+)
 
 RecordColumns: TypeAlias = tuple[Floats, Floats, QuadricTable]
 """Tables of planes, spheres and quadrics."""

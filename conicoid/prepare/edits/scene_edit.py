@@ -19,11 +19,11 @@ from ..body_collector import BodyShapes, ExactBodySurfaces
 from ..bvh.leaf_items import put_items
 from ..bvh.tree_patch import patch_trees, put_new_groups
 from ..bvh.trees import SceneTrees
-from ..coincidence import Remainders
 from ..lowering import ExactTables, LoweredScene, lower
 from ..prepared_scene import PreparedScene, flat_rest
 from ..progress import Progress, ProgressStages
 from ..row_layout import BODIES, CORNERS, ENTRIES, FRAMES, PLANES, POLYGONS, QUADRICS, SPHERES, SURFACES
+from ..surface_features import Remainders
 from ..tables_builder import replace_ball_cells
 from .buffer_pool import BufferClaim, EditState, complete_state, keeps_classes, keeps_rows, release_memory
 from .column_splice import ColumnSplice

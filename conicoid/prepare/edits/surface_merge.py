@@ -17,8 +17,9 @@ from ..._util.arrays import is_member_sorted, unique_sorted
 from ...geometry.surface import Key, Surface
 from ...kernels.tables import PLANE, QUADRIC, SPHERE, Floats, Ints, Longs, Signs
 from ..body_collector import ExactBodySurfaces
-from ..coincidence import QuadricTable, RawSurfaces, Remainders, merge_surfaces, names_at
+from ..coincidence import RawSurfaces, merge_surfaces, names_at
 from ..row_layout import BALLS, PLANES, QUADRICS, SPHERES, SURFACES, RowLayout
+from ..surface_features import QuadricTable, Remainders
 from .neighbour_index import Marks, NeighbourFrame, NeighbourPlaces, find_neighbours, surface_columns
 from .scene_splice import SceneSplice
 
