@@ -10,12 +10,13 @@ import dataclasses
 import itertools
 import math
 import re
-from collections.abc import Callable, Iterator, Set
+from collections.abc import Callable, Iterator, Sequence, Set
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ..._util.arrays import FloatArray, Vector
 from ...geometry.bulk import Bulk, Spheres
@@ -67,7 +68,7 @@ def digits_of(relative: float) -> float:
     return ALL_DIGITS if relative <= 0 else min(max(-math.log10(relative), 0.0), ALL_DIGITS)
 
 
-def verdict(leaf: Any, motion: Motion, body: int, moved: Movement, frame: LocalFrame) -> Conditioning:
+def verdict(part: type[Shape], motion: Motion, body: int, moved: Movement, frame: LocalFrame) -> Conditioning:
     """Return the conditioning of a primitive from its worst movement.
 
     `frame` takes local coordinates to the primitive's own, and `motion` takes those to the world.
@@ -78,7 +79,7 @@ def verdict(leaf: Any, motion: Motion, body: int, moved: Movement, frame: LocalF
     point = np.array([float(ex.dot(row, own, t)) for row, t in zip(linear, shift, strict=True)])
     return Conditioning(
         body,
-        type(leaf).__name__,
+        part.__name__,
         digits_of(moved.relative),
         moved.relative,
         _number(moved.number, motion),
@@ -147,33 +148,40 @@ _STEPS = 4
 
 def ball_verdict(leaf: Sphere, motion: Motion, body: int) -> Conditioning:
     """Return the conditioning of one ball."""
-    balls = BallsConditioning.of(Spheres([leaf.center], [leaf.radius], motion=motion), body)
-    return balls.of_ball(0, leaf, ("center[0]", "center[1]", "center[2]", "radius"))
+    return BallsConditioning.of_single([leaf], motion, np.array([body])).of_ball(0)
 
 
 @dataclass(frozen=True, eq=False)
 class BallsConditioning:
-    """The worst movements of the balls of one entry, whose ids are consecutive.
+    """The worst movements of the balls of one entry, or of single ones that share a motion.
 
     shape      the entry
-    first      id of the first ball
+    bodies     (N,) ids of the balls
+    single     each ball is a body of its own
     fields     the motion's fields in the coordinates of the balls
     relative   (N,) movement in units of the diameter
     where      (N, 3) unit vector from the center to the worst place
     """
 
     shape: Spheres
-    first: int
+    bodies: npt.NDArray[np.int64]
+    single: bool
     fields: MotionFields
     relative: FloatArray
     where: FloatArray
 
     @classmethod
-    def of(cls, shape: Spheres, first: int) -> BallsConditioning:
+    def of(cls, shape: Spheres, bodies: npt.NDArray[np.int64], single: bool = False) -> BallsConditioning:
         """Compute the movements of all balls of an entry."""
         # All balls share the motion: its fields are taken once, about the origin of their coordinates
         fields = fields_of(shape.motion, LocalFrame(ex.exact_row((0.0, 0.0, 0.0)), ex.IDENTITY))
-        return cls(shape, first, fields, *ball_movements(shape.centers, shape.radii, fields))
+        return cls(shape, bodies, single, fields, *ball_movements(shape.centers, shape.radii, fields))
+
+    @classmethod
+    def of_single(cls, balls: Sequence[Sphere], motion: Motion, bodies: npt.NDArray[np.int64]) -> BallsConditioning:
+        """Compute the movements of single balls that share a motion."""
+        shape = Spheres([ball.center for ball in balls], [ball.radius for ball in balls], motion=motion)
+        return cls.of(shape, bodies, single=True)
 
     @property
     def digits(self) -> FloatArray:
@@ -189,19 +197,19 @@ class BallsConditioning:
         if most is not None and len(few) > most:
             # The worst of them, in the order of their ids
             few = np.sort(few[np.argsort(digits[few], kind="stable")[:most]])
-        for i in few.tolist():
-            names = (*(f"centers[{i}][{k}]" for k in range(3)), f"radii[{i}]")
-            yield self.of_ball(i, self.shape, names)
+        yield from map(self.of_ball, few.tolist())
 
-    def of_ball(self, i: int, leaf: Any, names: tuple[str, ...]) -> Conditioning:
-        """Return the conditioning of ball i; `names` are those of its center's coordinates and radius."""
+    def of_ball(self, i: int) -> Conditioning:
+        """Return the conditioning of ball i."""
+        center_name, radius_name = ("center", "radius") if self.single else (f"centers[{i}]", f"radii[{i}]")
         center, radius, n = self.shape.centers[i], float(self.shape.radii[i]), self.where[i]
         shares = ball_shares(center, radius, n, self.fields)
-        number = (*names, *self.fields.numbers)[int(shares.argmax())]
+        names = *(f"{center_name}[{k}]" for k in range(3)), radius_name, *self.fields.numbers
+        number = names[int(shares.argmax())]
         worst = Movement(float(self.relative[i]), number, radius * n, n, 2 * radius)
-        return verdict(
-            leaf, self.shape.motion, self.first + i, worst, LocalFrame(ex.exact_row(center.tolist()), ex.IDENTITY)
-        )
+        part = Sphere if self.single else Spheres
+        frame = LocalFrame(ex.exact_row(center.tolist()), ex.IDENTITY)
+        return verdict(part, self.shape.motion, int(self.bodies[i]), worst, frame)
 
 
 def ball_movements(centers: FloatArray, radii: FloatArray, fields: MotionFields) -> tuple[FloatArray, FloatArray]:
@@ -326,7 +334,7 @@ def conditioning(
     Parameters
     ----------
     scene : Scene
-        Its bodies are tested one by one, and `Spheres` all at once.
+        Its balls that share a motion are tested all at once, other bodies one by one.
     below : float
         Digits; bodies with as many or more are left out.
     most : int, optional
@@ -344,7 +352,7 @@ def conditioning(
             found.extend(one.below(below, most))
         elif one.digits < below:
             found.append(one)
-    return found
+    return sorted(found, key=lambda one: one.body)
 
 
 def digits(scene: SceneLike) -> FloatArray:
@@ -362,7 +370,7 @@ def digits(scene: SceneLike) -> FloatArray:
     result = np.full(scene.body_count, np.nan)
     for one in _examine_bodies(scene, math.inf, None):
         if isinstance(one, BallsConditioning):
-            result[one.first : one.first + len(one.relative)] = one.digits
+            result[one.bodies] = one.digits
         else:
             result[one.body] = one.digits
     return result
@@ -371,7 +379,7 @@ def digits(scene: SceneLike) -> FloatArray:
 def _examine_bodies(
     scene: SceneLike, below: float, progress: Progress | None
 ) -> Iterator[Conditioning | BallsConditioning]:
-    """Yield the conditioning of each body in order, of `Spheres` all at once.
+    """Yield the conditioning of each body, of `Spheres` and of balls that share a motion all at once.
 
     Empty bodies are left out, and instances that certainly have `below` digits or more.
     """
@@ -380,13 +388,17 @@ def _examine_bodies(
         return
     examiner, first = _BodyExaminer(ProbeTargets.of(lowered)), 0
     bodies = scene.bodies
+    balls: dict[Motion, dict[int, Sphere]] = {}
     good = examiner.good_instances(bodies, below) if isinstance(bodies, InstanceList) else frozenset()
     for item, body in enumerate(bodies):
         if item in good:
             first += 1
         elif isinstance(body.shape, Spheres):
-            yield BallsConditioning.of(body.shape, first)
+            yield BallsConditioning.of(body.shape, np.arange(first, first + len(body.shape)))
             first += len(body.shape)
+        elif isinstance(body.shape, Sphere):
+            balls.setdefault(body.shape.motion, {})[first] = body.shape
+            first += 1
         # Other entries of many bodies: one body at a time
         elif isinstance(body.shape, Bulk):
             for index in range(len(body.shape)):
@@ -401,6 +413,8 @@ def _examine_bodies(
             first += 1
         if progress is not None:
             progress(item + 1, len(bodies))
+    for motion, some in balls.items():
+        yield BallsConditioning.of_single([*some.values()], motion, np.array([*some]))
 
 
 def parts(shape: Shape, outer: Motion = IDENTITY_MOTION) -> Iterator[tuple[Any, Motion]]:
@@ -476,7 +490,7 @@ class _BodyExaminer:
         if isinstance(leaf, Sphere):
             return ball_verdict(leaf, motion, body)
         if isinstance(leaf, (Polygon, Triangle)):
-            return verdict(leaf, motion, body, *polygon_movement(leaf, motion))
+            return verdict(type(leaf), motion, body, *polygon_movement(leaf, motion))
         frame, own, size = self._own_frame(leaf)
         # A part of a combination, or an infinite one, counts only as far as its body reaches
         cut = not whole or not np.isfinite(own).all()
@@ -487,7 +501,7 @@ class _BodyExaminer:
         low, high = _thicken(extent, frame, leaf.is_sheet)
         part = self._prepared_part(leaf, frame, tuple(low.tolist()), tuple(high.tolist()), cut)
         displacement = movement(part, fields_of(motion, part.local.frame), leaf.is_sheet)
-        return None if displacement is None else verdict(leaf, motion, body, displacement, part.local.frame)
+        return None if displacement is None else verdict(type(leaf), motion, body, displacement, part.local.frame)
 
     def _tested_extent(self, body: int, box: Extent, motion: Motion, frame: LocalFrame, size: FloatArray) -> Extent:
         """Return the extent to test along a part's axes: its body's box; at least twice its size if it is infinite."""
