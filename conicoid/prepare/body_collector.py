@@ -24,7 +24,7 @@ from ..geometry.instances import InstanceList
 from ..geometry.primitives import HalfSpace
 from ..geometry.shape import PrimitiveSolid, Shape
 from ..geometry.surface import Key, Surface
-from ..geometry.transform import IDENTITY_MOTION, Step, Translate
+from ..geometry.transform import IDENTITY_MOTION, Rotate, Step, Transform, Translate
 from ..kernels.tables import PLANE, PLANE_SIZE, Floats, Longs
 from ..kernels.threads import run_chunks
 from ..materials.material import Material
@@ -180,7 +180,7 @@ def _names_of_surfaces(numbers: list[float], kinds: tuple[int, ...], rest: tuple
         if any(lost):
             names.append(None)
         elif kind == PLANE:
-            names.append((rest, *_anchorless_plane(record)))
+            names.append((_steps_across(rest, record[:3]), *_anchorless_plane(record)))
         else:
             names.append((rest, kind, sense, *(number + 0.0 for number in record)))
     return names
@@ -202,13 +202,39 @@ def _plane_names(leaf: Shape, first: tuple[Step, ...], rest: tuple[Step, ...]) -
     for normal, offset in rows:
         for shift in shifts:
             offset = sum((Fraction(n) * t for n, t in zip(normal, shift, strict=True) if n), Fraction(offset))
-        along = [axis for axis in range(3) if normal[axis]]
+        along, steps = [axis for axis in range(3) if normal[axis]], _steps_across(rest, normal)
         if len(along) == 1:
-            names.append((rest, along[0], Fraction(offset) / Fraction(normal[along[0]])))
+            names.append((steps, along[0], Fraction(offset) / Fraction(normal[along[0]])))
             continue
         scale = power_of_two_scale(float(max(map(abs, normal)))) * (1 if normal[along[0]] > 0 else -1)
-        names.append((rest, *(_times(x, scale) for x in (*normal, offset))))
+        names.append((steps, *(_times(x, scale) for x in (*normal, offset))))
     return names
+
+
+def _steps_across(steps: tuple[Step, ...], normal: Sequence[float]) -> tuple[Step, ...]:
+    """Return steps of a motion without their shifts along an axis that lies in a plane, where no step turns that axis.
+
+    They carry the plane to the same one: the caps of parallel wires, side by side, are one plane.
+    """
+    for axis in range(3):
+        if not normal[axis]:
+            kept = tuple(step for step in (_without_shift(step, axis) for step in steps) if step is not None)
+            steps = kept if len(kept) == len(steps) else steps
+    return steps
+
+
+def _without_shift(step: Step, axis: int) -> Step | None:
+    """Return a step without its shift along an axis; None if it may turn the axis."""
+    others = [k for k in range(3) if k != axis]
+    if isinstance(step, Translate):
+        x, y, z = (0.0 if k == axis else c for k, c in enumerate(step.offset))
+        return Translate((x, y, z))
+    if isinstance(step, Rotate):
+        return None if any(step.axis[k] for k in others) else step
+    if isinstance(step, Transform) and not any(step.matrix[axis][k] or step.matrix[k][axis] for k in others):
+        a, b, c = ((*row[:3], 0.0) if k == axis else row for k, row in enumerate(step.matrix[:3]))
+        return Transform((a, b, c, step.matrix[3]))
+    return None
 
 
 def _times(value: Any, scale: float) -> Any:

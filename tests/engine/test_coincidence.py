@@ -285,6 +285,21 @@ def test_crystals_of_modules_are_prepared_without_a_name_for_each(named: list[in
     assert len(named) < 20
 
 
+@pytest.mark.parametrize(("axis", "caps"), [("x", 2 * 40), ((1, 1e-3, 0), 2 * 120)])
+def test_caps_of_parallel_wires_are_one_plane_where_the_wires_lie_side_by_side(named, axis, caps) -> None:
+    """As detectors have them: three layers of 40 wires, one after the other along x; all are turned about x.
+
+    About another axis the same shift moves the caps, as n·s is not 0 for a shift s.
+    """
+    bodies = [
+        co.Cylinder((0, 0, -5 - k / 7), (0, 0, 5 + k / 7), 0.1).rotate(axis, 35.7).translate((x, 3.1 * k, 0.7 * k))
+        for k in range(40) for x in (-3678.601, 3577.9885, 0.1)
+    ]  # fmt: skip
+    tables = lower([co.Body(body) for body in bodies]).tables
+    assert (tables.surface_kind == PLANE).sum() == caps
+    assert not named
+
+
 def test_volumes_cut_from_another_share_its_walls_without_exact_names(named: list[int]) -> None:
     """As detectors are written: 40 turned frustums, and the block that they are cut from."""
     rng = np.random.default_rng(3)
