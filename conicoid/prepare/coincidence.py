@@ -375,13 +375,15 @@ class _SurfaceMerger:
             first[:single] = raw.repeated
         is_plain, is_fresh = np.ones(count, bool), first == np.arange(count, dtype=np.int32)
         is_plain[:single] = raw.plain
+        heads = np.arange(count, dtype=np.int32)  # of rounded surfaces the earliest with an equal record
         for k, table in ((PLANE, planes), (SPHERE, all_spheres), (QUADRIC, quadrics)):
             if _has_equal(table):
                 members = np.flatnonzero(kind == k)
                 fresh, plain = is_fresh[members], is_plain[members]
                 _merge_equal(first, members[fresh & plain], _rows_of(table, fresh & plain))
                 if (fresh & ~plain).any():
-                    self._merge_leaves(first, members[fresh & ~plain], _rows_of(table, fresh & ~plain))
+                    _merge_equal(heads, members[fresh & ~plain], _rows_of(table, fresh & ~plain))
+        self._merge_leaves(first, heads)
         first = first[first]
         # Planes across the axes are compared without exact names, which take about a millisecond each.
         flat = np.flatnonzero((kind[:single] == PLANE) & is_plain[:single])
@@ -406,11 +408,12 @@ class _SurfaceMerger:
                 rest = replace(rest, quadrics=rest.quadrics[used])
         return SurfaceTable(kind, row, planes, all_spheres, quadrics, number[first], senses, rest, chosen, raw, first)
 
-    def _merge_leaves(self, first: Any, members: Longs, table: Floats | QuadricTable) -> None:
-        """Point each member to the earliest one with an equal record that is the same surface of an equal primitive."""
-        heads = np.arange(len(first))
-        _merge_equal(heads, members, table)
-        copies = members[heads[members] != members]
+    def _merge_leaves(self, first: Any, heads: Any) -> None:
+        """Point each surface to the earliest one with an equal record that is the same surface of an equal primitive.
+
+        `heads` are these earliest ones.
+        """
+        copies = np.flatnonzero(heads != np.arange(len(heads)))
         names = self.exact.leaf_names(unique_sorted(copies, heads[copies])) if len(copies) else {}
         for copy, lead in zip(copies.tolist(), heads[copies].tolist(), strict=True):
             if copy in names and names[copy] == names.get(lead):
