@@ -207,14 +207,24 @@ def test_the_command_line_says_the_same(tmp_path: Path):
     assert "findings" not in run("info", path).stdout
 
 
-def test_a_lamp_in_a_ceiling_that_is_listed_before_it():
-    """Of two walls in one place the first is reported, so that the lamp is never seen."""
+def test_a_lamp_in_a_ceiling():
+    """Of two walls in one place the first is reported, and no light leaves an opaque body: the lamp is never seen."""
     ceiling = co.Body(co.Box((-3, -3, 2), (3, 3, 2.1)), name="ceiling")
     for sheet in (co.Disc((0, 0, 2), (0, 0, -1), 0.5), co.Triangle((0, 0, 2), (1, 0, 2), (0, 1, 2))):
         lamp = co.Body(sheet, co.glow("white"), "lamp")
         (found,) = co.check(co.Scene([ceiling, lamp]), 2000)
         assert (found.kind, found.bodies) == ("overlap", (0, 1))
-        assert found.message == "bodies 0 (ceiling) and 1 (lamp) share a wall: the second lies in it, and is never seen"
+        assert found.message.startswith(
+            "bodies 0 (ceiling) and 1 (lamp): the second lies in a wall of the first, or within"
+        )
+        for depth in (1e-6, 1e-3, 0.05, 0.1 - 1e-6):
+            buried = co.Body(sheet.translate((0, 0, depth)), co.glow("white"), "lamp")
+            for bodies in ([ceiling, buried], [buried, ceiling]):
+                (found,) = co.check(co.Scene(bodies), 2000)
+                assert found.kind == "overlap"
+                assert set(found.bodies) == {0, 1}
+            assert not co.check(co.Scene([co.Body(ceiling.shape, co.glass(1.5)), buried]), 2000)
+            assert not co.check(co.Scene([ceiling, co.Body(buried.shape, name="a sheet that is no lamp")]), 2000)
         assert not co.check(co.Scene([lamp, ceiling]), 2000)
         assert not co.check(co.Scene([ceiling, co.Body(sheet.translate((0, 0, -0.5)), name="lamp")]), 2000)
     half = co.Body(co.Disc((3, 0, 2), (0, 0, -1), 0.5), name="half of it reaches out")

@@ -168,3 +168,28 @@ def test_rays_at_the_smallest_angles_to_thin_rods(radius: float) -> None:
     assert spans.t_exit == pytest.approx([4], rel=1e-14)
     assert scene.first_hit([(-5, -3 * radius, 0)] * 70, (1, radius, 0)).t == pytest.approx(np.full(70, 2), rel=1e-14)
     assert not scene.first_hit((-5, -3 * radius, 2 * radius), (1, radius, 0)).hit
+
+
+@pytest.mark.parametrize("radius", [1e-20, 1e-33, 1e-40, 1e-100])
+def test_balls_that_are_tiny_beside_their_distance(radius: float) -> None:
+    """A ray through the very centre: its crossings are 2 r apart, less than two floats together resolve."""
+    center, rays = (0.59, 0.586, 1.02), ([(-3.1, 0.586, 1.02)] * 70, (1, 0, 0))
+    for ball in (co.Sphere(radius, center), co.Ellipsoid((radius, radius, radius), center)):
+        scene = co.Scene([ball])
+        hits, crossings = scene.first_hit(*rays), scene.crossings(*rays)
+        assert hits.t == pytest.approx(np.full(70, 3.69), rel=1e-15)
+        assert scene.occluded(*rays).all()
+        assert crossings.entering.tolist() == [True, False] * 70
+
+
+def test_curved_solids_thinner_than_the_rounding_of_their_distance() -> None:
+    """Through the middle of a lens of 1e-20, wide as 1: both its crossings are at one float, t = 5."""
+    thin, ball = co.Ellipsoid((1e-20, 1, 1), (1, 0, 0)), co.Sphere(0.1, (9, 0, 0))
+    for solid in (thin, thin.rotate("x", 30), thin | ball, co.Body(thin | ball).shape - co.Sphere(0.1, (5, 5, 5))):
+        scene = co.Scene([solid])
+        hits = scene.first_hit([(-4, 0, 0)] * 70, (1, 0, 0))
+        assert hits.t.tolist() == [5] * 70
+        assert not hits.doubtful.any()
+        assert scene.first_hit((-4, 0, 0), (1, 0, 0)).t == 5
+        assert scene.crossings([(-4, 0, 0)], (1, 0, 0)).t.tolist()[:2] == [5, 5]
+        assert scene.occluded((-4, 0, 0), (1, 0, 0))

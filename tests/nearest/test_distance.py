@@ -5,6 +5,7 @@ from __future__ import annotations
 import concurrent.futures
 import math
 import pickle
+from decimal import Decimal, localcontext
 from itertools import pairwise
 
 import numpy as np
@@ -247,3 +248,31 @@ def test_corners_and_lines_of_many_planes_have_small_errors(shape):
     assert (found.error < 1e-10).all()
     assert (found.lower >= bound.lower).all()
     assert (found.lower >= np.abs(found.distance) - 1e-10).all()
+
+
+def rim_distance(x: np.ndarray, start: tuple, end: tuple, radius: float) -> float:
+    """From a point outside to a round rod, in sixty digits."""
+    with localcontext() as context:
+        context.prec = 60
+        p, a, b = ([Decimal(float(number)) for number in point] for point in (x, start, end))
+        axis, away = [v - u for u, v in zip(a, b, strict=True)], [u - v for u, v in zip(p, a, strict=True)]
+        length = sum(u * u for u in axis).sqrt()
+        along = sum(u * v for u, v in zip(axis, away, strict=True)) / length
+        beside = max(Decimal(0), sum(u * u for u in away) - along**2).sqrt() - Decimal(radius)
+        beyond = max(-along, along - length)
+        return float((max(beside, Decimal(0)) ** 2 + max(beyond, Decimal(0)) ** 2).sqrt())
+
+
+@pytest.mark.parametrize("far", [1e6, 1e8, 1e12])
+def test_points_far_from_rods_and_balls(far: float) -> None:
+    """A far point's distance is known to the last digits: f and its terms are far larger than the radius there."""
+    x = np.random.default_rng(3).normal(size=(60, 3)) * far
+    rods = [((0, 0, 0), (0, 0, 1), 1.0), ((0, 0, 0), (1, 1, 0), 1.0), ((1, 2, 0), (2, 4, -2), 0.5)]
+    known = [(co.Cylinder(*rod), [rim_distance(point, *rod) for point in x]) for rod in rods]
+    known.append((co.Sphere(2.5, (0, -1.5, -2)), [math.dist(point, (0, -1.5, -2)) - 2.5 for point in x]))
+    for solid, true in known:
+        found, bound = co.Scene([solid]).distance(x, exact=True), co.Scene([solid]).distance(x)
+        assert (found.error <= 1e-13 * far).mean() >= 0.9
+        assert (np.abs(found.distance - true) <= found.error).all()
+        assert (found.lower >= bound.lower).all()
+        assert (found.error <= 1e-6 * far).all()

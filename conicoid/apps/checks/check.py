@@ -303,7 +303,7 @@ def _by_length(sightings: Any) -> Any:
 
 
 def _overlaps(scan: ProbeScan) -> list[Finding]:
-    """Return a finding for each pair of bodies that overlap by more than a sliver, and for sheets that lie in walls."""
+    """Return a finding for each pair of bodies that overlap by more than a sliver, and for sheets never seen."""
     findings = []
     for bodies, sighting in _by_length(scan.overlaps.items()):
         # A shorter overlap is a sliver, which `_slivers` reports
@@ -314,7 +314,8 @@ def _overlaps(scan: ProbeScan) -> list[Finding]:
             )
             findings.append(_finding_with_ray(OVERLAP, bodies, message, sighting))
     for bodies in scan.hidden:
-        message = f"{body_titles(scan.scene, bodies)} share a wall: the second lies in it, and is never seen"
+        titles = body_titles(scan.scene, bodies)
+        message = f"{titles}: the second lies in a wall of the first, or within it, and is never seen"
         findings.append(Finding(OVERLAP, bodies, message, 0.0))
     return findings
 

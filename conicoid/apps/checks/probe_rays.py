@@ -20,6 +20,7 @@ from ..._util.arrays import FloatArray
 from ...kernels.crossings import row_owners
 from ...kernels.tables import Flags, Floats, Ints, Longs
 from ...kernels.threads import run_rows
+from ...materials.color import amount_rgb
 from ...prepare.lowering import LazyBounds, LoweredScene
 
 if TYPE_CHECKING:
@@ -261,7 +262,9 @@ class ProbeScan:
     overlaps: dict[tuple[int, int], Sighting] = field(default_factory=dict)
     slivers: dict[tuple[int, int, int, int], Sighting] = field(default_factory=dict)
     covers: dict[int, int] = field(default_factory=dict)
-    """Sheet -> a body listed before it with a wall in the same place: rays report that one."""
+    """Sheet -> a body listed before it with a wall in its place, which rays report, or the opaque one around it."""
+    lamps: dict[int, bool] = field(default_factory=dict)
+    """Body -> whether it shines, of bodies that were asked."""
     seen: set[int] = field(default_factory=set)
     """Bodies that some ray reports, or would report if nothing stood before them."""
     rays: int = 0
@@ -303,15 +306,35 @@ class ProbeScan:
         return several, np.flatnonzero(close)
 
     def _covers(self, hits: Any) -> None:
-        """Collect sheets that lie in walls of bodies listed before them: of equal crossings the first is reported."""
+        """Collect sheets that are never seen: in walls of bodies listed before them, or lamps within opaque bodies."""
         ray = row_owners(hits.offsets)
         tied = np.zeros(len(ray), bool)
         tied[1:] = (ray[1:] == ray[:-1]) & (hits.t[1:] == hits.t[:-1]) & (hits.body[1:] > hits.body[:-1])
-        self.seen.update(np.unique(hits.body[~tied]).tolist())
-        rows = np.flatnonzero(tied & ~self.solid[hits.body])
+        cover = np.where(tied, np.roll(hits.body, 1), -1)
+        sheets = np.flatnonzero(~self.solid[hits.body] & ~tied)
+        lamps = sheets[[self._shines(body) for body in hits.body[sheets].tolist()]] if len(sheets) else sheets
+        if len(lamps):
+            around = hits.before[lamps]
+            opaque = [body >= 0 and not self._lets_through(body) for body in around.tolist()]
+            inside = (around == hits.after[lamps]) & opaque
+            cover[lamps[inside]] = around[inside]
+        self.seen.update(np.unique(hits.body[cover < 0]).tolist())
+        rows = np.flatnonzero((cover >= 0) & ~self.solid[hits.body])
         bodies, first = np.unique(hits.body[rows], return_index=True)
         for body, k in zip(bodies.tolist(), rows[first].tolist(), strict=True):
-            self.covers.setdefault(body, int(hits.body[k - 1]))
+            self.covers.setdefault(body, int(cover[k]))
+
+    def _shines(self, body: int) -> bool:
+        """Return whether a body is a lamp."""
+        if body not in self.lamps:
+            material = self.scene.body(body).material
+            self.lamps[body] = material is not None and max(amount_rgb(material.emission)) > 0
+        return self.lamps[body]
+
+    def _lets_through(self, body: int) -> bool:
+        """Return whether light passes through a body."""
+        material = self.scene.body(body).material
+        return material is not None and max(amount_rgb(material.transparency)) > 0
 
     def _spans(self, rays: ProbeRays) -> None:
         """Collect overlaps: spans of two bodies that have a stretch in common."""

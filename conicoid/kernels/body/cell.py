@@ -125,6 +125,7 @@ def spans_unsure(
     close = may_swap(low, t_in, nearness) | may_swap(low, t_out, nearness)
     close |= may_swap(high, t_in, nearness) | may_swap(high, t_out, nearness)
     close |= is_too_far(low, nearness) | is_too_far(high, nearness)  # the side of such a root is not certain either
+    close |= low == high  # a span that no two floats tell from a touch
     begins = (t_in < t_max) | may_swap(t_in, t_max, nearness)
     ends = (t_out > t_min) | may_swap(t_out, t_min, nearness)
     touches = may_swap(t_in, t_out, nearness)

@@ -234,7 +234,7 @@ def try_edge(geometry: Geometry, room: Neighbourhood, at: WallQuery, i: int, j: 
         nx, ny, nz, h = plane_of(planes, k)
         if abs(h) <= limit(room) * _MORE:
             _choose(room, i, j, j)
-            try_conic(geometry, room, at, 2, form, nx, ny, nz, h, error)
+            try_conic(geometry, room, at, 2, curved, form, nx, ny, nz, h, error)
     if planes.number == 2:  # where the two conics cross
         _try_line(geometry, room, at, planes, planes, i, j, j, 2)
     return False

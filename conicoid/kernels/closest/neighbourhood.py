@@ -131,7 +131,7 @@ def bisection_bound(form: SurfaceForm, axes: Axes, scale: float, plain: float) -
 @inline
 def _root_length(equation: Secular) -> float:
     """Return |v| of the nearest root; inf for none."""
-    w = nearest_root(equation)
+    w = nearest_root(equation, math.nan)
     if w == NONE:
         return math.inf
     x, y, z = place_above(equation, w)

@@ -31,6 +31,8 @@ NEAR_POLE = 2.0**-50
 _STEPS = 200
 _CLOSE = 1.0 + 2.0**-50
 NONE = -1.0  # in place of a root w: no root
+FLAT = 2.0**-40
+"""Size below which a coefficient, of terms of about 1, counts as zero."""
 
 
 class Secular(NamedTuple):
@@ -55,6 +57,16 @@ def least_bend(equation: Secular, length: float) -> Secular:
 
 
 @inline
+def flatten_secular(equation: Secular, least: float) -> Secular:
+    """Return the equation without those g_i, along axes that do not bend, which are below `least`: rounding alone."""
+    value, g0, g1, g2, a0, a1, a2 = equation
+    g0 = 0.0 if (abs(a0) <= FLAT) & (abs(g0) <= least) else g0
+    g1 = 0.0 if (abs(a1) <= FLAT) & (abs(g1) <= least) else g1
+    g2 = 0.0 if (abs(a2) <= FLAT) & (abs(g2) <= least) else g2
+    return Secular(value, g0, g1, g2, a0, a1, a2)
+
+
+@inline
 def negate_secular(equation: Secular) -> Secular:
     """Return the equation of -f."""
     value, g0, g1, g2, a0, a1, a2 = equation
@@ -71,9 +83,27 @@ def _term(g: float, beyond: float, more: float) -> tuple[float, float]:
 
 
 @inline
-def _above(e: Secular, pole: float, w: float) -> tuple[float, float]:
-    """Return (F, its slope) at s = pole + w."""
+def _far_term(g: float, a: float, beyond: float, more: float) -> tuple[float, float]:
+    """Return `_term`, less g² / a where the axis bends: the share of the value at the center."""
+    f, slope = _term(g, beyond, more)
+    if abs(a) <= FLAT:
+        return f, slope
+    q = g * (more / beyond)
+    return -q * q / a, slope
+
+
+@inline
+def _above(e: Secular, center: float, pole: float, w: float) -> tuple[float, float]:
+    """Return (F, its slope) at s = pole + w; far away from the value at the center, which is NaN elsewhere.
+
+    Far away `value` and its terms cancel: F = center + sum (g_i s / (s + a_i))² / a_i, over the axes that bend.
+    """
     s = pole + w
+    if center == center:
+        f0, d0 = _far_term(e.g0, e.a0, w + (e.a0 + pole), s)
+        f1, d1 = _far_term(e.g1, e.a1, w + (e.a1 + pole), s)
+        f2, d2 = _far_term(e.g2, e.a2, w + (e.a2 + pole), s)
+        return center - ((f0 + f1) + f2), -((d0 + d1) + d2)
     f0, d0 = _term(e.g0, w + (e.a0 + pole), s)
     f1, d1 = _term(e.g1, w + (e.a1 + pole), s)
     f2, d2 = _term(e.g2, w + (e.a2 + pole), s)
@@ -81,10 +111,11 @@ def _above(e: Secular, pole: float, w: float) -> tuple[float, float]:
 
 
 @helper
-def nearest_root(e: Secular) -> float:
+def nearest_root(e: Secular, center: float) -> float:
     """Return w of the root s = pole + w, pole = max(0, -a0), rounded so that F >= 0 holds; NONE for no root.
 
-    Relies on value > 0. |v| at that w is a lower bound of the distance: points with f < F(s) are farther away.
+    Relies on value > 0. |v| at that w is a lower bound of the distance: points with f < F(s) are farther away. `center`
+    is that of `_above`.
     """
     pole = max(0.0, -e.a0)
     slope = math.sqrt(e.g0 * e.g0 + e.g1 * e.g1 + e.g2 * e.g2)
@@ -93,11 +124,11 @@ def nearest_root(e: Secular) -> float:
     high = max(slope * (slope + math.sqrt(slope * slope + e.value)) / e.value, pole)
     # Bracket the root: F >= 0 at high, F < 0 at low
     steps = 0
-    while _above(e, pole, high)[0] < 0.0 and steps < _STEPS:
+    while _above(e, center, pole, high)[0] < 0.0 and steps < _STEPS:
         high, steps = 8.0 * high, steps + 1
     # The factor is squared each time: a root near the pole may be many orders of magnitude below
     low, factor = high, 0.5
-    while _above(e, pole, low)[0] >= 0.0 and steps < _STEPS:
+    while _above(e, center, pole, low)[0] >= 0.0 and steps < _STEPS:
         high, low, factor, steps = low, low * factor, factor * factor, steps + 1
         if low < 1e-200:
             return NONE
@@ -106,7 +137,7 @@ def nearest_root(e: Secular) -> float:
     for k in range(_STEPS):
         if high <= low * _CLOSE:
             break
-        value, slope = _above(e, pole, w)
+        value, slope = _above(e, center, pole, w)
         if value >= 0.0:
             high = w
         else:
@@ -115,7 +146,7 @@ def nearest_root(e: Secular) -> float:
         inside = (step > low) & (step < high)
         if inside & (abs(step - w) <= 2.0**-51 * w):
             w = step * (1.0 + 2.0**-50)
-            if w < high and _above(e, pole, w)[0] >= 0.0:
+            if w < high and _above(e, center, pole, w)[0] >= 0.0:
                 high = w
                 break
             w = math.sqrt(low) * math.sqrt(high)
@@ -371,5 +402,5 @@ def root_above(e: Secular) -> float:
         at = next_step(equation, at)
         if at.done == 1.0:
             w = safe_root(equation, at.w)
-            return w if w < math.inf else nearest_root(e)
-    return nearest_root(e)
+            return w if w < math.inf else nearest_root(e, math.nan)
+    return nearest_root(e, math.nan)

@@ -9,6 +9,7 @@ from ..._jit.decorators import helper, inline
 from ..numbers.vectors import dot
 from ..tables import Geometry
 from .form import (
+    ROUNDED,
     Directions,
     SurfaceForm,
     bend_times,
@@ -21,11 +22,23 @@ from .form import (
     value_along,
 )
 from .neighbourhood import Neighbourhood, equation_of, limit
-from .secular import NONE, Secular, least_bend, negate_secular, next_root, place_above, place_below, root_above
+from .secular import (
+    FLAT,
+    NONE,
+    Secular,
+    flatten_secular,
+    least_bend,
+    nearest_root,
+    negate_secular,
+    next_root,
+    place_above,
+    place_below,
+    root_above,
+)
 from .walls import CERTAIN_WALL, WallQuery, try_point
 
 _ROOTS = 6  # most stationary points of a quadric
-_FLAT = 2.0**-40  # size below which a coefficient, of terms of about 1, counts as zero
+_FAR = 2.0**-30  # the value at the center, as a share of that at the query point, below which the point is far away
 _NOWHERE = 2.0**-100  # least w of the search, as a share of the pole
 
 
@@ -73,10 +86,16 @@ def rounding_share(at: WallQuery, share: float, x: float, y: float, z: float) ->
 
 @helper
 def _try_above(
-    geometry: Geometry, room: Neighbourhood, at: WallQuery, count: int, e: Secular, frame: EquationFrame
+    geometry: Geometry,
+    room: Neighbourhood,
+    at: WallQuery,
+    count: int,
+    e: Secular,
+    frame: EquationFrame,
+    center: float,
 ) -> int:
-    """Try the nearest point of the whole surface."""
-    w = root_above(e)
+    """Try the nearest point of the whole surface; `center` is that of `nearest_root`."""
+    w = nearest_root(e, center) if center == center else root_above(e)
     if w == NONE:
         return 0
     v0, v1, v2 = place_above(e, w)
@@ -110,7 +129,7 @@ def _try_below(
 @inline
 def _center(g: float, a: float) -> float:
     """Return the place of the extremum of a parabola; 0 for a line."""
-    return -g / a if abs(a) > _FLAT else 0.0
+    return -g / a if abs(a) > FLAT else 0.0
 
 
 @helper
@@ -119,6 +138,7 @@ def try_stationary(
     room: Neighbourhood,
     at: WallQuery,
     count: int,
+    k: int,
     form: SurfaceForm,
     e: Secular,
     frame: EquationFrame,
@@ -127,24 +147,38 @@ def try_stationary(
 ) -> None:
     """Try all local minima of the distance on f = 0, whose points lie on the first `count` surfaces of room.chosen.
 
-    `over` and `back` are the equation of -f, and its frame. Besides the roots it tries the point where the gradient
-    vanishes: the apex of a cone, or the crossing of a conic that is two lines.
+    f is that of near surface k, and `form` it about the query point. `over` and `back` are the equation of -f, and its
+    frame. Besides the roots it tries the point where the gradient vanishes: the apex of a cone, or the crossing of a
+    conic that is two lines.
     """
     # About the distance, for `least_bend`
     length = abs(e.value) / (length_of(e.g0, e.g1, e.g2) + math.sqrt(abs(e.value)) + 1e-300)
     plain, other, found = least_bend(e, length), least_bend(over, length), 0
+    x, y, z = _place(frame, _center(e.g0, e.a0), _center(e.g1, e.a1), _center(e.g2, e.a2))
+    scale, center = 1.0 / form.size if form.size > 0.0 else 1.0, math.nan
+    # Far away, values about the query point are rounded by more than the surface is wide
+    about = form_at(geometry, room.surface[k], at.x + x, at.y + y, at.z + z)
+    value, error = value_along(form, x, y, z), rounding_within(form, length_of(x, y, z))
+    if abs(about.value) * scale < _FAR * abs(e.value):
+        center, moved = about.value * scale, rounding_share(at, 2.0**-50, x, y, z)
+        steep = length_of(about.gx, about.gy, about.gz)
+        value, error = about.value, about.off + (2.0 * steep + form.size * moved) * moved
+        least = ROUNDED * form.steep * scale
+        plain, other = flatten_secular(plain, least), flatten_secular(other, least)
     if e.value > 0.0:
-        found = _try_above(geometry, room, at, count, plain, frame)
+        found = _try_above(geometry, room, at, count, plain, frame, center)
     elif e.value < 0.0:
-        found = _try_above(geometry, room, at, count, other, back)
+        found = _try_above(geometry, room, at, count, other, back, -center)
     else:
         found = _try(geometry, room, at, count, frame, frame.base_x, frame.base_y, frame.base_z)
     if found == CERTAIN_WALL:
         return
-    _try_below(geometry, room, at, count, plain, frame)
-    _try_below(geometry, room, at, count, other, back)
-    x, y, z = _place(frame, _center(e.g0, e.a0), _center(e.g1, e.a1), _center(e.g2, e.a2))
-    if abs(value_along(form, x, y, z)) <= 64.0 * rounding_within(form, length_of(x, y, z)):
+    # Far outside of an ellipse there is one local minimum
+    elliptic = (e.a0 >= -FLAT) if e.value > 0.0 else (e.a2 <= FLAT)
+    if not (elliptic and center == center):
+        _try_below(geometry, room, at, count, plain, frame)
+        _try_below(geometry, room, at, count, other, back)
+    if abs(value) <= 64.0 * error:
         _try(geometry, room, at, count, frame, x, y, z)
 
 
@@ -162,7 +196,7 @@ def try_face(geometry: Geometry, room: Neighbourhood, at: WallQuery, k: int, fla
         EquationFrame(0.0, 0.0, 0.0, along, math.inf),
         EquationFrame(0.0, 0.0, 0.0, reverse_axes(along), math.inf),
     )
-    try_stationary(geometry, room, at, 1, form, e, frame, negate_secular(e), back)
+    try_stationary(geometry, room, at, 1, k, form, e, frame, negate_secular(e), back)
 
 
 @helper
@@ -171,6 +205,7 @@ def try_conic(
     room: Neighbourhood,
     at: WallQuery,
     count: int,
+    k: int,
     form: SurfaceForm,
     nx: float,
     ny: float,
@@ -178,7 +213,7 @@ def try_conic(
     h: float,
     known: float,
 ) -> None:
-    """Try the local minima of the distance to the conic f = 0, n·v = h; n is a unit vector."""
+    """Try the local minima of the distance to the conic of near surface k, f = 0, n·v = h; n is a unit vector."""
     bx, by, bz = h * nx, h * ny, h * nz
     cx, cy, cz = bend_times(form, bx, by, bz)
     gx, gy, gz = form.gx + cx, form.gy + cy, form.gz + cz
@@ -202,4 +237,4 @@ def try_conic(
     over = Secular(-value, -gv, -gu, 0.0, -q, -p, -p)
     frame = EquationFrame(bx, by, bz, Directions(ux, uy, uz, vx, vy, vz, 0.0, 0.0, 0.0), known)
     back = EquationFrame(bx, by, bz, Directions(vx, vy, vz, ux, uy, uz, 0.0, 0.0, 0.0), known)
-    try_stationary(geometry, room, at, count, form, e, frame, over, back)
+    try_stationary(geometry, room, at, count, k, form, e, frame, over, back)

@@ -295,13 +295,15 @@ def _sort(ranks: Ranks) -> None:
 
 
 @inline
-def _is_same_crossing(ranks: Ranks, i: int, j: int) -> bool:
-    """Return True if two crossings coincide: equal exact numbers, or equal numbers of one surface."""
+def _is_same_crossing(geometry: Geometry, ranks: Ranks, i: int, j: int) -> bool:
+    """Return True if two crossings coincide: equal exact numbers, or the place of one plane or touch."""
     if ranks.high[i] != ranks.high[j] or ranks.low[i] != ranks.low[j]:
         return False
-    return ranks.error[i] + ranks.error[j] == 0.0 or (
-        ranks.owner[i] == ranks.owner[j] and ranks.error[i] == ranks.error[j]
-    )
+    surface = ranks.owner[i]
+    if ranks.error[i] + ranks.error[j] == 0.0 or surface != ranks.owner[j]:
+        return ranks.error[i] + ranks.error[j] == 0.0
+    # The two roots of a ball that is tiny beside its distance may have equal numbers
+    return not is_curved(geometry, surface) or ranks.verdict[2 * surface] == TOUCHES
 
 
 @inline
@@ -346,7 +348,7 @@ def _number(geometry: Geometry, rest: RoundingRest, ranks: Ranks, ray: Ray) -> b
     order, rank, last = ranks.order, 0.0, 0
     for k in range(ranks.size[CROSSINGS]):
         this = order[k]
-        if k > 0 and not _is_same_crossing(ranks, order[k - 1], this):
+        if k > 0 and not _is_same_crossing(geometry, ranks, order[k - 1], this):
             if _is_certainly_before(ranks, last, this):
                 rank += 1.0
             elif not _is_same_ratio(geometry, rest, ranks, order[k - 1], this, ray):
