@@ -36,7 +36,7 @@ from .universe_block import (
     flatten_block,
     place_name,
 )
-from .values import VACUUM_DENSITIES, join_limited
+from .values import VACUUM_DENSITIES, is_place_name, join_limited
 
 VOID_MATERIAL = Material(
     (0.0, 0.0, 0.0), ambient=0.0, diffuse=0.0, transparency=1.0, name=VOID_NAME, properties=VACUUM_DENSITIES
@@ -292,7 +292,9 @@ class UniverseExpansion:
             found = self.geometry.material(material)
             name = self.geometry.material_names[material]
             self.looks[material] = matte(palette_color(material), name=name, properties=found.properties)
-        self.block.add(CellPiece(str(cell), path, self.looks[material], cell.id, context), material)
+        # A cell that an export wrote is at the place that its name states
+        title, path = (cell.name, ()) if is_place_name(cell.name) else (str(cell), path)
+        self.block.add(CellPiece(title, path, self.looks[material], cell.id, context), material)
 
     def _count(self, count: int, cell: UniverseCell) -> None:
         """Count bodies that a cell adds and report progress. Raise SceneFileError if there are too many."""
