@@ -21,7 +21,7 @@ from ..openmc.region import IntersectionNode, Region
 from ..openmc.values import join_limited
 from ..scene_file.nodes import shorten
 from ..xml_tree import XmlElement
-from .cards import Card, CellCard, DataCards, McnpMaterials, read_cards, read_cell_card
+from .cards import Card, CellCard, DataCards, McnpMaterials, ShortLines, read_cards, read_cell_card
 from .regions import RegionReader, join_regions, negate_region, sort_cells
 from .surfaces import SurfaceCard, SurfaceSheets, read_surface_card
 from .transformations import FrameChange
@@ -47,7 +47,19 @@ def read_deck(path: str | os.PathLike[str], root: str | os.PathLike[str] | None 
 
     None is the folder of the deck. Raise SceneFileError with all errors in it.
     """
-    return _DeckReader(path, root).read()
+    short = ShortLines()
+    try:
+        return _DeckReader(path, root, short).read()
+    except SceneFileError as error:
+        problems = [Problem(line, 1, "", hint) for line, hint in short.found.items()]
+        try:
+            _DeckReader(path, root, ShortLines(continue_cards=True)).read()
+        except SceneFileError as other:
+            problems += other.problems
+        # One mistake gives several errors where a continued line lacks blanks
+        if not short.found or len(problems) > len(error.problems):
+            raise
+    raise SceneFileError(path, sorted(problems, key=lambda problem: problem.line))
 
 
 @dataclass
@@ -55,7 +67,8 @@ class _DeckReader:
     """Reader of one deck. Numbers of broken cells and surfaces are noted, so that references report no second error."""
 
     path: str | os.PathLike[str]
-    root: str | os.PathLike[str] | None = None
+    root: str | os.PathLike[str] | None
+    short: ShortLines
     problems: list[Problem] = field(default_factory=list)
     cards: dict[int, CellCard] = field(default_factory=dict)
     data: DataCards = field(default_factory=DataCards)
@@ -71,7 +84,7 @@ class _DeckReader:
 
     def read(self) -> DeckGeometry:
         """Read the deck: transformations first, as surfaces and cells need them."""
-        deck = read_cards(self.path, self.root)
+        deck = read_cards(self.path, self.root, self.short)
         for card in deck.data:
             with self._reporting(card, card.text.split()[0]):
                 self.data.read(card)
