@@ -98,6 +98,14 @@ def limit_notes(notes: Iterable[str]) -> Iterator[str]:
         yield f"... and {more:,} more like this"
 
 
+class OmittedPart(Exception):
+    """Raised for a part of a file that is valid and left out, as no quadric bounds it, or as it encloses nothing.
+
+    The message says why, as the rest of a sentence that begins with the name of the part. The reader catches it, makes
+    a remark and reads on.
+    """
+
+
 # Options, the same for every format
 
 

@@ -47,7 +47,7 @@ class Dispersion:
         ValueError
             Outside of `range`, with the wavelength.
         """
-        w = check_wavelengths(self._label, wavelength)
+        w = (check_light if self.range is None else check_wavelengths)(self._label, wavelength)
         if self.range is not None and w.size:
             low, high = self.range
             # Rounding must not exclude the ends of the range.
@@ -55,7 +55,7 @@ class Dispersion:
             if bad.size:
                 raise ValueError(
                     f"{self._label}: wavelength must be in [{low:g}, {high:g}] μm, where its index was measured, "
-                    f"got {bad.flat[0]:g}{_in_nanometres(bad.flat[0])}"
+                    f"got {bad.flat[0]:g}{_other_unit(bad.flat[0])}"
                 )
         return np.asarray(self._of(w))[()]
 
@@ -86,6 +86,7 @@ class Dispersion:
             low, high = check_row(self._title, "range", self.range, 2)
             if not 0 < low < high:
                 raise ValueError(f"{self._title}: range must be two rising wavelengths > 0, got {self.range}")
+            check_light(self._title, low)
             object.__setattr__(self, "range", (low, high))
         for name in ("name", "source"):
             value = getattr(self, name)
@@ -239,6 +240,7 @@ class Tabulated(Dispersion):
         k = None if self.k is None else check_row("Tabulated", "k", self.k)
         if any(not a < b for a, b in zip((0.0, *w), w, strict=False)):
             raise ValueError("Tabulated: wavelengths must be > 0 and rising")
+        check_light("Tabulated", w[0])
         for name, values, least in (("n", n, "> 0"), ("k", k, ">= 0")):
             if values is None:
                 continue
@@ -342,18 +344,20 @@ def check_wavelengths(owner: str, wavelength: Any) -> Any:
 
 
 def check_light(owner: str, wavelength: Any) -> Any:
-    """Return wavelengths of light, below 100 μm: larger numbers are in nm. Raise ValueError with the owner."""
+    """Return wavelengths of light or X-rays, from 1e-5 to 100 μm. Raise ValueError for others: they are in nm or m."""
     w = check_wavelengths(owner, wavelength)
-    large = w[w >= 100]
-    if large.size:
+    strange = w[(w < 1e-5) | (w >= 100)]
+    if strange.size:
         wanted = "wavelength must be in μm, 0.5876 for the line d"
-        raise ValueError(f"{owner}: {wanted}, got {large.flat[0]:g}{_in_nanometres(large.flat[0])}")
+        raise ValueError(f"{owner}: {wanted}, got {strange.flat[0]:g}{_other_unit(strange.flat[0])}")
     return w
 
 
-def _in_nanometres(wavelength: float) -> str:
-    """Return a hint if a wavelength is most likely in nm."""
-    return f"; {wavelength:g} nm are {wavelength / 1000:g}" if wavelength >= 100 else ""
+def _other_unit(wavelength: float) -> str:
+    """Return a hint if a wavelength is most likely in nm or m."""
+    if wavelength >= 100:
+        return f"; {wavelength:g} nm are {wavelength / 1000:g}"
+    return f"; {wavelength:g} m are {wavelength * 1e6:g}" if wavelength < 1e-5 else ""
 
 
 def check_index(owner: str, value: Any) -> Index:
@@ -395,7 +399,7 @@ def index_at(value: Any, wavelength: Any) -> Any:
         value = glasses[value]
     if isinstance(value, Dispersion):
         return value(wavelength)
-    w = check_wavelengths("refractive_index", wavelength)
+    w = check_light("refractive_index", wavelength)
     if not callable(value):
         return np.full(w.shape, float(value))[()]
     index = np.asarray(value(w))

@@ -286,6 +286,19 @@ def test_wavelengths_in_nanometres_are_refused():
     ):
         with pytest.raises(ValueError, match="Coating: wavelength must be in μm.*550 nm are 0.55"):
             call()
+    for index in (1.5, co.optics.Cauchy((1.5, 0.004)), lambda w: 1.5 + 0 * w):
+        with pytest.raises(ValueError, match="wavelength must be in μm.*550 nm are 0.55"):
+            co.optics.index_at(index, [0.5, 550])
+        with pytest.raises(ValueError, match="wavelength must be in μm.*5.5e-07 m are 0.55"):
+            co.optics.index_at(index, 5.5e-7)
+    tables = (
+        lambda: co.optics.Tabulated((550, 700), (1.5, 1.4)),
+        lambda: co.optics.Tabulated((550,), (1.5,)),
+        lambda: co.optics.Cauchy((1.5,), range=(550, 700)),
+    )
+    for table in tables:
+        with pytest.raises(ValueError, match="wavelength must be in μm.*550 nm are 0.55"):
+            table()
 
 
 # --- hits.before and hits.after: which body a ray is in on both sides of a wall

@@ -23,6 +23,7 @@ from ...geometry.transform import IDENTITY_MOTION, Motion, Rotate, Step, Transfo
 from ...materials.material import Material
 from ..openmc.placement import Rows, invert_rows
 from ..openmc.region import HalfSpaceNode, IntersectionNode, Region, list_half_spaces
+from ..openmc.values import read_title
 from ..scene_file.scene_file import WritableScene
 from .exporters import (
     ExportBody,
@@ -246,7 +247,7 @@ class OpenmcMaterialWriter:
 
     def _element(self, material: Material, number: int) -> list[str]:
         properties = dict(material.properties)
-        name = f" name={quoteattr(printable(material.name))}" if material.name else ""
+        name = f" name={_quote(material.name)}" if material.name else ""
         attributes = "".join(
             f' {key}="{format_number(float(properties[key]))}"'
             for key in ("temperature", "volume")
@@ -261,13 +262,11 @@ class OpenmcMaterialWriter:
         for kind in ("ao", "wo"):
             if isinstance(properties.get(kind), Mapping):
                 for nuclide, share in properties[kind].items():
-                    lines.append(
-                        f'  <nuclide name={quoteattr(printable(nuclide))} {kind}="{format_number(float(share))}"/>'
-                    )
+                    lines.append(f'  <nuclide name={_quote(nuclide)} {kind}="{format_number(float(share))}"/>')
         for kind in ("sab", "macroscopic"):
             names = properties.get(kind, ())
             for each in (names,) if isinstance(names, str) else names:
-                lines.append(f"  <{kind} name={quoteattr(printable(str(each)))}/>")
+                lines.append(f"  <{kind} name={_quote(str(each))}/>")
         rest = sorted(set(properties) - _WRITTEN_PROPERTIES - ({"id"} if properties.get("id") == number else set()))
         if rest:
             names = ", ".join(map(str, rest[:4]))
@@ -312,8 +311,6 @@ def _is_number(value: Any) -> bool:
 
 # The model: surfaces, and cells in universes.
 
-# The name that the importer gives to a body: the number of its cell, and its name.
-_CELL_TITLE = re.compile(r"cell (\d{1,9})(?: '(.*)')?\Z")
 _ROOT_UNIVERSE = 0
 
 
@@ -476,11 +473,11 @@ def _cell_lines(
 
     Shifts are multiplied by a factor.
     """
-    titles = [_CELL_TITLE.match(cell.item.name) for cell in cells]
+    titles = [read_title(cell.item.name) for cell in cells]
     used_ids: set[int] = set()
     numbers: list[int | None] = []
     for title in titles:
-        number = int(title[1]) if title and int(title[1]) > 0 else None
+        number = title[0] if title and title[0] > 0 else None
         # Names that `co.Body` was given may look like those of an importer, and then occur twice
         numbers.append(None if number in used_ids else number)
         used_ids |= {number} if number is not None else set()
@@ -499,13 +496,21 @@ def _cell_lines(
     for cell, title, number in zip(cells, titles, numbers, strict=True):
         lead_to(cell.universe)
         # The number of the cell is its id again, and the rest of the title its name
-        keeps = title is not None and number is not None
-        name = (title[2] if title else None) if keeps else cell.item.name
-        title_text = f" name={quoteattr(printable(name))}" if name else ""
+        name = title[1] if title is not None and number is not None else cell.item.name
+        title_text = f" name={_quote(name)}" if name else ""
         which = number if number is not None else next(free)
         attributes = f'{_universe(cell.universe)} material="{materials.number(cell.item)}"{_region(cell.region)}'
         lines.append(f'<cell id="{which}"{title_text}{attributes}/>')
     return lines
+
+
+# What XML cannot hold, and other controls
+_CONTROLS = re.compile(r"[\x00-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff]")
+
+
+def _quote(text: str) -> str:
+    """Return a text as the value of an attribute, in quotes; controls and lone surrogates are escaped."""
+    return quoteattr(_CONTROLS.sub(lambda match: printable(match[0]), text))
 
 
 def _universe(number: int) -> str:

@@ -3,7 +3,7 @@
 First the geometry of planes and convex polyhedra, then solids with ruled sides (twisted tubes, twisted trapezoids),
 then the readers of boxes, trapezoids, parallelepipeds, tetrahedra, arb8 and tessellated solids. Each reader returns a
 `SolidFactory`, which builds the solid translated by a shift. Lengths are in mm, angles in degrees. Wrong attributes
-raise GdmlError or ValueError; solids that cannot be built from quadrics raise UnsupportedGdml.
+raise GdmlError or ValueError; solids that cannot be built from quadrics raise OmittedPart.
 """
 
 from __future__ import annotations
@@ -22,11 +22,12 @@ from ...geometry.polyhedron import Mesh, Polyhedron
 from ...geometry.primitives import Box
 from ...geometry.shape import Difference, Intersection, Solid, Union
 from ...numerics.portable_math import sin_cos_degrees
+from ..importers import OmittedPart
 from ..openmc.placement import Point, shift_point
 from ..xml_tree import XmlElement
 from .round_solids import quadric_about_z, slab
 from .solid_template import SolidFactory
-from .values import MAX_CONVEX_FACES, GdmlError, GdmlValues, UnsupportedGdml, look_up, read_reference
+from .values import MAX_CONVEX_FACES, GdmlError, GdmlValues, look_up, read_reference
 
 _FLATNESS = Fraction(1, 100_000)
 """Largest distance of a corner from the plane of its face, as a share of the size of the face."""
@@ -34,7 +35,7 @@ FacePlane = tuple[Point, Fraction]
 """(outward normal, offset): normal·p <= offset inside."""
 
 
-class NonPlanarFace(UnsupportedGdml):
+class NonPlanarFace(OmittedPart):
     """Raised for a face that is not flat."""
 
 
@@ -110,7 +111,7 @@ def convex_solid(corners: Sequence[Point], faces: Sequence[Sequence[int]]) -> So
     ------
     ValueError
         The solid has no volume.
-    UnsupportedGdml
+    OmittedPart
         The solid is not convex, or a face is not flat.
 
     """
@@ -125,7 +126,7 @@ def convex_solid(corners: Sequence[Point], faces: Sequence[Sequence[int]]) -> So
         most = max(dot(normal, corner) for corner in corners)
         # Corners that rounding puts before a face by less than the tolerance of flatness do not make a solid concave
         if most - offset > 2 * _FLATNESS * size * max(map(abs, normal)):
-            raise UnsupportedGdml("it is not convex")
+            raise OmittedPart("it is not convex")
     if len(planes) < 4:
         raise ValueError("it must enclose a volume")
     return polyhedron_factory(planes)
@@ -142,7 +143,7 @@ def convex_planes(corners: Sequence[Point], faces: Sequence[Sequence[int]]) -> l
     for face in faces:
         try:
             plane = fit_plane([corners[k] for k in face], inside)
-        except UnsupportedGdml:
+        except OmittedPart:
             return None
         # Exact here: a mesh whose faces are only nearly flat keeps its triangles, which are what the file describes
         if plane is None or any(dot(plane[0], corners[k]) != plane[1] for k in face):
@@ -261,7 +262,7 @@ def ruled_solid(low: Sequence[PlanePoint], high: Sequence[PlanePoint], half: Fra
     ------
     ValueError
         The solid has no volume.
-    UnsupportedGdml
+    OmittedPart
         A section between the ends is not convex.
 
     """
@@ -278,7 +279,7 @@ def ruled_solid(low: Sequence[PlanePoint], high: Sequence[PlanePoint], half: Fra
         raise ValueError("it must enclose a volume")
     for first, second in zip(edges, [*edges[1:], edges[0]], strict=True):
         if not first.turns_left(second):
-            raise UnsupportedGdml("a section of it between its ends is not convex")
+            raise OmittedPart("a section of it between its ends is not convex")
     ends: list[FacePlane] = [((_ZERO, _ZERO, -_ONE), half), ((_ZERO, _ZERO, _ONE), half)]
     sides = [plane for edge in edges if (plane := edge.plane(half)) is not None]
     flat = polyhedron_factory([*ends, *sides, *_bounding_planes([*low, *high])])
@@ -518,7 +519,7 @@ def _is_convex_mesh(vertices: list[Point], faces: list[tuple[int, ...]]) -> bool
 def closed_mesh(vertices: list[Point], faces: list[tuple[int, ...]]) -> SolidFactory:
     """Return the factory of a closed surface whose faces have one sense; the sense is reversed if it is inward.
 
-    The factory raises UnsupportedGdml if the surface is not closed.
+    The factory raises OmittedPart if the surface is not closed.
     """
     volume = Fraction(0)
     for face in faces:
@@ -538,4 +539,4 @@ def _mesh(vertices: list[Point], faces: tuple[tuple[int, ...], ...], shift: Poin
     try:
         return Mesh(points, faces)
     except ValueError as error:
-        raise UnsupportedGdml(f"its faces are no closed surface: {error}") from None
+        raise OmittedPart(f"its faces are no closed surface: {error}") from None

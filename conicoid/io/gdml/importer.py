@@ -28,7 +28,7 @@ from ...geometry.revolution import Revolution
 from ...geometry.shape import Difference, Intersection, Solid, Union
 from ...geometry.transform import IDENTITY_MOTION, Motion
 from ...materials.material import Material
-from ..importers import BodyLimits, ImportOptions, ImportResult, LegendEntry, limit_notes, select_bodies
+from ..importers import BodyLimits, ImportOptions, ImportResult, LegendEntry, OmittedPart, limit_notes, select_bodies
 from ..openmc.placement import (
     NO_TURN,
     ORIGIN,
@@ -47,7 +47,7 @@ from .materials import GAS_DENSITY, GdmlMaterial, MaterialTable, read_materials
 from .solid_template import SolidTemplate
 from .solids import SolidTable, read_solids
 from .structure import LogicalVolume, StructureReader
-from .values import GdmlError, GdmlReader, UnsupportedGdml, local_tag, look_up, read_defines, read_reference
+from .values import GdmlError, GdmlReader, local_tag, look_up, read_defines, read_reference
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ class VolumePiece(BlockPiece):
     def solid_at(self, shift: Shift) -> Solid:
         """Build the solid less the solids placed in it, with the block translated by `shift`.
 
-        Raise UnsupportedGdml, ValueError or OverflowError if the numbers make no solid there.
+        Raise OmittedPart, ValueError or OverflowError if the numbers make no solid there.
         """
         own, *others = (template.at(place.moved(shift)) for template, place in (self.own, *self.displaced))
         return Difference((own, *others)) if others else own
@@ -157,7 +157,7 @@ class VolumeBodies(BlockBodies[VolumePiece]):
         """Build a volume less its daughters, translated by a shift. Raise ValueError if it cannot be built there."""
         try:
             return self._pieces[kind].solid_at(shift)
-        except UnsupportedGdml as left:
+        except OmittedPart as left:
             raise ValueError(str(left)) from None
 
     def is_rigid(self, kind: int) -> bool:

@@ -3,7 +3,7 @@
 Polycones revolve an outline of (r, z); polyhedra replace the circle by a polygon of `numsides` sides; <xtru> sweeps an
 outline of (x, y) through sections along z. Each public reader returns a `SolidFactory`, which builds the solid
 translated by a shift. Lengths are in mm, angles in degrees. Wrong attributes raise GdmlError; outlines that no solid
-has raise UnsupportedGdml.
+has raise OmittedPart.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from typing import cast
 from ...geometry.polyhedron import Extrusion
 from ...geometry.shape import Difference, Solid, Union
 from ...numerics.portable_math import sin_cos_degrees
+from ..importers import OmittedPart
 from ..openmc.placement import ORIGIN, Point, UniversePlacement
 from ..xml_tree import XmlElement
 from . import flat_solids, round_solids
@@ -36,7 +37,6 @@ from .values import (
     GdmlError,
     GdmlReader,
     GdmlValues,
-    UnsupportedGdml,
     compose_rotations,
     local_tag,
     look_up,
@@ -82,7 +82,7 @@ def _stack(outline: ProfileCorners, rings: Sequence[ProfileCorners], angles: Ang
 def read_zplanes(values: GdmlValues) -> list[ZPlane]:
     """Return (z, rmin, rmax) of the zplane elements, in rising z.
 
-    Raise GdmlError for fewer than two planes or rmin > rmax, and UnsupportedGdml for planes in no order.
+    Raise GdmlError for fewer than two planes or rmin > rmax, and OmittedPart for planes in no order.
     """
     planes = []
     for element in values.element.all("zplane"):
@@ -98,7 +98,7 @@ def read_zplanes(values: GdmlValues) -> list[ZPlane]:
     if heights == sorted(heights, reverse=True):
         planes.reverse()
     elif heights != sorted(heights):
-        raise UnsupportedGdml("its zplane elements neither rise nor fall in z")
+        raise OmittedPart("its zplane elements neither rise nor fall in z")
     return planes
 
 
@@ -119,7 +119,7 @@ def _revolve_outline(corners: ProfileCorners, angles: AngleRange, shift: Point) 
     try:
         return revolve_profile(corners, angles, shift)
     except ValueError as error:
-        raise UnsupportedGdml(f"its rzpoint elements make no simple outline: {error}") from None
+        raise OmittedPart(f"its rzpoint elements make no simple outline: {error}") from None
 
 
 def read_rzpoints(values: GdmlValues) -> list[tuple[Fraction, Fraction]]:
@@ -173,7 +173,7 @@ def _radius_line(r0: Fraction, z0: Fraction, r1: Fraction, z1: Fraction) -> Radi
 
 
 def _side_rings(corners: Sequence[tuple[Fraction, Fraction]]) -> list[SideRing]:
-    """Cut a polygon of (r, z) into rings at the heights of its corners. Raise UnsupportedGdml if it has no area."""
+    """Cut a polygon of (r, z) into rings at the heights of its corners. Raise OmittedPart if it has no area."""
     ends = list(zip(corners, [*corners[1:], corners[0]], strict=True))
     heights = sorted({z for _, z in corners})
     rings = []
@@ -190,7 +190,7 @@ def _side_rings(corners: Sequence[tuple[Fraction, Fraction]]) -> list[SideRing]:
             if inner != outer:
                 rings.append((low, high, inner, outer))
     if not rings:
-        raise UnsupportedGdml("its rzpoint elements enclose nothing")
+        raise OmittedPart("its rzpoint elements enclose nothing")
     return rings
 
 
@@ -199,14 +199,14 @@ def _stack_sides(values: GdmlValues, rings: Sequence[SideRing], share: Fraction)
 
     `share` is the distance to a side divided by the radius: 1 for radii of sides, cos(half angle) for radii of corners.
     A full turn of more than two sides is a convex body less a convex bore for each ring; otherwise every side is a
-    wedge of its own. Raise UnsupportedGdml for more than 20,000 sides.
+    wedge of its own. Raise OmittedPart for more than 20,000 sides.
     """
     count, (first, last) = _side_count(values), read_angles(values)
     if not rings:
         raise GdmlError(values.element, "must leave a volume")
     # Each side is a plane or a wedge that preparing must look at
     if count * len(rings) > 20_000:
-        raise UnsupportedGdml("it has more than 20,000 sides")
+        raise OmittedPart("it has more than 20,000 sides")
     _half_side(values)  # checks that sides are less than 180 degrees
     whole = (first, last) == (0.0, 360.0)
     # A full turn still begins at startphi: it fixes where the edges are
@@ -325,14 +325,14 @@ def _sweep_outline(outline: Sequence[tuple[Fraction, Fraction]], low: _XtruSecti
 def _extrude_outline(
     outline: Sequence[tuple[Fraction, Fraction]], low: _XtruSection, end: Fraction, shift: Point
 ) -> Solid:
-    """Return the extrusion of a section up to the height `end`. Raise UnsupportedGdml if the outline is not simple."""
+    """Return the extrusion of a section up to the height `end`. Raise OmittedPart if the outline is not simple."""
     z0, x0, y0, scale = low
     a, b, c = shift
     corners = tuple((float(scale * x + x0 + a), float(scale * y + y0 + b)) for x, y in outline)
     try:
         return Extrusion(corners, (float(z0 + c), float(end + c)))
     except ValueError as error:
-        raise UnsupportedGdml(f"its outline cannot be drawn: {error}") from None
+        raise OmittedPart(f"its outline cannot be drawn: {error}") from None
 
 
 # The <solids> section of a GDML file: solid templates by name.
@@ -381,7 +381,7 @@ def read_solids(reading: GdmlReader, section: XmlElement, solids: SolidTable) ->
             solids[name] = read_template(reading, element, solids)
         except GdmlError as mistake:
             reading.report(mistake.element, where, mistake.message)
-        except UnsupportedGdml as left:
+        except OmittedPart as left:
             reading.remark(element, where, f"{left}; left out")
         except (ValueError, OverflowError) as error:
             message = "a number is too large" if isinstance(error, OverflowError) else str(error)
@@ -397,7 +397,7 @@ def read_template(reading: GdmlReader, element: XmlElement, solids: SolidTable) 
     ------
     GdmlError, ValueError, OverflowError
         The element is wrong.
-    UnsupportedGdml
+    OmittedPart
         The solid is valid GDML but cannot be built from quadrics.
 
     """
@@ -413,9 +413,9 @@ def read_template(reading: GdmlReader, element: XmlElement, solids: SolidTable) 
         # A union of one operand is the operand, moved
         return combine_templates("union", [_read_transformed(reading, element, solids)])
     elif tag in _UNSUPPORTED_SOLIDS:
-        raise UnsupportedGdml("is no quadric")
+        raise OmittedPart("is no quadric")
     else:
-        raise UnsupportedGdml("is no solid that is known")
+        raise OmittedPart("is no solid that is known")
     # A Boolean is not built here: its operands were, and a large union would be built twice
     if isinstance(template, PrimitiveTemplate):
         template.at(UniversePlacement())
@@ -441,7 +441,7 @@ def read_source(reading: GdmlReader, element: XmlElement) -> SourceElement | Non
 def _look_up_solid(
     reading: GdmlReader, element: XmlElement, solids: SolidTable, attribute: str = "ref"
 ) -> SolidTemplate:
-    """Return the template that an attribute names. Raise UnsupportedGdml if that solid is left out."""
+    """Return the template that an attribute names. Raise OmittedPart if that solid is left out."""
     name = read_reference(reading, element, attribute)
     template: SolidTemplate | None = (
         look_up(reading, dict(solids), name, element, "solid") if name not in solids else solids[name]
@@ -449,7 +449,7 @@ def _look_up_solid(
     # An operand is left out, so the result would be another solid: it is left out as well, and the remark names the
     # cause
     if template is None:
-        raise UnsupportedGdml(f"is of {name!r}, which is left out")
+        raise OmittedPart(f"is of {name!r}, which is left out")
     return template
 
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import pairwise
 
+from ..importers import OmittedPart
 from ..openmc.placement import NO_ROTATION, ORIGIN, CellRotation, Point
 from ..scene_file.nodes import shorten
 from ..xml_tree import XmlElement
@@ -23,7 +24,6 @@ from .values import (
     GdmlError,
     GdmlReader,
     GdmlValues,
-    UnsupportedGdml,
     compose_rotations,
     local_tag,
     look_up,
@@ -107,7 +107,7 @@ class StructureReader:
         except GdmlError as mistake:
             self.reading.report(mistake.element, _volume_title(element), mistake.message)
         # A file with one torus is still worth reading: the rest of it is imported, and the remark names what is missing
-        except UnsupportedGdml as left:
+        except OmittedPart as left:
             self.reading.remark(element, _volume_title(element), f"{left}; left out")
         except (ValueError, OverflowError) as error:
             self.reading.report(element, _volume_title(element), str(error))
@@ -320,13 +320,13 @@ def resize_volume(
 
     Raises
     ------
-    UnsupportedGdml
+    OmittedPart
         The solid is of no such kind.
 
     """
     if source is None or local_tag(source) not in kinds:
         found = "another kind of solid" if source is None else f"<{local_tag(source)}>"
-        raise UnsupportedGdml(f"changes the size of {found}; copies are read of {', '.join(kinds)}")
+        raise OmittedPart(f"changes the size of {found}; copies are read of {', '.join(kinds)}")
     reading = structure.reading
     if inner.source is not None and _is_whole_slice(structure, inner.source, source, changes):
         return inner  # shares one template among all slices
@@ -413,7 +413,7 @@ def _resize_copy(structure: StructureReader, inner: LogicalVolume, dimensions: X
     """Return the volume with a solid of the given dimensions."""
     kind = dimensions.tag.removesuffix("_dimensions")
     if kind not in _DIMENSIONS:
-        raise UnsupportedGdml(f"has {dimensions.tag}, which is no solid that is read")
+        raise OmittedPart(f"has {dimensions.tag}, which is no solid that is read")
     present = dimensions.attributes
     attributes = {new: present[old] for old, new in _DIMENSIONS[kind].items() if old in present}
     attributes |= {name: present[name] for name in _UNITS if name in present}
@@ -454,7 +454,7 @@ def read_divisions(structure: StructureReader, volume: LogicalVolume, element: X
         raise GdmlError(element, f"axis must be one of {', '.join(_DIVISION_AXES)}")
     source = volume.source
     if source is None or local_tag(source) not in DIVISIBLE_KINDS:
-        raise UnsupportedGdml(f"divides what is no {', '.join(DIVISIBLE_KINDS[:-1])} or {DIVISIBLE_KINDS[-1]}")
+        raise OmittedPart(f"divides what is no {', '.join(DIVISIBLE_KINDS[:-1])} or {DIVISIBLE_KINDS[-1]}")
     values = GdmlValues(reading, element)
     unit = reading.value(element.attributes.get("unit") or "mm", element, "unit")
     width, offset = values.number("width", 0) * unit, values.number("offset", 0) * unit
@@ -502,10 +502,10 @@ class _DividedSolid:
         # Sections may be listed from above; slices are counted from the lowest
         self.sections.sort(key=lambda section: section[0])
         if self.kind in ("polycone", "polyhedra") and len(self.sections) < 2:
-            raise UnsupportedGdml("divides a solid without sections")
+            raise OmittedPart("divides a solid without sections")
 
     def extent(self, axis: str) -> Fraction:
-        """Return the extent along an axis, in mm or radians. Raise UnsupportedGdml if the kind has no such axis."""
+        """Return the extent along an axis, in mm or radians. Raise OmittedPart if the kind has no such axis."""
         values, kind = self.values, self.kind
         if axis == "phi" and kind in ("tube", "cone", "polycone", "polyhedra"):
             return values.angle("deltaphi", 360) * PI / 180
@@ -523,7 +523,7 @@ class _DividedSolid:
             return (values.length(f"{axis}1") + values.length(f"{axis}2")) / 2
         if axis in ("x", "y", "z") and (kind in ("box", "para") or (axis == "z" and not self.sections)):
             return values.length(axis)
-        raise UnsupportedGdml(f"divides a {kind} along {axis}, which Geant4 does not either")
+        raise OmittedPart(f"divides a {kind} along {axis}, which Geant4 does not either")
 
     def slices(
         self, axis: str, width: Fraction, offset: Fraction, count: int, by_number: bool
@@ -541,14 +541,14 @@ class _DividedSolid:
                 yield self._slice(axis, offset + k * width, offset + (k + 1) * width, k, count, offset)
 
     def _about(self, width: Fraction, offset: Fraction, count: int) -> Iterator[DivisionSlice]:
-        """Yield slices about the z axis. Raise UnsupportedGdml for a polyhedra that is cut within its sides."""
+        """Yield slices about the z axis. Raise OmittedPart for a polyhedra that is cut within its sides."""
         start = self.values.angle("startphi", 0) * PI / 180
         changes = {"startphi": start, "deltaphi": width}
         if self.kind == "polyhedra":
             sides = self.values.integer("numsides", most=10_000)
             each = width / (self.extent("phi") / sides)
             if abs(each - round(each)) > _ROUNDING or round(each) < 1:
-                raise UnsupportedGdml("divides a polyhedra across its sides, which Geant4 does not either")
+                raise OmittedPart("divides a polyhedra across its sides, which Geant4 does not either")
             changes["numsides"] = Fraction(round(each))
         for k in range(count):
             yield DivisionSlice(changes, rotation=rotation_about_z(offset + k * width))
@@ -623,7 +623,7 @@ class _DividedSolid:
             ends = [begin + offset + k * width for k in range(count + 1)]
             if by_number:  # Geant4 then makes one slice of each section
                 if count != len(sections) - 1:
-                    raise UnsupportedGdml(
+                    raise OmittedPart(
                         f"has {count} slices of {len(sections) - 1} sections, which Geant4 does not divide either"
                     )
                 ends = kinks

@@ -19,6 +19,7 @@ from typing import Any
 
 from ..._util.files import MAX_PROBLEMS, Problem, SceneFileError, Suggestions, printable
 from ...geometry.transform import IDENTITY_MOTION
+from ..importers import OmittedPart
 from ..openmc.placement import NO_ROTATION, NO_TURN, ORIGIN, AxisTurn, CellRotation, Point, rotation_by_angles
 from ..scene_file.nodes import shorten
 from ..xml_tree import XmlElement
@@ -42,10 +43,6 @@ class GdmlError(Exception):
     def __init__(self, element: XmlElement, message: str) -> None:
         super().__init__(message)
         self.element, self.message = element, message
-
-
-class UnsupportedGdml(Exception):
-    """Raised for an element that is valid but not supported; the reader leaves it out and reads on."""
 
 
 @dataclass
@@ -84,16 +81,16 @@ class GdmlReader:
         self.remarks.setdefault(element.tag, []).append(text)
 
     def spend(self, faces: int, is_convex: bool) -> None:
-        """Charge the time to cut a solid of `faces` faces into convex parts; raise UnsupportedGdml if it is too long.
+        """Charge the time to cut a solid of `faces` faces into convex parts; raise OmittedPart if it is too long.
 
         The time grows with the square of the face count.
         """
         most, kind = (MAX_CONVEX_FACES, "") if is_convex else (MAX_FACES, "concave ")
         if faces > most:
-            raise UnsupportedGdml(f"it has {faces:,} faces, more than the {most:,} of a {kind}solid that are read")
+            raise OmittedPart(f"it has {faces:,} faces, more than the {most:,} of a {kind}solid that are read")
         self.effort += faces * faces // (10 if is_convex else 1)
         if self.effort > MAX_FACE_EFFORT:
-            raise UnsupportedGdml("the solids before it have too many faces together; divide the file")
+            raise OmittedPart("the solids before it have too many faces together; divide the file")
 
     def resolve_indices(self, text: str, element: XmlElement) -> str:
         """Return a name with [i] and [i, j] replaced by _1 and _1_2, as Geant4 does."""

@@ -58,7 +58,18 @@ class Deck:
     remarks: list[str] = field(default_factory=list)
 
 
-def read_cards(path: str | os.PathLike[str], root: str | os.PathLike[str] | None = None) -> Deck:
+@dataclass
+class ShortLines:
+    """Lines of two to four blanks, more than the card before them has: `found` maps their numbers to a hint.
+
+    They begin cards, or with `continue_cards` they continue them, as five blanks do.
+    """
+
+    continue_cards: bool = False
+    found: dict[int, str] = field(default_factory=dict)
+
+
+def read_cards(path: str | os.PathLike[str], root: str | os.PathLike[str] | None, short: ShortLines) -> Deck:
     """Read the cards of a file and of those within `root` that its READ cards name; None is the folder of the file.
 
     Raise SceneFileError if a file cannot be read or is too large, or if the file is no deck.
@@ -68,7 +79,7 @@ def read_cards(path: str | os.PathLike[str], root: str | os.PathLike[str] | None
     first = _title_line(lines)
     files.lines, files.numbers = lines[: first + 1], [*range(1, first + 2)]
     files.insert(path, lines, first + 1, None)
-    deck, problems = parse_deck(files.lines, files.numbers, files.places)
+    deck, problems = parse_deck(files.lines, files.numbers, files.places, short)
     if problems:
         raise SceneFileError(path, problems)
     return deck
@@ -163,7 +174,10 @@ class _DeckFiles:
 
 
 def parse_deck(
-    lines: list[str], numbers: Sequence[int] = (), places: Mapping[int, str] = MappingProxyType({})
+    lines: list[str],
+    numbers: Sequence[int] = (),
+    places: Mapping[int, str] = MappingProxyType({}),
+    short: ShortLines | None = None,
 ) -> tuple[Deck, list[Problem]]:
     """Return the cards in lines of text, and the errors.
 
@@ -178,10 +192,7 @@ def parse_deck(
     if deck.title.lower().startswith("continue"):
         problems.append(Problem(first + 1, 1, "", "continues another run, and holds no geometry"))
         return deck, problems
-    for number, text in _join_lines(
-        lines, first + 1, blocks, problems, numbers, places
-    ):  # runs the generator, which fills the blocks
-        del number, text
+    _join_lines(lines, first + 1, blocks, problems, numbers, places, short or ShortLines())
     if sum(map(len, (deck.cells, deck.surfaces, deck.data))) > MAX_CARDS:
         problems.append(Problem(0, 0, "", f"has more than {MAX_CARDS:,} cards"))
     for card in (*deck.cells, *deck.surfaces, *deck.data):
@@ -215,13 +226,13 @@ def _title_line(lines: list[str]) -> int:
 
 def _join_lines(
     lines: list[str], start: int, blocks: Iterator[list[Card]], problems: list[Problem],
-    numbers: Sequence[int], places: Mapping[int, str],
-) -> Iterator[tuple[int, str]]:  # fmt: skip
+    numbers: Sequence[int], places: Mapping[int, str], short: ShortLines,
+) -> None:  # fmt: skip
     """Join continued lines into cards and fill the blocks; a blank line ends a block.
 
     A line continues a card after `&` at the end of the line before, or with five blanks at its beginning.
     """
-    block, pieces, begin, goes_on, hint = next(blocks), [""], 0, False, ""
+    block, pieces, begin, goes_on, hint, indent = next(blocks), [""], 0, False, "", 0
 
     def close() -> None:
         text = " ".join(pieces).replace("=", " ").strip()  # "=" is a blank in MCNP
@@ -246,17 +257,19 @@ def _join_lines(
         text = _strip_comment(line)
         if not text.strip():
             continue  # nothing but a comment after $
-        if not goes_on and not line.startswith("     "):
+        blanks, is_short = len(line) - len(line.lstrip()), False
+        if not goes_on and max(indent, 1) < blanks < 5 and any(map(str.strip, pieces)):
+            short.found[numbers[number]] = f"a continued line needs five blanks, this one has {blanks}"
+            is_short = True
+        if not goes_on and blanks < 5 and not (is_short and short.continue_cards):
             close()
-            begin, blanks = numbers[number], len(line) - len(line.lstrip())
-            hint = f"; a continued line needs five blanks, this one has {blanks}" if block and blanks > 1 else ""
-            hint += places.get(number, "")
-        elif not goes_on and not "".join(pieces).strip():
+            begin, indent = numbers[number], blanks
+            hint = ("; " + short.found[begin] if is_short else "") + places.get(number, "")
+        elif not goes_on and not any(map(str.strip, pieces)):
             message = "continues a card, and there is none before it" + places.get(number, "")
             problems.append(Problem(numbers[number], 1, "", message))
         goes_on = text.rstrip().endswith("&")
         pieces.append(text.rstrip().removesuffix("&") if goes_on else text)
-        yield number, text
     close()
 
 

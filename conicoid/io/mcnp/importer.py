@@ -7,14 +7,12 @@ notes.
 from __future__ import annotations
 
 import os
-from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
 from ..._util.files import MAX_PROBLEMS, Problem, SceneFileError, printable
-from ..._util.text import format_count
-from ..importers import ImportOptions, ImportResult, LegendEntry, limit_notes, palette_color, select_bodies
+from ..importers import ImportOptions, ImportResult, LegendEntry, OmittedPart, limit_notes, palette_color, select_bodies
 from ..openmc import geometry
 from ..openmc.expansion import UniverseExpansion
 from ..openmc.geometry import VOID, CellGeometry, lattice_fillings
@@ -23,9 +21,9 @@ from ..openmc.region import IntersectionNode, Region
 from ..openmc.values import join_limited
 from ..scene_file.nodes import shorten
 from ..xml_tree import XmlElement
-from .cards import Card, CellCard, DataCards, McnpMaterials, read_cards, read_cell_card
+from .cards import Card, CellCard, DataCards, McnpMaterials, ShortLines, read_cards, read_cell_card
 from .regions import RegionReader, join_regions, negate_region, sort_cells
-from .surfaces import SurfaceCard, SurfaceSheets, UnsupportedSurface, read_surface_card
+from .surfaces import SurfaceCard, SurfaceSheets, read_surface_card
 from .transformations import FrameChange
 from .universes import UniverseBuilder, read_trcl
 
@@ -49,7 +47,19 @@ def read_deck(path: str | os.PathLike[str], root: str | os.PathLike[str] | None 
 
     None is the folder of the deck. Raise SceneFileError with all errors in it.
     """
-    return _DeckReader(path, root).read()
+    short = ShortLines()
+    try:
+        return _DeckReader(path, root, short).read()
+    except SceneFileError as error:
+        problems = [Problem(line, 1, "", hint) for line, hint in short.found.items()]
+        try:
+            _DeckReader(path, root, ShortLines(continue_cards=True)).read()
+        except SceneFileError as other:
+            problems += other.problems
+        # One mistake gives several errors where a continued line lacks blanks
+        if not short.found or len(problems) > len(error.problems):
+            raise
+    raise SceneFileError(path, sorted(problems, key=lambda problem: problem.line))
 
 
 @dataclass
@@ -57,7 +67,8 @@ class _DeckReader:
     """Reader of one deck. Numbers of broken cells and surfaces are noted, so that references report no second error."""
 
     path: str | os.PathLike[str]
-    root: str | os.PathLike[str] | None = None
+    root: str | os.PathLike[str] | None
+    short: ShortLines
     problems: list[Problem] = field(default_factory=list)
     cards: dict[int, CellCard] = field(default_factory=dict)
     data: DataCards = field(default_factory=DataCards)
@@ -73,7 +84,7 @@ class _DeckReader:
 
     def read(self) -> DeckGeometry:
         """Read the deck: transformations first, as surfaces and cells need them."""
-        deck = read_cards(self.path, self.root)
+        deck = read_cards(self.path, self.root, self.short)
         for card in deck.data:
             with self._reporting(card, card.text.split()[0]):
                 self.data.read(card)
@@ -89,7 +100,8 @@ class _DeckReader:
         builder = self._universes()
         self._raise()
         notes = tuple(self._left_out(builder))
-        remarks = (*deck.remarks, *self.data.remarks, *limit_notes(self._omissions()), *self._skewed(), *self.remarks)
+        omissions = limit_notes(geometry.omission_notes(self.omitted))
+        remarks = (*deck.remarks, *self.data.remarks, *omissions, *self._skewed(), *self.remarks)
         return DeckGeometry(self._geometry(builder), deck.title, notes, remarks)
 
     def _surface(self, card: Card) -> None:
@@ -98,7 +110,7 @@ class _DeckReader:
         with self._reporting(card, where):
             try:
                 self._add_surface(read_surface_card(card))
-            except UnsupportedSurface as error:
+            except OmittedPart as error:
                 self.unsupported[int(digits)] = f"surface {digits} {error}"
             except ValueError:
                 # Cells that use it would report it once more, each
@@ -163,7 +175,7 @@ class _DeckReader:
             with self._reporting(cell.card, f"cell {number}"):
                 try:
                     region = reader.read(cell.region) if cell.region else None
-                except UnsupportedSurface as error:
+                except OmittedPart as error:
                     self.omitted[number] = str(error)
                     continue
                 except ValueError:
@@ -188,7 +200,7 @@ class _DeckReader:
         if change is not None:
             reason = reason or self.unsupported.get(number % 1000)
         if reason is not None:
-            raise UnsupportedSurface(reason)
+            raise OmittedPart(reason)
         if change is not None and number % 1000 in self.sheets.facets:
             return self.sheets.moved(self.sheets.side(number % 1000, facet), change)
         if number in self.broken_surfaces:
@@ -200,7 +212,7 @@ class _DeckReader:
         if number in self.broken_cells:
             raise _DependentError
         if number in self.omitted:
-            raise UnsupportedSurface(self.omitted[number])
+            raise OmittedPart(self.omitted[number])
         if number not in self.cards:
             raise ValueError(f"region: '#{number}' refers to an unknown cell")
         region = self.regions.get(number)
@@ -233,12 +245,6 @@ class _DeckReader:
         cells = builder.outside
         if cells:
             yield f"importance 0, outside: cell{'s' if len(cells) > 1 else ''} {join_limited(cells)}"
-
-    def _omissions(self) -> Iterator[str]:
-        """Yield remarks about cells that are left out, by the surface that is the reason."""
-        for reason in dict.fromkeys(self.omitted.values()):
-            cells = [number for number in self.cards if self.omitted.get(number) == reason]
-            yield f"{reason}: cell{'s' if len(cells) > 1 else ''} {join_limited(cells)} left out"
 
     def _skewed(self) -> Iterator[str]:
         """Yield remarks about transformations that are no rotations, or that the file leaves open."""
@@ -327,7 +333,8 @@ def import_file(path: str | os.PathLike[str], options: ImportOptions) -> ImportR
     expansion = UniverseExpansion(path, deck.geometry, options.most, options.void, options.progress)
     expansion.run()
     remarks = (*deck.remarks, *_remarks(expansion))
-    notes = (*_facts(deck, expansion), *deck.notes, *remarks)
+    title = (f"title: {printable(shorten(deck.title, 80))}",) if deck.title else ()
+    notes = (*title, *expansion.facts(), *deck.notes, *remarks)
     geometry, looks = deck.geometry, expansion.looks
     names = {looks[n]: VOID if n is None else geometry.material_names[n] for n in expansion.materials}
     legend, domain = _legend(expansion), expansion.domain
@@ -345,30 +352,6 @@ def _legend(expansion: UniverseExpansion) -> tuple[LegendEntry, ...]:
                 LegendEntry(geometry.material(key).id, geometry.material_names[key], palette_color(key), count)
             )
     return tuple(entries)
-
-
-def _facts(deck: DeckGeometry, expansion: UniverseExpansion) -> Iterator[str]:
-    """Yield notes about the title, the size of the model, and boundary conditions, which change no shape."""
-    geometry = deck.geometry
-    if deck.title:
-        yield f"title: {printable(shorten(deck.title, 80))}"
-    numbers = {surface.id for surface in geometry.surfaces.values()}
-    cells = [cell for cell in geometry.cells.values() if cell.step]
-    universes = {cell.universe for cell in cells}
-    sizes = ((cells, "cell"), (numbers, "surface"), (universes, "universe"), (geometry.lattices, "lattice"))
-    yield ", ".join(format_count(len(items), what) for items, what in sizes)
-    empty = expansion.empty_places.places
-    without = f"; {format_count(empty, 'place')} without volume left out" if empty else ""
-    yield format_count(len(expansion.bodies), "body") + without
-    yield from _boundaries(geometry)
-
-
-def _boundaries(geometry: CellGeometry) -> Iterator[str]:
-    """Yield notes about boundary conditions; they concern particles and change no shape."""
-    kinds = Counter(surface.boundary for surface in geometry.surfaces.values())
-    for kind in sorted(set(kinds) - {"transmission"}):
-        numbers = sorted({surface.id for surface in geometry.surfaces.values() if surface.boundary == kind})
-        yield f"boundary {kind}: surface{'s' if len(numbers) > 1 else ''} {join_limited(numbers)}"
 
 
 def _remarks(expansion: UniverseExpansion) -> Iterator[str]:

@@ -14,6 +14,7 @@ from fractions import Fraction
 
 from ..._util.text import suggest_name
 from ...numerics.portable_math import portable_sqrt
+from ..importers import OmittedPart
 from ..openmc.placement import ORIGIN, Point
 from ..openmc.region import HalfSpaceNode, IntersectionNode, Region
 from ..openmc.surfaces import (
@@ -48,10 +49,6 @@ _ZERO, _ONE = Fraction(0), Fraction(1)
 TORUS_MNEMONICS = ("tx", "ty", "tz")
 
 
-class UnsupportedSurface(ValueError):
-    """A surface that MCNP knows and Conicoid does not; the message says what it is."""
-
-
 @dataclass(frozen=True)
 class SurfaceBounds:
     """The surfaces whose negative sides intersect in the negative side; `has_facets` if each is a numbered facet."""
@@ -74,13 +71,13 @@ def build_bounds(kind: str, numbers: Numbers) -> SurfaceBounds:
     ------
     ValueError
         The mnemonic is unknown or its numbers are wrong.
-    UnsupportedSurface
+    OmittedPart
         It is a torus, which is no quadric.
 
     """
     # Before the list of kinds, so that the message names the reason
     if kind in TORUS_MNEMONICS:
-        raise UnsupportedSurface(f"is a torus ({kind}), which is no quadric")
+        raise OmittedPart(f"is a torus ({kind}), which is no quadric")
     kinds = SURFACE_KINDS | MACROBODIES
     if kind not in kinds:
         raise ValueError(f"{shorten(kind, 20)!r} is no kind of surface{suggest_name(kind, kinds)}")

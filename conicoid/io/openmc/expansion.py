@@ -14,6 +14,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 from ..._util.files import MAX_PROBLEMS, Problem, SceneFileError
+from ..._util.text import format_count
 from ...geometry.shape import Solid, Union
 from ...geometry.transform import Motion
 from ...materials.material import Material
@@ -35,7 +36,7 @@ from .universe_block import (
     flatten_block,
     place_name,
 )
-from .values import VACUUM_DENSITIES
+from .values import VACUUM_DENSITIES, is_place_name, join_limited
 
 VOID_MATERIAL = Material(
     (0.0, 0.0, 0.0), ambient=0.0, diffuse=0.0, transparency=1.0, name=VOID_NAME, properties=VACUUM_DENSITIES
@@ -291,7 +292,9 @@ class UniverseExpansion:
             found = self.geometry.material(material)
             name = self.geometry.material_names[material]
             self.looks[material] = matte(palette_color(material), name=name, properties=found.properties)
-        self.block.add(CellPiece(str(cell), path, self.looks[material], cell.id, context), material)
+        # A cell that an export wrote is at the place that its name states
+        title, path = (cell.name, ()) if is_place_name(cell.name) else (str(cell), path)
+        self.block.add(CellPiece(title, path, self.looks[material], cell.id, context), material)
 
     def _count(self, count: int, cell: UniverseCell) -> None:
         """Count bodies that a cell adds and report progress. Raise SceneFileError if there are too many."""
@@ -317,6 +320,22 @@ class UniverseExpansion:
     def empty_places(self) -> EmptyPlaces:
         """Counts of places that have no volume."""
         return self.whole.empty_places
+
+    def facts(self) -> Iterator[str]:
+        """Yield notes about the size of the model and about boundary conditions, which change no shape."""
+        surfaces = self.geometry.surfaces.values()
+        cells = [cell for cell in self.geometry.cells.values() if cell.step]
+        sizes = (
+            (cells, "cell"), ({surface.id for surface in surfaces}, "surface"),
+            ({cell.universe for cell in cells}, "universe"), (self.geometry.lattices, "lattice"),
+        )  # fmt: skip
+        yield ", ".join(format_count(len(items), what) for items, what in sizes)
+        empty = self.empty_places.places
+        without = f"; {format_count(empty, 'place')} without volume left out" if empty else ""
+        yield format_count(len(self.bodies), "body") + without
+        for kind in sorted({surface.boundary for surface in surfaces} - {geometry.TRANSMISSION}):
+            numbers = sorted({surface.id for surface in surfaces if surface.boundary == kind})
+            yield f"boundary {kind}: surface{'s' if len(numbers) > 1 else ''} {join_limited(numbers)}"
 
     @property
     def is_enclosed(self) -> bool:

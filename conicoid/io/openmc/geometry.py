@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import os
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -25,7 +25,7 @@ from .lattices import Lattice
 from .placement import NO_ROTATION, CellRotation, Point
 from .region import HalfSpaceNode, IntersectionNode, Region, list_half_spaces
 from .surfaces import OpenmcSurface
-from .values import OpenmcMaterial, UnknownName, format_title
+from .values import OpenmcMaterial, UnknownName, format_title, join_limited
 
 VOID = "void"
 """Name of the material of empty cells."""
@@ -78,6 +78,7 @@ class CellGeometry:
     counts: dict[UniverseNode, int]  # bodies of a universe or lattice with all its content expanded
     element: XmlElement = field(repr=False, compare=False)
     unread: tuple[UnknownName, ...] = ()
+    left_out: tuple[str, ...] = ()  # remarks about cells and universes that are left out
     world: Region | None = None  # region that the root's cells must fill, if the file defines it
 
     def lattice_of(self, cell: UniverseCell) -> Lattice | None:
@@ -143,6 +144,15 @@ class CellGeometry:
 def lattice_fillings(lattice: Lattice) -> Counter[int]:
     """Return how often each universe stands in a lattice; the outer universe adds one."""
     return lattice.tally + Counter([] if lattice.outer is None else [lattice.outer])
+
+
+def omission_notes(omitted: Mapping[int, str]) -> Iterator[str]:
+    """Yield a remark for each reason why cells are left out; `omitted` has the reasons by the numbers of cells."""
+    groups: dict[str, list[int]] = {}
+    for number in sorted(omitted):
+        groups.setdefault(omitted[number], []).append(number)
+    for reason, cells in groups.items():
+        yield f"{reason}: cell{'s' if len(cells) > 1 else ''} {join_limited(cells)} left out"
 
 
 # The enclosure of boundary conditions: particles stay in it, so cells must fill it.

@@ -7,17 +7,24 @@ errors with their lines; and `read` and `import_file`, which expand the geometry
 from __future__ import annotations
 
 import os
-from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
-from typing import TypeVar
+from typing import NoReturn, TypeVar
 
 from ..._util.files import MAX_LISTED_PROBLEMS, MAX_PROBLEMS, Problem, SceneFileError
-from ..._util.text import format_count
 from ...materials.material import Material
-from ..importers import BodyLimits, ImportOptions, ImportResult, LegendEntry, limit_notes, palette_color, select_bodies
+from ..importers import (
+    BodyLimits,
+    ImportOptions,
+    ImportResult,
+    LegendEntry,
+    OmittedPart,
+    limit_notes,
+    palette_color,
+    select_bodies,
+)
 from ..scene_file.nodes import shorten
 from ..xml_tree import XmlElement, read_xml
 from . import geometry
@@ -121,6 +128,15 @@ def _cell_rotation(values: OpenmcValues) -> tuple[CellRotation, float]:
 
 # Reading of files into a checked geometry; every error is collected, with its line
 
+
+def read_mesh(element: XmlElement) -> NoReturn:
+    """Raise OmittedPart for a <dagmc_universe> element, or OpenmcElementError if its number is wrong."""
+    values = OpenmcValues(element, "universe")
+    values.title()
+    values.finish()
+    raise OmittedPart(f"{values.where} is a mesh (dagmc_universe), which is left out")
+
+
 MAX_NESTING = 100
 """Most levels of universes within universes."""
 NumberedItem = TypeVar("NumberedItem", OpenmcSurface, UniverseCell, Lattice)
@@ -219,7 +235,8 @@ def _read_materials_file(listing: XmlElement) -> tuple[MaterialTable, list[Probl
 class _OpenmcReader:
     """Reader of one <geometry> element.
 
-    `broken` holds the numbers of elements that could not be read, so that references to them report no second error.
+    `broken` holds the numbers of elements that could not be read, so that references to them report no second error,
+    and `omitted` the reasons why surfaces, universes and cells are left out.
     """
 
     def __init__(self, path: str | os.PathLike[str], materials: MaterialTable | None, problems: list[Problem]) -> None:
@@ -230,14 +247,11 @@ class _OpenmcReader:
         self.surfaces: dict[int, OpenmcSurface] = {}
         self.lattices: dict[int, Lattice] = {}
         self.half_spaces = 0
+        self.omitted: dict[str, dict[int, str]] = {"surface": {}, "universe": {}, "cell": {}}
         self.broken: dict[str, set[int]] = {"surface": set(), "universe": set(), "lattice": set()}
 
     def read(self, root: XmlElement) -> CellGeometry:
         """Return the geometry. Raise SceneFileError with all errors."""
-        # Reported before the cells, which refer to its universe
-        for element in root.all("dagmc_universe"):
-            self._report(element, "dagmc_universe", "is a mesh from a CAD program, which Conicoid cannot express")
-            self._note_broken(element, "universe", "id")
         # Surfaces first, then cells, then lattices: each kind refers to those before
         self.surfaces = self._each(root, "surface", read_surface)
         errors_before = len(self.problems)
@@ -245,6 +259,9 @@ class _OpenmcReader:
         for cell in cells.values():
             self.universes.setdefault(cell.universe, []).append(cell)
         # Both kinds of lattices share one numbering
+        self._each(root, "dagmc_universe", read_mesh)
+        for number in self.omitted["universe"]:
+            self.universes.setdefault(number, [])
         lattices = self._each(root, "lattice", read_rectangular_lattice)
         self.lattices = lattices | self._each(root, "hex_lattice", read_hexagonal_lattice, lattices)
         whole = len(self.problems) == errors_before and not self.broken["universe"]
@@ -253,13 +270,21 @@ class _OpenmcReader:
             whole = self._check_cell(cell) and whole
         for lattice in self.lattices.values():
             whole = self._check_lattice(lattice) and whole
-        if not root.all("cell") and not self.problems:
+        if not root.all("cell") and not self.universes and not self.problems:
             self._report(root, "geometry", "holds no cells")
         counts = self._counts(root)
         # With errors in cells or lattices, an unused universe may only seem so: do not report a second error.
-        number = self._root(root, counts) if whole and cells else 0
+        number = self._root(root, counts) if whole and self.universes else 0
         self._raise()
-        return CellGeometry(self.surfaces, cells, self.universes, self.lattices, self.materials, number, counts, root)
+        omitted = self.omitted["cell"]
+        if omitted:
+            cells = {number: cell for number, cell in cells.items() if number not in omitted}
+            self.universes = {u: [c for c in inside if c.id in cells] for u, inside in self.universes.items()}
+            counts = self._counts(root)
+        left_out = (*self.omitted["universe"].values(), *geometry.omission_notes(omitted))
+        return CellGeometry(
+            self.surfaces, cells, self.universes, self.lattices, self.materials, number, counts, root, left_out=left_out
+        )
 
     def _cell(self, element: XmlElement) -> UniverseCell:
         """Return a cell; note the universe of a broken one, so that references to it report no second error."""
@@ -287,10 +312,13 @@ class _OpenmcReader:
     ) -> dict[int, NumberedItem]:
         """Return all elements of a kind by number; report errors, and numbers that occur twice or in `others`."""
         items: dict[int, NumberedItem] = {}
-        kind = tag.removeprefix("hex_")
+        kind = tag.removeprefix("hex_").removeprefix("dagmc_")
         for element in root.all(tag):
             try:
                 item = read(element)
+            except OmittedPart as omission:
+                self.omitted[kind][OpenmcValues(element, kind).integer("id")] = str(omission)
+                continue
             except OpenmcElementError as mistake:
                 if kind in self.broken:
                     self._note_broken(element, kind, "id")
@@ -307,8 +335,11 @@ class _OpenmcReader:
         element = cell.element
         if cell.region is not None:
             numbers = {half.surface for half in list_half_spaces(cell.region)}
+            tori = sorted(numbers & self.omitted["surface"].keys())
+            if tori:
+                self.omitted["cell"][cell.id] = self.omitted["surface"][tori[0]]
             # A surface that could not be read has been reported already
-            unknown = sorted(numbers - self.surfaces.keys() - self.broken["surface"])
+            unknown = sorted(numbers.difference(self.surfaces, self.broken["surface"], tori))
             if unknown:
                 plural = "s" if len(unknown) > 1 else ""
                 self._report(element, str(cell), f"region refers to unknown surface{plural} {join_limited(unknown)}")
@@ -412,15 +443,15 @@ def read(
     Raises
     ------
     SceneFileError
-        A ValueError that lists all errors with their lines; also for tori and meshes, which are no quadrics, and for
-        too many bodies.
+        A ValueError that lists all errors with their lines; also for too many bodies. Cells with tori, which are no
+        quadrics, and meshes are left out with a remark.
 
     """
     geometry = read_openmc_geometry(path)
     expansion = UniverseExpansion(path, geometry, BodyLimits.of(max_bodies), void, progress)
     expansion.run()
     names = _material_names(expansion)
-    facts, remarks = tuple(_facts(expansion)), tuple(_remarks(expansion))
+    facts, remarks = tuple(expansion.facts()), tuple(_remarks(expansion))
     legend = _legend(expansion)
     domain = expansion.domain
     return ImportResult(expansion.bodies, legend, facts + remarks, remarks, names, domain=domain, unit="cm")
@@ -465,23 +496,10 @@ def _material_names(expansion: UniverseExpansion) -> dict[Material, str]:
     return {looks[n]: "void" if n is None else str(geometry.material(n)) for n in expansion.materials}
 
 
-def _facts(expansion: UniverseExpansion) -> Iterator[str]:
-    """Yield notes about the size of the model and about boundary conditions, which change no shape."""
-    geometry = expansion.geometry
-    sizes = (
-        (geometry.cells, "cell"), (geometry.surfaces, "surface"),
-        (geometry.universes, "universe"), (geometry.lattices, "lattice"),
-    )  # fmt: skip
-    yield ", ".join(format_count(len(items), what) for items, what in sizes)
-    empty = expansion.empty_places.places
-    without = f"; {format_count(empty, 'place')} without volume left out" if empty else ""
-    yield format_count(len(expansion.bodies), "body") + without
-    yield from _boundaries(geometry)
-
-
 def _remarks(expansion: UniverseExpansion) -> Iterator[str]:
     """Yield remarks about parts that differ from the file, or that the file may not intend."""
     geometry = expansion.geometry
+    yield from limit_notes(geometry.left_out)
     yield from limit_notes(expansion.empty_places.notes(geometry))
     yield from limit_notes(_cells(geometry))
     yield from limit_notes(
@@ -524,11 +542,3 @@ def _cells(geometry: CellGeometry) -> Iterator[str]:
             yield f"{cell}: has a material for each place ({listed}); the first is taken for all"
         if cell.skew > 1e-9:
             yield f"{cell}: its rotation matrix is {cell.skew:.2g} away from a rotation; it is applied as it is"
-
-
-def _boundaries(geometry: CellGeometry) -> Iterator[str]:
-    """Yield notes about boundary conditions; they concern particles and change no shape."""
-    kinds = Counter(surface.boundary for surface in geometry.surfaces.values())
-    for kind in sorted(set(kinds) - {"transmission"}):
-        numbers = [surface.id for surface in geometry.surfaces.values() if surface.boundary == kind]
-        yield f"boundary {kind}: surface{'s' if len(numbers) > 1 else ''} {join_limited(numbers)}"

@@ -20,6 +20,7 @@ from ...geometry.primitives import HalfSpace, Sphere
 from ...geometry.quadrics import EllipticCone, EllipticCylinder
 from ...geometry.shape import Solid
 from ...geometry.transform import IDENTITY_MOTION, Motion
+from ..importers import OmittedPart
 from ..xml_tree import XmlElement
 from .placement import ORIGIN, UNBOUNDED, AxisTurn, Extent, ExtentEnd, Point, UniversePlacement, to_floats
 from .values import OpenmcValues, format_title, quote_word
@@ -423,11 +424,15 @@ class OpenmcSurface:
 def read_surface(element: XmlElement) -> OpenmcSurface:
     """Return the surface of a <surface> element.
 
-    Raise OpenmcElementError with all its errors, and for tori, which are no quadrics.
+    Raise OpenmcElementError with all its errors, and OmittedPart for a torus, which is no quadric.
     """
     values = OpenmcValues(element, "surface")
     number, name = values.title()
     boundary = values.attempt(lambda: _boundary(values), "")
+    kind = (values.text("type") or "").lower()
+    if kind in TORUS_TYPES:
+        values.finish()
+        raise OmittedPart(f"{values.where} is a torus ({kind}), which is no quadric")
     surface = values.attempt(lambda: _read_surface_type(values), None)
     values.finish()
     assert surface is not None
@@ -444,8 +449,6 @@ def _boundary(values: OpenmcValues) -> str:
 
 def _read_surface_type(values: OpenmcValues) -> Surface | None:
     kind = values.require("type").lower()
-    if kind in TORUS_TYPES:
-        raise values.mistake(f"is a torus ({kind}), which is no quadric: Conicoid cannot express it")
     if kind not in _KINDS:
         raise values.mistake(f"type must be one of {', '.join(_KINDS)}, got {quote_word(kind)}")
     count, make = _KINDS[kind]

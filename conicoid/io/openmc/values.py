@@ -6,6 +6,7 @@ file, so words are counted piece by piece.
 
 from __future__ import annotations
 
+import ast
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
@@ -191,6 +192,25 @@ class OpenmcValues:
 def format_title(kind: str, number: int, name: str) -> str:
     """Return a title such as "surface 3 'top'", with control characters escaped for terminals."""
     return f"{kind} {number} {shorten(name)!r}" if name else f"{kind} {number}"
+
+
+_CELL_TITLE = re.compile(r"cell ([0-9]{1,9})(?: (['\"].*['\"]))?")
+_PLACE_NAME = re.compile(r"cell [0-9]{1,9}(?: '.*'| \".*\")? @ [a-z]+ .+")
+
+
+def read_title(title: str) -> tuple[int, str] | None:
+    """Return the number and the name of a cell whose title `format_title` made; None for another text."""
+    match = _CELL_TITLE.fullmatch(title)
+    try:
+        number, name = (int(match[1]), ast.literal_eval(match[2] or "''")) if match else (0, "")
+    except (SyntaxError, ValueError):
+        return None
+    return (number, name) if title == format_title("cell", number, name) else None
+
+
+def is_place_name(name: str) -> bool:
+    """Return True for a name that an import gave to a body of a filled cell, and an export to a cell."""
+    return name.isprintable() and _PLACE_NAME.fullmatch(name) is not None
 
 
 def quote_word(word: str) -> str:

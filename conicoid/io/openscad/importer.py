@@ -19,10 +19,10 @@ from ..._util.text import format_count
 from ...geometry.body import Body
 from ...geometry.shape import Difference, Intersection, Solid, Union
 from ...materials.presets import matte
-from ..importers import ImportOptions, ImportResult, LegendEntry, limit_notes
+from ..importers import ImportOptions, ImportResult, LegendEntry, OmittedPart, limit_notes
 from . import solids
 from .solids import PlaneItem, combine_figures, plane_circle, plane_polygon
-from .syntax import CallArguments, CsgCall, CsgReader, CsgText, OmittedSolid
+from .syntax import CallArguments, CsgCall, CsgReader, CsgText
 
 UNSUPPORTED_CALLS = {
     "hull": "the convex hull of its children",
@@ -83,7 +83,7 @@ class CsgEvaluation:
         if build is not None:
             try:
                 return [ColoredSolid(arguments.build(lambda: build(arguments)))]
-            except OmittedSolid as error:
+            except OmittedPart as error:
                 self._remark(call, f"{error}; it is left out")
                 return []
         if call.name in ("circle", "square", "polygon"):
@@ -160,16 +160,16 @@ class CsgEvaluation:
         height = arguments.number("height", arguments.number("h", 100.0))
         twist = arguments.number("twist", 0.0)
         if twist:
-            raise OmittedSolid(f"has the twist {twist:g}, and a twisted side is no quadric")
+            raise OmittedPart(f"has the twist {twist:g}, and a twisted side is no quadric")
         scale = arguments.value("scale")
         # Two different factors make sides that are no planes
         scales = scale if isinstance(scale, list) else [scale if scale is not None else 1.0] * 2
         if len(scales) != 2 or not all(isinstance(s, float) and s >= 0 for s in scales):
             raise ValueError(f"scale must be one or two numbers >= 0, got {scale!s:.40}")
         if scales[0] != scales[1]:
-            raise OmittedSolid(f"has two scales, {scales[0]:g} and {scales[1]:g}, between which no side is a plane")
+            raise OmittedPart(f"has two scales, {scales[0]:g} and {scales[1]:g}, between which no side is a plane")
         if not height > 0:
-            raise OmittedSolid(f"has the height {height:g}")
+            raise OmittedPart(f"has the height {height:g}")
         low = -height / 2 if arguments.flag("center") else 0.0
         return drawn.extruded(low, low + height, scales[0])
 
@@ -183,10 +183,10 @@ class CsgEvaluation:
         return self._drawn(arguments).turned(start, end, arguments.sides(self.smooth))
 
     def _drawn(self, arguments: CallArguments) -> PlaneItem:
-        """Return the union of the figures in a call. Raise OmittedSolid if it has none."""
+        """Return the union of the figures in a call. Raise OmittedPart if it has none."""
         parts = self._flat(arguments.call.children)
         if not parts:
-            raise OmittedSolid("holds no circle, square or polygon")
+            raise OmittedPart("holds no circle, square or polygon")
         return combine_figures(Union, parts)
 
     def _flat(self, calls: Sequence[CsgCall]) -> list[PlaneItem]:
@@ -214,7 +214,7 @@ class CsgEvaluation:
             else:
                 try:
                     figures.append(arguments.build(partial(self._one_flat, arguments)))
-                except OmittedSolid as error:
+                except OmittedPart as error:
                     self._remark(call, f"{error}; it is left out")
         return figures
 
@@ -231,7 +231,7 @@ class CsgEvaluation:
             if len(sizes) != 2 or not all(isinstance(s, float) for s in sizes):
                 raise ValueError(f"size must be two numbers, got {size!s:.40}")
             if min(sizes) <= 0:
-                raise OmittedSolid(f"has the size {size!s:.40}")
+                raise OmittedPart(f"has the size {size!s:.40}")
             x, y = (-sizes[0] / 2, -sizes[1] / 2) if arguments.flag("center") else (0.0, 0.0)
             return plane_polygon([(x, y), (x + sizes[0], y), (x + sizes[0], y + sizes[1]), (x, y + sizes[1])], None)
         if name == "polygon":

@@ -20,7 +20,8 @@ from ...geometry.revolution import Revolution
 from ...geometry.shape import Difference, Solid, Union
 from ...geometry.sheets import twice_area
 from ...numerics.portable_math import sin_cos_degrees
-from .syntax import CallArguments, OmittedSolid
+from ..importers import OmittedPart
+from .syntax import CallArguments
 
 Matrix = np.ndarray[Any, Any]
 IDENTITY_MATRIX = np.eye(4)
@@ -73,7 +74,7 @@ class PlaneFigure:
         ------
         ValueError
             A polygon lies on both sides of the axis.
-        OmittedSolid
+        OmittedPart
             The solid is no quadric (a torus).
 
         """
@@ -93,7 +94,7 @@ class PlaneFigure:
         # A circle stays a circle only under a similarity of the plane.
         even = np.allclose(linear @ linear.T, linear[0] @ linear[0] * np.eye(2), rtol=0, atol=1e-15)
         if sides or shift[0] != 0 or not even or end - start != 360:
-            raise OmittedSolid("is a torus, or a sphere cut by sides or angles, which no quadric bounds")
+            raise OmittedPart("is a torus, or a sphere cut by sides or angles, which no quadric bounds")
         return Sphere(self.radius * math.sqrt(float(linear[0] @ linear[0])), (0, 0, float(shift[1])))
 
 
@@ -128,7 +129,7 @@ def combine_figures(kind: Any, parts: Sequence[PlaneItem]) -> PlaneItem:
 def plane_circle(radius: float, sides: int) -> PlaneFigure:
     """Return a round circle, or, with `sides`, a regular polygon with its first corner on the x axis, as OpenSCAD."""
     if not radius > 0:
-        raise OmittedSolid(f"has the radius {radius:g}")
+        raise OmittedPart(f"has the radius {radius:g}")
     if not sides:
         return PlaneFigure(radius=radius)
     return PlaneFigure(points=regular_polygon(radius, sides))
@@ -143,7 +144,7 @@ def regular_polygon(radius: float, sides: int) -> tuple[tuple[float, float], ...
 def plane_polygon(points: Sequence[Any], paths: Sequence[Sequence[int]] | None) -> PlaneItem:
     """Return the figure of one outline, or of several `paths` (indices of points) by the even-odd rule.
 
-    Outlines without area are skipped. Raise OmittedSolid if none has an area.
+    Outlines without area are skipped. Raise OmittedPart if none has an area.
     """
     loops = [tuple(points)] if paths is None else [tuple(points[k] for k in path) for path in paths]
     drawn: PlaneItem | None = None
@@ -158,7 +159,7 @@ def plane_polygon(points: Sequence[Any], paths: Sequence[Sequence[int]] | None) 
                 Union, [combine_figures(Difference, [drawn, one]), combine_figures(Difference, [one, drawn])]
             )
     if drawn is None:
-        raise OmittedSolid("has no area")
+        raise OmittedPart("has no area")
     return drawn
 
 
@@ -195,7 +196,7 @@ def cube(arguments: CallArguments) -> Solid:
     if len(sizes) != 3 or not all(isinstance(s, float) and s < 1e100 for s in sizes):
         raise arguments.refuse(f"size must be three numbers, got {size!s:.60}")
     if min(sizes) <= 0:
-        raise OmittedSolid(f"has the size {size!s:.60}")
+        raise OmittedPart(f"has the size {size!s:.60}")
     low = [-s / 2 if arguments.flag("center") else 0.0 for s in sizes]
     high = [s / 2 if arguments.flag("center") else s for s in sizes]
     return Box((low[0], low[1], low[2]), (high[0], high[1], high[2]))
@@ -245,9 +246,9 @@ def cylinder(arguments: CallArguments, smooth: bool) -> Solid:
     both = _radius(arguments)
     first, second = arguments.number("r1", both), arguments.number("r2", both)
     if not height > 0:
-        raise OmittedSolid(f"has the height {height:g}")
+        raise OmittedPart(f"has the height {height:g}")
     if first < 0 or second < 0 or first == second == 0:
-        raise OmittedSolid(f"has the radii {first:g} and {second:g}")
+        raise OmittedPart(f"has the radii {first:g} and {second:g}")
     low = -height / 2 if arguments.flag("center") else 0.0
     return frustum(first, second, low, low + height, arguments.sides(smooth))
 
@@ -277,12 +278,12 @@ def polyhedron(arguments: CallArguments) -> Solid:
     try:
         return Mesh(tuple((p[0], p[1], p[2]) for p in points), tuple(faces))
     except ValueError as error:
-        raise OmittedSolid(f"is no closed solid ({error})") from None
+        raise OmittedPart(f"is no closed solid ({error})") from None
 
 
 def _radius(arguments: CallArguments) -> float:
     """Return r, or half of d; 1 if both are missing."""
     radius = arguments.number("r", arguments.number("d", 2.0) / 2)
     if not radius > 0 and arguments.call.name == "sphere":
-        raise OmittedSolid(f"has the radius {radius:g}")
+        raise OmittedPart(f"has the radius {radius:g}")
     return radius

@@ -219,10 +219,6 @@ class CsgReader:
 ArgumentValue = TypeVar("ArgumentValue")
 
 
-class OmittedSolid(ValueError):
-    """A call that is left out: it encloses nothing, as for OpenSCAD, or it has sides that are no quadrics."""
-
-
 class CallArguments:
     """The arguments of one call by name, as numbers, lists and matrices.
 
@@ -307,10 +303,10 @@ class CallArguments:
         return max(3, int(value))
 
     def build(self, make: Callable[[], ArgumentValue]) -> ArgumentValue:
-        """Return make(); raise the errors of shapes as errors at the call. Raise `OmittedSolid` as it is."""
+        """Return make(); raise the errors of shapes as errors at the call."""
         try:
             return make()
-        except (SceneFileError, OmittedSolid):
+        except SceneFileError:
             raise
         except (ValueError, ArithmeticError) as error:
             raise self.refuse(str(error)) from None

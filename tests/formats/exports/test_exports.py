@@ -182,6 +182,26 @@ def test_names_with_what_xml_and_gdml_mean_otherwise(tmp_path: Path) -> None:
     assert back == ['a<b>&"c"\'', "x\\ny", "ring(i)", "core/fuel[3]", "core/fuel[4]"]
 
 
+LATTICE = """<geometry><surface id="1" type="sphere" coeffs="0 0 0 9" boundary="vacuum"/>
+<surface id="2" type="z-cylinder" coeffs="0 0 .4"/><surface id="3" type="x-plane" coeffs="0"/>
+<cell id="1" name="it's \\ fuel&#160;of 8 &#10;rows in a pin of a lattice in a cell that is turned" universe="1" region="-2" material="2"/>
+<cell id="2" universe="1" region="2" material="void"/>
+<lattice id="5" dimension="2 1" lower_left="-2 -1" pitch="2 2" universes="1 1"/>
+<cell id="3" universe="7" fill="5"/><cell id="4" fill="7" rotation="0 0 30" region="-1 3"/>
+<cell id="8" name="it's outside&#160;" material="void" region="-1 -3"/></geometry>"""
+
+
+def test_names_of_cells_and_places_come_back(tmp_path: Path) -> None:
+    scene = read_text(tmp_path, LATTICE, "in.xml")
+    names = [body.name or "" for body in scene.bodies]
+    assert names[1].endswith(" @ cell 4, cell 3, lattice 5 [1, 0]")
+    assert names[-1] == 'cell 8 "it\'s outside"'
+    for k in range(2):
+        scene = written_and_read(scene, tmp_path / f"{k}.xml")
+        assert sorted(body.name or "" for body in scene.bodies) == sorted(names)
+        assert all(scene[name].name == name for name in names)
+
+
 def test_formats_are_known_by_suffix(tmp_path: Path) -> None:
     assert [find_export_format(f"a{suffix.upper()}") for suffix in SOLID_FORMATS] == [
         EXPORT_FORMATS[0],

@@ -262,8 +262,14 @@ def test_hexagonal_prisms_of_a_million_centimetres_have_no_ends(tmp_path: Path) 
 
 def test_a_continued_line_that_lacks_a_blank(tmp_path: Path) -> None:
     hint = "a continued line needs five blanks, this one has 4"
-    with pytest.raises(ValueError, match=f":3:1: cell -2: .*; {hint}"):
-        loaded(tmp_path, PIN.replace("1 1 -10.4 -1 imp:n=1", "1 1 -10.4 -1\n    -2 imp:n=1"))
+    for first, second in (("-1", "-2 imp:n=1"), ("(-1", "-2) imp:n=1"), ("-1", "2 1 -1 imp:n=1"), ("-1", "#2 imp:n=1")):
+        text = PIN.replace("1 1 -10.4 -1 imp:n=1", f"1 1 -10.4 {first}\n    {second}")
+        with pytest.raises(ValueError, match=rf"\A\S*:3:1: {hint}\Z"):
+            loaded(tmp_path, text)
+    # Cards that are indented all, and a mistake that the blanks do not explain
+    indented = "t\n   1 0 -1\n  10 0 -9\n   2 0 1\n\n  1 so 1\n  2 px 0\n"
+    with pytest.raises(ValueError, match=r"\A\S*:3:1: cell 10: region: refers to unknown surface 9\Z"):
+        loaded(tmp_path, indented)
     notes = loaded(tmp_path, PIN.replace("92235.80c 0.05", "92235.80c 0.05\n   ")).notes
     assert any(f"line 12: '92238.80c' is not read; {hint}" in note for note in notes)
 

@@ -37,7 +37,7 @@ CASES: dict[str, tuple[str, int, tuple[str, ...]]] = {
     "no cells": (geometry(), 1, ("geometry: holds no cells",)),
     "unknown encoding": ("<?xml version='1.0' encoding='klingon'?><geometry/>", 0, ("is not XML", "klingon")),
     # Surfaces
-    "torus": (surface("type='z-torus' coeffs='0 0 0 5 1 1'"), 3, ("surface 9 'odd'", "is a torus (z-torus)")),
+    "torus": (geometry("<surface id='x' type='z-torus' coeffs='0 0 0 5 1 1'/>", "<cell id='1' material='1'/>"), 3, ("surface: id must be an integer, got 'x'",)),
     "unknown type": (surface("type='w-plane' coeffs='0'"), 3, ("surface 9 'odd': type must be one of x-plane,", "got 'w-plane'")),
     "no type": (surface("coeffs='0'"), 3, ("needs the attribute or element 'type'",)),
     "no coefficients": (surface("type='plane'"), 3, ("needs the attribute or element 'coeffs'",)),
@@ -74,7 +74,7 @@ CASES: dict[str, tuple[str, int, tuple[str, ...]]] = {
     "singular rotation": (cell("fill='2' rotation='1 0 0 1 0 0 0 0 1'", "<cell id='1' universe='2' material='1'/>"), 3, ("can be inverted",)),
     "old form": (cell("material='1' surfaces='-1 2'"), 3, ("has `surfaces`, an old form",)),
     "cell twice": (cell("material='1'", "<cell id='5' material='1'/>"), 4, ("cell 5: id 5 is taken by another cell",)),
-    "mesh": (geometry("<dagmc_universe id='3' filename='a.h5m'/>", "<cell id='1' material='1'/>"), 3, ("is a mesh",)),
+    "mesh": (geometry("<dagmc_universe id='x' filename='a.h5m'/>", "<cell id='1' material='1'/>"), 3, ("universe: id must be an integer, got 'x'",)),
     # Lattices
     "shape": (lattice(f"dimension='3' {RECT} universes='1 1 1'"), 3, ("lattice 4 'odd': dimension must be two or three integers > 0, got '3'",)),
     "no elements": (lattice(f"dimension='0 3' {RECT} universes=''"), 3, ("dimension must be two or three integers > 0",)),

@@ -192,7 +192,7 @@ def test_without_void(tmp_path: Path) -> None:
     assert len(co.load(tmp_path / "a.json").bodies) == 1133 - 264
 
 
-@pytest.mark.parametrize("name", ["torus", "no XML", "unknown surface", "a circle"])
+@pytest.mark.parametrize("name", ["mesh", "no XML", "unknown surface", "a circle"])
 def test_mistakes_end_with_exit_code_2(name: str, tmp_path: Path) -> None:
     path = tmp_path / "geometry.xml"
     path.write_text(CASES[name][0])
@@ -214,6 +214,38 @@ def test_limits_are_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
 def test_outputs_are_checked_first(tmp_path: Path) -> None:
     assert "scenes are saved as .yaml or .json" in run("import", PIN, "-o", tmp_path / "out.png").stderr
     assert run("import", PIN, "-o", tmp_path / "none" / "out.yaml").exit_code == 2
+
+
+MESHES = """
+<geometry>
+<surface id="1" type="sphere" coeffs="0 0 0 1"/><surface id="2" type="sphere" coeffs="0 0 0 9" boundary="vacuum"/>
+<surface id="7" name="coil" type="z-torus" coeffs="0 0 0 5 1 1"/><surface id="8" type="x-torus" coeffs="0 0 0 2 1 1"/>
+<dagmc_universe id="30" filename="engine.h5m"/>
+<cell id="1" material="1" region="-1"/><cell id="2" material="2" region="-7"/>
+<cell id="3" fill="20" region="1 7 -2"/>
+<cell id="4" universe="20" fill="30" region="-8 1"/><cell id="5" universe="20" fill="40" region="8"/>
+<cell id="6" universe="40" material="1" region="2 | -2"/>
+<cell id="9" fill="50" region="2"/>
+<lattice id="50" dimension="2 1" lower_left="9 -9" pitch="9 18" universes="30 20" outer="60"/>
+<cell id="7" universe="60" material="2"/>
+</geometry>"""
+
+
+def test_cells_with_tori_and_meshes_are_left_out_by_name(tmp_path: Path) -> None:
+    """Also the only cells of a universe and of the root, whose fillings are no other roots for it."""
+    path = put(tmp_path, model=MESHES)
+    scene = co.load(path)
+    assert [body.name for body in scene.bodies] == ["cell 1", "cell 7 @ cell 9, lattice 50 outer"]
+    notes = (
+        "universe 30 is a mesh (dagmc_universe), which is left out",
+        "surface 7 'coil' is a torus (z-torus), which is no quadric: cells 2, 3 left out",
+        "surface 8 is a torus (x-torus), which is no quadric: cells 4, 5 left out",
+    )
+    assert scene.notes[3:6] == notes
+    with pytest.raises(ValueError, match=r"strict is set:\nuniverse 30 is a mesh"):
+        co.load(path, strict=True)
+    alone = put(tmp_path, model="<geometry><dagmc_universe id='3'/></geometry>")
+    assert co.load(alone).bodies == ()
 
 
 # --- What an import says of itself: names that two materials share, words it does not know, what is not looked for

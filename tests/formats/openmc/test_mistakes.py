@@ -45,7 +45,7 @@ def test_all_mistakes_are_listed_in_the_order_of_the_file(tmp_path: Path) -> Non
     path = tmp_path / "geometry.xml"
     path.write_text(
         geometry(
-            "<surface id='8' type='x-torus' coeffs='0 0 0 1 2 3'/>",
+            "<surface id='8' type='x-toru' coeffs='0 0 0 1 2 3'/>",
             "<surface id='9' type='x-plane' coeffs='a'/>",
             "<cell id='1' region='-1'/>",
             "<cell id='2' material='1' region='(1'/>",
@@ -64,7 +64,7 @@ def told(text: str, path: Path) -> list[tuple[int, str]]:
 def test_independent_mistakes_of_all_stages_are_told(tmp_path: Path) -> None:
     """In elements, between them, and in the file as a whole; what follows from another mistake is not."""
     text = geometry(
-        "<surface id='8' type='x-torus' coeffs='0 0 0 1 2 3'/>",
+        "<surface id='8' type='x-torus' coeffs='0 0 0 1 2 3' boundary='sticky'/>",
         "<cell id='1' material='1' region='-1 8 77'/>",
         "<cell id='2' universe='5' fill='6'/>",
         "<cell id='3' universe='6' fill='5'/>",
@@ -73,7 +73,7 @@ def test_independent_mistakes_of_all_stages_are_told(tmp_path: Path) -> None:
     )
     assert told(text, tmp_path / "geometry.xml") == [
         (1, "has universes that contain themselves: universe 5 → universe 6 → universe 5"),
-        (3, "is a torus (x-torus), which is no quadric: Conicoid cannot express it"),
+        (3, "boundary must be one of periodic, reflective, transmission, vacuum, white, got 'sticky'"),
         (4, "region refers to unknown surface 77"),
         (7, "refers to unknown universe 44"),
         (8, "fill 33 is neither a universe nor a lattice"),
