@@ -248,12 +248,23 @@ def bind_surfaces(region: Region, surfaces: Mapping[int, Surface]) -> RegionPart
     return kind(tuple(bind_surfaces(part, surfaces) for part in region.parts))
 
 
-def move_part(part: RegionPart, place: UniversePlacement) -> RegionPart:
-    """Return a part after the turn and the shift of a placement."""
-    if isinstance(part, SurfaceSide):
-        surface = part.surface.placed(place)
-        return part if surface is part.surface else SurfaceSide(surface, part.positive)
-    return type(part)(tuple(move_part(piece, place) for piece in part.parts))
+class PlacedSurfaces(dict[Surface, Surface]):
+    """Surfaces after the turn and the shift of a placement, each moved when it is first used."""
+
+    def __init__(self, place: UniversePlacement) -> None:
+        super().__init__()
+        self.place = place
+
+    def __missing__(self, surface: Surface) -> Surface:
+        self[surface] = surface.placed(self.place)
+        return self[surface]
+
+    def part(self, part: RegionPart) -> RegionPart:
+        """Return a part with its surfaces moved."""
+        if isinstance(part, SurfaceSide):
+            surface = self[part.surface]
+            return part if surface is part.surface else SurfaceSide(surface, part.positive)
+        return type(part)(tuple(map(self.part, part.parts)))
 
 
 @dataclass(frozen=True)
@@ -270,7 +281,9 @@ class Conjunction:
         """
         sides, unions = _split_parts((*self.parts, *parts))
         box = self.extent.common(extent)
-        box = reduce(Extent.common, (side.surface.extent(side.positive) for side in sides), box)
+        # The sides of this intersection come first, and its extent is within theirs
+        for side in sides[sum(isinstance(part, SurfaceSide) for part in self.parts) :]:
+            box = box.common(side.surface.extent(side.positive))
         # Cheap tests first: most places of a cut lattice are empty, or keep all of the pin
         if box.is_empty or _are_disjoint(sides):
             return None
@@ -301,7 +314,7 @@ class Conjunction:
     def moved(self, shift: Point) -> Conjunction:
         """Return the intersection translated by `shift`."""
         place = UniversePlacement(shift=shift)
-        return Conjunction(tuple(move_part(part, place) for part in self.parts), self.extent.placed(place))
+        return Conjunction(tuple(map(PlacedSurfaces(place).part, self.parts)), self.extent.placed(place))
 
     @cached_property
     def size(self) -> int:
@@ -334,13 +347,12 @@ def pair_cost(before: Conjunction, parts: Iterable[RegionPart]) -> int:
 
 def _are_disjoint(sides: list[SurfaceSide]) -> bool:
     """Return True if two sides have no volume in common: both sides of a surface, or parallel slanted planes."""
-    sense_of: dict[Surface, bool] = {}
+    # Each side is there once
+    if len({side.surface for side in sides}) < len(sides):
+        return True
     ends: dict[tuple[tuple[tuple[int, int], ...], bool], Fraction] = {}
     for side in sides:
         plane = side.surface
-        # Both sides of one surface share the surface alone
-        if sense_of.setdefault(plane, side.positive) != side.positive:
-            return True
         # Planes across an axis are in the box already
         if isinstance(plane, FlatSurface) and plane.axis is None:
             normal, offset, upward = plane.direction
@@ -372,11 +384,12 @@ def _drop_implied_curved(sides: list[SurfaceSide], box: Extent) -> list[SurfaceS
     """Return the sides without curved ones that contain the whole box; None if the box is all beyond some side."""
     needed = []
     for side in sides:
-        relation = side.of(box)
+        is_flat = isinstance(side.surface, FlatSurface)
+        # Planes that are ends of the box stay, as they make it; the others have been left out before
+        relation = 0 if is_flat and side.surface.axis is not None else side.of(box)
         if relation > 0:
             return None
-        # Planes that are ends of the box stay, as they make it; the others have been left out before
-        if relation == 0 or isinstance(side.surface, FlatSurface):
+        if relation == 0 or is_flat:
             needed.append(side)
     return needed
 
@@ -426,7 +439,8 @@ def _drop_paired_sides(sides: list[SurfaceSide]) -> list[SurfaceSide] | None:
     if len(rounds) * len(sides) > MAX_PAIRS:
         return sides
     implied: set[int] = set()
-    for solid in rounds:
+    # The last first: the newest solids are the smallest ones, and imply those around them
+    for solid in reversed(rounds):
         if id(solid) in implied:  # what it implies, the part that implies it implies too
             continue
         for side in sides:
@@ -446,7 +460,7 @@ def _relation(solid: RoundSurface, side: SurfaceSide) -> int:
     if isinstance(other, FlatSurface):
         relation = solid.side_of_plane(other)
     elif isinstance(other, RoundSurface):
-        relation = -1 if solid.is_within(other) else int(solid.is_disjoint(other))
+        relation = solid.side_of_round(other)
     else:
         relation = 0
     return -relation if side.positive else relation
