@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property, reduce
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from ...geometry.general_quadric import Quadric
 from ...geometry.polyhedron import Polyhedron
@@ -210,8 +210,7 @@ MAX_PAIRS = 20_000
 """Most pairs of parts that are compared; beyond this number redundant parts stay, which is slower but correct."""
 
 
-@dataclass(frozen=True, slots=True)
-class SurfaceSide:
+class SurfaceSide(NamedTuple):
     """One closed side of a plane, the solid side of a curved surface, or the open outer one."""
 
     surface: Surface
@@ -272,7 +271,7 @@ class Conjunction:
     """The intersection of parts; `extent` is a box around it."""
 
     parts: tuple[RegionPart, ...] = ()
-    extent: Extent = UNBOUNDED
+    extent: Extent = field(default=UNBOUNDED, hash=False)
 
     def and_(self, parts: Iterable[RegionPart], extent: Extent = UNBOUNDED) -> Conjunction | None:
         """Return the intersection with further parts, without redundant parts; None if nothing is left.
@@ -364,14 +363,14 @@ def _are_disjoint(sides: list[SurfaceSide]) -> bool:
 
 def _split_parts(parts: Iterable[RegionPart]) -> tuple[list[SurfaceSide], list[PartUnion]]:
     """Return the sides, each once, and the unions of an intersection, with nested intersections opened."""
-    sides: dict[tuple[Surface, bool], SurfaceSide] = {}
+    sides: dict[SurfaceSide, SurfaceSide] = {}
     unions: dict[int, PartUnion] = {}
     # A stack with reversed parts gives the sides in the order of the file.
     pending = list(reversed(tuple(parts)))
     while pending:
         part = pending.pop()
         if isinstance(part, SurfaceSide):
-            sides.setdefault((part.surface, part.positive), part)
+            sides.setdefault(part, part)
         elif isinstance(part, PartIntersection):
             pending.extend(reversed(part.parts))
         else:

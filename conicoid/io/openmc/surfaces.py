@@ -36,6 +36,7 @@ from .values import OpenmcValues, format_title, quote_word
 
 _CLEAR_MARGIN = 2.0**-40
 """Margin for sums in floats, as a share of their terms; rounding loses far less."""
+_CROSS_AXES: dict[int | None, tuple[int, ...]] = {None: (0, 1, 2), 0: (1, 2), 1: (0, 2), 2: (0, 1)}
 TERMS = ("xx", "yy", "zz", "xy", "yz", "xz", "x", "y", "z", "constant")
 """The terms of OpenMC's quadric, in the order of its coefficients."""
 
@@ -174,7 +175,7 @@ class RoundSurface:
     @property
     def cross_axes(self) -> tuple[int, ...]:
         """The axes along which the distance is measured."""
-        return tuple(i for i in range(3) if i != self.axis)
+        return _CROSS_AXES[self.axis]
 
     def placed(self, place: UniversePlacement) -> RoundSurface:
         """Return the surface after the turn and the shift of a placement."""
@@ -336,7 +337,7 @@ def _clear_side_of_box(center: Vector, radius: float, low: Vector, high: Vector,
         a, b, c = low[i], high[i], center[i]
         nearest, farthest = max(a - c, c - b, 0.0), max(c - a, b - c)
         least, most = least + nearest * nearest, most + farthest * farthest
-        reach = max(abs(c), *(abs(end) for end in (a, b) if math.isfinite(end)), 0.0)
+        reach = max(abs(c), abs(a) if a > -math.inf else 0.0, abs(b) if b < math.inf else 0.0)
         size += 4.0 * reach * reach
     margin, square = _CLEAR_MARGIN * size, radius * radius
     if not margin < math.inf or abs(least - square) <= margin or abs(most - square) <= margin:

@@ -115,7 +115,7 @@ class PlaceBounds:
         if narrowed is None:
             return None
         # Nearly all places: one group, whose parts have been compared with each other
-        if not before.keys() - {motion}:
+        if self.is_before(motion):
             return PlaceBounds(((motion, narrowed),))
         groups: list[tuple[Motion, Conjunction]] = []
         for other, conjunction in (before | {motion: narrowed}).items():
@@ -543,7 +543,9 @@ class CellBodies(BlockBodies[CellPiece]):
             # Pieces around one another have surfaces in common. The last so many of these are held
             if len(self._moved.curved) + len(self._moved.convex) > _MOST_HELD:
                 self._moved, self._places = SolidBuilder(), {}
-            surfaces = self._places.setdefault(shift, PlacedSurfaces(UniversePlacement(shift=shift)))
+            surfaces = self._places.get(shift)
+            if surfaces is None:
+                surfaces = self._places[shift] = PlacedSurfaces(UniversePlacement(shift=shift))
             maker, groups = self._moved, [(motion, tuple(map(surfaces.part, parts))) for motion, parts in groups]
         return maker.solid(groups)
 
