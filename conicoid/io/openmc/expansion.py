@@ -163,10 +163,7 @@ class UniverseExpansion:
         lattice = self.geometry.lattice_of(cell)
         if lattice is None:
             assert cell.fill is not None
-            if any(cell.translation):
-                self._shared(cell, cell.fill, place, context, path)
-            else:
-                self._universe(cell.fill, place, context, path)
+            self._universe(cell.fill, place, context, path)
             return
         # The elements in the order of the file, so that numbers of bodies follow it
         for index, universe in lattice.universes.items():
@@ -207,7 +204,7 @@ class UniverseExpansion:
     def _shared(
         self, cell: UniverseCell, universe: int, place: UniversePlacement, context: PlaceBounds, path: PlacePath
     ) -> None:
-        """Expand a universe as a block, shared by places with equal bounds about their centres."""
+        """Expand a universe in an element as a block, shared by elements with equal bounds about their centres."""
         # Parts behind other motions, and rotated content, are not the same about every centre
         if not context.is_before(place.outer) or self._turns(universe):
             self._universe(universe, place, context, path)
