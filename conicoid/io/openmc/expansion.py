@@ -197,8 +197,12 @@ class UniverseExpansion:
         prism = lattice.prism(index).placed(place)
         inner = self._narrowed(cell, context, place, prism.sides(), prism.extent)
         if inner is not None:
-            step = f"{lattice.label} [{', '.join(map(str, index))}]"
-            self._shared(cell, universe, place.inner(lattice.center(index)), inner, (*path, step))
+            way = *path, f"{lattice.label} [{', '.join(map(str, index))}]"
+            # What stands once in a lattice of the root has nothing to share with
+            if self.block is self.whole and lattice.tally[universe] == 1 and universe != lattice.outer:
+                self._universe(universe, place.inner(lattice.center(index)), inner, way)
+            else:
+                self._shared(cell, universe, place.inner(lattice.center(index)), inner, way)
         return inner is not None
 
     def _shared(

@@ -307,8 +307,8 @@ class _OpenmcReader:
         element = cell.element
         if cell.region is not None:
             numbers = {half.surface for half in list_half_spaces(cell.region)}
-            # A surface that could not be read has been reported already
-            unknown = sorted(numbers - self.surfaces.keys() - self.broken["surface"])
+            # A surface that could not be read has been reported already. `-` would go through all surfaces of the file
+            unknown = sorted(n for n in numbers if n not in self.surfaces and n not in self.broken["surface"])
             if unknown:
                 plural = "s" if len(unknown) > 1 else ""
                 self._report(element, str(cell), f"region refers to unknown surface{plural} {join_limited(unknown)}")

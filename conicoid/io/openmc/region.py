@@ -247,8 +247,8 @@ def bind_surfaces(region: Region, surfaces: Mapping[int, Surface]) -> RegionPart
     return kind(tuple(bind_surfaces(part, surfaces) for part in region.parts))
 
 
-class PlacedSurfaces(dict[Surface, Surface]):
-    """Surfaces after the turn and the shift of a placement, each moved when it is first used."""
+class PartMover(dict[Surface, Surface]):
+    """Moves parts by the turn and the shift of a placement: each surface once, when it is first used."""
 
     def __init__(self, place: UniversePlacement) -> None:
         super().__init__()
@@ -258,12 +258,12 @@ class PlacedSurfaces(dict[Surface, Surface]):
         self[surface] = surface.placed(self.place)
         return self[surface]
 
-    def part(self, part: RegionPart) -> RegionPart:
-        """Return a part with its surfaces moved."""
+    def move(self, part: RegionPart) -> RegionPart:
+        """Return a part after the placement."""
         if isinstance(part, SurfaceSide):
             surface = self[part.surface]
             return part if surface is part.surface else SurfaceSide(surface, part.positive)
-        return type(part)(tuple(map(self.part, part.parts)))
+        return type(part)(tuple(map(self.move, part.parts)))
 
 
 @dataclass(frozen=True)
@@ -313,7 +313,7 @@ class Conjunction:
     def moved(self, shift: Point) -> Conjunction:
         """Return the intersection translated by `shift`."""
         place = UniversePlacement(shift=shift)
-        return Conjunction(tuple(map(PlacedSurfaces(place).part, self.parts)), self.extent.placed(place))
+        return Conjunction(tuple(map(PartMover(place).move, self.parts)), self.extent.placed(place))
 
     @cached_property
     def size(self) -> int:
@@ -383,12 +383,12 @@ def _drop_implied_curved(sides: list[SurfaceSide], box: Extent) -> list[SurfaceS
     """Return the sides without curved ones that contain the whole box; None if the box is all beyond some side."""
     needed = []
     for side in sides:
-        is_flat = isinstance(side.surface, FlatSurface)
+        surface = side.surface
         # Planes that are ends of the box stay, as they make it; the others have been left out before
-        relation = 0 if is_flat and side.surface.axis is not None else side.of(box)
+        relation = 0 if isinstance(surface, FlatSurface) and surface.axis is not None else side.of(box)
         if relation > 0:
             return None
-        if relation == 0 or is_flat:
+        if relation == 0 or isinstance(surface, FlatSurface):
             needed.append(side)
     return needed
 

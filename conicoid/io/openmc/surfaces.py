@@ -139,9 +139,7 @@ class FlatSurface:
             # What is too large for floats raises here
             (x, y, z), offset = self.floats or (to_floats(self.normal), float(self.offset))
             # + 0.0 turns -0.0 into 0.0, so that equal half-spaces have equal numbers.
-            self._solids[positive] = HalfSpace(
-                (sign * x + 0.0, sign * y + 0.0, sign * z + 0.0), sign * offset + 0.0
-            )
+            self._solids[positive] = HalfSpace((sign * x + 0.0, sign * y + 0.0, sign * z + 0.0), sign * offset + 0.0)
         return self._solids[positive]
 
     @cached_property
