@@ -454,10 +454,11 @@ def _drop_paired_sides(sides: list[SurfaceSide]) -> list[SurfaceSide] | None:
 
 
 def _relation(solid: RoundSurface, side: SurfaceSide) -> int:
-    """Return -1 if all of a round solid is on a side, +1 if none of it is, else 0."""
+    """Return -1 if all of a round solid is on a side, +1 if none of it is, else 0 (also for planes across axes)."""
     other = side.surface
     if isinstance(other, FlatSurface):
-        relation = solid.side_of_plane(other)
+        # A plane across an axis that lies beyond the solid is no end of the box around all sides
+        relation = solid.side_of_plane(other) if other.axis is None else 0
     elif isinstance(other, RoundSurface):
         relation = solid.side_of_round(other)
     else:
