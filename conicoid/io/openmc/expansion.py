@@ -23,9 +23,9 @@ from ..importers import BodyLimits, palette_color
 from . import geometry
 from .geometry import VOID as VOID_NAME, CellGeometry, UniverseCell, find_enclosure, is_bounded_with, lattice_fillings
 from .lattices import Index, Lattice
-from .placement import UNBOUNDED, AxisTurn, Extent, UniversePlacement
-from .region import RegionPart, SolidBuilder, bind_surfaces, list_half_spaces
-from .surfaces import Surface
+from .placement import UNBOUNDED, AxisTurn, Extent, ExtentEnd, Point, UniversePlacement
+from .region import RegionPart, SolidBuilder, SurfaceSide, bind_surfaces, list_half_spaces
+from .surfaces import FlatSurface, Surface
 from .universe_block import (
     CellBodies,
     CellPiece,
@@ -166,9 +166,10 @@ class UniverseExpansion:
             assert cell.fill is not None
             self._universe(cell.fill, place, context, path)
             return
+        room = ElementRoom.of(lattice, place, context)
         # The elements in the order of the file, so that numbers of bodies follow it
         for index, universe in lattice.universes.items():
-            is_there = self._element(cell, lattice, index, universe, place, context, path)
+            is_there = self._element(cell, lattice, index, universe, place, context, path, room)
             self.block.empty_places.visit(lattice, not is_there)
         # What lies around the lattice in its cell, which is nothing where the cell has the size of the lattice
         outside = self._narrowed(cell, context, place, [prism.placed(place).outside() for prism in lattice.hull])
@@ -193,23 +194,42 @@ class UniverseExpansion:
         place: UniversePlacement,
         context: PlaceBounds,
         path: PlacePath,
+        room: ElementRoom | None,
     ) -> bool:
         """Expand the universe of one lattice element; return False if no part of it is within the bounds."""
+        inside, way = place.inner(lattice.center(index)), (*path, f"{lattice.label} [{', '.join(map(str, index))}]")
+        is_clear = room is not None and room.has(inside.shift)
+        if room is not None and is_clear and universe in room.blocks:
+            self._count(room.blocks[universe].count, cell)
+            self.block.place(room.blocks[universe], inside.shift, way)
+            return True
         prism = lattice.prism(index).placed(place)
         inner = self._narrowed(cell, context, place, prism.sides(), prism.extent)
-        if inner is not None:
-            step = f"{lattice.label} [{', '.join(map(str, index))}]"
-            self._shared(cell, universe, place.inner(lattice.center(index)), inner, (*path, step))
+        # What stands once in a lattice of the root has nothing to share with
+        if (
+            inner is not None
+            and self.block is self.whole
+            and lattice.tally[universe] == 1
+            and universe != lattice.outer
+        ):
+            self._universe(universe, inside, inner, way)
+        elif inner is not None:
+            block = self._shared(cell, universe, inside, inner, way)
+            if room is not None and is_clear and block is not None:
+                room.blocks[universe] = block
         return inner is not None
 
     def _shared(
         self, cell: UniverseCell, universe: int, place: UniversePlacement, context: PlaceBounds, path: PlacePath
-    ) -> None:
-        """Expand a universe in an element as a block, shared by elements with equal bounds about their centres."""
+    ) -> UniverseBlock[CellPiece] | None:
+        """Expand a universe in an element as a block, shared by elements with equal bounds about their centres.
+
+        Return the block; None where content cannot be shared.
+        """
         # Parts behind other motions, and rotated content, are not the same about every centre
         if not context.is_before(place.outer) or self._turns(universe):
             self._universe(universe, place, context, path)
-            return
+            return None
         x, y, z = place.shift
         about = context.moved((-x, -y, -z))
         key = universe, place.turn, place.outer, about
@@ -223,6 +243,7 @@ class UniverseExpansion:
         else:
             self._count(block.count, cell)
         self.block.place(block, place.shift, path)
+        return block
 
     def _turns(self, universe: int) -> bool:
         """Return True if a universe contains a rotation by an angle that is no multiple of 90 degrees."""
@@ -268,9 +289,10 @@ class UniverseExpansion:
         if self.outside > geometry.PLACES_FOR_A_BODY * self.most.singles:
             where = f"{cell}, in which the outer universe {outer} of {lattice} is repeated"
             raise geometry.body_limit_error(self.path, count, self.most.singles, cell.element, where, "up to ")
+        room = ElementRoom.of(lattice, place, context)
         for index in tiles.indices:
             if index not in lattice.universes:
-                self._element(cell, lattice, index, outer, place, context, path)
+                self._element(cell, lattice, index, outer, place, context, path, room)
 
     def _repeats(self, lattice: Lattice, outer: int) -> bool:
         """Return True if the outer universe is periodic in the lattice (`is_periodic`)."""
@@ -382,6 +404,45 @@ class UniverseExpansion:
         self.problems.setdefault(cell.id, Problem(cell.element.line, cell.element.column, where, message))
         if len(self.problems) >= MAX_PROBLEMS:
             raise SceneFileError(self.path, self.problems.values())
+
+
+@dataclass
+class ElementRoom:
+    """Where elements of a lattice lie clear of the planes around it, so that their contents are copies of each other.
+
+    An element is clear if its centre lies strictly between `low` and `high` along each axis. The first clear element
+    of each universe adds its block.
+    """
+
+    low: tuple[ExtentEnd, ...]
+    high: tuple[ExtentEnd, ...]
+    blocks: dict[int, UniverseBlock[CellPiece]] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, lattice: Lattice, place: UniversePlacement, context: PlaceBounds) -> ElementRoom | None:
+        """Return the room within bounds; None if these have other parts than planes across the axes."""
+        parts = [part for _, group in context.groups for part in group.parts]
+        if not (context.is_before(place.outer) and all(map(_is_across_axis, parts))):
+            return None
+        index = next(iter(lattice.universes))
+        center, element = place.point(lattice.center(index)), lattice.prism(index).placed(place).extent
+        around = context.extent_before(place.outer)
+        ends = list(zip(center, element.high, around.low, around.high, strict=True))
+        # Along an axis without end all elements are cut alike
+        low = [None if top is None or a is None else a + (top - c) for c, top, a, _ in ends]
+        high = [None if top is None or b is None else b - (top - c) for c, top, _, b in ends]
+        return cls(tuple(low), tuple(high))
+
+    def has(self, center: Point) -> bool:
+        """Return True if the element around a centre is clear."""
+        return all(
+            (low is None or low < c) and (high is None or c < high)
+            for low, c, high in zip(self.low, center, self.high, strict=True)
+        )
+
+
+def _is_across_axis(part: RegionPart) -> bool:
+    return isinstance(part, SurfaceSide) and isinstance(part.surface, FlatSurface) and part.surface.axis is not None
 
 
 class _PlacedSurfaces(dict[int, Surface]):

@@ -338,8 +338,9 @@ class _OpenmcReader:
             tori = sorted(numbers & self.omitted["surface"].keys())
             if tori:
                 self.omitted["cell"][cell.id] = self.omitted["surface"][tori[0]]
-            # A surface that could not be read has been reported already
-            unknown = sorted(numbers.difference(self.surfaces, self.broken["surface"], tori))
+            # A surface that could not be read has been reported already. `-` would go through all surfaces of the file
+            known = self.surfaces, self.broken["surface"], tori
+            unknown = sorted(number for number in numbers if not any(number in some for some in known))
             if unknown:
                 plural = "s" if len(unknown) > 1 else ""
                 self._report(element, str(cell), f"region refers to unknown surface{plural} {join_limited(unknown)}")

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property, reduce
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from ...geometry.general_quadric import Quadric
 from ...geometry.polyhedron import Polyhedron
@@ -210,8 +210,7 @@ MAX_PAIRS = 20_000
 """Most pairs of parts that are compared; beyond this number redundant parts stay, which is slower but correct."""
 
 
-@dataclass(frozen=True, slots=True)
-class SurfaceSide:
+class SurfaceSide(NamedTuple):
     """One closed side of a plane, the solid side of a curved surface, or the open outer one."""
 
     surface: Surface
@@ -248,12 +247,23 @@ def bind_surfaces(region: Region, surfaces: Mapping[int, Surface]) -> RegionPart
     return kind(tuple(bind_surfaces(part, surfaces) for part in region.parts))
 
 
-def move_part(part: RegionPart, place: UniversePlacement) -> RegionPart:
-    """Return a part after the turn and the shift of a placement."""
-    if isinstance(part, SurfaceSide):
-        surface = part.surface.placed(place)
-        return part if surface is part.surface else SurfaceSide(surface, part.positive)
-    return type(part)(tuple(move_part(piece, place) for piece in part.parts))
+class PartMover(dict[Surface, Surface]):
+    """Moves parts by the turn and the shift of a placement: each surface once, when it is first used."""
+
+    def __init__(self, place: UniversePlacement) -> None:
+        super().__init__()
+        self.place = place
+
+    def __missing__(self, surface: Surface) -> Surface:
+        self[surface] = surface.placed(self.place)
+        return self[surface]
+
+    def move(self, part: RegionPart) -> RegionPart:
+        """Return a part after the placement."""
+        if isinstance(part, SurfaceSide):
+            surface = self[part.surface]
+            return part if surface is part.surface else SurfaceSide(surface, part.positive)
+        return type(part)(tuple(map(self.move, part.parts)))
 
 
 @dataclass(frozen=True)
@@ -261,7 +271,7 @@ class Conjunction:
     """The intersection of parts; `extent` is a box around it."""
 
     parts: tuple[RegionPart, ...] = ()
-    extent: Extent = UNBOUNDED
+    extent: Extent = field(default=UNBOUNDED, hash=False)
 
     def and_(self, parts: Iterable[RegionPart], extent: Extent = UNBOUNDED) -> Conjunction | None:
         """Return the intersection with further parts, without redundant parts; None if nothing is left.
@@ -270,7 +280,9 @@ class Conjunction:
         """
         sides, unions = _split_parts((*self.parts, *parts))
         box = self.extent.common(extent)
-        box = reduce(Extent.common, (side.surface.extent(side.positive) for side in sides), box)
+        # The sides of this intersection come first, and its extent is within theirs
+        for side in sides[sum(isinstance(part, SurfaceSide) for part in self.parts) :]:
+            box = box.common(side.surface.extent(side.positive))
         # Cheap tests first: most places of a cut lattice are empty, or keep all of the pin
         if box.is_empty or _are_disjoint(sides):
             return None
@@ -301,7 +313,7 @@ class Conjunction:
     def moved(self, shift: Point) -> Conjunction:
         """Return the intersection translated by `shift`."""
         place = UniversePlacement(shift=shift)
-        return Conjunction(tuple(move_part(part, place) for part in self.parts), self.extent.placed(place))
+        return Conjunction(tuple(map(PartMover(place).move, self.parts)), self.extent.placed(place))
 
     @cached_property
     def size(self) -> int:
@@ -334,13 +346,12 @@ def pair_cost(before: Conjunction, parts: Iterable[RegionPart]) -> int:
 
 def _are_disjoint(sides: list[SurfaceSide]) -> bool:
     """Return True if two sides have no volume in common: both sides of a surface, or parallel slanted planes."""
-    sense_of: dict[Surface, bool] = {}
+    # Each side is there once
+    if len({side.surface for side in sides}) < len(sides):
+        return True
     ends: dict[tuple[tuple[tuple[int, int], ...], bool], Fraction] = {}
     for side in sides:
         plane = side.surface
-        # Both sides of one surface share the surface alone
-        if sense_of.setdefault(plane, side.positive) != side.positive:
-            return True
         # Planes across an axis are in the box already
         if isinstance(plane, FlatSurface) and plane.axis is None:
             normal, offset, upward = plane.direction
@@ -352,14 +363,14 @@ def _are_disjoint(sides: list[SurfaceSide]) -> bool:
 
 def _split_parts(parts: Iterable[RegionPart]) -> tuple[list[SurfaceSide], list[PartUnion]]:
     """Return the sides, each once, and the unions of an intersection, with nested intersections opened."""
-    sides: dict[tuple[Surface, bool], SurfaceSide] = {}
+    sides: dict[SurfaceSide, SurfaceSide] = {}
     unions: dict[int, PartUnion] = {}
     # A stack with reversed parts gives the sides in the order of the file.
     pending = list(reversed(tuple(parts)))
     while pending:
         part = pending.pop()
         if isinstance(part, SurfaceSide):
-            sides.setdefault((part.surface, part.positive), part)
+            sides.setdefault(part, part)
         elif isinstance(part, PartIntersection):
             pending.extend(reversed(part.parts))
         else:
@@ -372,11 +383,12 @@ def _drop_implied_curved(sides: list[SurfaceSide], box: Extent) -> list[SurfaceS
     """Return the sides without curved ones that contain the whole box; None if the box is all beyond some side."""
     needed = []
     for side in sides:
-        relation = side.of(box)
+        surface = side.surface
+        # Planes that are ends of the box stay, as they make it; the others have been left out before
+        relation = 0 if isinstance(surface, FlatSurface) and surface.axis is not None else side.of(box)
         if relation > 0:
             return None
-        # Planes that are ends of the box stay, as they make it; the others have been left out before
-        if relation == 0 or isinstance(side.surface, FlatSurface):
+        if relation == 0 or isinstance(surface, FlatSurface):
             needed.append(side)
     return needed
 
@@ -426,7 +438,8 @@ def _drop_paired_sides(sides: list[SurfaceSide]) -> list[SurfaceSide] | None:
     if len(rounds) * len(sides) > MAX_PAIRS:
         return sides
     implied: set[int] = set()
-    for solid in rounds:
+    # The last first: the newest solids are the smallest ones, and imply those around them
+    for solid in reversed(rounds):
         if id(solid) in implied:  # what it implies, the part that implies it implies too
             continue
         for side in sides:
@@ -441,12 +454,13 @@ def _drop_paired_sides(sides: list[SurfaceSide]) -> list[SurfaceSide] | None:
 
 
 def _relation(solid: RoundSurface, side: SurfaceSide) -> int:
-    """Return -1 if all of a round solid is on a side, +1 if none of it is, else 0."""
+    """Return -1 if all of a round solid is on a side, +1 if none of it is, else 0 (also for planes across axes)."""
     other = side.surface
     if isinstance(other, FlatSurface):
-        relation = solid.side_of_plane(other)
+        # A plane across an axis that lies beyond the solid is no end of the box around all sides
+        relation = solid.side_of_plane(other) if other.axis is None else 0
     elif isinstance(other, RoundSurface):
-        relation = -1 if solid.is_within(other) else int(solid.is_disjoint(other))
+        relation = solid.side_of_round(other)
     else:
         relation = 0
     return -relation if side.positive else relation

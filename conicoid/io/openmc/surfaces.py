@@ -22,11 +22,22 @@ from ...geometry.shape import Solid
 from ...geometry.transform import IDENTITY_MOTION, Motion
 from ..importers import OmittedPart
 from ..xml_tree import XmlElement
-from .placement import ORIGIN, UNBOUNDED, AxisTurn, Extent, ExtentEnd, Point, UniversePlacement, to_floats
+from .placement import (
+    ORIGIN,
+    UNBOUNDED,
+    AxisTurn,
+    Extent,
+    ExtentEnd,
+    Point,
+    UniversePlacement,
+    to_floats,
+    try_floats,
+)
 from .values import OpenmcValues, format_title, quote_word
 
 _CLEAR_MARGIN = 2.0**-40
 """Margin for sums in floats, as a share of their terms; rounding loses far less."""
+_CROSS_AXES: dict[int | None, tuple[int, ...]] = {None: (0, 1, 2), 0: (1, 2), 1: (0, 2), 2: (0, 1)}
 TERMS = ("xx", "yy", "zz", "xy", "yz", "xz", "x", "y", "z", "constant")
 """The terms of OpenMC's quadric, in the order of its coefficients."""
 
@@ -48,10 +59,7 @@ class FlatSurface:
     @cached_property
     def floats(self) -> tuple[Vector, float] | None:
         """The normal and the offset, each number rounded once; None if they are too large."""
-        try:
-            return to_floats(self.normal), float(self.offset)
-        except OverflowError:
-            return None
+        return try_floats(self.normal, self.offset)
 
     def placed(self, place: UniversePlacement) -> FlatSurface:
         """Return the plane after the turn and the shift of a placement: this object where they do not move it."""
@@ -129,10 +137,10 @@ class FlatSurface:
         """Return the half-space f <= 0, or f >= 0 if `positive`: one object for each side."""
         if positive not in self._solids:
             sign = -1 if positive else 1
-            x, y, z = to_floats(self.normal)
+            # What is too large for floats raises here
+            (x, y, z), offset = self.floats or (to_floats(self.normal), float(self.offset))
             # + 0.0 turns -0.0 into 0.0, so that equal half-spaces have equal numbers.
-            normal, offset = (sign * x + 0.0, sign * y + 0.0, sign * z + 0.0), sign * float(self.offset) + 0.0
-            self._solids[positive] = HalfSpace(normal, offset)
+            self._solids[positive] = HalfSpace((sign * x + 0.0, sign * y + 0.0, sign * z + 0.0), sign * offset + 0.0)
         return self._solids[positive]
 
     @cached_property
@@ -161,15 +169,12 @@ class RoundSurface:
     @cached_property
     def floats(self) -> tuple[Vector, float] | None:
         """The center and the radius, each rounded once; None if they are too large."""
-        try:
-            return to_floats(self.center), float(self.radius)
-        except OverflowError:
-            return None
+        return try_floats(self.center, self.radius)
 
     @property
     def cross_axes(self) -> tuple[int, ...]:
         """The axes along which the distance is measured."""
-        return tuple(i for i in range(3) if i != self.axis)
+        return _CROSS_AXES[self.axis]
 
     def placed(self, place: UniversePlacement) -> RoundSurface:
         """Return the surface after the turn and the shift of a placement."""
@@ -231,42 +236,28 @@ class RoundSurface:
             return 0
         return (1 if above > 0 else -1) if abs(above) > reach + margin else None
 
-    def is_within(self, other: RoundSurface) -> bool:
-        """Return True if this solid lies strictly inside another one with the same axis."""
-        if self.axis != other.axis:
-            return False
-        is_apart = self._clearly_apart(other, -1.0)
-        if is_apart is not None:
-            return not is_apart
-        gap = other.radius - self.radius
-        return gap > 0 and self._squared_distance(other) < gap**2
+    def side_of_round(self, other: RoundSurface) -> int:
+        """Return -1 if this solid lies strictly inside another one with the same axis, +1 if strictly outside, else 0.
 
-    def is_disjoint(self, other: RoundSurface) -> bool:
-        """Return True if this solid lies strictly outside another one with the same axis."""
-        if self.axis != other.axis:
-            return False
-        is_apart = self._clearly_apart(other, 1.0)
-        return self._squared_distance(other) > (self.radius + other.radius) ** 2 if is_apart is None else is_apart
-
-    def _clearly_apart(self, other: RoundSurface, sense: float) -> bool | None:
-        """Return whether the centers are farther apart than the other radius plus `sense` times this one.
-
-        None if they are too close, or too large, for floats to show it.
+        0 for another axis.
         """
-        if self.floats is None or other.floats is None:
-            return None
-        (center, radius), (point, other_radius) = self.floats, other.floats
-        beyond = math.dist(center, point) - (other_radius + sense * radius)
-        margin = _CLEAR_MARGIN * (sum(map(abs, center)) + sum(map(abs, point)) + radius + other_radius)
-        return None if abs(beyond) <= margin else beyond > 0
-
-    def _squared_distance(self, other: RoundSurface) -> Fraction:
-        """Return the squared distance between the centers."""
-        return sum(((a - b) ** 2 for a, b in zip(self.center, other.center, strict=True)), Fraction(0))
+        if self.axis != other.axis:
+            return 0
+        if self.floats is not None and other.floats is not None:
+            (center, radius), (point, other_radius) = self.floats, other.floats
+            apart, gap, reach = math.dist(center, point), other_radius - radius, other_radius + radius
+            margin = _CLEAR_MARGIN * (sum(map(abs, center)) + sum(map(abs, point)) + reach)
+            if min(abs(apart - gap), abs(apart - reach)) > margin:
+                return -1 if apart < gap else int(apart > reach)
+        square = sum(((a - b) ** 2 for a, b in zip(self.center, other.center, strict=True)), Fraction(0))
+        exact_gap = other.radius - self.radius
+        if exact_gap > 0 and square < exact_gap**2:
+            return -1
+        return int(square > (self.radius + other.radius) ** 2)
 
     def solid(self) -> Solid:
         """Return the ball, or the infinite cylinder."""
-        radius, center = float(self.radius), to_floats(self.center)
+        center, radius = self.floats or (to_floats(self.center), float(self.radius))
         if self.axis is None:
             return Sphere(radius, center)
         return _move_shape(
@@ -345,7 +336,7 @@ def _clear_side_of_box(center: Vector, radius: float, low: Vector, high: Vector,
         a, b, c = low[i], high[i], center[i]
         nearest, farthest = max(a - c, c - b, 0.0), max(c - a, b - c)
         least, most = least + nearest * nearest, most + farthest * farthest
-        reach = max(abs(c), *(abs(end) for end in (a, b) if math.isfinite(end)), 0.0)
+        reach = max(abs(c), abs(a) if a > -math.inf else 0.0, abs(b) if b < math.inf else 0.0)
         size += 4.0 * reach * reach
     margin, square = _CLEAR_MARGIN * size, radius * radius
     if not margin < math.inf or abs(least - square) <= margin or abs(most - square) <= margin:
@@ -358,7 +349,7 @@ def _quick_hash(values: tuple[Fraction, ...]) -> int:
 
     The hash of `Fraction` is slow, because it must agree with the hashes of equal numbers of other types.
     """
-    return hash(tuple([value.numerator for value in values] + [value.denominator for value in values]))
+    return hash(tuple(map(Fraction.as_integer_ratio, values)))
 
 
 def _drop_axis(axis: int | None, point: Point) -> Point:

@@ -30,7 +30,7 @@ from ...numerics.bigfloat import fraction, is_rounded
 from .geometry import CellGeometry, UniverseCell
 from .lattices import Lattice
 from .placement import ORIGIN, UNBOUNDED, Extent, ExtentEnd, Point, UniversePlacement
-from .region import Conjunction, RegionPart, SolidBuilder, SurfaceSide, move_part, pair_cost
+from .region import Conjunction, PartMover, RegionPart, SolidBuilder, SurfaceSide, pair_cost
 from .surfaces import ConeSurface, FlatSurface, RoundSurface, Surface
 
 
@@ -115,7 +115,7 @@ class PlaceBounds:
         if narrowed is None:
             return None
         # Nearly all places: one group, whose parts have been compared with each other
-        if not before.keys() - {motion}:
+        if self.is_before(motion):
             return PlaceBounds(((motion, narrowed),))
         groups: list[tuple[Motion, Conjunction]] = []
         for other, conjunction in (before | {motion: narrowed}).items():
@@ -518,6 +518,7 @@ class CellBodies(BlockBodies[CellPiece]):
     def __init__(self, whole: UniverseBlock[CellPiece], pieces: list[CellPiece], flat: FlatBlock) -> None:
         super().__init__(whole, pieces, flat)
         self._maker, self._moved = SolidBuilder(), SolidBuilder()
+        self._movers: dict[Shift, PartMover] = {}
 
     def shape_at(self, kind: int, shift: Shift) -> Solid:
         """Build a piece, translated by a shift."""
@@ -541,9 +542,11 @@ class CellBodies(BlockBodies[CellPiece]):
         if shift != ORIGIN:
             # Pieces around one another have surfaces in common. The last so many of these are held
             if len(self._moved.curved) + len(self._moved.convex) > _MOST_HELD:
-                self._moved = SolidBuilder()
-            place, maker = UniversePlacement(shift=shift), self._moved
-            groups = [(motion, tuple(move_part(part, place) for part in parts)) for motion, parts in groups]
+                self._moved, self._movers = SolidBuilder(), {}
+            mover = self._movers.get(shift)
+            if mover is None:
+                mover = self._movers[shift] = PartMover(UniversePlacement(shift=shift))
+            maker, groups = self._moved, [(motion, tuple(map(mover.move, parts))) for motion, parts in groups]
         return maker.solid(groups)
 
     def is_rigid(self, kind: int) -> bool:

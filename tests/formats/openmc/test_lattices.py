@@ -12,6 +12,8 @@ import pytest
 
 import conicoid as co
 from conicoid._util.arrays import FloatArray
+from conicoid.geometry.transform import IDENTITY_MOTION
+from conicoid.io.openmc.expansion import ElementRoom
 from conicoid.io.openmc.lattices import (
     HexagonalLattice,
     Lattice,
@@ -21,7 +23,8 @@ from conicoid.io.openmc.lattices import (
     read_hexagonal_lattice,
     read_rectangular_lattice,
 )
-from conicoid.io.openmc.placement import Extent
+from conicoid.io.openmc.placement import Extent, UniversePlacement
+from conicoid.io.openmc.universe_block import PlaceBounds
 from conicoid.io.xml_tree import XmlElement
 from conicoid.render.camera import fit_extent
 
@@ -55,6 +58,21 @@ def hexagonal(rings: int, orientation: str, levels: int | None = None) -> Hexago
     else:
         attributes |= {"center": "0.3 -0.1 0.2", "pitch": "1.1 0.7", "n_axial": str(levels)}
     return read_hexagonal_lattice(XmlElement("hex_lattice", 1, 1, attributes))
+
+
+def test_clear_elements() -> None:
+    """Of n x n squares in a box of their size those of the rim touch it; in the box of one, none is clear; without a box all are."""
+    lattice = read_rectangular_lattice(
+        XmlElement("lattice", 1, 1, dict(id="1", dimension="5 5", lower_left="0 0", pitch="1 1", universes="1 " * 25))
+    )
+    place = UniversePlacement()
+    for box, count in ((lattice.hull[0], 9), (lattice.prism((2, 2)), 0)):
+        room = ElementRoom.of(lattice, place, PlaceBounds().and_(IDENTITY_MOTION, box.sides()) or PlaceBounds())
+        assert room is not None
+        assert sum(room.has(lattice.center(index)) for index in lattice.universes) == count
+    free = ElementRoom.of(lattice, place, PlaceBounds())
+    assert free is not None
+    assert all(free.has(lattice.center(index)) for index in lattice.universes)
 
 
 LATTICES: list[Lattice] = [
