@@ -58,7 +58,7 @@ EACH_LEVEL = "tests/native/test_digest.py", "tests/native/test_no_compiler.py", 
 SAMPLE = (
     *("tests/reference", "tests/exactness/test_random_bodies.py", "tests/exactness/test_whole_bodies.py"),
     *("tests/engine/test_routes.py", "tests/integrators/test_whitted.py", "tests/seeds", "tests/test_commands.py"),
-    *("tests/viewer/test_engine.py", "tests/native/test_start.py", "tests/derivatives/test_own_shapes.py"),
+    *("tests/viewer/test_engine.py", "tests/native/test_start.py", "tests/derivatives/test_every_shape.py"),
     *("tests/test_docs.py::test_code_runs[README.md]", "tests/test_docs.py::test_code_runs[docs/index.md]"),
 )
 

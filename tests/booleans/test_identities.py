@@ -1,7 +1,8 @@
-"""Set algebra holds on every ray, to the bit."""
+"""Set algebra holds on every ray, to the bit; flush cuts leave nothing and lose nothing, at any scale."""
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import Any
 
@@ -12,9 +13,11 @@ import conicoid as co
 
 from ..reference.random_shapes import generator
 from ..reference.whole_items import tree
-from ..samples import deep
+from ..samples import deep, drawn
 from .intervals import same, table
-from .rays import mixed_rays
+from .rays import grid_rays, mixed_rays
+
+# --- Set algebra holds on every ray, to the bit
 
 
 def moved(shape: Any) -> Any:
@@ -70,3 +73,144 @@ def test_nothing_and_everything(solids: Any) -> None:
     assert len(everything.t_enter) == len(rays[0])
     assert everything.enter_clipped.all()
     assert everything.exit_clipped.all()
+
+
+# --- Flush cuts: nothing is left and nothing is lost where faces coincide, at any scale
+
+
+SCALES = [1e-9, 1.0, 1e9]
+
+
+def assert_same_spans(one: Any, other: Any, rays: Any) -> None:
+    spans = co.Scene([one, other]).spans(*rays, t_min=-math.inf)
+    agree = same(table(spans, 0), table(spans, 1))
+    wrong = np.flatnonzero(~agree)
+    assert agree.all(), (
+        f"{len(wrong)} rays, the first from {rays[0][wrong[0]].tolist()} along {rays[1][wrong[0]].tolist()}"
+    )
+
+
+def rays_for(seed: int, count: int, scale: float, middle: float = 0.0) -> Any:
+    r = np.random.default_rng(seed)
+    origins, directions = mixed_rays(r, count)
+    return (origins + middle) * scale, directions * scale ** r.choice([0, 1])
+
+
+@pytest.mark.parametrize("scale", SCALES)
+@pytest.mark.parametrize("moved", [False, True], ids=["by parameters", "by scale"])
+def test_box_minus_cylinder(moved: bool, scale: float):
+    """The hole of a flush cylinder is the hole of a longer one."""
+    s, k = (1.0, scale) if moved else (scale, 1.0)
+
+    def cut(reach: float) -> Any:
+        rod = co.Cylinder((0, 0, -reach * s), (0, 0, reach * s), 0.5 * s)
+        return (co.Box((-s, -s, -s), (s, s, s)) - rod).scale(k)
+
+    for seed in range(2):
+        rays = rays_for(seed, 3000, scale)
+        assert_same_spans(cut(1.0), cut(3.0), rays)
+        crossings = co.Scene([cut(1.0)]).crossings(*rays, t_min=-math.inf)
+        assert (np.diff(crossings.offsets) % 2 == 0).all()
+
+
+@pytest.mark.parametrize("scale", SCALES)
+def test_a_slanted_plate_with_flush_holes(scale: float):
+    """Everything turned by the same steps stays flush."""
+
+    def turned(shape: Any) -> Any:
+        return shape.scale(scale).rotate((1, 2, 3), 37).translate((3 * scale, -scale, 0))
+
+    plate, long, short = (
+        turned(shape)
+        for shape in (
+            co.Box((-2, -2, 0), (2, 2, 0.3)),
+            co.Cylinder((0, 0, -1), (0, 0, 2), 0.7),
+            co.Cylinder((0, 0, 0), (0, 0, 0.3), 0.7),
+        )
+    )
+    rays = rays_for(4, 8000, scale)
+    assert_same_spans(plate - short, plate - long, rays)
+    assert_same_spans((plate - short) | short, plate | short, rays)
+
+
+@pytest.mark.parametrize("scale", SCALES)
+def test_nested_boxes_that_share_faces(scale: float):
+    big, flat, corner = (
+        co.Box(tuple(scale * c for c in low), tuple(scale * c for c in high))
+        for low, high in [((0, 0, 0), (3, 3, 3)), ((0, 0, 0), (3, 3, 1)), ((0, 0, 0), (1, 1, 1))]
+    )
+    upper = co.Box((0, 0, scale), (3 * scale, 3 * scale, 3 * scale))
+    rays = rays_for(5, 4000, scale, 1.0)
+    assert_same_spans(big - flat, upper, rays)
+    assert_same_spans((big - flat) | flat, big, rays)
+    assert_same_spans(big & corner, corner, rays)
+    assert_same_spans((flat - corner) | (corner | upper), big, rays)
+    assert_same_spans(flat - big, corner - corner, rays)
+
+
+def unit_cells(scale: float, *, moved: bool, across: int = 10) -> tuple[Any, Any]:
+    """(a cube, its across³ cells united)"""
+    places = itertools.product(range(across), repeat=3)
+    if moved:
+        cells = [co.Box((0, 0, 0), (1, 1, 1)).translate(place).scale(scale) for place in places]
+        return co.Box((0, 0, 0), (across,) * 3).scale(scale), co.Union(tuple(cells))
+    cells = [co.Box(tuple(scale * c for c in place), tuple(scale * (c + 1) for c in place)) for place in places]
+    return co.Box((0, 0, 0), (across * scale,) * 3), co.Union(tuple(cells))
+
+
+def cube_rays(seed: int, count: int, scale: float, across: int = 10) -> Any:
+    """A third along the grid, a third nearly, a third at random through the cube."""
+    r = np.random.default_rng(seed)
+    one = grid_rays(r, count // 3, across)
+    two = grid_rays(r, count // 3, across)
+    two = two[0], two[1] + r.normal(size=two[1].shape) * 10 ** r.uniform(-16, -1, (len(two[1]), 1))
+    targets, directions = (
+        r.uniform(0, across, (count - 2 * (count // 3), 3)),
+        r.normal(size=(count - 2 * (count // 3), 3)),
+    )
+    three = targets - 30 * directions, directions
+    origins, directions = (np.concatenate(rows) for rows in zip(one, two, three, strict=True))
+    return origins * scale, directions
+
+
+@pytest.mark.parametrize("across", [5, deep(10)])
+@pytest.mark.parametrize("scale", SCALES)
+@pytest.mark.parametrize("moved", [False, True], ids=["by parameters", "by translate and scale"])
+def test_a_cube_of_many_cells(moved: bool, scale: float, across: int):
+    cube, cells = unit_cells(scale, moved=moved, across=across)
+    assert_same_spans(cells, cube, cube_rays(6, 6000, scale, across))
+
+
+@pytest.mark.parametrize("across", [5, deep(10)])
+@pytest.mark.parametrize("moved", [False, True], ids=["by parameters", "by translate and scale"])
+def test_a_cube_taken_apart(moved: bool, across: int):
+    """Nothing is left of a cube less its cells; every point of a ray in the cube is in exactly one cell."""
+    cube, cells = unit_cells(1.0, moved=moved, across=across)
+    rays = cube_rays(7, 3000, 1.0, across)
+    assert len(co.Scene([cube - cells]).crossings(*rays, t_min=-math.inf).t) == 0
+    apart = co.Scene([*cells.operands, cube])
+    spans = apart.spans(*rays, t_min=-math.inf)
+    ray = np.repeat(np.arange(len(rays[0])), np.diff(spans.offsets))
+    whole = spans.body == across**3
+    follows = np.diff(ray[~whole]) == 0
+    assert np.array_equal(spans.t_enter[~whole][1:][follows], spans.t_exit[~whole][:-1][follows])
+    first = np.flatnonzero(np.concatenate([[True], ~follows]))
+    last = np.concatenate([first[1:] - 1, [len(ray[~whole]) - 1]])
+    assert np.array_equal(spans.t_enter[~whole][first], spans.t_enter[whole])
+    assert np.array_equal(spans.t_exit[~whole][last], spans.t_exit[whole])
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize("scale", SCALES)
+def test_many_rays(scale: float):
+    """Three scales, four cases each."""
+    for seed in drawn(range(17), 2, str(scale)):
+        assert_same_spans(*unit_cells(scale, moved=seed % 2 == 0), cube_rays(100 + seed, 50_000, scale))
+    s = scale
+    box = co.Box((-s, -s, -s), (s, s, s))
+    flush, long = (box - co.Cylinder((0, 0, -k * s), (0, 0, k * s), 0.5 * s) for k in (1, 3))
+    shell = co.Box((-s, -s, 0), (s, s, s))
+    for seed in drawn(range(13), 2, str(scale)):
+        rays = rays_for(200 + seed, 200_000, scale)
+        assert_same_spans(flush, long, rays)
+        assert_same_spans(box - shell, co.Box((-s, -s, -s), (s, s, 0)), rays)

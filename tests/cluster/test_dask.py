@@ -115,7 +115,7 @@ def test_any_number_of_workers_and_threads(workers, threads):
     with cluster(workers, threads) as made, distributed.Client(made) as client:
         check_arrays(scene, rays)
         for chunk in (1, 7, 4096, rays.size):
-            some = rays if chunk > 7 else rays[:2, :50]
+            some = rays if chunk > 7 else rays[:2, :10]
             how = co.parallel.Workers(client, chunk=chunk)
             assert subject.differing(subject.answers(scene, some), subject.answers(scene, some, executor=how)) == []
             assert np.array_equal(scene.render(130, 70, executor=how).pixels, scene.render(130, 70).pixels)

@@ -6,10 +6,14 @@ import multiprocessing
 import os
 import pickle
 import re
+import shutil
+import subprocess
+import sys
 import threading
 import time
-from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,6 +24,8 @@ from conicoid.parallel.scheduler import ChunkSize
 from conicoid.parallel.shared_state import source_version
 
 from . import subject
+
+# --- Queries on executors: the same bits as without, however they are cut, and plain words for what cannot be
 
 
 @pytest.mark.parametrize("chunk", [7, 4096, None])
@@ -302,3 +308,133 @@ def test_tasks_that_take_too_long_are_ended():
             slow.result()
         assert pool.submit(abs, -1).result() == 1
     assert time.monotonic() - began < 600
+
+
+# --- Arrays as a network brings them: read-only, and anywhere between the places of numbers
+
+
+def brought(thing):
+    """A thing whose arrays are views of one message, each at an odd place."""
+    buffers = []
+    told = pickle.dumps(thing, protocol=5, buffer_callback=buffers.append)
+    parts = [bytes(buffer.raw()) for buffer in buffers]
+    message = b"".join(b"!" * (1 + len(part) % 2) + part for part in parts)
+    views, at = [], 0
+    for part in parts:
+        at += 1 + len(part) % 2
+        views.append(memoryview(message)[at : at + len(part)])
+        at += len(part)
+    return pickle.loads(told, buffers=views)
+
+
+class Messenger(Executor):
+    """One worker, in this process, with whom all is exchanged by messages."""
+
+    _max_workers = 1
+
+    def submit(self, call, /, *arguments, **named):
+        future = Future()
+        try:
+            call, arguments, named = brought((call, arguments, named))
+            future.set_result(brought(call(*arguments, **named)))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+
+def test_a_message_is_not_aligned():
+    array = brought([np.arange(3.0), np.arange(5.0)])[1]
+    assert not array.flags.aligned
+    assert not array.flags.writeable
+    assert array.tolist() == [0, 1, 2, 3, 4]
+
+
+def test_every_query():
+    scene = subject.scene()
+    rays = subject.rays(700)
+    wanted = subject.answers(scene, rays)
+    assert subject.differing(wanted, subject.answers(scene, rays, executor=Messenger())) == []
+
+
+def test_streams():
+    scene, rays = subject.scene(), subject.rays(700)
+    for query in ("first_hit", "spans", "crossings", "occluded"):
+        parts = list(scene.stream(rays, query, executor=Messenger(), chunk=150))
+        wanted = [getattr(scene, query)(rays[k : k + 150]) for k in range(0, 700, 150)]
+        assert all(subject.same(a, b) for a, b in zip(parts, wanted, strict=True)), query
+
+
+# --- What would be logged on workers, where nobody reads it, is logged where the question is asked, once
+
+
+@pytest.fixture
+def logged(caplog):
+    """The warnings of Conicoid's log that tell of overlaps."""
+    return lambda: [r.getMessage() for r in caplog.records if "through two bodies at once" in r.getMessage()]
+
+
+@pytest.mark.parametrize("kind", ["processes", "threads", "none"])
+def test_overlaps_are_told_once(kind, processes, logged):
+    scene, rays = subject.scene(), subject.rays(200)  # whose ball and corners overlap
+    pool = dict(processes=processes, threads=ThreadPoolExecutor(2), none=None)[kind]
+    how = None if pool is None else co.parallel.Workers(pool, chunk=20)
+    scene.line_integral(subject.VALUES, rays, executor=how)
+    assert len(logged()) == 1
+    assert logged()[0].startswith("line_integral: ")
+    list(scene.stream(rays, "line_integral", values=subject.VALUES, executor=how))
+    scene.line_integral(subject.VALUES, rays)
+    assert len(logged()) == 1  # this scene was told of
+    subject.scene().line_integral(subject.VALUES, rays, executor=how)
+    assert len(logged()) == 2
+    subject.scene().line_integral(subject.VALUES, rays, executor=how, overlaps="both")
+    assert len(logged()) == 2
+
+
+# --- Executors of other packages: loky's and MPI's
+
+
+PROGRAM = """
+from mpi4py import MPI
+from mpi4py.futures import MPIPoolExecutor
+import conicoid as co
+from tests.cluster import subject
+if __name__ == "__main__":
+    scene, rays = subject.scene(), subject.rays(5, 40)
+    with MPIPoolExecutor() as pool:
+        assert pool.submit(MPI.COMM_WORLD.Get_rank).result() != 0  # it is done elsewhere
+        how = co.parallel.Workers(pool, chunk=33)
+        far = subject.answers(scene, rays, executor=how)
+        picture = scene.render(70, 40, executor=pool)
+    assert subject.differing(subject.answers(scene, rays), far) == []
+    assert (picture.pixels == scene.render(70, 40).pixels).all()
+    print("the same,", MPI.COMM_WORLD.Get_size(), "processes")
+"""
+
+
+def test_mpi(tmp_path):
+    pytest.importorskip("mpi4py", reason="mpi4py is not installed", exc_type=ImportError)
+    launcher = shutil.which("mpiexec", path=os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"])))
+    if launcher is None:
+        pytest.skip("no mpiexec is installed")
+    (tmp_path / "program.py").write_text(PROGRAM)
+    command = [launcher, "-n", "3", sys.executable, "-m", "mpi4py.futures", tmp_path / "program.py"]
+    paths = os.pathsep.join([os.getcwd(), os.environ.get("PYTHONPATH", "")])
+    environment = os.environ | {
+        "PYTHONPATH": paths,
+        "OMPI_ALLOW_RUN_AS_ROOT": "1",
+        "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+    }
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=240)
+    assert done.returncode == 0, done.stderr
+    assert "the same, 3 processes" in done.stdout
+
+
+@pytest.mark.parametrize("package", ["loky", "joblib.externals.loky"])
+def test_loky(package):
+    loky = pytest.importorskip(package)
+    scene, rays = subject.scene(), subject.rays(5, 40)
+    pool = loky.get_reusable_executor(max_workers=2)
+    try:
+        assert subject.differing(subject.answers(scene, rays), subject.answers(scene, rays, executor=pool)) == []
+    finally:
+        pool.shutdown(kill_workers=True)

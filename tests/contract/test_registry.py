@@ -1,7 +1,10 @@
-"""A shape that is registered is tested."""
+"""A shape that is registered is tested, and goes through a scene file and comes back equal, as its answers do."""
 
 from __future__ import annotations
 
+import math
+
+import numpy as np
 import pytest
 
 import conicoid as co
@@ -9,6 +12,8 @@ from conicoid.geometry.registry import REGISTRY
 
 from ..children import child
 from .examples import LISTED, derived, examples_of
+
+# --- A shape that is registered is tested
 
 
 @pytest.mark.parametrize("name", sorted(REGISTRY))
@@ -96,3 +101,16 @@ def test_a_users_own_shape_keeps_its_name(tmp_path):
     with child(OWN, cwd=tmp_path) as running:
         code, out, errors = running.end(60)
     assert (code, out.strip()) == (0, "True"), errors
+
+
+# --- Every shape goes through a scene file and comes back equal, and so do the answers
+
+
+def test_round_trip(subject, tmp_path):
+    path = tmp_path / "scene.yaml"
+    co.save(subject.scene, path)
+    again = co.load(path)
+    assert again == subject.scene
+    here, there = (s.crossings(*subject.rays, t_min=-math.inf) for s in (subject.scene, again))
+    for name in ("offsets", "t", "body", "face", "surface", "entering"):
+        assert np.array_equal(getattr(here, name), getattr(there, name)), name

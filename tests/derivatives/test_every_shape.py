@@ -1,20 +1,26 @@
-"""Derivatives of hits by every number of every shape, against differences of first hits of shapes with other numbers.
-
-What hits are is judged by `tests/reference`. Differences of second and of fourth order agree where there is a derivative.
-"""
+"""Derivatives of hits by every number of every shape, of one face as an open surface, and of a user's own shapes."""
 
 from __future__ import annotations
 
 import zlib
+from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 import pytest
 
 import conicoid as co
+from conicoid.geometry.cell import Cell, Face, cartesian_uv, cylindrical_uv
+from conicoid.geometry.shape import REGISTERED, PrimitiveSolid
+from conicoid.geometry.surface import PlaneSurface, QuadricSurface
+from conicoid.numerics import bigfloat as ex
 
 from ..contract.examples import MOTIONS, every_example
 from ..samples import sampled
+
+# --- Derivatives of hits by every number of every shape, against differences of first hits of shapes with other numbers
+
 
 EXAMPLES = dict(every_example())
 FIELDS = ("t", "point", "normal", "uv")
@@ -98,3 +104,81 @@ def test_by_every_number(name, motion):
     found, compared = wrong(name, motion, 1000)
     assert not found
     assert compared or name.startswith(tuple(OPEN))
+
+
+# --- One face of a solid as an open surface moves as the solid's does
+
+
+SOLIDS = {name: shape for name, shape in every_example() if isinstance(shape, PrimitiveSolid) and name != "Lens-4"}
+"""That lens is a whole ball, whose faces are one sphere, and tie."""
+
+
+@pytest.mark.parametrize("name", sampled(SOLIDS, 7))
+def test_a_wall_moves_as_its_solid_does(name):
+    solid = MOTIONS["moved"](SOLIDS[name])
+    random = np.random.default_rng(zlib.crc32(name.encode()))
+    origins, directions = rays_at(solid, 300, 5)
+    scene = co.Scene([co.Body(solid, name="it")])
+    hits = scene.first_hit(origins, directions)
+    numbers = co.parameters(scene)
+    change = random.normal(size=len(numbers))
+    known = dict(zip(numbers.names, change, strict=True))
+    for face in np.unique(hits.face[hits.hit]).tolist():
+        rays = np.flatnonzero(hits.hit & (hits.face == face))[:20]
+        wall = co.Scene([co.Body(co.Wall(solid, face), name="it")])
+        its = co.parameters(wall)
+        alone = wall.first_hit(origins[rays], directions[rays])
+        assert np.array_equal(alone.t, hits.t[rays])
+        moved = alone.jvp(its, [known["it." + each.removeprefix("it.solid.")] for each in its.names])
+        expected = hits[rays].jvp(numbers, change)
+        tied = np.isnan(expected.t)  # of walls of the solid in one plane, this is one
+        for field in ("t", "point", "normal", "uv"):
+            own, its_solids = getattr(moved, field), getattr(expected, field)
+            np.testing.assert_allclose(own[~tied], its_solids[~tied], rtol=1e-12, atol=1e-12)
+
+
+# --- A shape of a user's own has derivatives without code for them; where its formulas look at digits it says so
+
+
+def tower(square):
+    """A hyperboloid x² + y² <= r² + m² z² between two planes, with a way to square its numbers."""
+
+    @dataclass(frozen=True)
+    class Tower(PrimitiveSolid):
+        radius: float
+        slope: float
+        z_range: tuple[float, float] = (-1.0, 1.0)
+
+        def tree(self):
+            low, high = self.z_range
+            wall = QuadricSurface((1.0, 1.0, -square(self.slope)), constant=square(self.radius))
+            bottom = PlaneSurface((0.0, 0.0, -1.0), -low, anchor=(0.0, 0.0, low))
+            top = PlaneSurface((0.0, 0.0, 1.0), high, anchor=(0.0, 0.0, high))
+            ends = cartesian_uv((self.radius, 0, 0), (0, self.radius, 0))
+            return Cell((Face(wall, 0, cylindrical_uv(low, high)), Face(bottom, 1, ends), Face(top, 2, ends)))
+
+        def support(self, direction):
+            return 99.0 * sum(map(abs, direction))
+
+    REGISTERED.pop("Tower")
+    return Tower
+
+
+def test_by_its_own_formulas():
+    # At the height z the wall is at x = -sqrt(r² + m² z²), so t changes by -r / 5 and -m z² / 5 for r = 3, m = 1, z = 4.
+    scene = co.Scene([co.Body(tower(lambda x: ex.rational(x) ** 2)(3.0, 1.0, (-4.5, 5.0)), name="it")])
+    parameters = co.parameters(scene)
+    assert parameters.names == ("it.radius", "it.slope", "it.z_range[0]", "it.z_range[1]")
+    hit = scene.first_hit((-10, 0, 4), (1, 0, 0))
+    assert hit.t == 5
+    assert hit.vjp(parameters, t=1).parameters == pytest.approx([-3 / 5, -16 / 5, 0, 0], rel=1e-15)
+    # v is the height from low to high
+    assert hit.vjp(parameters, uv=(0, 1)).parameters[3] == pytest.approx(-8.5 / 9.5**2, rel=1e-14)
+
+
+def test_formulas_that_look_at_digits():
+    scene = co.Scene([tower(lambda x: Fraction(x) ** 2)(3.0, 1.0, (-4.5, 5.0))])
+    hit = scene.first_hit((-10, 0, 4), (1, 0, 0))
+    assert hit.jvp(d_origins=(1, 0, 0)).t == -1
+    with pytest.raises(TypeError, match=r"Tower: it has no derivatives, as its formulas look at the digits"):
+        hit.vjp(co.parameters(scene), t=1)

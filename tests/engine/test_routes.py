@@ -16,6 +16,7 @@ from conicoid.queries.ray_queries import _packets, arrays_of
 from ..reference.random_shapes import generator
 from ..reference.routes import in_doubt
 from ..reference.whole_items import tree
+from ..samples import deep
 
 # --- A ray has the same answer to the bit in a packet and by itself, in any order and on any number of threads
 
@@ -66,7 +67,7 @@ def assert_same(one, other, order):
         assert np.array_equal(getattr(one, field).ravel()[order], getattr(other, field)), field
 
 
-@pytest.mark.parametrize("width", [96, pytest.param(1024, marks=pytest.mark.deep)])
+@pytest.mark.parametrize("width", [96, deep(1024)])
 def test_packets_tiles_rows_and_single_rays_agree_to_the_bit(width):
     scene, rays = crowded_scene(), camera(width)
     shuffled = np.random.default_rng(1).permutation(width * width)
@@ -78,7 +79,7 @@ def test_packets_tiles_rows_and_single_rays_agree_to_the_bit(width):
     assert np.array_equal(scene.occluded(reordered(rays, shuffled)), (hits.t < np.inf).ravel()[shuffled])
 
 
-@pytest.mark.parametrize("width", [96, pytest.param(1024, marks=pytest.mark.deep)])
+@pytest.mark.parametrize("width", [96, deep(1024)])
 def test_rays_that_start_on_surfaces_agree_too(width):
     scene = crowded_scene()
     hits = scene.first_hit(camera(width))
@@ -215,6 +216,13 @@ def scene_of(kind, depth=4):
     return co.Scene([*placed, *upright])
 
 
+def sized(kind, large):
+    """A scene of a kind, and how wide its pictures are. Exact methods take milliseconds for a ray to trees of six levels."""
+    if kind == "trees" and large:
+        return scene_of(kind, 6), 20
+    return scene_of(kind), 256 if large else 48
+
+
 def rays_of(width):
     """A camera's, and rays along the axes in rows that meet faces, edges and corners."""
     camera = co.Camera((0.1, -0.2, -4), (0, 0, 0), up=(0, 1, 0), field_of_view=42).rays(width, width)
@@ -224,9 +232,9 @@ def rays_of(width):
 
 
 @pytest.mark.parametrize("kind", [*KINDS, "trees"])
-@pytest.mark.parametrize("width", [48, pytest.param(512, marks=pytest.mark.deep)])
-def test_every_route_agrees_to_the_bit(kind, width):
-    scene, singles = scene_of(kind, 4 if width < 100 else 6), 50
+@pytest.mark.parametrize("large", [False, deep(True)], ids=["small", "large"])
+def test_every_route_agrees_to_the_bit(kind, large):
+    (scene, width), singles = sized(kind, large), 50
     for rays in rays_of(width):
         order = np.random.default_rng(1).permutation(width * width)
         hits = scene.first_hit(rays)
@@ -312,9 +320,9 @@ def assert_same_rows(query, names, scene, rays, t_min=0.0, t_max=math.inf):
 
 @pytest.mark.parametrize(("query", "names"), QUERIES)
 @pytest.mark.parametrize("kind", [*KINDS, "trees"])
-@pytest.mark.parametrize("width", [48, pytest.param(512, marks=pytest.mark.deep)])
-def test_every_kind_of_body(kind, query, names, width):
-    scene = scene_of(kind, 4 if width < 100 else 6)
+@pytest.mark.parametrize("large", [False, deep(True)], ids=["small", "large"])
+def test_every_kind_of_body(kind, query, names, large):
+    scene, width = sized(kind, large)
     for rays in grid_rays(width // 2 if "trees" in kind else width):
         assert share_of_packets(scene, rays) > 0.8
         found = assert_same_rows(query, names, scene, rays)
@@ -322,10 +330,11 @@ def test_every_kind_of_body(kind, query, names, width):
 
 
 @pytest.mark.parametrize("kind", [*KINDS, "trees"])
-@pytest.mark.parametrize("width", [48, pytest.param(512, marks=pytest.mark.deep)])
-def test_parallel_lines(kind, width):
+@pytest.mark.parametrize("large", [False, deep(True)], ids=["small", "large"])
+def test_parallel_lines(kind, large):
     """Lines, which begin before their origins, are packets where they are parallel: first hits too."""
-    scene, rays = scene_of(kind, 4 if width < 100 else 6), grid_rays(width)[1]
+    scene, width = sized(kind, large)
+    rays = grid_rays(width)[1]
     middle = co.Rays(rays.origins + [0, 0, 4], rays.directions)
     for t_min in (-math.inf, -0.7):
         assert share_of_packets(scene, middle, t_min) > 0.9

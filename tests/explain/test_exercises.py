@@ -10,9 +10,8 @@ import pytest
 
 import conicoid as co
 
-from ..seeds.test_000_flat import CORNERS, POINT
-from ..seeds.test_000_sphere import CENTER, DIRECTION, RADIUS, start
-from ..seeds.test_001_caps import CYLINDER, GENERAL
+from ..seeds.test_000_shapes import CENTER, CORNERS, DIRECTION, POINT, RADIUS, start
+from ..seeds.test_001_quadrics import CYLINDER, GENERAL
 from ..seeds.test_002_cylinder import P1, P2, P3
 
 CLOSE = dict(rel=1e-14, abs=1e-14)

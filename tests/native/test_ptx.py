@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import re
 import shutil
 import subprocess
@@ -28,7 +29,7 @@ from ..reference.quadratics import Table
 from ..reference.random_items import KINDS, extreme, ordinary
 from ..reference.random_shapes import generator
 from ..reference.solids import bodies
-from ..samples import sampled
+from ..samples import marked
 
 THREADS = 7
 """Fewer than there are rays: each takes several, with the same scratch memory."""
@@ -218,10 +219,21 @@ def test_what_llvm_optimises_for_a_gpu(module):
     same_rays(Kernels(optimised), scene, arrays, ["few"])
 
 
-@pytest.mark.parametrize("name", sampled(ptx.PARTS["queries"], 5))
-def test_ptx_rounds_as_the_cpu_does(module, name):
-    """`ptx.ptx` refuses what is wrong; and some of what it looks at is there."""
-    text = ptx.ptx(module, name)
+@functools.cache
+def ptx_of(name):
+    """The PTX of a kernel, which takes seconds; `ptx.ptx` refuses what is wrong, as each build of a wheel does."""
+    return ptx.ptx(device_module(), name)
+
+
+MOST_USED = ["any_hits_few", "list_rows_few"]
+"""Kernels that most scenes need."""
+SMALL = [name for name in ptx.PARTS["queries"] if name.endswith(f"_{EACH}")]
+
+
+@pytest.mark.parametrize("name", marked((name, name in (*MOST_USED, *SMALL[::5])) for name in ptx.PARTS["queries"]))
+def test_ptx_rounds_as_the_cpu_does(name):
+    """Some of what `ptx.ptx` looks at is there."""
+    text = ptx_of(name)
     assert f".entry {name}(" in text
     assert ".target sm_75" in text
     assert f".maxnreg {ptx.REGISTERS.get(name.rpartition('_')[2], ptx.MOST_REGISTERS)}" in text
@@ -246,11 +258,11 @@ def test_ptx_that_rounds_otherwise_is_refused(line, wrong):
 
 
 @pytest.mark.skipif(shutil.which("ptxas") is None, reason="NVIDIA's assembler is not here")
-@pytest.mark.parametrize("name", ["any_hits_few", "list_rows_few"])
-def test_registers_and_spills_are_within_bounds(module, tmp_path, name):
-    """Of kernels that most scenes need: few spills in the loop over nodes, none that local memory would be large for."""
+@pytest.mark.parametrize("name", MOST_USED)
+def test_registers_and_spills_are_within_bounds(tmp_path, name):
+    """Few spills in the loop over nodes, none that local memory would be large for."""
     source = tmp_path / "kernel.ptx"
-    source.write_text(ptx.ptx(module, name))
+    source.write_text(ptx_of(name))
     command = ["ptxas", "-v", "-arch=sm_75", "-o", str(tmp_path / "kernel.cubin"), str(source)]
     said = subprocess.run(command, capture_output=True, text=True, check=True).stderr
     entry = said[said.index(f"for {name}") :]

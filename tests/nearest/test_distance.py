@@ -1,17 +1,27 @@
-"""How far points are from walls, where that is known on paper."""
+"""How far points are from walls, on paper and against force in extended precision; lower bounds; walks on spheres."""
 
 from __future__ import annotations
 
 import concurrent.futures
+import importlib.util
 import math
 import pickle
 from decimal import Decimal, localcontext
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import conicoid as co
+
+from ..samples import sampled
+from .bodies import BODIES, random_body
+from .force import Walls
+from .judge import faults
+
+# --- How far points are from walls, where that is known on paper
+
 
 ROOT3 = math.sqrt(3)
 
@@ -276,3 +286,204 @@ def test_points_far_from_rods_and_balls(far: float) -> None:
         assert (np.abs(found.distance - true) <= found.error).all()
         assert (found.lower >= bound.lower).all()
         assert (found.error <= 1e-6 * far).all()
+
+
+# --- Lower bounds: in lanes as alone to the bit, whatever else is asked for; never above the truth, and near to it
+
+
+def scene_of(names, seed=0, count=40):
+    """Copies of bodies, turned and moved."""
+    rng = np.random.default_rng(seed)
+    return co.Scene([
+        BODIES[names[k % len(names)]][0].rotate(tuple(rng.normal(size=3)), float(rng.uniform(0, 360)))
+        .translate(tuple(rng.uniform(-8, 8, 3)))
+        for k in range(count)
+    ])  # fmt: skip
+
+
+EVERY = scene_of(list(BODIES))
+SHEETS = co.Scene([
+    co.Disc((0, 0, 0), (0, 0, 1), 2) - co.Cylinder((0, 0, -1), (0, 0, 1), 1),
+    co.CylinderPatch((3, 0, 0), (3, 0, 2), 1, 0, 90, (1, 0, 0)), co.Triangle((5, 0, 0), (6, 0, 0), (5, 1, 0)),
+    co.Polygon([(0, 5, 0), (4, 5, 0), (4, 9, 0), (0, 9, 0)]) - co.Sphere(1, (2, 7, 0)),
+    co.HalfSpace((0, 0, 1), -9), co.Spheres(np.random.default_rng(2).uniform(-5, 5, (30, 3)), np.full(30, 0.3)),
+])  # fmt: skip
+
+
+def points_of(count, size=10.0, seed=1):
+    return np.random.default_rng(seed).uniform(-size, size, (count, 3))
+
+
+@pytest.mark.parametrize("scene", [EVERY, SHEETS], ids=["solids", "sheets"])
+@pytest.mark.parametrize("size", [0.05, 1.0, 10.0, 1e3])
+def test_neighbours_change_nothing(scene, size):
+    x = points_of(200, size)
+    together = scene.distance(x).lower
+    assert [scene.distance(p).lower for p in x] == together.tolist()
+    assert (scene.distance(x[::-1]).lower[::-1] == together).all()
+
+
+def test_pictures_are_as_lists():
+    x, y = np.meshgrid(np.linspace(-9, 9, 37), np.linspace(-9, 9, 29))
+    points = np.stack([x, y, np.full_like(x, 0.25)], axis=-1)
+    assert (EVERY.distance(points).lower.ravel() == EVERY.distance(points.reshape(-1, 3)).lower).all()
+
+
+def test_all_at_one_point_and_too_many_entries():
+    rng = np.random.default_rng(4)
+    balls = co.Scene([co.Spheres(rng.uniform(-20, 20, (4000, 3)), rng.uniform(0.1, 0.3, 4000))])
+    x = points_of(640, 20)  # no two in the same part of the scene
+    assert [balls.distance(p).lower for p in x] == balls.distance(x).lower.tolist()
+    same = np.repeat(x[:1], 100, axis=0)
+    assert len(np.unique(balls.distance(same).lower)) == 1
+
+
+@pytest.mark.parametrize("scene", [EVERY, SHEETS], ids=["solids", "sheets"])
+def test_reach_is_each_points_own(scene):
+    x = points_of(150)
+    free = scene.distance(x).lower
+    reach = np.random.default_rng(5).uniform(0.05, 4, 150)
+    found = scene.distance(x, max_distance=reach)
+    within = free <= reach
+    assert within.any()
+    assert not within.all()
+    assert (found.lower == np.where(within, free, reach)).all()
+    assert (np.isfinite(found.distance) == within).all()
+
+
+@pytest.mark.parametrize("name", [name for name, (_, field) in BODIES.items() if len(field.surfaces()) == 1])
+def test_of_one_face_it_is_the_distance(name):
+    # As far as the exact distance is told to be right
+    scene, x = co.Scene([BODIES[name][0]]), points_of(300, 3)
+    exact, lower = scene.distance(x, exact=True), scene.distance(x).lower
+    assert (lower <= np.abs(exact.distance) + exact.error).all()
+    assert lower == pytest.approx(np.abs(exact.distance), rel=1e-10, abs=1e-13)
+
+
+def test_special_points_of_quadrics():
+    # On axes and in centers a root is a pole; beside the wall hardly anything is left of f
+    cases = [
+        (co.Ellipsoid((5, 3, 1)), (0, 0, 0), 1.0),
+        (co.Ellipsoid((5, 3, 3)), (1, 0, 0), math.hypot(25 / 16 - 1, 3 * math.sqrt(1 - (25 / 16) ** 2 / 25))),
+        (co.Cylinder((0, 0, -9), (0, 0, 9), 2), (0, 0, 1), 2.0),
+        (co.Cylinder((0, 0, -9), (0, 0, 9), 2), (2 + 1e-9, 0, 1), 1e-9),
+        (co.Ellipsoid((1, 2, 3)), (0, 0, 3 + 1e-12), 1e-12),
+        (co.Ellipsoid((1, 2, 3)), (0, 0, 1e9), 1e9 - 3),
+        (co.OneSheetHyperboloid(1, 1, 1, (-50, 50)), (0, 0, 0), 1.0),
+    ]
+    for shape, point, away in cases:
+        for x in (point, np.tile(point, (64, 1))):  # alone and in lanes
+            lower = np.max(co.Scene([shape]).distance(x).lower)
+            slack = 2e-14 * (1 + np.abs(point).max())
+            assert away - 1e-9 * away - slack <= lower <= away + 4e-16 * np.abs(point).max()
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize("seed", range(40))
+def test_many_bounds_in_lanes_and_alone(seed):
+    rng = np.random.default_rng(seed)
+    scene = co.Scene([random_body(rng)[0].translate(tuple(rng.uniform(-6, 6, 3))) for _ in range(30)])
+    for size in (0.1, 2.0, 9.0, 100.0):
+        x = points_of(2000, size, seed)
+        lower, exact = scene.distance(x).lower, scene.distance(x[:300], exact=True)
+        assert [scene.distance(p).lower for p in x[:300]] == lower[:300].tolist()
+        assert (lower[:300] <= np.abs(exact.distance) + exact.error).all()
+
+
+# --- Distances against force in extended precision, which shares no code with them
+
+
+def test_force_knows_what_is_known():
+    # From the middle of an ellipsoid with the radii 1, 2 and 1/2 its wall is 1/2 away.
+    least, point, sure = Walls(BODIES["ellipsoid"][1], np.random.default_rng(5)).nearest((0.0, 0.25, 0.125))
+    assert sure
+    assert BODIES["ellipsoid"][1](point) == pytest.approx(0, abs=1e-16)
+    # A box: the nearest point of a corner's neighbourhood is the corner.
+    least, point, _ = Walls(BODIES["box"][1], np.random.default_rng(5)).nearest((2.0, 1.5, 2.75))
+    assert float(least) == pytest.approx(np.sqrt(1 + 1 + 4), rel=1e-15)
+    assert point.astype(float) == pytest.approx((1, 0.5, 0.75), abs=1e-15)
+
+
+def test_a_wrong_distance_is_found(monkeypatch):
+    monkeypatch.setitem(BODIES, "ball", (BODIES["ball"][0].scale(1.0 + 2.0**-40), BODIES["ball"][1]))
+    assert list(faults("ball", np.random.default_rng(0), 60, 10))
+
+
+@pytest.mark.parametrize("name", sampled(BODIES, 5))
+def test_distances_are_within_the_bound_that_they_tell(name):
+    assert list(faults(name, np.random.default_rng(11), 25, 1)) == []
+
+
+def random_faults(seed, count, forced):
+    """Those of a random body that is not empty."""
+    rng = np.random.default_rng(seed)
+    while True:
+        try:
+            return list(faults(f"random {seed}", rng, count, forced, random_body(rng), 0.5))
+        except ValueError as error:
+            if "empty" not in str(error):
+                raise
+
+
+@pytest.mark.parametrize("seed", sampled([1, 2, 5], 3))
+def test_random_bodies(seed):
+    assert random_faults(seed, 40, 2) == []
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize("seed", range(100, 300))
+def test_many_random_bodies(seed):
+    assert random_faults(seed, 100, 4) == []
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("name", BODIES)
+def test_many_distances_are_within_the_bound_that_they_tell(name, seed):
+    assert list(faults(name, np.random.default_rng(seed), 200, 8)) == []
+
+
+# --- Walks on spheres, the example of distances, against the closed form between two spheres
+
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "walk_on_spheres.py"
+
+
+@pytest.fixture
+def example():
+    spec = importlib.util.spec_from_file_location("walk_on_spheres", EXAMPLE)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_heat_between_two_spheres(example):
+    hollow = co.Scene([co.Sphere(2) - co.Sphere(1)])
+    points = np.array([(1.25, 0, 0), (0, 1.5, 0), (0, 0, -1.75), (1, 1, 0.5)])
+    value, error = example.heat(hollow, points, lambda nearest: nearest.face == 1, 600)
+    exactly = example.shell(1, 2, np.linalg.norm(points, axis=1))
+    assert exactly[1] == pytest.approx((1 / 1.5 - 1 / 2) / (1 - 1 / 2))
+    assert (error < 0.03).all()
+    assert np.abs(value - exactly) == pytest.approx(np.zeros(4), abs=4 * error.max())
+
+
+@pytest.mark.deep
+def test_a_map_of_the_block_and_of_the_closed_form(example):
+    pixels = example.picture(24, 40).pixels
+    assert pixels.shape == (24, 58 + 2 + 24, 3)
+    assert np.isfinite(pixels).all()
+    ring = pixels[:, 60:]
+    assert ring[12, [0, 8, 16, 23]] == pytest.approx(0.8)  # the hole, and outside
+    assert ring[:, 12].min() == 1  # the line between
+    # Walked on the left, worked out on the right: mirror images but for the noise and the lines
+    left, right = ring[:, 1:11], ring[:, 22:12:-1]
+    wall = (left != 0.8).any(axis=-1) & (right != 0.8).any(axis=-1)
+    assert wall.sum() > 100
+    assert np.median(np.abs(left - right)[wall]) < 0.1
+    assert np.abs(left - right)[wall].mean() < 0.15
+
+
+def test_neighbours_that_are_there_are_averaged(example):
+    values = np.array([[1.0, 2.0, np.nan], [3.0, np.nan, np.nan]])
+    expected = [[2.0, 2.0, np.nan], [2.0, np.nan, np.nan]]
+    np.testing.assert_array_equal(example.smoothed(values), expected)

@@ -1,4 +1,4 @@
-"""exp, power, acos, atan2 and hypot of the kernels against mpmath, against C's special values, and as arithmetic."""
+"""exp, power, acos, atan2 and hypot of the kernels against mpmath and C's special values; bits and quotients against Python's own."""
 
 from __future__ import annotations
 
@@ -10,13 +10,18 @@ import mpmath
 import numpy as np
 import pytest
 
-from conicoid.kernels.numbers import elementary as angles, elementary as exponential
+from conicoid.kernels.numbers import double_double as bits, elementary as angles, elementary as exponential
 from conicoid.kernels.numbers.elementary import hypot
+from conicoid.kernels.numbers.vectors import normalize, quotient, unit_vector
+from conicoid.kernels.ray import Ray, _scale, scale_ray
 
 from ..compiled import compiled
 from ..samples import drawn
 from . import coefficients
 from .emulated import interpreted, same
+
+# --- exp, power, acos, atan2 and hypot of the kernels against mpmath, against C's special values, and as arithmetic
+
 
 MP = mpmath.mp.clone()
 MP.prec = 240
@@ -270,3 +275,109 @@ def test_constants_in_two_floats():
     high, low = exponential.LN2
     assert high == math.floor(high * 2**42) / 2**42
     assert low == coefficients.doubled(lambda mp: mp.ln2 - high)[0]
+
+
+# --- Exponents and neighbours by bits, against Python's own
+
+
+ABOVE, BELOW = compiled(bits.next_float_up), compiled(bits.next_float_down)
+EXPONENT, POWER_OF_TWO, SCALED = compiled(bits.exponent_of), compiled(bits.power_of_two), compiled(bits.scale_by_power)
+
+RANDOM = np.random.default_rng(20261122)
+SOME = [
+    *(2.0 ** RANDOM.uniform(-1074, 1024, 500)).tolist(),
+    *(2.0**k for k in range(-1074, 1024)),
+    1.7976931348623157e308,
+]
+SOME += [-x for x in SOME]
+
+
+def test_neighbours():
+    for x in (*SOME, 0.0, -0.0):
+        assert ABOVE(x) == math.nextafter(x, math.inf)
+        assert BELOW(x) == math.nextafter(x, -math.inf)
+    assert (ABOVE(math.inf), BELOW(-math.inf)) == (math.inf, -math.inf)
+    assert (ABOVE(-math.inf), BELOW(math.inf)) == (-1.7976931348623157e308, 1.7976931348623157e308)
+    assert math.isnan(ABOVE(math.nan))
+
+
+def test_exponents():
+    assert [EXPONENT(x) for x in SOME] == [math.frexp(x)[1] - 1 for x in SOME]
+
+
+def test_powers_of_two():
+    assert [POWER_OF_TWO(k) for k in range(-1022, 1024)] == [math.ldexp(1.0, k) for k in range(-1022, 1024)]
+    for x in RANDOM.uniform(1, 2, 20).tolist():
+        assert [SCALED(x, k) for k in range(-1022, 1024)] == [math.ldexp(x, k) for k in range(-1022, 1024)]
+
+
+@pytest.mark.parametrize("exponent", [-1074, -1050, -1022, -700, -101, -99, 0, 99, 101, 700, 1023])
+def test_the_scale_of_a_ray_is_a_power_of_two_that_brings_it_near_one(exponent):
+    x = math.ldexp(1.0, exponent)
+    given = Ray(0.0, 0.0, 0.0, x, -0.75 * x, 0.0, 0.0, math.inf, -1)
+    ray, scale = compiled(scale_ray)(given)
+    assert scale_ray(given) == (ray, scale)  # without a compiler, as where a ray is decided in exact arithmetic
+    assert math.frexp(scale)[0] == 0.5
+    assert ray.dx == x * scale
+    assert (scale == 1.0) == (2.0**-100 < x < 2.0**100)
+    assert 2.0**-100 < ray.dx < 2.0**100
+
+
+def test_the_scale_of_every_exponent():
+    scale = compiled(_scale)
+    for x in (*SOME, 3e-300):
+        if x > 1e-300:
+            assert scale(x) == _scale(x) == math.ldexp(1.0, -math.frexp(x)[1])
+
+
+# --- Quotients by a shared reciprocal, and unit vectors by it, against Python's own division
+
+
+QUOTIENT, UNIT, NORMALIZED = compiled(quotient), compiled(unit_vector), compiled(normalize)
+DRAWS = np.random.default_rng(1990)
+BELOW_TWO = 2.0 - 2.0**-52
+"""All bits of its fraction are set: Markstein's theorem on reciprocals leaves it out, that on quotients does not."""
+
+
+def same_bits(a, b):
+    return np.array(a).tobytes() == np.array(b).tobytes()
+
+
+def test_quotients_are_those_of_division():
+    a = DRAWS.uniform(-2, 2, 20_000) * 2.0 ** DRAWS.integers(-400, 400, 20_000)
+    b = DRAWS.uniform(1, 2, 20_000) * 2.0 ** DRAWS.integers(-400, 400, 20_000)
+    for x, y in zip(a.tolist(), b.tolist(), strict=True):
+        assert same_bits(QUOTIENT(x, y, 1.0 / y), x / y), (x, y)
+
+
+def test_quotients_that_are_hard_to_round():
+    """By divisors at either end of a binade, and of numbers just beside a multiple or a half of one."""
+    ends = [1.0 + k * 2.0**-52 for k in range(40)] + [BELOW_TWO - k * 2.0**-52 for k in range(40)]
+    for b in [*ends, 3.0, 511.0, 512.0, 1080.0, 2.0**31 - 1]:
+        for q in DRAWS.uniform(1, 2, 50).tolist() + ends[::8]:
+            for a in (q * b, math.nextafter(q * b, 0.0), math.nextafter(q * b, 9e9), (q + 2.0**-53) * b):
+                assert same_bits(QUOTIENT(a, b, 1.0 / b), a / b), (a, b)
+
+
+def test_divisors_at_the_ends_of_the_range():
+    for b in (2.0**-900, 1.7 * 2.0**-900, 2.0**900, BELOW_TWO * 2.0**1023):
+        for q in (DRAWS.uniform(1, 2, 200) * 2.0 ** DRAWS.integers(-400, 400, 200)).tolist():
+            if 2.0**-900 <= q * b <= 2.0**900:
+                assert same_bits(QUOTIENT(q * b, b, 1.0 / b), q * b / b), (q, b)
+
+
+def test_places_of_all_pixels():
+    for height in (1, 3, 7, 511, 1080):
+        for k in range(-height, height + 1):
+            assert same_bits(QUOTIENT(float(k), float(height), 1.0 / height), k / height)
+
+
+def test_zeros_keep_their_signs():
+    assert [math.copysign(1.0, QUOTIENT(zero, 3.0, 1.0 / 3.0)) for zero in (0.0, -0.0)] == [1.0, -1.0]
+
+
+def test_unit_vectors_are_those_of_four_divisions():
+    vectors = DRAWS.normal(size=(20_000, 3)) * 2.0 ** DRAWS.integers(-250, 250, (20_000, 3))
+    vectors[::7, 1], vectors[::11, 2], vectors[::13, 0] = 0.0, -0.0, 0.0
+    for vector in [*vectors.tolist(), [0.0, 0.0, 0.0], [-0.0, 0.0, 1e300], [1e-300, 3e-300, 2e-300]]:
+        assert same_bits(UNIT(*vector), NORMALIZED(*vector)), vector

@@ -16,7 +16,7 @@ from native import ptx
 
 from ..emulation import Card, device_kernels, device_module
 from ..engine.test_routes import crowded_scene
-from ..samples import deep, sampled
+from ..samples import deep, marked, sampled
 
 WIDTH, HEIGHT = 45, 37
 """Both end within a square and a tile."""
@@ -275,6 +275,7 @@ def flat(value):
     return [leaf for each in value for leaf in flat(each)] if isinstance(value, tuple) else [value]
 
 
-@pytest.mark.parametrize("name", sampled(ptx.PARTS["pictures"], 10))
+@pytest.mark.parametrize("name", marked((name, name == "render_occlusion_few") for name in ptx.PARTS["pictures"]))
 def test_ptx_of_pictures(name):
+    """Each build of a wheel makes all; this is the one that takes least."""
     assert f".entry {name}(" in ptx.ptx(device_module("pictures"), name)

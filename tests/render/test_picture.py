@@ -1,13 +1,21 @@
-"""Pictures: reproducible to the bit, true to the geometry, and errors that say what exists."""
+"""Pictures: reproducible to the bit, true to the geometry; samples in a pixel; light by groups."""
 
 from __future__ import annotations
+
+import io
 
 import numpy as np
 import pytest
 
 import conicoid as co
+from conicoid.render import sampling as sampler
 from conicoid.render.integrators import INTEGRATORS
 from conicoid.render.tiles import SIDE
+
+from ..compiled import compiled
+
+# --- Pictures: reproducible to the bit, true to the geometry, and errors that say what exists
+
 
 SCENE = co.Scene(
     [
@@ -98,3 +106,158 @@ def test_many_bodies_of_one_entry_share_a_material():
     )
     assert (pixels[10, [10, 30, 50]] == (1, 0, 0)).all()
     assert (pixels[10, [0, 20, 40]] == (0, 0, 1)).all()
+
+
+# --- Samples in a pixel: stratified, reproducible, different from pixel to pixel
+
+
+reversed_bits, sample_in_pixel = compiled(sampler.reverse_bits), compiled(sampler.sample_in_pixel)
+
+
+def samples(count: int, pixel: int = 7, seed: int = 0) -> np.ndarray:
+    return np.array([sample_in_pixel(seed, pixel, i, count) for i in range(count)])
+
+
+def test_one_sample_is_the_centre():
+    assert sample_in_pixel(3, 4, 0, 1) == (0.5, 0.5)
+
+
+@pytest.mark.parametrize("count", [2, 3, 4, 5, 7, 9, 16, 25, 64])
+def test_each_column_has_one_sample(count):
+    for pixel in range(20):
+        points = samples(count, pixel)
+        assert ((points >= 0) & (points < 1)).all()
+        assert (np.floor(points[:, 0] * count) == np.arange(count)).all()
+
+
+@pytest.mark.parametrize("power", [1, 2, 3, 4, 6])
+def test_every_box_of_a_power_of_two_has_one_sample(power):
+    count = 2**power
+    for pixel in range(20):
+        points = samples(count, pixel)
+        for columns in (2**k for k in range(power + 1)):
+            cells = np.floor(points * (columns, count // columns)).astype(int)
+            assert len({tuple(cell) for cell in cells}) == count
+
+
+def test_samples_depend_on_seed_and_pixel_only():
+    assert (samples(9) == samples(9)).all()
+    assert (samples(9) != samples(9, pixel=8)).all()
+    assert (samples(9) != samples(9, seed=1)).all()
+
+
+def test_samples_are_uniform_on_the_whole():
+    """The mean of 9 × 4000 stratified samples is that of the square, to 5 standard errors of independent ones."""
+    points = np.concatenate([samples(9, pixel) for pixel in range(4000)])
+    assert np.abs(points.mean(axis=0) - 0.5).max() < 5 / np.sqrt(12 * len(points))
+    assert np.abs((points**2).mean(axis=0) - 1 / 3).max() < 5 * np.sqrt(4 / 45 / len(points))
+
+
+def test_bits_reverse():
+    for value in (0, 1, 2, 0b1011, 2**63, 2**64 - 1, 0x0123456789ABCDEF):
+        assert int(reversed_bits(np.uint64(value))) == int(f"{value:064b}"[::-1], 2)
+
+
+# --- Light by groups adds up to all light; previews tell how noisy they are
+
+
+WHITE, BLACK = (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)
+SUN = co.DirectionalLight((1, 0, -2), (0.4, 0.3, 0.1))
+KEY = co.Body(co.Disc((0, -1, 3), (0, 0, 1), 0.5), co.glow((6, 3, 1)), "key")
+FILL = co.Body(co.Sphere(0.4, (2, 0, 2)), co.glow((0, 1, 4)), "fill")
+LIT = co.Scene(
+    [co.Body(co.Plane((0, 0, 1), 0), co.matte(WHITE)), co.Body(co.Sphere(0.7, (0, 0, 0.7)), "white"), KEY, FILL],
+    [SUN, co.AmbientLight(0.05)], co.Camera((0, -6, 3), (0, 0, 0.5)), (0.05, 0.06, 0.1),
+)  # fmt: skip
+GROUPS = {"key": ["key"], "rest": ["fill", SUN, co.AmbientLight(0.05)], "sky": "background"}
+
+
+@pytest.mark.parametrize(("integrator", "samples", "off"), [("path", 256, 0.02), ("whitted", 32, 0.02)])
+def test_groups_add_up(integrator, samples, off):
+    image = LIT.render(32, 24, samples, integrator, groups=GROUPS)
+    parts = {name: image.layers[f"light.{name}"] for name in GROUPS}
+    total = sum(parts.values())
+    assert total.mean(axis=(0, 1)) == pytest.approx(image.pixels.mean(axis=(0, 1)), rel=off)
+    assert parts["key"][..., 2].mean() < parts["key"][..., 0].mean()
+    assert min(parts["key"].max(), parts["rest"].max()) > 0
+
+
+def test_a_group_is_the_picture_with_its_lights_alone():
+    dark = LIT.replace("fill", material=co.glow(0)).replace(lights=co.AmbientLight(0), background=BLACK)
+    image = LIT.render(16, 12, 8, "path", groups={"key": "key"})
+    assert (image.layers["light.key"] == dark.render(16, 12, 8, "path").pixels).all()
+    assert (image.pixels == LIT.render(16, 12, 8, "path").pixels).all()
+
+
+def test_groups_are_layers_of_an_exr(tmp_path):
+    openexr = pytest.importorskip("OpenEXR")
+    image = LIT.render(8, 6, 2, "direct", groups={"key": ["key"]}, layers="depth")
+    image.save(tmp_path / "out.exr")
+    channels = openexr.File(str(tmp_path / "out.exr"), separate_channels=True).channels()
+    assert {"light.key.R", "light.key.G", "light.key.B", "depth.V", "R"} <= set(channels)
+    assert (channels["light.key.G"].pixels == image.layers["light.key"][..., 1]).all()
+
+
+@pytest.mark.parametrize(
+    ("groups", "error", "told"),
+    [
+        (["key"], TypeError, "groups must be a mapping"),
+        ({"a": ["kee"]}, ValueError, r"groups\['a'\] must name bodies that glow.*got 'kee'.*key"),
+        ({"a": [co.AmbientLight(3)]}, ValueError, "must name bodies that glow, lights of the scene"),
+        ({"": ["key"]}, ValueError, "groups must have names"),
+    ],
+)
+def test_refusals(groups, error, told):
+    with pytest.raises(error, match=told):
+        LIT.render(4, 4, groups=groups)
+
+
+def test_previews_tell_their_noise():
+    seen = []
+    image = LIT.render(16, 12, 32, "path", preview=seen.append, layers="error")
+    noises = [one.noise for one in seen]
+    assert len(noises) >= 5
+    assert noises[0] == np.inf
+    assert (np.diff(noises[1:]) < 0).all()
+    assert noises[-1] == pytest.approx(np.sqrt((image.layers["error"].astype(float) ** 2).mean()), rel=1e-6)
+    assert (seen[-1].pixels == image.pixels).all()
+
+
+def test_previews_in_a_notebook(monkeypatch):
+    """One display, which is updated."""
+    display = pytest.importorskip("IPython.display")
+    told = []
+
+    class Handle:
+        def update(self, image):
+            told.append(image)
+
+    monkeypatch.setattr(display, "display", lambda image, display_id: told.append(image) or Handle())
+    image = LIT.render(8, 6, 8, "path", preview=True)
+    assert len(told) == 4
+    assert (told[-1].pixels == image.pixels).all()
+
+
+def test_previews_in_a_terminal(monkeypatch):
+    """Half blocks: the upper pixel is the colour of the character, the lower one what is behind it."""
+    from rich.console import Console
+
+    from conicoid.io.image_codecs import downsample, render_half_blocks
+
+    pixels = np.zeros((3, 2, 3), np.float32)
+    pixels[0, 0], pixels[1, 0], pixels[2, 1] = (1, 0, 0), (0, 1, 0), (0, 0, 1)
+    text = render_half_blocks(pixels, 10, 10)
+    assert text.plain == "\u2580\u2580\n\u2580\u2580"
+    assert [str(span.style) for span in text.spans] == [
+        "#ff0000 on #00ff00", "#000000 on #000000", "#000000", "#0000ff",
+    ]  # fmt: skip
+    assert downsample(np.arange(24.0).reshape(4, 2, 3), 1, 2).tolist() == [[[4.5, 5.5, 6.5]], [[16.5, 17.5, 18.5]]]
+    shown = io.StringIO()
+    console = Console(
+        file=shown, force_terminal=True, color_system="truecolor", width=20, height=9, legacy_windows=False
+    )
+    monkeypatch.setattr("rich.console.Console", lambda **_: console)
+    LIT.render(16, 12, 8, "path", preview="terminal")
+    assert shown.getvalue().count("\x1b[6A") == 3, "four pictures of six rows, each but the first over the one before"
+    with pytest.raises(ValueError, match="render: preview must be one of terminal, got 'window'"):
+        LIT.render(8, 6, 8, "path", preview="window")

@@ -18,7 +18,7 @@ from conicoid.prepare.motion_batch import MotionChains
 from conicoid.prepare.primitive_batch import PrimitiveBatch
 
 from ..samples import sampled
-from .test_boxes_of_half_spaces import corners
+from .test_linear_program import corners
 
 BALL = sided_ball(10.0, 16)
 

@@ -1,16 +1,26 @@
-"""Senseless parameters are refused with the shape, the field, what was expected and the value found."""
+"""Senseless parameters are refused; arrays of callers; plain vectors and triangles are decided at once."""
 
 from __future__ import annotations
 
+import itertools
 import math
 from fractions import Fraction
+from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
+import conicoid as co
+from conicoid._util import validation as validate
+from conicoid._util.arrays import is_member_sorted, unique_first_with_inverse, unique_sorted, unique_with_inverse
+from conicoid._util.validation import is_masked
 from conicoid.geometry.primitives import Box, Sphere
 from conicoid.geometry.quadrics import Ellipsoid
 from conicoid.geometry.registry import REGISTRY
+
+# --- Senseless parameters are refused with the shape, the field, what was expected and the value found
+
 
 NAN, INF = math.nan, math.inf
 HERE, Z = (0, 0, 0), (0, 0, 1)
@@ -167,3 +177,134 @@ def test_cut_ellipsoids_keep_some_of_the_solid(size: float, ends: tuple[float, f
     else:
         with pytest.raises(ValueError, match="z_range must leave a part of the solid"):
             Ellipsoid(z_range=(low, high), **made)
+
+
+# --- What callers pass as arrays: masked entries are found wherever they are, and are never read as NaN
+
+
+MASKED = np.ma.array([1.0, 2.0, 3.0], mask=[0, 1, 0])
+WHOLE = np.ma.array([1.0, 2.0, 3.0])
+
+
+@pytest.mark.parametrize(
+    ("values", "found"),
+    [
+        (MASKED, True), (WHOLE, False), ([MASKED], True), ([[1, 2, 3], MASKED], True), ((WHOLE, [1, 2, 3]), False),
+        ([[1.0, 2.0, np.ma.masked]], True), ([WHOLE, [1, np.ma.masked]], True), ([[[[MASKED]]]], True),
+        ([np.zeros(3)], False), ("text", False), (["text", b"bytes"], False), (range(3), False), ([], False), (3, False),
+        (None, False),
+    ],
+)  # fmt: skip
+def test_masked_entries(values, found):
+    assert is_masked(values) == found
+
+
+@pytest.mark.parametrize("origins", [[(0, 0, 1), (0, 0, np.ma.masked)], [np.zeros(3), MASKED]])
+def test_they_are_refused_in_lists(origins):
+    with pytest.raises(ValueError, match="Rays: origins must be an array of numbers .* without masked entries"):
+        co.Rays(origins, (0, 0, 1))
+
+
+# --- Plain vectors and triangles are decided at once; what is decided so is what a closer look finds
+
+
+ODD: list[Any] = [
+    0.0, -0.0, 1.0, -2.5, 3, True, None, "1", float("nan"), float("inf"), -float("inf"), 1e100, -1e100, 1e-100, -1e-100,
+    1.0000000000000002e100, 9.999999999999999e-101, 5e-324, 1e200, np.float64(2), np.float32(2), np.int64(4), 10**400,
+    Fraction(1, 2), 1j,
+]  # fmt: skip
+
+
+def outcome(value: Any, nonzero: bool) -> tuple[str, Any]:
+    try:
+        found = validate.check_vector("Sphere", "center", value, nonzero=nonzero)
+    except ValueError as error:
+        return "refused", str(error)
+    assert all(type(x) is float for x in found)
+    return "taken", list(map(str, found))
+
+
+def check_alike(value: Any) -> None:
+    for nonzero in (False, True):
+        found = outcome(value, nonzero)
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(validate, "_plain_vector", lambda _: None)
+            assert outcome(value, nonzero) == found
+
+
+def test_vectors_of_odd_numbers():
+    for x, y in itertools.product(ODD, ODD):
+        for made in (list, tuple):
+            check_alike(made((x, y, 1.5)))
+            check_alike(made((1.5, x, y)))
+    assert outcome((0.0, -0.0, 0.0), True)[0] == "refused"
+
+
+def test_vectors_of_odd_kinds():
+    row = np.array([1.0, 2.0, 3.0])
+    kinds = [
+        row, row.astype(np.float32), row.astype(int), row.astype(bool), row[:2], row[None], np.array(1.0), row.astype(complex), row * np.nan,
+        np.ma.masked_array(row, [0, 1, 0]), row.astype(object), np.array(["1", "2", "3"]), "123", b"123", {1.0, 2.0, 3.0},
+        {1.0: 1, 2.0: 2, 3.0: 3}, [], (1.0, 2.0), (1.0, 2.0, 3.0, 4.0), iter([1.0, 2.0, 3.0]), 5, None, row[::-1], row.astype(">f8"),
+    ]  # fmt: skip
+    for value in kinds:
+        if not hasattr(value, "__next__"):
+            check_alike(value)
+    assert outcome(row, True) == ("taken", ["1.0", "2.0", "3.0"])
+
+
+def on_a_line(a: Any, b: Any, c: Any) -> bool:
+    """In rational arithmetic."""
+    p, q = ([Fraction(y) - Fraction(x) for x, y in zip(a, end, strict=True)] for end in (b, c))
+    return all(p[i] * q[j] == p[j] * q[i] for i, j in ((0, 1), (0, 2), (1, 2)))
+
+
+def triangles(seed: int) -> list[Any]:
+    """Corners on a line, beside it by an ulp or a little more, of all sizes, and far off."""
+    rng = np.random.default_rng(seed)
+    a, step = rng.integers(-9, 10, 3) * 10.0 ** rng.integers(-3, 4), rng.normal(size=3) * 10.0 ** rng.uniform(-40, 40)
+    b, c = a + step, a + step * rng.integers(-3, 4)
+    bent = c * (1 + rng.integers(-1, 2, 3) * 2.0**-52)
+    far = a + step * (1 + rng.normal(size=3) * 2.0 ** rng.integers(-60, 0))
+    return [(a, b, corner) for corner in (a, b, c, bent, far)]
+
+
+def test_flat_triangles_are_refused_and_no_others():
+    taken = 0
+    for corners in itertools.chain.from_iterable(map(triangles, range(200))):
+        plain = [tuple(corner.tolist()) for corner in corners]
+        if on_a_line(*plain):
+            with pytest.raises(ValueError, match="Triangle: a, b, c must not lie on a line"):
+                co.Triangle(*plain)
+        else:
+            taken += co.Triangle(*plain).a == plain[0]
+    assert 100 < taken < 900
+
+
+def test_a_colour_is_worked_out_once_and_refused_each_time():
+    assert co.Body(co.Sphere(), "red").material is co.Body(co.Box(), "red").material
+    for _ in range(2):
+        with pytest.raises(ValueError, match="Body: material must be three linear numbers"):
+            co.Body(co.Sphere(), "rad")
+
+
+# --- Different numbers, against NumPy's `unique`
+
+
+RANDOM = np.random.default_rng(7)
+ARRAYS = [
+    np.zeros(0, np.int64), np.array([5]), np.full(9, -2), RANDOM.integers(-4, 5, 1000), RANDOM.integers(0, 10**6, 500),
+    RANDOM.integers(0, 50, 300).astype(np.int32), RANDOM.integers(-9, 9, 400) / 4.0, np.array([0.0, -0.0, np.inf, -np.inf, 0.0]),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("numbers", ARRAYS)
+def test_they_are_those_of_numpy(numbers: np.ndarray) -> None:
+    values, first, place = np.unique(numbers, return_index=True, return_inverse=True)
+    assert np.array_equal(unique_sorted(numbers), values)
+    assert np.array_equal(unique_sorted(numbers[:3], numbers, numbers[-2:]), values)
+    found, places = unique_with_inverse(numbers)
+    assert np.array_equal(found, values)
+    assert np.array_equal(places, place)
+    assert all(np.array_equal(*pair) for pair in zip(unique_first_with_inverse(numbers), (first, place), strict=True))
+    assert np.array_equal(is_member_sorted(numbers, values[::2]), np.isin(numbers, values[::2]))

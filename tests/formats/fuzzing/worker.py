@@ -1,7 +1,7 @@
-"""Runs cases in a process of its own, with limits of memory and time: python -m tests.formats.fuzzing.worker KIND FIRST COUNT FOLDER.
+"""Runs cases in a process of its own, with limits of memory and time: python -m tests.formats.fuzzing.worker FIRST COUNT FOLDER KIND...
 
-Every failure is a line of JSON; the last line says how many cases were run, how many of them were accepted, and how much
-memory it took.
+Every failure is a line of JSON; after those of a kind a line says how many cases were run, how many of them were accepted,
+and how much memory the process took so far.
 """
 
 from __future__ import annotations
@@ -45,7 +45,8 @@ def peak() -> int:
     return next(int(line.split()[1]) * 1024 for line in lines if line.startswith("VmHWM:"))
 
 
-def main(kind: str, first: int, count: int, folder: Path) -> None:
+def limit() -> None:
+    """Bound the memory and the time of this process."""
     faulthandler.enable()
     warnings.simplefilter("error")
     warnings.filterwarnings("ignore", message=".* is linear light, .* times white")  # random numbers may be that
@@ -55,6 +56,9 @@ def main(kind: str, first: int, count: int, folder: Path) -> None:
     if mapped:
         resource.setrlimit(resource.RLIMIT_AS, (mapped + BYTES, resource.getrlimit(resource.RLIMIT_AS)[1]))
     signal.signal(signal.SIGPROF, too_slow)
+
+
+def run(kind: str, first: int, count: int, folder: Path) -> None:
     accepted, slowest = 0, 0.0
     for seed in range(first, first + count):
         started = time.process_time()
@@ -64,11 +68,15 @@ def main(kind: str, first: int, count: int, folder: Path) -> None:
         except (Exception, TooSlow) as error:
             signal.setitimer(signal.ITIMER_PROF, 0)
             last = "".join(traceback.format_exception(error)[-6:])
-            report({"seed": seed, "error": f"{type(error).__name__}: {error}"[:500], "trace": last[-3000:]})
+            report(
+                {"kind": kind, "seed": seed, "error": f"{type(error).__name__}: {error}"[:500], "trace": last[-3000:]}
+            )
         signal.setitimer(signal.ITIMER_PROF, 0)
         slowest = max(slowest, time.process_time() - started)
-    report({"done": count, "accepted": accepted, "peak": peak(), "slowest": slowest})
+    report({"kind": kind, "done": count, "accepted": accepted, "peak": peak(), "slowest": slowest})
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], int(sys.argv[2]), int(sys.argv[3]), Path(sys.argv[4]))
+    limit()
+    for kind in sys.argv[4:]:
+        run(kind, int(sys.argv[1]), int(sys.argv[2]), Path(sys.argv[3]))

@@ -1,4 +1,4 @@
-"""x"""
+"""Expressions of GDML, mistakes with their lines, and hostile files."""
 
 from __future__ import annotations
 
@@ -13,8 +13,6 @@ from conicoid.io.gdml.expressions import UNIT_VALUES, ExpressionError, evaluate
 
 from ...command_line import done
 from .files import HEAD, MATERIALS, placed, scene_of, text_of, volume
-
-# --- Expressions, mistakes with their lines, and hostile files
 
 WORLD = '<box name="w" x="40" y="40" z="40"/>'
 
