@@ -199,7 +199,8 @@ def test_boxes_hold_all_corners_tightly(count, monkeypatch) -> None:
             size = max(map(abs, found.tolist())) * 1e-14 + (found[3:] - found[:3]).max() * 1e-8
             for end, value in zip(ends, [*(-found[:3]).tolist(), *found[3:].tolist()], strict=True):
                 assert 0 <= Fraction(value) - end <= size
-    assert len(left) <= 3
+    # Bodies alone are bounded in floats, too, where an earlier scene of many has recorded their form
+    assert len(left) <= 6
 
 
 def test_parallel_planes_bound_nothing_across() -> None:
