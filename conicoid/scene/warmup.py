@@ -136,7 +136,7 @@ def _batches() -> None:
     """Lower bodies together: in lanes, with numbers halfway between floats, surfaces that may be one, no bounds."""
     from ..geometry.bulk import Spheres
     from ..geometry.general_quadric import Quadric
-    from ..geometry.primitives import Box, HalfSpace, Sphere
+    from ..geometry.primitives import Box, Cylinder, HalfSpace, Sphere
     from ..prepare.tape.recording_cache import FEWEST
     from .scene import Scene
 
@@ -145,6 +145,7 @@ def _batches() -> None:
         balls = [Sphere(1.0, (1.0, float(k), 0.0)) for k in range(FEWEST)]
         Scene([ball.translate((2.0**-53, 0.0, 0.0)).translate((offset, 0.0, 0.0)) for ball in balls]).prepare()
     Scene([Box().rotate((1, 2, 3), 30) & Sphere(1.0)]).prepare()  # parts that cut one another
+    Scene([Cylinder((0, 0, 0), (1, 2, 3), 0.1 + tiny) for tiny in (0.0, 2.0**-56)]).prepare()  # nearly one surface
     slanted = [HalfSpace((1.0, 2.0, 3.0), float(k)) for k in range(2)]
     Scene(
         [*slanted, Sphere(1.0), Quadric(coefficients=dict(xx=2, yy=1, zz=1, constant=-1)), Spheres([(1, 2, 3)], 1)]

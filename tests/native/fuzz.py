@@ -118,6 +118,7 @@ def work() -> None:
     co.Scene([(co.Cone((0, 0, 0), (0, 0, 1), 1, 0.2) & co.Box()).rotate((1, 2, 3), 30)]).prepare()
     for shift in ((0, 0, 0), (2.0**-120, 0, 0)):  # beside a number halfway between two floats
         co.Scene([co.Sphere(1.0, (1, k, 0)).translate((2.0**-53, 0, 0)).translate(shift) for k in range(9)]).prepare()
+    co.Scene([co.Cylinder((0, 0, 0), (1, 2, 3), 0.1 + tiny) for tiny in (0.0, 2.0**-56)]).prepare()
     angles = 2.0 * np.pi * np.arange(34) / 34
     normals = np.stack([np.cos(angles), np.sin(angles), 0.3 * (-1.0) ** np.arange(34)], axis=1)
     solid = co.Polyhedron(normals, np.ones(34))
