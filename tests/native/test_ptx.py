@@ -221,7 +221,7 @@ def test_what_llvm_optimises_for_a_gpu(module):
 
 @functools.cache
 def ptx_of(name):
-    """The PTX of a kernel, which takes seconds; `ptx.ptx` refuses what is wrong, as each build of a wheel does."""
+    """The PTX of a kernel, which takes seconds. `ptx.ptx` refuses what is wrong; the CUDA wheel has all."""
     return ptx.ptx(device_module(), name)
 
 

@@ -338,7 +338,8 @@ def conditioning(
     below : float
         Digits; bodies with as many or more are left out.
     most : int, optional
-        The largest number of balls returned for each entry of `Spheres`: the worst. Default: all.
+        The largest number of balls returned for each entry of `Spheres`, and of single balls for each motion that they
+        share: the worst. Default: all.
     progress : callable, optional
         progress(done, total) is called after each entry of the scene.
 

@@ -51,13 +51,15 @@ def read_deck(path: str | os.PathLike[str], root: str | os.PathLike[str] | None 
     try:
         return _DeckReader(path, root, short).read()
     except SceneFileError as error:
+        if not short.found:
+            raise
         problems = [Problem(line, 1, "", hint) for line, hint in short.found.items()]
         try:
             _DeckReader(path, root, ShortLines(continue_cards=True)).read()
         except SceneFileError as other:
             problems += other.problems
         # One mistake gives several errors where a continued line lacks blanks
-        if not short.found or len(problems) > len(error.problems):
+        if len(problems) > len(error.problems):
             raise
     raise SceneFileError(path, sorted(problems, key=lambda problem: problem.line))
 

@@ -194,7 +194,9 @@ def format_title(kind: str, number: int, name: str) -> str:
     return f"{kind} {number} {shorten(name)!r}" if name else f"{kind} {number}"
 
 
-_CELL_TITLE = re.compile(r"cell ([0-9]{1,9})(?: (['\"].*['\"]))?")
+# One literal as `repr` writes it: other text might nest too deep to evaluate
+_ESCAPE = r"\\(?:[\\'nrt]|x[0-9a-f]{2}|u[0-9a-f]{4}|U000[0-9a-f]{5})"
+_CELL_TITLE = re.compile(rf"""cell ([0-9]{{1,9}})(?: ('(?:[^'\\]|{_ESCAPE})*'|"(?:[^"\\]|{_ESCAPE})*"))?""")
 _PLACE_NAME = re.compile(r"cell [0-9]{1,9}(?: '.*'| \".*\")? @ [a-z]+ .+")
 
 

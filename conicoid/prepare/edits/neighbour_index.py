@@ -1,6 +1,6 @@
 """Neighbour index: a place for each surface, nearly equal where two surfaces are equal.
 
-It is the place along one direction of the features that `coincidence.py` compares, about a point and in units that stay
+It is the place along one direction of the features in `surface_features.py`, about a point and in units that stay
 while a scene is edited, so that only new surfaces need new places.
 """
 

@@ -21,6 +21,7 @@ import conicoid as co
 from conicoid.io.export import csg_pieces as lowered
 from conicoid.io.export.exporters import EXPORT_FORMATS, ExportOptions, find_export_format
 from conicoid.io.export.openmc_regions import EmptinessTest, ExportSurfaceTable, RegionWriter
+from conicoid.io.openmc.values import read_title
 
 from ...command_line import done, refused, run
 from ...samples import deep, in_turn, sampled
@@ -200,6 +201,7 @@ def test_names_of_cells_and_places_come_back(tmp_path: Path) -> None:
         scene = written_and_read(scene, tmp_path / f"{k}.xml")
         assert sorted(body.name or "" for body in scene.bodies) == sorted(names)
         assert all(scene[name].name == name for name in names)
+    assert read_title(f"cell 1 'a'{'+-' * 50_000}'b'") is None  # too deep for Python to evaluate
 
 
 def test_formats_are_known_by_suffix(tmp_path: Path) -> None:
