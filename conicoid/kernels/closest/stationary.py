@@ -132,6 +132,12 @@ def _center(g: float, a: float) -> float:
     return -g / a if abs(a) > FLAT else 0.0
 
 
+@inline
+def _bends_clearly(a: float) -> bool:
+    """Return whether a coefficient of terms of about 1 is rounding alone, or far larger than what counts as zero."""
+    return (abs(a) <= 2.0**-48) | (abs(a) >= 2.0**-20)
+
+
 @helper
 def try_stationary(
     geometry: Geometry,
@@ -159,7 +165,9 @@ def try_stationary(
     # Far away, values about the query point are rounded by more than the surface is wide
     about = form_at(geometry, room.surface[k], at.x + x, at.y + y, at.z + z)
     value, error = value_along(form, x, y, z), rounding_within(form, length_of(x, y, z))
-    if abs(about.value) * scale < _FAR * abs(e.value):
+    # A cone's value is 0 there, and a slender one would count as a rod of no width
+    bends = _bends_clearly(e.a0) & _bends_clearly(e.a1) & _bends_clearly(e.a2)
+    if bends & (abs(about.value) > 64.0 * about.off) & (abs(about.value) * scale < _FAR * abs(e.value)):
         center, moved = about.value * scale, rounding_share(at, 2.0**-50, x, y, z)
         steep = length_of(about.gx, about.gy, about.gz)
         value, error = about.value, about.off + (2.0 * steep + form.size * moved) * moved
