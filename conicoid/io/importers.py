@@ -297,7 +297,7 @@ def _is_csg(head: str, suffix: str) -> bool:
 
 def _is_zemax(head: str, suffix: str) -> bool:
     text = head.replace("\0", "")  # UTF-16 has a zero byte in each of these characters
-    return suffix == ".zmx" or re.search(r"^SURF 0[^\S\n]*+$", text, re.M) is not None
+    return suffix == ".zmx" or re.search(r"(?:\A|[\r\n])SURF 0[^\S\r\n]*+(?:[\r\n]|\Z)", text) is not None
 
 
 def _is_mcnp(head: str, suffix: str) -> bool:
