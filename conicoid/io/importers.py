@@ -401,7 +401,7 @@ def is_mcnp(head: str, suffix: str) -> bool:
 # Detection of molecules, here so that it does not load their readers
 
 _CIF_DATA = re.compile(r"\A(?:\s++|#[^\n]*+)*+data_", re.I)
-_PDB_RECORDS = re.compile(r"^(ATOM  |HETATM)[ \d]{5}.{19}[ \d.+-]{24}", re.M)
+_PDB_RECORDS = re.compile(r"^(ATOM  |HETATM)[ \dA-Za-z*]{5}.{19}[ \d.+-]{24}", re.M)
 _XYZ_HEAD = re.compile(r"\A\s*+\d++[ \t]*+\r?\n[^\n]*+\n\s*+(?:[A-Za-z]{1,3}|\d{1,3})(?:\s++[-+.\d]\S*+){3}")
 
 
