@@ -297,7 +297,7 @@ def _is_csg(head: str, suffix: str) -> bool:
 
 def _is_zemax(head: str, suffix: str) -> bool:
     text = head.replace("\0", "")  # UTF-16 has a zero byte in each of these characters
-    return suffix == ".zmx" or re.search(r"^SURF 0[^\S\n]*+$", text, re.M) is not None
+    return suffix == ".zmx" or re.search(r"(?:\A|[\r\n])SURF 0[^\S\r\n]*+(?:[\r\n]|\Z)", text) is not None
 
 
 def _is_mcnp(head: str, suffix: str) -> bool:
@@ -401,7 +401,7 @@ def is_mcnp(head: str, suffix: str) -> bool:
 # Detection of molecules, here so that it does not load their readers
 
 _CIF_DATA = re.compile(r"\A(?:\s++|#[^\n]*+)*+data_", re.I)
-_PDB_RECORDS = re.compile(r"^(ATOM  |HETATM)[ \d]{5}.{19}[ \d.+-]{24}", re.M)
+_PDB_RECORDS = re.compile(r"^(ATOM  |HETATM)[ \dA-Za-z*]{5}.{19}[ \d.+-]{24}", re.M)
 _XYZ_HEAD = re.compile(r"\A\s*+\d++[ \t]*+\r?\n[^\n]*+\n\s*+(?:[A-Za-z]{1,3}|\d{1,3})(?:\s++[-+.\d]\S*+){3}")
 
 

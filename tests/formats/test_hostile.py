@@ -163,6 +163,14 @@ def test_no_file_no_text(tmp_path):
             read_scene(path)
 
 
+@pytest.mark.parametrize("suffix", ["yaml", "json"])
+@pytest.mark.parametrize("name", ["n" * 5000, "\U0001f600" * 1000, "\U0001f600" * 100])
+def test_long_names_of_materials_are_saved_and_loaded(name, suffix, tmp_path):
+    path = tmp_path / f"scene.{suffix}"  # YAML reads keys of at most 1,024 characters
+    co.save(co.Scene([co.Body(co.Sphere(), co.matte("red", name=name))]), path)
+    assert co.load(path).bodies[0].material.name == name
+
+
 def test_many_bodies_are_fine(tmp_path):
     (tmp_path / "scene.yaml").write_text("bodies:\n" + "  - {shape: {Sphere: {radius: 2}}}\n" * 20_000)
     assert len(co.load(tmp_path / "scene.yaml").bodies) == 20_000

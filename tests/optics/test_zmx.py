@@ -234,6 +234,12 @@ def test_what_is_no_such_lens_is_refused(case):
         co.optics.read_zmx(make())
 
 
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_files_are_known_by_their_first_surface(end, tmp_path):
+    (tmp_path / "lens").write_bytes(file(SINGLET).replace("\n", end).encode("utf-16"))
+    assert co.load(tmp_path / "lens").unit == "mm"
+
+
 def test_files_that_are_none(tmp_path):
     with pytest.raises(FileNotFoundError):
         co.optics.load_zmx(tmp_path / "no.zmx")
@@ -401,7 +407,7 @@ def test_both_kinds_of_apertures_of_near_objects():
         ("VDXN 0 0.1", "VDXN"), ("VDYN 0 0.1", "VDYN"), ("VCXN 0.2", "VCXN"), ("VCYN 0 0 1e-3", "VCYN"),
         ("VANN 5", "VANN"), ("RAIM 0 2 1 1 0 1", "RAIM"), ("GFAC 1 0.5", "GFAC"), ("ENVD 60 1 1", "ENVD"),
         ("TELE 1", "TELE"), ("MNUM 3 1", "MNUM"), ("NEWK 1 2", "'NEWK' is not known"),
-        ("VDXN 0 0", None), ("RAIM 0 0 1 1 0 1", None), ("GFAC 0 0", None), ("ENVD 60 1 0", None),
+        ("FTYP 0 1 1 1 0 0 0", "telecentric aiming (FTYP)"), ("FTYP 0 0 1 1 0 0 0", None), ("VDXN 0 0", None), ("RAIM 0 0 1 1 0 1", None), ("GFAC 0 0", None), ("ENVD 60 1 0", None),
         ("ENVD 20 1 1", None), ("MNUM 1 1", None), ("NOTE 0 OAPM", None),
     ],
 )  # fmt: skip

@@ -452,6 +452,8 @@ def _of_system(lens: ZmxLens, line: int, key: str, rest: list[str], whole: str) 
         lens.field_kind = _whole(line, key, rest, 0)
         lens.field_count = _whole(line, key, rest, 2) if len(rest) > 2 else 1
         lens.wave_count = _whole(line, key, rest, 3) if len(rest) > 3 else 0
+        if _is_set(rest, 1):
+            lens.notes.append(f"line {line}: telecentric aiming ({key}) is skipped")
     elif key == "YFLN":
         lens.fields = [_number(line, key, rest, i) for i in range(min(len(rest), 100))]
     elif key == "XFLN":

@@ -520,17 +520,23 @@ class DataCards:
     materials: dict[int, NuclideShares] = field(default_factory=dict)
     cells: dict[str, tuple[Card, list[Fraction | None]]] = field(default_factory=dict)
     remarks: list[str] = field(default_factory=list)
+    last: str = ""
+    """The name of the card before, if it concerns the geometry."""
 
     def read(self, card: Card) -> None:
         """Read one card; cards that do not concern the geometry are ignored. Raise ValueError for a wrong card."""
         name, *words = card.text.split()
-        match = _DATA_CARD_NAME.fullmatch(name)
+        match, last, self.last = _DATA_CARD_NAME.fullmatch(name), self.last, ""
         if match is None:
+            if last and name[0] in "0123456789.+-":  # numbers without which that card means something else
+                raise ValueError(f"must begin with the name of a card; numbers of {last} are not continued")
             self.remarks.append(f"line {card.line}: {shorten(name, 20)!r} is not read{card.hint}")
             return
         star, kind, digits, particles = match.groups()
         if particles == "*":  # the star may also follow the number
             star, particles = "*", None
+        if kind == "tr" or (kind in PER_CELL_CARDS and not digits):
+            self.last = name
         if kind == "tr":
             key = int(digits or 1)
             if key in self.changes:

@@ -20,6 +20,7 @@ from ...geometry.body import Body
 from ...geometry.shape import Difference, Intersection, Solid, Union
 from ...materials.presets import matte
 from ..importers import ImportOptions, ImportResult, LegendEntry, OmittedPart, limit_notes
+from ..scene_file.nodes import shorten
 from . import solids
 from .solids import PlaneItem, combine_figures, plane_circle, plane_polygon
 from .syntax import CallArguments, CsgCall, CsgReader, CsgText
@@ -65,7 +66,7 @@ class CsgEvaluation:
 
     def _parts_of(self, call: CsgCall) -> list[ColoredSolid]:
         """Return the solids of one call."""
-        arguments = CallArguments(self.text, call)
+        arguments = self._arguments(call)
         if self.smooth and isinstance(arguments.value("$fn"), float) and arguments.value("$fn") > 0:
             self.rounded += 1
         if call.name in _GROUP_CALLS:
@@ -102,6 +103,12 @@ class CsgEvaluation:
             "rotate_extrude": self._revolved,
         }
 
+    def _arguments(self, call: CsgCall) -> CallArguments:
+        arguments = CallArguments(self.text, call)
+        for name in arguments.unknown():
+            self._remark(call, f"has no parameter {shorten(name)!r}, which is not read")
+        return arguments
+
     def _remark(self, call: CsgCall, message: str) -> None:
         line, _ = self.text.place(call.position)
         self.remarks.append(f"line {line}: {call.name} {message}")
@@ -120,7 +127,7 @@ class CsgEvaluation:
 
     def _colored(self, call: CsgCall, arguments: CallArguments) -> list[ColoredSolid]:
         """Return the children of a color, in this colour."""
-        value = arguments.value("c") or arguments.value("0")
+        value = arguments.value("c")
         if not isinstance(value, list) or len(value) < 3 or not all(isinstance(v, float) for v in value):
             raise arguments.refuse(f"must have a list of red, green, blue and alpha, got {value!s:.60}")
         if value[0] < 0:  # a negative channel means no colour: the children keep theirs
@@ -170,6 +177,9 @@ class CsgEvaluation:
             raise OmittedPart(f"has two scales, {scales[0]:g} and {scales[1]:g}, between which no side is a plane")
         if not height > 0:
             raise OmittedPart(f"has the height {height:g}")
+        along = arguments.value("v")
+        if along is not None and not (isinstance(along, list) and along[:2] == [0, 0] and len(along) == 3):
+            raise OmittedPart(f"is extruded along {along!s:.40}, which is not read")
         low = -height / 2 if arguments.flag("center") else 0.0
         return drawn.extruded(low, low + height, scales[0])
 
@@ -193,7 +203,7 @@ class CsgEvaluation:
         """Return the figures of calls in the plane."""
         figures: list[PlaneItem] = []
         for call in calls:
-            arguments = CallArguments(self.text, call)
+            arguments = self._arguments(call)
             if "*" in call.modifier or "%" in call.modifier:
                 continue
             if call.name in (*_GROUP_CALLS, "color"):
@@ -222,9 +232,7 @@ class CsgEvaluation:
         """Return a circle, square or polygon."""
         name = arguments.call.name
         if name == "circle":
-            # OpenSCAD writes r; the defaults are those of its modules
-            radius = arguments.number("r", arguments.number("d", 2.0) / 2)
-            return plane_circle(radius, arguments.sides(self.smooth))
+            return plane_circle(arguments.radius("", 1.0), arguments.sides(self.smooth))
         if name == "square":
             size = arguments.value("size")
             sizes = [size] * 2 if isinstance(size, float) else size if isinstance(size, list) else [1.0] * 2

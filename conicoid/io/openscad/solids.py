@@ -212,7 +212,9 @@ class SidedBall:
 
 def sphere(arguments: CallArguments, smooth: bool) -> Solid:
     """Return a ball; with $fn the polyhedron of `sided_ball`."""
-    radius, sides = _radius(arguments), arguments.sides(smooth)
+    radius, sides = arguments.radius("", 1.0), arguments.sides(smooth)
+    if not radius > 0:
+        raise OmittedPart(f"has the radius {radius:g}")
     if not sides:
         return Sphere(radius)
     whole = sided_ball(radius, sides)
@@ -243,8 +245,8 @@ def sided_ball(radius: float, sides: int) -> Polyhedron:
 def cylinder(arguments: CallArguments, smooth: bool) -> Solid:
     """Return a cylinder, cone or truncated cone; with $fn a prism, pyramid or frustum."""
     height = arguments.number("h", 1.0)
-    both = _radius(arguments)
-    first, second = arguments.number("r1", both), arguments.number("r2", both)
+    both = arguments.radius("", 1.0)
+    first, second = arguments.radius("1", both), arguments.radius("2", both)
     if not height > 0:
         raise OmittedPart(f"has the height {height:g}")
     if first < 0 or second < 0 or first == second == 0:
@@ -279,11 +281,3 @@ def polyhedron(arguments: CallArguments) -> Solid:
         return Mesh(tuple((p[0], p[1], p[2]) for p in points), tuple(faces))
     except ValueError as error:
         raise OmittedPart(f"is no closed solid ({error})") from None
-
-
-def _radius(arguments: CallArguments) -> float:
-    """Return r, or half of d; 1 if both are missing."""
-    radius = arguments.number("r", arguments.number("d", 2.0) / 2)
-    if not radius > 0 and arguments.call.name == "sphere":
-        raise OmittedPart(f"has the radius {radius:g}")
-    return radius

@@ -163,19 +163,21 @@ class CsgReader:
         return call
 
     def _arguments(self, call: CsgCall) -> None:
-        """Read the arguments of a call; those without a name are named by their position, "0", "1" and so on."""
+        """Read the arguments of a call; those without a name have that of the module's parameter at their place."""
+        names = iter(PARAMETERS.get(call.name, ("",))[0].split())
         while not self._is(")"):
-            name = f"{len(call.arguments)}"
+            name = ""
             if self._token.kind == "name":
                 token = self._take()
                 if self._is("="):
                     self._take()
-                    name = token.text
-                    call.arguments[name] = self._value(0)
+                    name, value = token.text, self._value(0)
                 else:
-                    call.arguments[name] = self._word(token)
+                    value = self._word(token)
             else:
-                call.arguments[name] = self._value(0)
+                value = self._value(0)
+            free = (each for each in names if each not in call.arguments)
+            call.arguments[name or next(free, f"argument {len(call.arguments) + 1}")] = value
             if not self._is(")"):
                 self._expect(",")
         self._take()
@@ -216,6 +218,15 @@ class CsgReader:
 
 # Arguments of a call
 
+PARAMETERS = {
+    "cube": ("size center",), "sphere": ("r", "d"), "cylinder": ("h r1 r2 center", "r d d1 d2"), "circle": ("r", "d"),
+    "square": ("size center",), "polygon": ("points paths convexity",), "multmatrix": ("m",), "color": ("c",),
+    "polyhedron": ("points faces convexity", "triangles"),
+    "linear_extrude": ("height", "h v center scale twist slices segments convexity"),
+    "rotate_extrude": ("angle", "start convexity"),
+}  # fmt: skip
+"""Parameters of modules in the order of arguments without names, and those that only names give."""
+
 ArgumentValue = TypeVar("ArgumentValue")
 
 
@@ -244,6 +255,15 @@ class CallArguments:
         if isinstance(value, bool) or not isinstance(value, float) or not math.isfinite(value):
             raise self.refuse(f"{name} must be a finite number, got {format_value(value)}")
         return value
+
+    def radius(self, end: str, otherwise: float) -> float:
+        """Return a radius, or half of a diameter, which OpenSCAD takes if both are given; `end` ends their names."""
+        return self.number(f"d{end}", 2 * self.number(f"r{end}", otherwise)) / 2
+
+    def unknown(self) -> list[str]:
+        """Return the names of arguments that the module does not have; $ begins those of all modules."""
+        known = " ".join(PARAMETERS.get(self.call.name, ())).split() or self.call.arguments
+        return [name for name in self.call.arguments if name not in known and not name.startswith("$")]
 
     def flag(self, name: str) -> bool:
         """Return a flag; False if it is missing."""
@@ -281,7 +301,7 @@ class CallArguments:
 
     def matrix(self) -> np.ndarray[Any, Any]:
         """Return the matrix (4, 4) of a multmatrix, whose last row may be missing."""
-        rows = self.value("m") or self.value("0")
+        rows = self.value("m")
         try:
             matrix = np.array(rows, np.float64)
         except (TypeError, ValueError):

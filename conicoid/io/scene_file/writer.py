@@ -199,6 +199,8 @@ MOST_NUMBERS = 1_000_000
 """Most numbers of an environment's pixels in the scene file itself, which holds four million values at most."""
 LEVELS_INLINE = 20
 """Levels of Booleans after which a part gets a name, so that files are not nested too deep for their reader."""
+_LONGEST_KEY = 100
+"""Most characters of a material's name as a key: YAML reads keys of 1,024, and an escape takes ten."""
 
 ShapeIdentity: TypeAlias = tuple[Any, ...]
 
@@ -227,7 +229,8 @@ class ShapeWriter:
         self.named_nodes: dict[str, Any] = {}
         self.names: dict[ShapeIdentity, str] = {}
         self.materials: dict[str, Any] = {}
-        self.material_names = {material.exact_text: name for material, name in (material_names or {}).items()}
+        short = {material: name for material, name in (material_names or {}).items() if len(name) <= _LONGEST_KEY}
+        self.material_names = {material.exact_text: name for material, name in short.items()}
         self.used_names = set(self.material_names.values())
         self.letters = (name for name in map(_letter_name, count()) if name not in self.used_names)
         uses: Counter[ShapeIdentity] = Counter()
@@ -321,7 +324,7 @@ class ShapeWriter:
 
     def _free_name(self, material: Material) -> str:
         """Return a free name for a material: its own, with a number if that is taken, or letters if it has none."""
-        if material.name is None:
+        if material.name is None or len(material.name) > _LONGEST_KEY:
             return next(self.letters)
         numbered = (f"{material.name} ({number})" for number in count(2))
         return next(name for name in chain([material.name], numbered) if name not in self.used_names)

@@ -270,6 +270,15 @@ def test_a_continued_line_that_lacks_a_blank(tmp_path: Path) -> None:
     indented = "t\n   1 0 -1\n  10 0 -9\n   2 0 1\n\n  1 so 1\n  2 px 0\n"
     with pytest.raises(ValueError, match=r"\A\S*:3:1: cell 10: region: refers to unknown surface 9\Z"):
         loaded(tmp_path, indented)
+    # Numbers without which a card of the geometry means something else: a rotation, universes
+    head = "t\n1 0 -1\n\n1 5 rpp 0 3 0 5 0 7\n\n"
+    for card in ("tr5 10 0 0\n{}0 1 0 -1 0 0 0 0 1", "*tr5 10 0 0\n{}90 0 90 180 90 90 90 90 0", "tr5 9\nimp:n\n{}1"):
+        with pytest.raises(ValueError, match=rf"\A\S*:[78]:1: {hint}\Z"):
+            loaded(tmp_path, head + card.format("    "))
+        with pytest.raises(
+            ValueError, match=r":[78]:1: \d+: must begin with the name of a card; numbers of \S+ are not"
+        ):
+            loaded(tmp_path, head + card.format(""))
     notes = loaded(tmp_path, PIN.replace("92235.80c 0.05", "92235.80c 0.05\n   ")).notes
     assert any(f"line 12: '92238.80c' is not read; {hint}" in note for note in notes)
 

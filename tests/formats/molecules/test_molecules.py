@@ -386,6 +386,14 @@ def test_a_crystal_has_all_sites_of_its_cell(tmp_path):
     assert np.allclose(np.sort(found.positions[:, 0]), [0, 0, 0, 0, 2.82, 2.82, 2.82, 2.82])
 
 
+@pytest.mark.parametrize("serial", ["    1", "A0000", "a0000", "*****"])
+def test_files_of_many_atoms_are_known(serial, tmp_path):
+    """Hybrid-36 numbers an atom after 99,999 with letters; other programs write stars."""
+    found = detect_format(written(tmp_path, f"ATOM  {serial}  CA  ALA A   1       1.000   2.000   3.000\n", "a"))
+    assert found is not None
+    assert found.name.startswith("molecules")
+
+
 @pytest.mark.parametrize(("text", "kind"), [(XYZ, 3), (PDB, 5)])
 def test_files_are_scenes_like_others(text, kind, tmp_path):
     path = written(tmp_path, text, "a.yaml")

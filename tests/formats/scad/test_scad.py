@@ -61,6 +61,12 @@ SQUARE = "square(size = [1, 2], center = false);"
 CASES = {
     "cube(size = [1, 2, 3], center = false);": lambda x, y, z: between(x, 0, 1) & between(y, 0, 2) & between(z, 0, 3),
     "cube(size = 2, center = true);": lambda x, y, z: (abs(x) <= 1) & (abs(y) <= 1) & (abs(z) <= 1),
+    "cube([1, 2, 3]);": lambda x, y, z: between(x, 0, 1) & between(y, 0, 2) & between(z, 0, 3),
+    "cube(size = 2, true);": lambda x, y, z: (abs(x) <= 1) & (abs(y) <= 1) & (abs(z) <= 1),
+    "sphere(2);": lambda x, y, z: x * x + y * y + z * z <= 4,
+    "cylinder(2, 2);": lambda x, y, z: cone(x, y, z, 0, 2, 2, 1),
+    "cylinder(h = 3, d1 = 4, d2 = 2, center = true);": lambda x, y, z: cone(x, y, z, -1.5, 1.5, 2, 1),
+    "linear_extrude(2) square([1, 2], true);": lambda x, y, z: (abs(x) <= 0.5) & (abs(y) <= 1) & between(z, 0, 2),
     f"sphere({ROUND}, r = 2);": lambda x, y, z: x * x + y * y + z * z <= 4,
     f"cylinder({ROUND}, h = 3, r1 = 2, r2 = 1, center = true);": lambda x, y, z: cone(x, y, z, -1.5, 1.5, 2, 1),
     f"cylinder({ROUND}, h = 2, r1 = 0, r2 = 2, center = false);": lambda x, y, z: cone(x, y, z, 0, 2, 0, 2),
@@ -170,6 +176,8 @@ def test_what_is_left_out_is_told_with_its_line(tmp_path):
     ("text", "note"),
     [
         ("cube(size = [0, 1, 1]);", "cube has the size [0.0, 1.0, 1.0]; it is left out"),
+        ("cube(sise = 3); cube();", "cube has no parameter 'sise', which is not read"),
+        ("linear_extrude(height = 1, v = [1, 0, 1]) { square(size = 1); }", "linear_extrude is extruded along [1.0, 0.0, 1.0], which is not read; it is left out"),
         ("sphere(r = -1);", "sphere has the radius -1; it is left out"),
         ("cylinder(h = 0, r1 = 1, r2 = 1);", "cylinder has the height 0; it is left out"),
         ("cylinder(h = 1, r1 = 0, r2 = 0);", "cylinder has the radii 0 and 0; it is left out"),
