@@ -58,8 +58,15 @@ class FlatSurface:
 
     @cached_property
     def floats(self) -> tuple[Vector, float] | None:
-        """The normal and the offset, each number rounded once; None if they are too large."""
-        return try_floats(self.normal, self.offset)
+        """The normal and the offset, each number rounded once; None if they are too large.
+
+        A plane across an axis has a normal of length 1: 0.3 x = 0.21 is the plane x = 0.7.
+        """
+        size = 1 if self.axis is None else abs(self.normal[self.axis])
+        if size == 1:
+            return try_floats(self.normal, self.offset)
+        x, y, z = (n / size for n in self.normal)
+        return try_floats((x, y, z), self.offset / size)
 
     def placed(self, place: UniversePlacement) -> FlatSurface:
         """Return the plane after the turn and the shift of a placement: this object where they do not move it."""
@@ -515,26 +522,26 @@ def _quadric(numbers: Coefficients) -> Surface:
     return FlatSurface((x, y, z), -numbers[9])
 
 
-def round_quadric(numbers: Sequence[Fraction], shift: Point) -> RoundSurface | None:
-    """Return the sphere, or the cylinder along an axis, that a quadric of positive squares is; None for another.
+def round_quadric(numbers: Sequence[Fraction], shift: Point) -> RoundSurface | ConeSurface | None:
+    """Return the sphere, or the cylinder or cone along an axis, that a quadric is; None for another.
 
     The decimals of a file are exact: a cylinder that is written as a quadric is the same surface as one that is not.
     """
-    squares, cross, linear = numbers[:3], numbers[3:6], numbers[6:9]
+    squares, linear = numbers[:3], numbers[6:9]
     square = max(squares)
-    flat = [i for i in range(3) if not squares[i]]
-    if square <= 0 or any(cross) or len(flat) > 1 or any(a not in (0, square) for a in squares):
+    others = [i for i in range(3) if squares[i] != square]
+    axis = others[0] if others else None
+    if square <= 0 or any(numbers[3:6]) or len(others) > 1:
         return None
-    if any(linear[i] for i in flat):
+    if axis is not None and (squares[axis] > 0 or (linear[axis] and not squares[axis])):
         return None
-    x, y, z = (0 if i in flat else c - b / (2 * square) for i, (b, c) in enumerate(zip(linear, shift, strict=True)))
-    radius_squared = sum((b / (2 * square)) ** 2 for b in linear) - numbers[9] / square
-    if radius_squared <= 0:
-        return None
+    x, y, z = (c - b / (2 * a) if a else _ZERO for a, b, c in zip(squares, linear, shift, strict=True))
+    rest = sum((b * b / (4 * a) for a, b in zip(squares, linear, strict=True) if a), -numbers[9])
+    if axis is not None and squares[axis]:
+        return None if rest else ConeSurface(axis, (x, y, z), -squares[axis] / square)
+    radius_squared = max(rest / square, _ZERO)
     radius = Fraction(math.isqrt(radius_squared.numerator), math.isqrt(radius_squared.denominator))
-    if radius**2 != radius_squared:
-        return None
-    return RoundSurface(flat[0] if flat else None, (Fraction(x), Fraction(y), Fraction(z)), radius)
+    return RoundSurface(axis, (x, y, z), radius) if radius and radius**2 == radius_squared else None
 
 
 def _positive(what: str, value: Fraction) -> Fraction:

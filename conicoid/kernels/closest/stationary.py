@@ -164,15 +164,16 @@ def try_stationary(
     scale, center = 1.0 / form.size if form.size > 0.0 else 1.0, math.nan
     # Far away, values about the query point are rounded by more than the surface is wide
     about = form_at(geometry, room.surface[k], at.x + x, at.y + y, at.z + z)
-    value, error = value_along(form, x, y, z), rounding_within(form, length_of(x, y, z))
+    steep, moved = length_of(about.gx, about.gy, about.gz), rounding_share(at, 2.0**-50, x, y, z)
+    value, error = about.value, about.off + (2.0 * steep + form.size * moved) * moved
     # A cone's value is 0 there, and a slender one would count as a rod of no width
     bends = _bends_clearly(e.a0) & _bends_clearly(e.a1) & _bends_clearly(e.a2)
-    if bends & (abs(about.value) > 64.0 * about.off) & (abs(about.value) * scale < _FAR * abs(e.value)):
-        center, moved = about.value * scale, rounding_share(at, 2.0**-50, x, y, z)
-        steep = length_of(about.gx, about.gy, about.gz)
-        value, error = about.value, about.off + (2.0 * steep + form.size * moved) * moved
+    if bends & (abs(value) > 4096.0 * error) & (abs(value) * scale < _FAR * abs(e.value)):
+        center = value * scale
         least = ROUNDED * form.steep * scale
         plain, other = flatten_secular(plain, least), flatten_secular(other, least)
+    else:
+        value, error = value_along(form, x, y, z), rounding_within(form, length_of(x, y, z))
     if e.value > 0.0:
         found = _try_above(geometry, room, at, count, plain, frame, center)
     elif e.value < 0.0:

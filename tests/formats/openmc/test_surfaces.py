@@ -133,6 +133,8 @@ def test_a_plane_that_a_shift_does_not_move_stays_the_same_object(
 
 def test_a_quadric_without_squares_is_its_plane() -> None:
     assert surface("quadric", "0 0 0 0 0 0 0 1 0 -2").solid() == co.HalfSpace((0, 1, 0), 2)
+    assert surface("quadric", "0 0 0 0 0 0 0 -0.3 0 0.21").solid() == co.HalfSpace((0, -1, 0), -0.7)
+    assert surface("plane", "0.3 0 0 0.21").solid() == surface("x-plane", "0.7").solid()
 
 
 @pytest.mark.parametrize(
@@ -143,9 +145,11 @@ def test_a_quadric_without_squares_is_its_plane() -> None:
         ("x-cylinder", "-0.63 1.26 0.4095", "0 1 1 0 0 0 0 1.26 -2.52 1.81680975"),
         ("y-cylinder", "0 0 0.7", "3 0 3 0 0 0 0 0 0 -1.47"),
         ("sphere", "0.1 0.2 -0.3 1.1", "1 1 1 0 0 0 -0.2 -0.4 0.6 -1.07"),
+        ("z-cone", "0.1 0.2 -0.3 0.07", "3 3 -0.21 0 0 0 -0.6 -1.2 -0.126 0.1311"),
+        ("x-cone", "0.7 0 0 1.1", "-0.11 0.1 0.1 0 0 0 0.154 0 0 -0.0539"),
     ],
 )
-def test_a_round_quadric_is_that_cylinder_or_sphere(kind: str, numbers: str, quadric: str) -> None:
+def test_a_round_quadric_is_that_cylinder_sphere_or_cone(kind: str, numbers: str, quadric: str) -> None:
     """In exact decimals: one wall, not two that differ by rounding."""
     assert surface("quadric", quadric) == surface(kind, numbers)
 
