@@ -168,7 +168,8 @@ def try_stationary(
     value, error = about.value, about.off + (2.0 * steep + form.size * moved) * moved
     # A cone's value is 0 there, and a slender one would count as a rod of no width
     bends = _bends_clearly(e.a0) & _bends_clearly(e.a1) & _bends_clearly(e.a2)
-    if bends & (abs(value) > 4096.0 * error) & (abs(value) * scale < _FAR * abs(e.value)):
+    wide = abs(value) > max(64.0 * about.off, 16.0 * form.size * moved * moved)
+    if bends & wide & (abs(value) * scale < _FAR * abs(e.value)):
         center = value * scale
         least = ROUNDED * form.steep * scale
         plain, other = flatten_secular(plain, least), flatten_secular(other, least)
