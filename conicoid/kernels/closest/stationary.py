@@ -133,9 +133,16 @@ def _center(g: float, a: float) -> float:
 
 
 @inline
-def _bends_clearly(a: float) -> bool:
-    """Return whether a coefficient of terms of about 1 is rounding alone, or far larger than what counts as zero."""
-    return (abs(a) <= 2.0**-48) | (abs(a) >= 2.0**-20)
+def _lies_far(e: Secular) -> bool:
+    """Return whether the value at the center seems to be tiny beside that at the query point, and the axes are clear.
+
+    Each coefficient of these terms of about 1 is rounding alone, or far larger than what counts as zero.
+    """
+    b0, b1, b2 = abs(e.a0), abs(e.a1), abs(e.a2)
+    clear = ((b0 <= 2.0**-48) | (b0 >= 2.0**-20)) & ((b1 <= 2.0**-48) | (b1 >= 2.0**-20))
+    clear &= (b2 <= 2.0**-48) | (b2 >= 2.0**-20)
+    there = e.value + (_center(e.g0, e.a0) * e.g0 + _center(e.g1, e.a1) * e.g1 + _center(e.g2, e.a2) * e.g2)
+    return clear & (abs(there) < 2.0 * _FAR * abs(e.value))
 
 
 @helper
@@ -160,21 +167,19 @@ def try_stationary(
     # About the distance, for `least_bend`
     length = abs(e.value) / (length_of(e.g0, e.g1, e.g2) + math.sqrt(abs(e.value)) + 1e-300)
     plain, other, found = least_bend(e, length), least_bend(over, length), 0
-    x, y, z = _place(frame, _center(e.g0, e.a0), _center(e.g1, e.a1), _center(e.g2, e.a2))
-    scale, center = 1.0 / form.size if form.size > 0.0 else 1.0, math.nan
-    # Far away, values about the query point are rounded by more than the surface is wide
-    about = form_at(geometry, room.surface[k], at.x + x, at.y + y, at.z + z)
-    steep, moved = length_of(about.gx, about.gy, about.gz), rounding_share(at, 2.0**-50, x, y, z)
-    value, error = about.value, about.off + (2.0 * steep + form.size * moved) * moved
-    # A cone's value is 0 there, and a slender one would count as a rod of no width
-    bends = _bends_clearly(e.a0) & _bends_clearly(e.a1) & _bends_clearly(e.a2)
-    wide = abs(value) > max(64.0 * about.off, 16.0 * form.size * moved * moved)
-    if bends & wide & (abs(value) * scale < _FAR * abs(e.value)):
-        center = value * scale
-        least = ROUNDED * form.steep * scale
-        plain, other = flatten_secular(plain, least), flatten_secular(other, least)
-    else:
-        value, error = value_along(form, x, y, z), rounding_within(form, length_of(x, y, z))
+    value = error = center = math.nan
+    if _lies_far(e):
+        # Values about the query point are rounded by more than the surface is wide
+        x, y, z = _place(frame, _center(e.g0, e.a0), _center(e.g1, e.a1), _center(e.g2, e.a2))
+        about, scale = form_at(geometry, room.surface[k], at.x + x, at.y + y, at.z + z), 1.0 / form.size
+        moved = rounding_share(at, 2.0**-50, x, y, z)
+        # A cone's value is 0 there, and a slender one would count as a rod of no width
+        wide = abs(about.value) > max(64.0 * about.off, 16.0 * form.size * moved * moved)
+        if wide & (abs(about.value) * scale < _FAR * abs(e.value)):
+            steep = length_of(about.gx, about.gy, about.gz)
+            value, error = about.value, about.off + (2.0 * steep + form.size * moved) * moved
+            center, least = value * scale, ROUNDED * form.steep * scale
+            plain, other = flatten_secular(plain, least), flatten_secular(other, least)
     if e.value > 0.0:
         found = _try_above(geometry, room, at, count, plain, frame, center)
     elif e.value < 0.0:
@@ -188,6 +193,9 @@ def try_stationary(
     if not (elliptic and center == center):
         _try_below(geometry, room, at, count, plain, frame)
         _try_below(geometry, room, at, count, other, back)
+    x, y, z = _place(frame, _center(e.g0, e.a0), _center(e.g1, e.a1), _center(e.g2, e.a2))
+    if center != center:
+        value, error = value_along(form, x, y, z), rounding_within(form, length_of(x, y, z))
     if abs(value) <= 64.0 * error:
         _try(geometry, room, at, count, frame, x, y, z)
 
