@@ -163,26 +163,26 @@ def shares_form(group: BodyGroup, column: int) -> bool:
 
 
 @dataclass
-class LeadSurfaces:
-    """Exact surfaces by their numbers among the leads."""
+class SurfaceSubset:
+    """Some exact surfaces, renumbered from 0."""
 
     exact: ExactSurfaces
-    leads: Ints
+    numbers: Ints | Longs
 
     def __getitem__(self, index: int) -> Surface:
-        return self.exact[int(self.leads[index])]
+        return self.exact[int(self.numbers[index])]
 
     def name(self, index: int) -> tuple[Key, int]:
         """Return the exact name of a surface, and its sense."""
-        return self.exact.name(int(self.leads[index]))
+        return self.exact.name(int(self.numbers[index]))
 
     def known_names(self, indices: Longs) -> dict[int, Hashable]:
         """`ExactSurfaces.known_names`"""
-        return names_at(self.exact.known_names, self.leads, indices)
+        return names_at(self.exact.known_names, self.numbers, indices)
 
     def leaf_names(self, indices: Longs) -> dict[int, Hashable]:
         """`ExactSurfaces.leaf_names`"""
-        return names_at(self.exact.leaf_names, self.leads, indices)
+        return names_at(self.exact.leaf_names, self.numbers, indices)
 
 
 def group_columns(group: BodyGroup, which: Ints | None, some: slice, first: int, last: int) -> Floats:

@@ -36,8 +36,8 @@ from ..kernels.threads import run_chunks
 from .coincidence import (
     ExactSurfaces,
     InputSurfaces,
-    LeadSurfaces,
     RawSurfaces,
+    SurfaceSubset,
     SurfaceTable,
     concatenate,
     group_columns,
@@ -410,7 +410,7 @@ class TablesBuilder:
         balls = [balls.spheres for balls in self.contents.balls]
         kinds = inputs.kinds[inputs.leads]
         known = RawSurfaces(
-            kinds, senses, records[PLANE], records[SPHERE], quadrics, rest, balls, LeadSurfaces(exact, inputs.leads),
+            kinds, senses, records[PLANE], records[SPHERE], quadrics, rest, balls, SurfaceSubset(exact, inputs.leads),
             repeated, compact=len(inputs.leads) < len(inputs.lead),
         )  # fmt: skip
         return inputs.expand(merge_surfaces(known))

@@ -364,7 +364,7 @@ def test_streams():
         assert all(subject.same(a, b) for a, b in zip(parts, wanted, strict=True)), query
 
 
-# --- What would be logged on workers, where nobody reads it, is logged where the question is asked, once
+# --- Notes of workers are logged once, in the process that asks; nobody reads the logs of workers
 
 
 @pytest.fixture
@@ -383,7 +383,7 @@ def test_overlaps_are_told_once(kind, processes, logged):
     assert logged()[0].startswith("line_integral: ")
     list(scene.stream(rays, "line_integral", values=subject.VALUES, executor=how))
     scene.line_integral(subject.VALUES, rays)
-    assert len(logged()) == 1  # this scene was told of
+    assert len(logged()) == 1  # the note of this scene is logged already
     subject.scene().line_integral(subject.VALUES, rays, executor=how)
     assert len(logged()) == 2
     subject.scene().line_integral(subject.VALUES, rays, executor=how, overlaps="both")
@@ -401,7 +401,7 @@ from tests.cluster import subject
 if __name__ == "__main__":
     scene, rays = subject.scene(), subject.rays(5, 40)
     with MPIPoolExecutor() as pool:
-        assert pool.submit(MPI.COMM_WORLD.Get_rank).result() != 0  # it is done elsewhere
+        assert pool.submit(MPI.COMM_WORLD.Get_rank).result() != 0  # another process runs it
         how = co.parallel.Workers(pool, chunk=33)
         far = subject.answers(scene, rays, executor=how)
         picture = scene.render(70, 40, executor=pool)

@@ -1,4 +1,4 @@
-"""The figure of an explanation, and how an explanation is asked for."""
+"""The figure of an explanation, and the calls and commands that make one."""
 
 from __future__ import annotations
 
@@ -151,7 +151,7 @@ def test_empty_tiny_and_endless_bodies():
         assert all(len(arcs) <= 4 for arcs in found.figure().arcs.values())
 
 
-# --- How an explanation is asked for: in Python, in a notebook, on the command line; and what is refused
+# --- Explanations in Python, in a notebook and on the command line; wrong arguments
 
 
 SCENE = co.Scene(
@@ -174,7 +174,7 @@ def test_rays_and_bodies_by_name_and_number():
 
 
 def test_a_spawned_ray_knows_where_it_starts():
-    """Into the ball from (−0.8, 0.6, 0) along x: on the board t² + 2 B t = 0, B = −0.8; t = 0 is left out, t = 1.6 is met."""
+    """Into the ball from (−0.8, 0.6, 0) along x: on the board t² + 2 B t = 0, B = −0.8. The hit is t = 1.6, not t = 0."""
     found = SCENE.explain(SCENE.first_hit(*RAY).spawn((1, 0, 0)))
     step = found.surfaces[int(found.hit.surface)]
     assert step.starts
@@ -265,7 +265,7 @@ def test_command_refuses(tmp_path):
 
 
 def test_a_sweep_counts_the_inputs_of_its_own_body():
-    """x and y are in [0, 4] and [1, 3]: so is the ray from 0 and 1 on, of which the intersection needs both."""
+    """Two boxes, x in [0, 4] and in [1, 3]: their intersection needs a ray to be in both at once."""
     slab = co.Box((0, -1, -1), (4, 1, 1)) & co.Box((1, -2, -2), (3, 2, 2))
     scene = co.Scene([slab.translate((0, 9, 0)), slab])
     sweep = scene.explain((-5, 0, 0), (1, 0, 0), body=1).bodies[-1].sweep

@@ -94,9 +94,10 @@ def _far_term(g: float, a: float, beyond: float, more: float) -> tuple[float, fl
 
 @inline
 def _above(e: Secular, center: float, pole: float, w: float) -> tuple[float, float]:
-    """Return (F, its slope) at s = pole + w; far away from the value at the center, which is NaN elsewhere.
+    """Return (F, its slope) at s = pole + w.
 
-    Far away `value` and its terms cancel: F = center + sum (g_i s / (s + a_i))² / a_i, over the axes that bend.
+    `center` is the value at the quadric's center for a point far away, where `value` and its terms cancel, else NaN.
+    There F = center + sum (g_i s / (s + a_i))² / a_i, over the axes that bend.
     """
     s = pole + w
     if center == center:

@@ -6,7 +6,7 @@ class is recomputed where a new surface may belong to it, or where the surface w
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -14,10 +14,9 @@ from typing import Any
 import numpy as np
 
 from ..._util.arrays import is_member_sorted, unique_sorted
-from ...geometry.surface import Key, Surface
 from ...kernels.tables import PLANE, QUADRIC, SPHERE, Floats, Ints, Longs, Signs
 from ..body_collector import ExactBodySurfaces
-from ..coincidence import RawSurfaces, merge_surfaces, names_at
+from ..coincidence import RawSurfaces, SurfaceSubset, merge_surfaces
 from ..row_layout import BALLS, PLANES, QUADRICS, SPHERES, SURFACES, RowLayout
 from ..surface_features import QuadricTable, Remainders
 from .neighbour_index import Marks, NeighbourFrame, NeighbourPlaces, find_neighbours, surface_columns
@@ -40,29 +39,6 @@ class MergedSurfaces:
     def count(self) -> int:
         """How many surfaces there are."""
         return len(self.kinds) + self.balls
-
-
-@dataclass(frozen=True)
-class _SurfaceSubset:
-    """Some exact surfaces, renumbered from 0."""
-
-    exact: ExactBodySurfaces
-    numbers: Longs
-
-    def __getitem__(self, index: int) -> Surface:
-        return self.exact[int(self.numbers[index])]
-
-    def name(self, index: int) -> tuple[Key, int]:
-        """Return the exact name of a surface, and its sense."""
-        return self.exact.name(int(self.numbers[index]))
-
-    def known_names(self, indices: Longs) -> dict[int, Hashable]:
-        """`ExactSurfaces.known_names`"""
-        return names_at(self.exact.known_names, self.numbers, indices)
-
-    def leaf_names(self, indices: Longs) -> dict[int, Hashable]:
-        """`ExactSurfaces.leaf_names`"""
-        return names_at(self.exact.leaf_names, self.numbers, indices)
 
 
 def with_ball_senses(senses: Signs, count: int) -> Signs:
@@ -217,7 +193,7 @@ class SurfaceMerge:
                 splice.take(QUADRICS, rows[QUADRIC], lambda side: side.rest.quadrics),
             ),
             [splice.take_balls(balls)],
-            _SurfaceSubset(self.exact, single),
+            SurfaceSubset(self.exact, single),
         )  # fmt: skip
 
     def _rows(self, single: Longs, kind: int) -> Longs:
