@@ -1,7 +1,7 @@
 """Queries from a user's arrays of NumPy to the field that he reads, against the kernel alone, on 1, 2 and all threads.
 
-The kernel alone is the same chunks of the same rays on as many threads, in arrays that it has filled before: what is
-beyond it are checks, copies, sorting, memory that nobody has touched, and the making of answers.
+The kernel alone is the same chunks of the same rays on as many threads, in arrays that it has filled before, and copies
+no rays: what is beyond it are checks, copies, sorting, memory that nobody has touched, and the making of answers.
 
 - `arrays-...`: the rate of a query, and that of the kernel alone.
 - `beyond-...`: the time of a query less that of the kernel, on all threads, beside that of the kernel.
@@ -77,8 +77,8 @@ def _scene() -> Scene:
     return scene
 
 
-def _query(name: str, size: Size) -> tuple[Callable[[], Any], int]:
-    """A query from arrays, and its number of rays or points."""
+def _query(name: str, size: Size, read_only: bool = False) -> tuple[Callable[[], Any], int]:
+    """A query from arrays, and its number of rays or points; read_only: arrays that rays keep without a copy."""
     _, divisor, ask = QUERIES[name]
     count = size.rays // divisor
     lines: tuple[Any, Any]
@@ -89,7 +89,8 @@ def _query(name: str, size: Size) -> tuple[Callable[[], Any], int]:
         lines = place, place
     else:
         lines = camera_rays(int(count**0.5))
-    origins, directions = (np.ascontiguousarray(each, np.float64) for each in lines)
+    origins, directions = (np.array(each, np.float64) for each in lines)
+    origins.flags.writeable = directions.flags.writeable = not read_only
     return lambda: ask(_scene(), origins, directions), origins.size // 3
 
 
@@ -132,7 +133,7 @@ def wall_and_kernel(name: str, size: Size, threads: int) -> tuple[float, float]:
     query, _ = _query(name, size)
     set_threads(threads)
     try:
-        kernel = kernel_of(query)
+        kernel = kernel_of(_query(name, size, read_only=True)[0])
         turns = [(_seconds(query), _seconds(kernel)) for _ in range(size.runs + 1)][1:]
     finally:
         set_threads(None)

@@ -18,9 +18,19 @@ from .._jit.machine_code import empty_array
 from .._util.arrays import FloatArray
 from .body.hit import DOUBTFUL, Hit, ResolvedHit, cull_limit, intersect_item, no_hit, resolve_hit, scale_hit, turn_of
 from .body.scratch import Scratch, new_scratch
-from .bvh.culling import LAST, hit_balls, lowest_bit, prefetch, prefetch_to_write, store_eight
+from .bvh.culling import LAST, finish_streams, hit_balls, lowest_bit, prefetch, prefetch_to_write, store_eight
 from .bvh.walk import OWN_BEAM, leaf_at, leaf_ball, leaf_item, leaf_range, next_leaf, push_roots, put_beam, scene_tree
-from .packet.frontier import PACKETS, new_tile, note_sight, open_quarter, open_tile, prefetch_packet, tile_packet
+from .packet.frontier import (
+    PACKETS,
+    Tile,
+    copy_tile,
+    new_tile,
+    note_sight,
+    open_quarter,
+    open_tile,
+    prefetch_packet,
+    tile_packet,
+)
 from .packet.lanes import (
     BEST,
     BODY,
@@ -36,7 +46,7 @@ from .packet.lanes import (
     packet_row,
     put_turns,
 )
-from .packet.packet import new_packet
+from .packet.packet import Packet, new_packet
 from .packet.traversal import trace_packet
 from .ray import DEAD, Ray, RayArrays, load_ray, scale_ray, span_inverse
 from .stream import new_stream, octant_of, put_stream_ray, stream_hit, trace_stream
@@ -176,39 +186,66 @@ def trace_first(geometry: Geometry, rays: RayArrays, width: int, begin: int, end
     """
     # Once for each chunk of tiles, not for each packet
     scratch, bundle, memory = new_scratch(geometry), new_packet(geometry), new_tile()
-    lanes, count, several = bundle.lanes, len(rays.origins), len(rays.origins) > LANES
     for tile in range(begin, end):
-        shared = several and open_tile(geometry, memory, lanes, rays, tile, width)
-        for number in range(PACKETS):
-            if several and number & 3 == 0:
-                open_quarter(memory, number >> 2, bundle.items)
-            prefetch_packet(rays, tile_packet(tile + 1, number, width, count), width)
-            packet = tile_packet(tile, number, width, count)
-            if packet < 0 or is_halted(geometry):
+        _trace_tile(geometry, scratch, bundle, memory, rays, width, tile, found)
+
+
+@kernel(
+    width="picture n", begin="0..end", end="0..n", own_origins="out n 3", own_directions="out n 3", bad="out 1",
+    found="out",
+)  # fmt: skip
+def trace_first_and_copy(
+    geometry: Geometry, rays: RayArrays, width: int, begin: int, end: int, own_origins: Floats, own_directions: Floats,
+    bad: Signs, found: HitBuffers,
+) -> None:  # fmt: skip
+    """`trace_first` of a user's arrays, copied while they are in the cache; bad[0] = 1 if a ray cannot be traced."""
+    scratch, bundle, memory = new_scratch(geometry), new_packet(geometry), new_tile()
+    for tile in range(begin, end):
+        if copy_tile(rays, tile, width, own_origins, own_directions):
+            _trace_tile(geometry, scratch, bundle, memory, rays, width, tile, found)
+        else:
+            bad[0] = 1
+    finish_streams()
+
+
+@helper
+def _trace_tile(
+    geometry: Geometry, scratch: Scratch, bundle: Packet, memory: Tile, rays: RayArrays, width: int, tile: int,
+    found: HitBuffers,
+) -> None:  # fmt: skip
+    """Write the first hits of the rays of a tile."""
+    lanes, count, several = bundle.lanes, len(rays.origins), len(rays.origins) > LANES
+    shared = several and open_tile(geometry, memory, lanes, rays, tile, width)
+    for number in range(PACKETS):
+        if several and number & 3 == 0:
+            open_quarter(memory, number >> 2, bundle.items)
+        prefetch_packet(rays, tile_packet(tile + 1, number, width, count), width)
+        packet = tile_packet(tile, number, width, count)
+        if packet < 0 or is_halted(geometry):
+            continue
+        for row in range(8):
+            prefetch_hits(packet_row(packet, row, width, count)[0], found)
+        fill_lanes(lanes, rays, packet, width, shared)
+        together, doubtful = is_coherent(geometry, lanes), 0
+        if together:
+            trace_packet(geometry, scratch, bundle, scratch.nothing, False)
+            note_sight(memory, lanes)
+            doubtful = put_turns(lanes)
+        for row in range(8):
+            first, n = packet_row(packet, row, width, count)
+            if together and n == 8 and doubtful == 0:  # a whole row of certain hits is stored at once
+                put_eight_hits(lanes, 8 * row, first, found)
                 continue
-            for row in range(8):
-                prefetch_hits(packet_row(packet, row, width, count)[0], found)
-            fill_lanes(lanes, rays, packet, width, shared)
-            together, doubtful = is_coherent(geometry, lanes), 0
-            if together:
-                trace_packet(geometry, scratch, bundle, scratch.nothing, False)
-                note_sight(memory, lanes)
-                doubtful = put_turns(lanes)
-            for row in range(8):
-                first, n = packet_row(packet, row, width, count)
-                if together and n == 8 and doubtful == 0:  # a whole row of certain hits is stored at once
-                    put_eight_hits(lanes, 8 * row, first, found)
+            for k in range(n):
+                i = first + k
+                if together and lanes[DOUBT + np.uint64(8 * row + k)] == 0.0:
+                    put_hit(lane_hit(lanes, 8 * row + k), i, found)
                     continue
-                for k in range(n):
-                    i = first + k
-                    if together and lanes[DOUBT + np.uint64(8 * row + k)] == 0.0:
-                        put_hit(lane_hit(lanes, 8 * row + k), i, found)
-                        continue
-                    hit = no_hit()
-                    ray = load_ray(rays, i)
-                    if ray.start != DEAD and not is_halted(geometry):
-                        hit = first_crossing(geometry, scratch, ray, scratch.nothing, False)
-                    put_hit(hit, i, found)
+                hit = no_hit()
+                ray = load_ray(rays, i)
+                if ray.start != DEAD and not is_halted(geometry):
+                    hit = first_crossing(geometry, scratch, ray, scratch.nothing, False)
+                put_hit(hit, i, found)
 
 
 @kernel(begin="0..end", end="0..n", found="out")

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._jit.decorators import choose, helper, inline, record_shapes
+from .._util.validation import LARGEST, SMALLEST
 from .surface.doubt import RELATIVE, STARTING
 from .tables import Floats, Ints
 
@@ -65,6 +66,19 @@ class RayArrays(NamedTuple):
         # One value for all rays stays one, whichever rays are selected
         parts: tuple[Any, ...] = self
         return RayArrays(*(part if len(part) == 1 else part[which] for part in parts))
+
+
+@inline
+def is_traceable(x: float) -> bool:
+    """Return True if a number is 0 or within the domain of magnitudes, without branches."""
+    return (x == 0.0) | ((abs(x) >= SMALLEST) & (abs(x) <= LARGEST))
+
+
+@inline
+def are_traceable(ox: float, oy: float, oz: float, dx: float, dy: float, dz: float) -> bool:
+    """Return True if all numbers of a ray are 0 or within the domain of magnitudes."""
+    origin = is_traceable(ox) & is_traceable(oy) & is_traceable(oz)
+    return origin & is_traceable(dx) & is_traceable(dy) & is_traceable(dz)
 
 
 DEAD = -2

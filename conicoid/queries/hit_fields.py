@@ -12,7 +12,10 @@ from .._jit.decorators import fma, inline, kernel
 from .._util.validation import BELOW_ROUNDING, LARGEST, SMALLEST
 from ..kernels.body.entry import crossing_face
 from ..kernels.body.uv import from_center, uv_at
+from ..kernels.bvh.culling import finish_streams
 from ..kernels.numbers.vectors import dot
+from ..kernels.packet.lanes import copy_run
+from ..kernels.ray import are_traceable, is_traceable
 from ..kernels.surface.records import normal_at
 from ..kernels.tables import Floats, Geometry, Ints, Signs, whole
 
@@ -47,13 +50,7 @@ def first_invalid(origins: Floats, directions: Floats) -> tuple[int, int]:
     return -1, 0
 
 
-_COPIED = 512  # rays that are copied, and checked while they are in the cache
-
-
-@inline
-def _is_traceable(x: float) -> bool:
-    """Return True if a number is 0 or within the domain of magnitudes, without branches."""
-    return (x == 0.0) | ((abs(x) >= SMALLEST) & (abs(x) <= LARGEST))
+_FEW = 256  # rays that are converted before they are copied
 
 
 @inline
@@ -74,22 +71,15 @@ def put_ray(
     origins: Floats, directions: Floats, i: int, ox: float, oy: float, oz: float, dx: float, dy: float, dz: float
 ) -> int:
     """Write a computed ray without negligible components; return 1 if `first_invalid` finds it, else 0."""
-    valid = _are_traceable(ox, oy, oz, dx, dy, dz)
+    valid = are_traceable(ox, oy, oz, dx, dy, dz)
     if not valid:
         ox, oy, oz = _without_negligible(ox, oy, oz)
         dx, dy, dz = _without_negligible(dx, dy, dz)
-        valid = _are_traceable(ox, oy, oz, dx, dy, dz)
+        valid = are_traceable(ox, oy, oz, dx, dy, dz)
     # The sum has 0 in place of -0
     origins[i, 0], origins[i, 1], origins[i, 2] = ox + 0.0, oy + 0.0, oz + 0.0
     directions[i, 0], directions[i, 1], directions[i, 2] = dx + 0.0, dy + 0.0, dz + 0.0
     return 0 if valid & ((dx != 0.0) | (dy != 0.0) | (dz != 0.0)) else 1
-
-
-@inline
-def _are_traceable(ox: float, oy: float, oz: float, dx: float, dy: float, dz: float) -> bool:
-    """Return True if all numbers of a ray are 0 or within the domain of magnitudes."""
-    origin = _is_traceable(ox) & _is_traceable(oy) & _is_traceable(oz)
-    return origin & _is_traceable(dx) & _is_traceable(dy) & _is_traceable(dz)
 
 
 @kernel(
@@ -121,11 +111,28 @@ def scan_lines(
 
 
 @inline
-def _mark_invalid(origins: Floats, directions: Floats, begin: int, end: int, bad: Signs) -> None:
-    """Set bad[0] if `first_invalid` finds one of the rays begin..end of flat arrays; loops without branches."""
+def _copy_rows(
+    origins: Any, directions: Any, begin: int, end: int, own_origins: Floats, own_directions: Floats, bad: Signs,
+    few_origins: Floats, few_directions: Floats,
+) -> None:  # fmt: skip
+    """Copy rays begin..end by way of arrays of a few, which stay in the cache, and mark invalid ones."""
+    for first in range(begin, end, len(few_origins)):
+        count = min(end - first, len(few_origins))
+        for i in range(np.uint64(count)):
+            for k in range(np.uint64(3)):
+                few_origins[i, k] = float(origins[np.uint64(first) + i, k])
+                few_directions[i, k] = float(directions[np.uint64(first) + i, k])
+        if copy_run(few_origins, few_directions, 0, own_origins, own_directions, first, count) != 0:
+            bad[0] = 1
+    finish_streams()
+
+
+@kernel(origins="3*n", directions="3*n", begin="0..end", end="0..n", bad="out 1")
+def check_rays(origins: Floats, directions: Floats, begin: int, end: int, bad: Signs) -> None:
+    """Set bad[0] if `first_invalid` finds one of the rays begin..end; loops without branches."""
     wrong = 0
     for i in range(np.uint64(3 * begin), np.uint64(3 * end)):
-        wrong |= 0 if _is_traceable(origins[i]) & _is_traceable(directions[i]) else 1
+        wrong |= 0 if is_traceable(origins[i]) & is_traceable(directions[i]) else 1
     for i in range(np.uint64(begin), np.uint64(end)):
         k = np.uint64(3) * i
         zero = (directions[k] == 0.0) & (directions[k + 1] == 0.0) & (directions[k + 2] == 0.0)
@@ -134,46 +141,28 @@ def _mark_invalid(origins: Floats, directions: Floats, begin: int, end: int, bad
         bad[0] = 1
 
 
-@inline
-def _copy_rows(
-    origins: Any, directions: Any, begin: int, end: int, own_origins: Floats, own_directions: Floats, bad: Signs
-) -> None:  # fmt: skip
-    """Copy rays begin..end into flat arrays, and mark invalid ones."""
-    for first in range(begin, end, _COPIED):
-        last = min(end, first + _COPIED)
-        for i in range(np.uint64(first), np.uint64(last)):
-            for k in range(np.uint64(3)):
-                own_origins[np.uint64(3) * i + k] = float(origins[i, k])
-                own_directions[np.uint64(3) * i + k] = float(directions[i, k])
-        _mark_invalid(own_origins, own_directions, first, last, bad)
-
-
-@kernel(origins="3*n", directions="3*n", begin="0..end", end="0..n", bad="out 1")
-def check_rays(origins: Floats, directions: Floats, begin: int, end: int, bad: Signs) -> None:
-    """Set bad[0] if `first_invalid` finds one of the rays begin..end."""
-    _mark_invalid(origins, directions, begin, end, bad)
-
-
 @kernel(
-    origins="strided n 3", directions="strided n 3", begin="0..end", end="0..n", own_origins="out 3*n",
-    own_directions="out 3*n", bad="out 1",
+    origins="strided n 3", directions="strided n 3", begin="0..end", end="0..n", own_origins="out n 3",
+    own_directions="out n 3", bad="out 1",
 )  # fmt: skip
 def copy_rays(
     origins: Floats, directions: Floats, begin: int, end: int, own_origins: Floats, own_directions: Floats, bad: Signs
 ) -> None:  # fmt: skip
-    """Copy rays begin..end into flat arrays, and set bad[0] if `first_invalid` finds one."""
-    _copy_rows(origins, directions, begin, end, own_origins, own_directions, bad)
+    """Copy rays begin..end into other arrays, and set bad[0] if `first_invalid` finds one."""
+    few_origins, few_directions = np.empty((_FEW, 3)), np.empty((_FEW, 3))
+    _copy_rows(origins, directions, begin, end, own_origins, own_directions, bad, few_origins, few_directions)
 
 
 @kernel(
-    origins="strided n 3", directions="strided n 3", begin="0..end", end="0..n", own_origins="out 3*n",
-    own_directions="out 3*n", bad="out 1",
+    origins="strided n 3", directions="strided n 3", begin="0..end", end="0..n", own_origins="out n 3",
+    own_directions="out n 3", bad="out 1",
 )  # fmt: skip
 def copy_single_rays(
     origins: Singles, directions: Singles, begin: int, end: int, own_origins: Floats, own_directions: Floats, bad: Signs
 ) -> None:  # fmt: skip
     """`copy_rays` of float32."""
-    _copy_rows(origins, directions, begin, end, own_origins, own_directions, bad)
+    few_origins, few_directions = np.empty((_FEW, 3)), np.empty((_FEW, 3))
+    _copy_rows(origins, directions, begin, end, own_origins, own_directions, bad, few_origins, few_directions)
 
 
 @kernel(entry="n", place="n", turn="n", begin="0..end", end="0..n", faces="out 3 n")

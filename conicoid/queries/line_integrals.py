@@ -80,7 +80,7 @@ def answer(
     options: the arguments beyond rays and interval.
     """
     if query == "lengths":
-        rays = as_rays(query, origins, directions)
+        rays = as_rays(query, origins, directions, keep=False)
     else:
         rays = rays_after_values(options["values"], origins, directions)
     plan = plan_of(scene, query, rays.size, **options)

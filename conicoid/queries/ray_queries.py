@@ -12,10 +12,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._jit.machine_code import empty_array
 from .._util.arrays import FloatArray, dot_rows
 from .._util.validation import describe_kind, format_value, real_array
 from ..kernels.body.hit import is_doubtful
-from ..kernels.first_hits import HitBuffers, coherent_packets, trace_first, trace_occluded, trace_ordered
+from ..kernels.first_hits import (
+    HitBuffers,
+    coherent_packets,
+    trace_first,
+    trace_first_and_copy,
+    trace_occluded,
+    trace_ordered,
+)
 from ..kernels.packet.frontier import PACKETS, tile_count
 from ..kernels.packet.lanes import LANES
 from ..kernels.ray import RayArrays
@@ -24,7 +32,7 @@ from ..kernels.threads import KernelRange, chunk_of_rays, chunk_size, is_brief, 
 from ..prepare.prepared_scene import PreparedScene
 from .device_choice import device_of
 from .hits import Hits
-from .rays import LazyRays, Rays
+from .rays import LazyRays, Rays, checked_rays, uncopied_rays
 from .result import QueryResult
 
 if TYPE_CHECKING:
@@ -92,8 +100,11 @@ _FEW_PACKETS = 32  # fewer packets are not tested for coherence
 _STREAM_RAYS = 8192  # rays of a stream
 
 
-def as_rays(query: str, origins: Any, directions: Any) -> Rays:
-    """Return the rays of a query's first two arguments: arrays, or a `Rays` alone. Raise TypeError with a hint."""
+def as_rays(query: str, origins: Any, directions: Any, keep: bool = True) -> Rays:
+    """Return the rays of a query's first two arguments: arrays, or a `Rays` alone. Raise TypeError with a hint.
+
+    keep: whether the answer holds the rays, so that they must be copies.
+    """
     if isinstance(origins, Rays):
         if directions is not None:
             numbers = np.ndim(directions) == 0 and isinstance(directions, int | float | np.number)
@@ -115,7 +126,7 @@ def as_rays(query: str, origins: Any, directions: Any) -> Rays:
             f"{query}: directions are missing: pass origins and directions, or a Rays "
             f"(which unpacks to these two arrays: one of its rays is rays[i]){_pair_hint(query, origins)}"
         )
-    return Rays(origins, directions)
+    return Rays(origins, directions) if keep else checked_rays(origins, directions)
 
 
 def refuse_no_rays(query: str, value: Any) -> None:
@@ -150,7 +161,7 @@ def rays_after_values(values: Any, origins: Any, directions: Any) -> Rays:
     if isinstance(values, Rays | QueryResult):
         raise TypeError(f"{order} or line_integral(values, origins, directions); got {describe_kind(values)} first")
     try:
-        return as_rays("line_integral", origins, directions)
+        return as_rays("line_integral", origins, directions, keep=False)
     except ValueError as error:
         if not _looks_like_points(values) or _looks_like_points(directions):
             raise
@@ -228,6 +239,31 @@ def first_hit(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any, device: 
         one, few = ("trace_first_alone", 0, 1), ("trace_first", 0, 0, 1)
         _keep_single_calls(scene, "first_hit", _hits_of_few, HitBuffers.new(1), one, few)
     return _settle_hits(scene, rays, arrays, found)
+
+
+def first_hit_of_arrays(scene: PreparedScene, origins: Any, directions: Any, t_min: Any, t_max: Any) -> Hits | None:
+    """`first_hit` on the CPU of many rays in arrays, which are copied tile by tile as they are traced.
+
+    None where `first_hit` must answer: for other arrays, rays that are not coherent or not valid, and on a GPU.
+    """
+    rays = uncopied_rays(origins, directions)
+    if rays is None or device_of("first_hit", None) is not None:
+        return None
+    try:
+        arrays = arrays_of("first_hit", scene, rays, t_min, t_max)
+    except ValueError:  # `first_hit` raises it, after errors of the rays
+        return None
+    width, packets = _packets(rays)
+    if not _is_coherent(scene, arrays, width, packets):
+        return None
+    count, tiles, bad = rays.size, tile_count(width, rays.size), np.zeros(1, np.int8)
+    own, found = (empty_array((count, 3), np.float64), empty_array((count, 3), np.float64)), HitBuffers.new(count)
+    work = KernelRange(trace_first_and_copy, (arrays, width), (*own, bad, found))
+    run_on(scene.geometry, work, tiles, chunk_of_rays(scene.geometry, tiles, _TILE_CHUNK, count), count)
+    if bad[0]:
+        return None
+    copies = Rays._spawned(own[0].reshape(origins.shape), own[1].reshape(origins.shape), arrays.starts)
+    return _settle_hits(scene, copies, arrays._replace(origins=own[0], directions=own[1]), found)
 
 
 def _settle_hits(scene: PreparedScene, rays: Rays, arrays: RayArrays, found: HitBuffers) -> Hits:

@@ -389,10 +389,35 @@ def _check_many(
         both = (origins, directions) if is_single else (np.asarray(a, np.float64) for a in (origins, directions))
         rows = tuple(np.broadcast_to(array, shape).reshape(-1, 3) for array in both)
         kernel: Any = copy_single_rays if is_single else copy_rays
-        work = KernelRange(kernel, rows, (own[0].reshape(-1), own[1].reshape(-1), bad))
+        work = KernelRange(kernel, rows, (own[0].reshape(-1, 3), own[1].reshape(-1, 3), bad))
     run_chunks(work, own[0].size // 3, _CHECK_CHUNK)
     lines = own[0].reshape(-1, 3), own[1].reshape(-1, 3)
     return *own, find_invalid_ray(*lines) if bad[0] else None
+
+
+def uncopied_rays(origins: Any, directions: Any) -> Rays | None:
+    """Return rays on two arrays as they are, unchecked, for a kernel that checks and copies them as it traces.
+
+    None for arrays that it cannot read as they are, and for those that rays keep without a copy.
+    """
+    arrays = origins, directions
+    if not all(type(a) is np.ndarray and a.dtype == np.float64 and a.flags.carray for a in arrays):
+        return None
+    shape = origins.shape
+    if shape != directions.shape or origins.ndim < 2 or shape[-1] != 3 or origins.size < _MANY:
+        return None
+    return Rays._spawned(origins.view(), directions.view(), np.array([-1], np.int32))
+
+
+def checked_rays(origins: Any, directions: Any) -> Rays:
+    """Return rays for an answer that does not hold them: on the arrays themselves, where kernels can read these."""
+    from .hit_fields import check_rays
+
+    rays, bad = uncopied_rays(origins, directions), np.zeros(1, np.int8)
+    if rays is not None:
+        flat = rays.origins.reshape(-1), rays.directions.reshape(-1)
+        run_chunks(KernelRange(check_rays, flat, (bad,)), rays.size, _CHECK_CHUNK)
+    return Rays(origins, directions) if rays is None or bad[0] else rays
 
 
 def _is_kept(array: Any, shape: tuple[int, ...]) -> bool:

@@ -787,7 +787,11 @@ class Scene:
             return line_integrals.answer(self._prepared, query, *given, progress, options, device)
         from ..queries import ray_queries
 
-        answer, rays = getattr(ray_queries, query), ray_queries.as_rays(query, origins, directions)
+        if query == "first_hit" and device is None:
+            hits = ray_queries.first_hit_of_arrays(self._prepared, origins, directions, t_min, t_max)
+            if hits is not None:
+                return hits
+        answer, rays = getattr(ray_queries, query), ray_queries.as_rays(query, origins, directions, query != "occluded")
         if device is None:
             return answer(self._prepared, rays, t_min, t_max)
         return answer(self._prepared, rays, t_min, t_max, device)

@@ -76,13 +76,14 @@ def _pictures() -> None:
 
 
 def _coherent() -> None:
-    """Trace first hits of coherent rays in float32: enough of them for the test of coherence."""
+    """Trace first hits of coherent rays in float32 and float64: enough of them for the test of coherence."""
     import numpy as np
 
     from .scene import Scene
 
-    origins = np.zeros((128, 64, 3), np.float32)
-    Scene([]).first_hit(origins, origins + np.float32(1.0))
+    for kind in (np.float32, np.float64):
+        origins = np.zeros((128, 64, 3), kind)
+        Scene([]).first_hit(origins, np.ones_like(origins))
 
 
 def _incoherent() -> None:

@@ -7,6 +7,7 @@ import pytest
 
 import conicoid as co
 from conicoid._jit.machine_code import SHIPPED, empty_array
+from conicoid.queries.ray_queries import first_hit_of_arrays
 
 from .test_routes import crowded_scene
 
@@ -57,7 +58,8 @@ def test_every_form_of_array_gives_the_same_rays(form, other):
 
 @pytest.mark.parametrize("query", ["first_hit", "occluded"])
 @pytest.mark.parametrize("form", ["picture", "list", "in no order"])
-def test_frozen_rays_are_checked_before_there_is_an_answer(query, form):
+@pytest.mark.parametrize("own", [frozen, np.copy])
+def test_rays_are_checked_before_there_is_an_answer(query, form, own):
     """The kernel reads them first: it ends, whatever they are, and the refusal is that of other arrays."""
     scene, shape = crowded_scene(), (120, 120, 3)
     origins, directions = (part.copy() for part in scene.rays(120, 120))
@@ -66,7 +68,7 @@ def test_frozen_rays_are_checked_before_there_is_an_answer(query, form):
     if form == "list":
         origins, directions = origins.reshape(-1, 3), directions.reshape(-1, 3)
     ask = getattr(scene, query)
-    assert np.array_equal(read(ask(frozen(origins), frozen(directions))), read(ask(co.Rays(origins, directions))))
+    assert np.array_equal(read(ask(own(origins), own(directions))), read(ask(co.Rays(origins, directions))))
     for many in (1, 500, len(directions.reshape(-1, 3))):
         for field, values in VALUES.items():
             for value in values:
@@ -77,8 +79,26 @@ def test_frozen_rays_are_checked_before_there_is_an_answer(query, form):
                     co.Rays(**given)
                 for limits in ({}, dict(t_min=-1.0, t_max=3.0), dict(t_min=np.zeros(3))):
                     with pytest.raises(ValueError, match="^Rays: ") as found:
-                        ask(*map(frozen, given.values()), **limits)
+                        ask(*map(own, given.values()), **limits)
                     assert str(found.value) == str(wanted.value)
+
+
+@pytest.mark.parametrize("shape", [(120, 120), (91, 101), (365, 367)])
+@pytest.mark.parametrize("flat", [False, True])
+def test_rays_that_are_copied_as_they_are_traced(shape, flat):
+    """Copies and hits equal those of rays copied before; the largest picture is written past the caches."""
+    scene = crowded_scene()
+    whole = [np.array(part).reshape((-1, 3) if flat else (*shape, 3)) for part in scene.rays(*shape[::-1])]
+    t_min = np.linspace(-1.0, 2.0, whole[0].size // 3).reshape(whole[0].shape[:-1])
+    for limits in ({}, dict(t_min=t_min)):
+        given = [part.copy() for part in whole]
+        hits, expected = scene.first_hit(*given, **limits), scene.first_hit(co.Rays(*whole), **limits)
+        assert first_hit_of_arrays(scene._prepared, *given, 0.0, np.inf) is not None
+        for part in given:
+            part[:] = np.nan
+        assert hits.rays == co.Rays(*whole)
+        for field in ("t", "body", "face", "normal", "uv", "point", "doubtful"):
+            assert getattr(hits, field).tobytes() == getattr(expected, field).tobytes()
 
 
 def read(answer):

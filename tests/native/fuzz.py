@@ -95,6 +95,7 @@ def work() -> None:
         many = [np.tile(np.asarray(part, np.float64), (20_000, 1))[:20_000] for part in (origins, directions)]
         co.Rays(*many), co.Rays(*(part.astype("f4") for part in many))
         co.Rays(*map(_frozen, many))
+        scene.first_hit(*(np.ones((20_000, 3)) for _ in range(2)))  # coherent rays, copied as they are traced
         hits.uv, hits.local_point, hits.point_error  # noqa: B018
         _moved(scene, hits)
     edge = (-3.5, 0.5, 5.0), (0.0, 0.0, -1.0)

@@ -60,8 +60,10 @@ if TYPE_CHECKING or SHIPPED is None:
     from .short_nodes import float_bits, float_of_bits, put_waiting, take_waiting, visit_node
     from .vector_code import (
         bit_count,
+        copy_points,
         extent,
         extents,
+        finish_streams,
         highest_bit,
         load_eight,
         lowest_bit,
@@ -79,10 +81,10 @@ else:
 __all__ = [
     "BEAM", "BOX_OR_BALL", "CODE", "ENTERED", "FIRST", "FROM_THE_START", "HIGH_I", "HIGH_O", "ITEMS_SIZE",
     "ITEM_ROW", "LAST", "LOW_I", "LOW_O", "MOST_CHOSEN", "MOST_ITEMS", "SHORT_CHILDREN", "SHORT_NODE",
-    "SHORT_SLACK", "balls_in_beam", "bit_count", "extent", "extents", "float_bits", "float_of_bits",
-    "group_in_ball", "highest_bit", "hit_balls", "hit_boxes", "hit_items", "keep_items", "lanes_entering",
-    "lanes_in_ball", "lanes_in_ball_from_one", "lanes_in_box", "load_eight", "lowest_bit", "numbers_in_lanes",
-    "prefetch", "prefetch_soon", "prefetch_to_write", "put_balls", "put_children", "put_entries", "put_groups",
-    "put_numbers", "put_on_lists", "put_reaches", "put_waiting", "rays_in_balls", "reach", "records_in_lanes",
-    "store_eight", "take_waiting", "visit_node", "waiting_ray", "widen",
+    "SHORT_SLACK", "balls_in_beam", "bit_count", "copy_points", "extent", "extents", "finish_streams", "float_bits",
+    "float_of_bits", "group_in_ball", "highest_bit", "hit_balls", "hit_boxes", "hit_items", "keep_items",
+    "lanes_entering", "lanes_in_ball", "lanes_in_ball_from_one", "lanes_in_box", "load_eight", "lowest_bit",
+    "numbers_in_lanes", "prefetch", "prefetch_soon", "prefetch_to_write", "put_balls", "put_children",
+    "put_entries", "put_groups", "put_numbers", "put_on_lists", "put_reaches", "put_waiting", "rays_in_balls",
+    "reach", "records_in_lanes", "store_eight", "take_waiting", "visit_node", "waiting_ray", "widen",
 ]  # fmt: skip

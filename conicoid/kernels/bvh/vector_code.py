@@ -291,6 +291,52 @@ def store_eight(typing_context: Any, lanes: Any, at: Any, numbers: Any, first: A
     return types.none(lanes, types.int64, numbers, types.int64), code
 
 
+@intrinsic
+def copy_points(
+    typing_context: Any, source: Any, first: Any, target: Any, at: Any, least: Any, most: Any, streamed: Any
+) -> Any:
+    """Copy eight points (x, y, z) from row `first` of an array to row `at` of another; return what they are, in bits.
+
+    Of 24 bits, one for each number, the low ones mark those that are neither 0 nor of a size in [least, most], the next
+    ones those that are 0. streamed: write whole lines past the caches, which else read a line before they change it;
+    `finish_streams` comes before other threads read them.
+    """
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        c, b, bits = Code(context, builder), builder, INT64(0)
+        begin, end = (b.mul(arguments[k], INT64(3)) for k in (1, 3))
+        numbers = [c.eight(c.data(signature, arguments, 0), begin, 8 * k) for k in range(3)]
+        targets = [c.place(c.data(signature, arguments, 2), end, 8 * k) for k in range(3)]
+        is_line = b.icmp_unsigned("==", b.and_(b.ptrtoint(targets[0], INT64), INT64(63)), INT64(0))
+        with b.if_else(b.and_(is_line, b.trunc(arguments[6], ir.IntType(1)))) as ways:
+            for way, align in zip(ways, (64, 8), strict=True):
+                with way:
+                    for value, target in zip(numbers, targets, strict=True):
+                        written = b.store(value, b.bitcast(target, EIGHT.as_pointer()), align=align)
+                        if align == 64:
+                            written.set_metadata("nontemporal", b.module.add_metadata([ir.Constant(ir.IntType(32), 1)]))
+        least, most = c.spread(arguments[4]), c.spread(arguments[5])
+        for k, value in enumerate(numbers):
+            size, is_zero = c.size(value), b.fcmp_ordered("==", value, c.constant(0.0))
+            inside = b.and_(b.fcmp_ordered(">=", size, least), b.fcmp_ordered("<=", size, most))
+            for mask, shift in ((b.not_(b.or_(is_zero, inside)), 0), (is_zero, 24)):
+                bits = b.or_(bits, b.shl(b.zext(b.bitcast(mask, BITS), INT64), INT64(shift + 8 * k)))
+        return bits
+
+    return types.int64(source, types.int64, target, types.int64, types.float64, types.float64, types.int64), code
+
+
+@intrinsic
+def finish_streams(typing_context: Any) -> Any:
+    """Let other threads see what was written past the caches."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        builder.fence("seq_cst")
+        return context.get_dummy_value()
+
+    return types.none(), code
+
+
 def _prefetch(to_write: int, level: int) -> Any:
     """Return an intrinsic that prefetches a line of memory, by LLVM's `prefetch` with locality `level`."""
 

@@ -40,7 +40,7 @@ from ..bvh.culling import (
 from ..bvh.walk import is_round, leaf_at, leaf_range, prefetch_node, reciprocal, scene_tree
 from ..ray import RayArrays
 from ..tables import Floats, Geometry, box_at, integer, node_at, whole
-from .lanes import LANES, lane_sight, packet_row, packets_across, put_origin
+from .lanes import LANES, copy_run, lane_sight, packet_row, packets_across, put_origin
 
 _MOST_FOUND = MOST_ITEMS - 1024  # nodes and leaves: the rest is for the balls of the nearest leaves
 _MOST_ROOTS = 64
@@ -281,6 +281,19 @@ def tile_packet(tile: int, k: int, width: int, count: int) -> int:
     x = _SIDE * (tile % tiles) + (k & 1) + 2 * (k >> 2 & 1)
     y = _SIDE * (tile // tiles) + (k >> 1 & 1) + 2 * (k >> 3)
     return y * across + x if x < across and 8 * y * width < count else -1
+
+
+@inline
+def copy_tile(rays: RayArrays, tile: int, width: int, own_origins: Floats, own_directions: Floats) -> bool:
+    """Copy the rays of a tile to their places in other arrays; True if all can be traced."""
+    count, wrong = len(rays.origins), 0
+    side = 8 * _SIDE  # the tile of a list is as many runs of as many rays
+    across = -(-packets_across(width) // _SIDE) if width > 0 else 1
+    for row in range(side):
+        x, y = side * (tile % across), side * (tile // across) + row
+        i, n = (y * width + x, min(side, width - x)) if width > 0 else (side * y, side)
+        wrong |= copy_run(rays.origins, rays.directions, i, own_origins, own_directions, i, max(0, min(n, count - i)))
+    return wrong == 0
 
 
 @inline

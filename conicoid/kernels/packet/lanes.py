@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..._jit.decorators import choose, helper, inline
+from ..._util.validation import LARGEST, SMALLEST
 from .. import tables as table
 from ..body.cell import PlaneSlab
 from ..body.hit import Hit, comes_first, cull_limit, may_tie
@@ -24,6 +25,7 @@ from ..bvh.culling import (
     LAST,
     LOW_I,
     LOW_O,
+    copy_points,
     extent,
     extents,
     load_eight,
@@ -31,7 +33,7 @@ from ..bvh.culling import (
     reach,
 )
 from ..bvh.walk import reciprocal
-from ..ray import DEAD, Ray, RayArrays, RayLine, start_margin
+from ..ray import DEAD, Ray, RayArrays, RayLine, are_traceable, start_margin
 from ..surface.doubt import STARTING
 from ..surface.interval import Nearness, is_open, limits_along, ray_size, ray_unit
 from ..tables import Floats, Geometry, whole
@@ -408,3 +410,29 @@ def is_coherent(geometry: Geometry, lanes: Floats) -> bool:
     for axis in range(3):
         spread += lanes[BEAM_AT + HIGH_O + axis] - lanes[BEAM_AT + LOW_O + axis]
     return lanes[SPREAD] * math.sqrt(lanes[INVERSE]) * reach + spread <= _SEVERAL * cell
+
+
+# Copies of arrays of rays
+
+_EVERY, _FIRST_AXES = 0xFFFFFF, 0x249249  # bits of eight points (`copy_points`): of all numbers, and of each x
+_STREAMED = 1 << 17  # rays from which on a copy is written past the caches, which would not hold it
+
+
+@inline
+def copy_run(
+    origins: Floats, directions: Floats, first: int, own_origins: Floats, own_directions: Floats, at: int, count: int
+) -> int:
+    """Copy `count` rays from row `first` of two arrays to row `at` of two others; return 0 if all can be traced."""
+    wrong, streamed = 0, 1 if len(own_origins) >= _STREAMED else 0
+    for k in range(0, count & -8, 8):
+        wrong |= copy_points(origins, first + k, own_origins, at + k, SMALLEST, LARGEST, streamed) & _EVERY
+        bits = copy_points(directions, first + k, own_directions, at + k, SMALLEST, LARGEST, streamed)
+        zeros = bits >> 24
+        wrong |= bits & _EVERY | zeros & zeros >> 1 & zeros >> 2 & _FIRST_AXES
+    for k in range(count & -8, count):
+        ox, oy, oz = origins[first + k, 0], origins[first + k, 1], origins[first + k, 2]
+        dx, dy, dz = directions[first + k, 0], directions[first + k, 1], directions[first + k, 2]
+        own_origins[at + k, 0], own_origins[at + k, 1], own_origins[at + k, 2] = ox, oy, oz
+        own_directions[at + k, 0], own_directions[at + k, 1], own_directions[at + k, 2] = dx, dy, dz
+        wrong |= 0 if are_traceable(ox, oy, oz, dx, dy, dz) & ((dx != 0.0) | (dy != 0.0) | (dz != 0.0)) else 1
+    return wrong
