@@ -1,0 +1,140 @@
+"""The package's `dataclass` against the standard library's: the same classes, defined by both, behave alike."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import inspect
+import pickle
+import sys
+import types
+
+import pytest
+
+from conicoid._util.dataclass import dataclass
+
+SOURCE = """
+from __future__ import annotations
+from dataclasses import field
+from typing import ClassVar
+
+@dataclass
+class Plain:
+    x: float
+    y: int = 3
+    made: list = field(default_factory=list)
+    later: float = field(init=False)
+    hidden: float = field(default=1.0, repr=False, compare=False)
+    count: ClassVar[int] = 0
+    def __post_init__(self):
+        self.later = self.x + 1
+
+@dataclass(frozen=True)
+class Frozen:
+    x: float
+    y: tuple = ()
+    z: float = field(default=0.0, kw_only=True)
+
+@dataclass(frozen=True)
+class Derived(Frozen):
+    y: tuple = (1,)
+    w: float = 2.0
+
+@dataclass(frozen=True)
+class Own:
+    x: float
+    def __eq__(self, other): return True
+    def __repr__(self): return "own"
+
+@dataclass(frozen=True)
+class Hashed:
+    x: float
+    def __hash__(self): return 7
+
+@dataclass(frozen=True, eq=False)
+class Identical:
+    x: float
+
+@dataclass(eq=False, repr=False)
+class Bare:
+    x: float
+
+@dataclass(frozen=True)
+class Nothing:
+    pass
+
+@dataclass(frozen=True)
+class Recursive:
+    parts: list
+"""
+MODULES = {}
+for name, decorator in (("ours", dataclass), ("standards", dataclasses.dataclass)):
+    MODULES[name] = types.ModuleType(name)
+    sys.modules[name] = MODULES[name]
+    vars(MODULES[name])["dataclass"] = decorator
+    exec(SOURCE, vars(MODULES[name]))
+CALLS = [
+    ("Plain", (1.5,), {}), ("Plain", (1.5, 4, [2]), dict(hidden=5.0)), ("Plain", (), {}), ("Plain", (1.5,), dict(later=2.0)),
+    ("Frozen", (1.0,), {}), ("Frozen", (1.0, (2,)), dict(z=3.0)), ("Frozen", (1.0, (2,), 3.0), {}), ("Derived", (1.0,), dict(z=1.0)),
+    ("Frozen", ([],), {}), ("Own", (1.0,), {}), ("Hashed", (1.0,), {}), ("Identical", (1.0,), {}), ("Bare", (1.0,), {}),
+    ("Nothing", (), {}), ("Nothing", (1,), {}), ("Recursive", ([],), {}),
+]  # fmt: skip
+
+
+def observe(act):
+    """Return what an act returns, or the type and text of its error."""
+    try:
+        return act()
+    except Exception as error:
+        return type(error), str(error)
+
+
+@pytest.mark.parametrize("call", CALLS, ids=str)
+def test_classes_of_both_decorators_behave_alike(call):
+    name, _, named = call
+    seen = []
+    for module in MODULES.values():
+        arguments = copy.deepcopy(call[1])
+        kind = getattr(module, name)
+        one, two = (observe(lambda: kind(*arguments, **named)) for _ in range(2))  # noqa: B023
+        found = [str(inspect.signature(kind)), kind.__match_args__, [f.name for f in dataclasses.fields(kind)]]
+        if not isinstance(one, kind):
+            seen.append((found, one))
+            continue
+        if name == "Recursive":
+            one.parts.append(one)
+            seen.append(repr(one))
+            continue
+        found += [one == two, observe(lambda: hash(one) == hash(two)), observe(lambda: len({one, two}))]  # noqa: B023
+        found += [one == 1, observe(lambda: dataclasses.asdict(one))]  # noqa: B023
+        changed = observe(lambda: dataclasses.replace(one, x=9.0))  # noqa: B023
+        found += [
+            repr(changed) if name != "Bare" else vars(changed),
+            vars(pickle.loads(pickle.dumps(two))) == vars(two),
+        ]
+        found += [repr(one) if name != "Bare" else None]
+        for act in (lambda: setattr(one, "x", 5.0), lambda: delattr(one, "x"), lambda: setattr(one, "other", 1)):  # noqa: B023
+            found.append(observe(act))
+        seen.append(found)
+    assert seen[0] == seen[1]
+
+
+def test_both_decorators_take_classes_of_the_other():
+    for base, decorator in ((MODULES["ours"].Frozen, dataclasses.dataclass), (MODULES["standards"].Frozen, dataclass)):
+
+        @decorator(frozen=True)
+        class Child(base):
+            more: float = 1.0
+
+        class Grandchild(Child):
+            pass
+
+        grandchild = Grandchild(1.0)
+        grandchild.new = 5
+        del grandchild.new
+        with pytest.raises(dataclasses.FrozenInstanceError):
+            grandchild.x = 5.0
+        assert Child(1.0, z=2.0) == Child(1.0, z=2.0)
+        assert [field.name for field in dataclasses.fields(Child)] == ["x", "y", "z", "more"]
+        with pytest.raises(dataclasses.FrozenInstanceError):
+            Child(1.0).more = 2.0
