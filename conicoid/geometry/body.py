@@ -105,8 +105,7 @@ class Body:
                 found = describe_kind(self.shape)
                 raise TypeError(f"Body: materials are for many bodies in one entry, such as Spheres, got {found}")
             materials, index = check_materials(len(self.shape), self.material, self.materials, self.material_index)
-            object.__setattr__(self, "materials", materials)
-            object.__setattr__(self, "material_index", index)
+            vars(self).update(materials=materials, material_index=index)
         if self.name is not None and (not isinstance(self.name, str) or not self.name):
             raise ValueError(f"Body: name must be a non-empty text or None, got {format_value(self.name)}")
 

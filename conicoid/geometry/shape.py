@@ -261,7 +261,6 @@ class Solid(Shape, abstract=True):
 
     def outside_bounds_under(self, outer: Motion) -> BoxEnds:
         """Return the bounds of the complement after `outer`: all of space, unless a subclass knows better."""
-        del outer
         return np.full(3, -np.inf), np.full(3, np.inf)
 
     def has_unbounded_outside(self) -> bool:
@@ -273,7 +272,6 @@ class Solid(Shape, abstract=True):
 
         All of that part lies inside of each of them. The list may leave out any of them: bounds stay valid.
         """
-        del outer, inside
         return []
 
     def __or__(self, other: Solid) -> Union:
@@ -463,8 +461,9 @@ class Painted(Boolean):
     faces: tuple[int, ...] | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "operand", _check_solids("Painted", (self.operand,))[0])
-        object.__setattr__(self, "material", as_material("Painted", self.material))
+        vars(self).update(
+            operand=_check_solids("Painted", (self.operand,))[0], material=as_material("Painted", self.material)
+        )
         if self.faces is not None:
             if isinstance(self.faces, str) or not isinstance(self.faces, Iterable):
                 raise TypeError(f"Painted: faces must be numbers of faces, got {format_value(self.faces)}")

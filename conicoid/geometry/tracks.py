@@ -17,6 +17,7 @@ from .._util.arrays import Vector
 from .._util.text import check_choice, format_count
 from .._util.validation import (
     as_integer,
+    check_fields,
     check_number,
     check_numbers,
     check_vector,
@@ -27,6 +28,10 @@ from .._util.validation import (
 from .shape import Shape
 
 Ease: TypeAlias = Literal["linear", "smooth"]
+
+
+def _check_ease(owner: str, field: str, value: Any) -> Any:
+    return check_choice(owner, field, value, get_args(Ease))
 
 
 def _times(owner: str, value: Any) -> tuple[float, ...]:
@@ -121,8 +126,7 @@ class BodyTrack:
                 f"{owner}: axis must be three numbers or one of x, y, z, -x, -y, -z, got {format_value(axis)}"
             )
         object.__setattr__(self, "axis", axis)
-        object.__setattr__(self, "about", check_vector(owner, "about", self.about))
-        object.__setattr__(self, "ease", check_choice(owner, "ease", self.ease, get_args(Ease)))
+        check_fields(self, about=check_vector, ease=_check_ease)
 
     def moved(self, shape: Shape, time: float) -> Shape:
         """Return a `shape` at a `time` in seconds: turned and translated, which is rounded once."""
@@ -168,7 +172,7 @@ class CameraTrack:
                 object.__setattr__(self, field, _keys(owner, field, value, len(self.times), size))
         if not self._moving:
             raise ValueError(f"{owner}: {', '.join(_CAMERA_FIELDS[:-1])} or {_CAMERA_FIELDS[-1]} must say how it moves")
-        object.__setattr__(self, "ease", check_choice(owner, "ease", self.ease, get_args(Ease)))
+        check_fields(self, ease=_check_ease)
 
     @property
     def _moving(self) -> list[str]:
@@ -214,14 +218,13 @@ class LightTrack:
         owner, light = "LightTrack", as_integer(self.light)
         if light is None or not 0 <= light <= _MOST_LIGHTS:
             raise ValueError(f"{owner}: light must be the number of a light, from 0, got {format_value(self.light)}")
-        object.__setattr__(self, "light", light)
-        object.__setattr__(self, "times", _times(owner, self.times))
+        vars(self).update(light=light, times=_times(owner, self.times))
         for field in self._moving:
             size = 1 if field == "intensity" else 3
             object.__setattr__(self, field, _keys(owner, field, getattr(self, field), len(self.times), size))
         if not self._moving:
             raise ValueError(f"{owner}: {', '.join(_LIGHT_FIELDS[:-1])} or {_LIGHT_FIELDS[-1]} must say how it moves")
-        object.__setattr__(self, "ease", check_choice(owner, "ease", self.ease, get_args(Ease)))
+        check_fields(self, ease=_check_ease)
 
     @property
     def _moving(self) -> list[str]:

@@ -185,11 +185,6 @@ def png_bytes(pixels: npt.ArrayLike) -> bytes:
     return _png_file(srgb_bytes(pixels), 8, _LEVEL)
 
 
-def deep_png_bytes(pixels: npt.ArrayLike) -> bytes:
-    """Return a PNG file of linear pixels (height, width, 3) with 16 bits per channel, clipped as in `png_bytes`."""
-    return _png_file(srgb_words(pixels).astype(">u2"), 16, _DEEP_LEVEL)
-
-
 def _png_file(codes: npt.NDArray[Any], bits: int, level: int) -> bytes:
     """Return a PNG file of codes (height, width, 3), by the PNG specification, third edition, 2025.
 
@@ -214,7 +209,9 @@ def _png_file(codes: npt.NDArray[Any], bits: int, level: int) -> bytes:
 def write_png(path: str | os.PathLike[str], pixels: npt.ArrayLike, bits: int = 8) -> None:
     """Write linear pixels (height, width, 3) with 8 or 16 bits per channel; the file appears whole or not at all."""
     with replace_file(path) as part:
-        part.write_bytes(png_bytes(pixels) if bits == 8 else deep_png_bytes(pixels))
+        part.write_bytes(
+            png_bytes(pixels) if bits == 8 else _png_file(srgb_words(pixels).astype(">u2"), 16, _DEEP_LEVEL)
+        )
 
 
 # Images for mail and web pages: JPEG, slightly lossy, and WebP, lossless. Both hold 8 bits of sRGB per channel.

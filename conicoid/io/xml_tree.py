@@ -215,7 +215,6 @@ class XmlEntityBuilder(XmlTreeBuilder):
 
     def external_entity_ref(self, context: Any, base: Any, sysid: Any, pubid: Any) -> int:
         """Parse the file that an entity stands for. Raise SceneFileError if it is refused or invalid."""
-        del base, pubid
         if sysid not in self.declared:
             return 1  # the external part of a document type
         outer, place = self._parser, self.place

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias, get_args
 
 from .._util.arrays import VectorLike
-from .._util.validation import check_degrees, check_vector, describe_kind, format_value, warn
+from .._util.validation import check_degrees, check_fields, check_vector, describe_kind, format_value, warn
 from .color import BRIGHT, Amount, bytes_hint, check_amount, look_like_bytes
 
 Falloff: TypeAlias = Literal["none", "inverse_square"]
@@ -104,14 +104,12 @@ class SpotLight:
 
     def __post_init__(self) -> None:
         _check(self, "intensity", "position", "direction", "falloff")
-        angle = check_degrees("SpotLight", "angle", self.angle)
-        edge = check_degrees("SpotLight", "soft_edge", self.soft_edge)
-        if not 0 < angle <= 180:
-            raise ValueError(f"SpotLight: angle must be in (0, 180], got {angle} degrees")
-        if not 0 <= edge <= angle:
-            raise ValueError(f"SpotLight: soft_edge must be in [0, angle = {angle:g}], got {edge} degrees")
-        object.__setattr__(self, "angle", angle)
-        object.__setattr__(self, "soft_edge", edge)
+        check_fields(self, angle=check_degrees, soft_edge=check_degrees)
+        if not 0 < self.angle <= 180:
+            raise ValueError(f"SpotLight: angle must be in (0, 180], got {self.angle} degrees")
+        if not 0 <= self.soft_edge <= self.angle:
+            limits = f"[0, angle = {self.angle:g}]"
+            raise ValueError(f"SpotLight: soft_edge must be in {limits}, got {self.soft_edge} degrees")
 
 
 # All kinds of lights, and their checks.

@@ -25,6 +25,7 @@ from .._util.validation import (
     SMALLEST,
     as_integer,
     check_degrees,
+    check_fields,
     check_nonnegative,
     check_positive,
     check_vector,
@@ -166,13 +167,11 @@ class Camera(AnyCamera):
 
     def __post_init__(self) -> None:
         _check_camera(self)
-        angle = check_degrees("Camera", "field_of_view", self.field_of_view)
-        if not 0 < angle < 180:
-            raise ValueError(f"Camera: field_of_view must be in (0, 180) degrees, got {angle}")
-        object.__setattr__(self, "field_of_view", angle)
-        object.__setattr__(self, "aperture", check_nonnegative("Camera", "aperture", self.aperture))
+        check_fields(self, field_of_view=check_degrees, aperture=check_nonnegative)
+        if not 0 < self.field_of_view < 180:
+            raise ValueError(f"Camera: field_of_view must be in (0, 180) degrees, got {self.field_of_view}")
         if self.focus_distance is not None:
-            object.__setattr__(self, "focus_distance", check_positive("Camera", "focus_distance", self.focus_distance))
+            check_fields(self, focus_distance=check_positive)
         blades = as_integer(self.blades)
         if blades is None or not (blades == 0 or 3 <= blades <= MOST_BLADES):
             raise ValueError(
@@ -231,7 +230,7 @@ class OrthographicCamera(AnyCamera):
 
     def __post_init__(self) -> None:
         _check_camera(self)
-        object.__setattr__(self, "height", check_positive("OrthographicCamera", "height", self.height))
+        check_fields(self, height=check_positive)
 
     @property
     def lens(self) -> FloatArray:
@@ -397,12 +396,12 @@ class FisheyeCamera(_PanoramicCamera):
 
     def __post_init__(self) -> None:
         _check_camera(self)
-        angle = check_degrees("FisheyeCamera", "field_of_view", self.field_of_view)
+        check_fields(self, field_of_view=check_degrees)
+        angle = self.field_of_view
         check_choice("FisheyeCamera", "projection", self.projection, get_args(Projection))
         if not 0 < angle <= 360 or (angle == 360 and self.projection == "stereographic"):
             limits = "(0, 360)" if self.projection == "stereographic" else "(0, 360]"
             raise ValueError(f"FisheyeCamera: field_of_view must be in {limits} degrees, got {angle}")
-        object.__setattr__(self, "field_of_view", angle)
 
     @property
     def optics(self) -> tuple[int, tuple[float, float, float, float]]:

@@ -500,8 +500,7 @@ class Scene:
         """
         from ..geometry.tracks import follow_tracks
 
-        scene: Scene = follow_tracks(self, check_number("at", "time", time))
-        return scene
+        return follow_tracks(self, check_number("at", "time", time))
 
     # --- Preparation
 
@@ -596,8 +595,7 @@ class Scene:
         TypeError
             For a device beside an executor.
         """
-        hits: Hits = self._along_rays("first_hit", executor, device, origins, directions, t_min, t_max)
-        return hits
+        return self._along_rays("first_hit", executor, device, origins, directions, t_min, t_max)
 
     def occluded(
         self, origins: ArrayLike | Rays, directions: ArrayLike | None = None, t_min: ArrayLike = DEFAULT_T_MIN,
@@ -629,8 +627,7 @@ class Scene:
         origins, directions, t_min, t_max, executor, device
             As for `first_hit`. An empty interval, t_min >= t_max, has no spans.
         """
-        spans: Spans = self._along_rays("spans", executor, device, origins, directions, t_min, t_max)
-        return spans
+        return self._along_rays("spans", executor, device, origins, directions, t_min, t_max)
 
     def crossings(
         self, origins: ArrayLike | Rays, directions: ArrayLike | None = None, t_min: ArrayLike = DEFAULT_T_MIN,
@@ -644,8 +641,7 @@ class Scene:
         origins, directions, t_min, t_max, executor, device
             As for `first_hit`. An empty interval, t_min >= t_max, has no crossings.
         """
-        crossings: Crossings = self._along_rays("crossings", executor, device, origins, directions, t_min, t_max)
-        return crossings
+        return self._along_rays("crossings", executor, device, origins, directions, t_min, t_max)
 
     @ignore_fp_errors
     def stream(
@@ -712,10 +708,9 @@ class Scene:
         -------
         float64 (..., bodies) or (..., materials)
         """
-        lengths: FloatArray = self._along_many_rays(
+        return self._along_many_rays(
             "lengths", executor, device, origins, directions, t_min, t_max, progress, by=by, overlaps=overlaps
         )
-        return lengths
 
     def line_integral(
         self, values: LineValues, origins: ArrayLike | Rays, directions: ArrayLike | None = None,
@@ -828,8 +823,7 @@ class Scene:
         points, executor
             As for `contains`.
         """
-        bodies: BodiesAt = self._at_points("bodies_at", executor, points)
-        return bodies
+        return self._at_points("bodies_at", executor, points)
 
     def _at_points(self, query: str, executor: Any, points: Any, device: str | None = None) -> Any:
         """Answer a query of points."""
@@ -901,8 +895,7 @@ class Scene:
         if _is_remote(executor, points):
             from ..parallel.queries import dispatch_distances
 
-            result: Distances = dispatch_distances(self, executor, points, max_distance, exact, progress)
-            return result
+            return dispatch_distances(self, executor, points, max_distance, exact, progress)
         return distances.distance(self._prepared, points, max_distance, exact, progress)
 
     # --- Explanations

@@ -107,8 +107,7 @@ def _data(scene: Scene, folder: Path | None) -> dict[str, Any]:
             save_array(folder / name, table)
         return name
 
-    copied: dict[str, Any] = _copied(scene_data(scene, keep, defaults=True))
-    return copied
+    return _copied(scene_data(scene, keep, defaults=True))
 
 
 def _copied(value: Any) -> Any:

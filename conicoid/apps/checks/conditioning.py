@@ -146,11 +146,6 @@ _STEPS = 4
 """Steps from the worst axis towards the worst direction."""
 
 
-def ball_verdict(leaf: Sphere, motion: Motion, body: int) -> Conditioning:
-    """Return the conditioning of one ball."""
-    return BallsConditioning.of_single([leaf], motion, np.array([body])).of_ball(0)
-
-
 @dataclass(frozen=True, eq=False)
 class BallsConditioning:
     """The worst movements of the balls of one entry, or of single ones that share a motion.
@@ -489,7 +484,7 @@ class _BodyExaminer:
     def _part(self, leaf: Any, motion: Motion, body: int, box: Extent, whole: bool) -> Conditioning | None:
         """Return the conditioning of one primitive within its body's box; `whole` if it is all of the body."""
         if isinstance(leaf, Sphere):
-            return ball_verdict(leaf, motion, body)
+            return BallsConditioning.of_single([leaf], motion, np.array([body])).of_ball(0)
         if isinstance(leaf, (Polygon, Triangle)):
             return verdict(type(leaf), motion, body, *polygon_movement(leaf, motion))
         frame, own, size = self._own_frame(leaf)

@@ -381,8 +381,8 @@ def walls_of(shape: Shape) -> dict[int, WallJacobian]:
     """Return the walls of a shape by face number. Raise TypeError if its formulas have no derivatives."""
     cached: dict[int, WallJacobian] | None = shape.cache.get("walls")
     if cached is None:
-        counter = itertools.count()
-        cached = shape.cache["walls"] = _walls(shape, dual_shape(shape, counter))
+        duals = parameters.map_numbers(shape, _take_duals(itertools.count()), parameters.replace_unchecked, None)
+        cached = shape.cache["walls"] = _walls(shape, duals)
     return cached
 
 
@@ -398,11 +398,6 @@ def walls_of_one(shape: Bulk, index: int) -> dict[int, WallJacobian]:
 def _take_duals(counter: Iterator[int]) -> parameters.Take:
     """Return a function that makes each number a dual with derivative 1 by the next parameter."""
     return lambda _, value: Dual(ex.exact(value), {next(counter): 1.0})
-
-
-def dual_shape(shape: Shape, counter: Iterator[int]) -> Any:
-    """Return the shape with duals in place of its numbers."""
-    return parameters.map_numbers(shape, _take_duals(counter), parameters.replace_unchecked, None)
 
 
 def _dual_bulk_item(shape: Bulk, index: int, single: Any) -> Any:

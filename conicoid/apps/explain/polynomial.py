@@ -69,11 +69,6 @@ def dot(a: Sequence[Fraction], b: Sequence[Fraction]) -> Fraction:
     return sum((x * y for x, y in zip(a, b, strict=True)), Fraction(0))
 
 
-def point_on_line(origin: Sequence[Fraction], t: Fraction, direction: Sequence[Fraction]) -> list[Fraction]:
-    """Return o + t d."""
-    return [o + t * d for o, d in zip(origin, direction, strict=True)]
-
-
 def format_short(value: float) -> str:
     """Return a float in words for equations: in full if that is short, otherwise to six digits."""
     text = format_float(value)
@@ -257,8 +252,7 @@ def exact_surface(scene: PreparedScene, surface: int) -> PlaneSurface | QuadricS
     """Return a surface of the scene's table before rounding; that of a bulk ball is its record, which is exact."""
     exact = scene.lowered.exact
     if surface < len(exact):
-        found: PlaneSurface | QuadricSurface = exact[surface]
-        return found
+        return exact[surface]
     x, y, z, r = scene.lowered.tables.spheres[scene.lowered.tables.surface_row[surface]].tolist()
     return QuadricSurface((1.0, 1.0, 1.0), constant=Fraction(r) ** 2, anchor=(x, y, z))
 
@@ -300,7 +294,7 @@ class ExactRay:
 
     def at(self, t: Fraction | float) -> list[Fraction]:
         """Return the point at t."""
-        return point_on_line(self.origin, Fraction(t), self.direction)
+        return [o + Fraction(t) * d for o, d in zip(self.origin, self.direction, strict=True)]
 
     def holds(self, t: float | Fraction) -> bool:
         """Return True if t is within the interval."""

@@ -622,8 +622,7 @@ def _axis(quadric: RegionQuadric) -> FloatArray | None:
         if abs(one - other) <= 1e-9 * size < abs(squares[k] - one):
             axis: Any = axes[:, k]
             nearest = np.round(axis)
-            found: FloatArray = nearest if np.abs(axis - nearest).max() < SAME_TOLERANCE else axis
-            return found
+            return nearest if np.abs(axis - nearest).max() < SAME_TOLERANCE else axis
     return None
 
 

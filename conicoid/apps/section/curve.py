@@ -167,8 +167,7 @@ class StraightLine(Curve):
         _, _, _, d, e, f = self.conic
         size = math.hypot(d, e)
         distance = -f / 2 / size
-        object.__setattr__(self, "base", (distance * (d / size), distance * (e / size)))
-        object.__setattr__(self, "direction", (-e / size, d / size))
+        vars(self).update(base=(distance * (d / size), distance * (e / size)), direction=(-e / size, d / size))
 
     def plain(self, t: Any) -> FloatArray:
         return np.array(self.base) + np.asarray(t)[:, None] * np.array(self.direction)
@@ -297,8 +296,7 @@ class _Central(Curve):
         # t = 0 is a place near the middle of the window, which has the coordinates 0.
         start = self._nearest(float(c[0]), float(s[0]))
         place = project_onto(self.conic, np.array(self.center)[None] + self._put(*map(np.array, start)))
-        object.__setattr__(self, "start", start)
-        object.__setattr__(self, "base", (float(place[0, 0]), float(place[0, 1])))
+        vars(self).update(start=start, base=(float(place[0, 0]), float(place[0, 1])))
 
     def _nearest(self, c: float, s: float) -> Pair:
         """Return C and S of a place on the curve near the place whose C and S are c and s."""

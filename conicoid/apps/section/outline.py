@@ -206,8 +206,7 @@ class Outline:
 
 def _cross(one: FloatArray, other: FloatArray) -> FloatArray:
     """Return the cross products of vectors (n, 2)."""
-    product: FloatArray = one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
-    return product
+    return one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
 
 
 # --- The bodies of a prepared scene: which of them a window may cut, and which hold a place

@@ -62,11 +62,6 @@ _DOWN = AxisTurn(signs=(1, -1, -1))
 """Half a turn about x, which takes z to -z."""
 
 
-def write_bowl(solids: SolidWriter, piece: QuadricPiece) -> SolidReference:
-    """Write a paraboloid or a hype. Raise UnsupportedExport for a hyperboloid that is nearly flat."""
-    return _hype(solids, piece) if piece.g2 else _paraboloid(solids, piece)
-
-
 def _paraboloid(solids: SolidWriter, piece: QuadricPiece) -> SolidReference:
     """Write a paraboloid, which opens upward in GDML; half a turn takes the others there."""
     is_up = piece.g1 > 0
@@ -392,7 +387,7 @@ class SolidWriter:
         if isinstance(piece, ExtrusionPiece):
             return self._extrusion(piece)
         if isinstance(piece, QuadricPiece):
-            return write_bowl(self, piece)
+            return _hype(self, piece) if piece.g2 else _paraboloid(self, piece)
         if isinstance(piece, NativePiece):
             return SolidReference(
                 self.add(piece.tag, piece.attributes, piece.children), join_moves([RigidMove(shift=piece.shift)])

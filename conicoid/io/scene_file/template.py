@@ -393,8 +393,7 @@ class ShapeColumns:
     def _shapes(self, node: Node) -> _Shapes:
         """Return the shapes at a node, as `ShapeReader.read` reads one."""
         if not self.template.varies(node):
-            shape: Shape = self.reader.read(node, self.where)
-            return shape
+            return self.reader.read(node, self.where)
         if not isinstance(node, MappingNode):
             raise _UnusualNode
         key = next(key for key in node.heads if key.text != "move")
