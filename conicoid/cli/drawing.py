@@ -18,6 +18,7 @@ from .resources import (
     check_stdout,
     count_rays,
     executor_of,
+    load,
     name_of,
     prepare,
     show_warnings,
@@ -219,7 +220,6 @@ def _render(scene: Path, output: Path, numbers: dict[str, int]) -> int:
         check_environment()
         from .._util.process import pause_gc
         from ..render.job import check_options
-        from .resources import load
 
         threads = numbers.pop("threads", None)
         request = RenderRequest(output, **numbers)  # type: ignore[arg-type]

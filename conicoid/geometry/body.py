@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._util.arrays import VectorLike
-from .._util.text import unknown_attribute
+from .._util.text import html_table, unknown_attribute
 from .._util.validation import describe_kind, format_value, real_array
 from .._util.value_objects import restore_state
 from ..materials.material import Material
@@ -166,8 +166,6 @@ def _name_hint(body: Body) -> str:
 
 def bodies_table(bodies: Sequence[Body]) -> str:
     """Return the table of entries that a notebook shows."""
-    from .._util.text import html_table
-
     rows = (
         (number, body.name, type(body.shape).__name__, getattr(body.material, "name", None) or body.material)
         for number, body in enumerate(bodies)

@@ -15,7 +15,7 @@ from ..materials.color import amount_rgb
 from ..materials.light import AmbientLight, as_lights
 from ..materials.material import Material
 from ..queries.device_choice import device_of
-from ..render.exposure import compute_layers, render
+from ..render.exposure import compute_layers, render, render_motion_blur
 from ..render.film import SUM_LAYERS, check_layers, image_error
 from ..render.job import FilmResult, RenderJob, make_job
 
@@ -64,8 +64,6 @@ def _expose_film(
 
         return render_tiles(scene, job, with_sums, executor, resume, progress, show, fixed, gpu)
     if job.shutter is not None:
-        from ..render.exposure import render_motion_blur
-
         return render_motion_blur(scene, job, fixed, progress, show, device=gpu)
     return render(scene, job, with_sums, progress, show, gpu)
 

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Literal, NoReturn, SupportsIndex, overloa
 import numpy as np
 
 from .._util.arrays import BoxEnds, FloatArray, ignore_fp_errors
-from .._util.process import fork_safe_lock
+from .._util.process import fork_safe_lock, pause_gc
 from .._util.text import NameTuple, format_count, unknown_attribute
 from .._util.validation import (
     DEFAULT_T_MAX,
@@ -36,7 +36,7 @@ from .._util.validation import (
     is_on_card,
 )
 from ..geometry.body import Body
-from ..geometry.bounds.aabb import Bounds
+from ..geometry.bounds.aabb import Bounds, enclose_rows
 from ..geometry.entries import (
     Bodies,
     apply_motion,
@@ -259,8 +259,6 @@ class Scene:
         They hold the bodies, and are rounded outward once; around a Boolean solid they may be wider by 10⁻⁹ of its
         size, where `shape.bounds` of the solid is tight.
         """
-        from ..geometry.bounds.aabb import enclose_rows
-
         return Bounds(*enclose_rows(self._boxes()))
 
     @cached_property
@@ -523,7 +521,6 @@ class Scene:
         """Return the prepared scene, built once under the lock; `progress` is that of `prepare`."""
         with self._lock:
             if self._cached_prepared is None:
-                from .._util.process import pause_gc
                 from ..prepare.prepared_scene import prepare
 
                 # Held by this list alone, the old scene can give its memory to the new one

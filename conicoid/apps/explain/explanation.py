@@ -34,7 +34,7 @@ from .body_steps import (
     finish_step,
     merge_missed_step,
 )
-from .document import Block
+from .document import Block, html_of, text_of
 from .polynomial import ExactRay, SurfaceSource
 from .ray_records import RayRecording
 from .steps import BodyStep, Crossing, Decision, RankedPlace, RayRecord, Span
@@ -84,8 +84,6 @@ class Explanation(RayRecord):
     @property
     def text(self) -> str:
         """The whole explanation as text for a terminal."""
-        from .document import text_of
-
         return text_of(self.blocks)
 
     def __str__(self) -> str:
@@ -128,8 +126,6 @@ class Explanation(RayRecord):
     @property
     def html(self) -> str:
         """The whole explanation with its figure as self-contained HTML: a part of a page."""
-        from .document import html_of
-
         return html_of(self.blocks, self.svg)
 
     def save(self, path: str | os.PathLike[str]) -> None:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..._util.arrays import FloatArray
-from ..._util.validation import check_integer
+from ..._util.validation import check_integer, check_path as checked_path
 from ...geometry.quadric_classification import PLANE, SPHERE
 from ..section.drawing import svg_path
 from ..section.outline import Outline, OutlineCutter, WindowBodies
@@ -325,7 +325,6 @@ class Figure:
             If the file cannot be written.
         """
         from ..._util.files import write_text
-        from ..._util.validation import check_path as checked_path
 
         write_text(checked_path("save", path), self.svg)
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import Any, TypeAlias
 
-from ..._util.text import check_choice
+from ..._util.text import check_choice, html_table
 from ..._util.validation import check_flag, check_nonnegative, check_number, check_positive, describe_kind, format_value
 from ...geometry.body import Body
 from ...geometry.conic import ConicSheet, Stop, check_radius
@@ -353,8 +353,6 @@ class Prescription:
 
     def _repr_html_(self) -> str:
         """Return the table that a notebook shows: a row for each surface."""
-        from ..._util.text import html_table
-
         columns = [name.name for name in fields(Row)]
         rows = ([getattr(row, column) for column in columns] for row in self.rows)
         return html_table(columns, rows, len(self.rows))

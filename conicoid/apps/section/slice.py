@@ -14,7 +14,7 @@ from ..._util.text import NameTuple, check_choice
 from ..._util.validation import check_callback, check_flag, check_path as checked_path
 from ...io.image import Image
 from ...render.options import BY, CURVES, check_suffix
-from .drawing import OVERLAPPING, UNDEFINED, SliceColors, SliceDrawing, color_slice, rasterize
+from .drawing import OVERLAPPING, UNDEFINED, SliceColors, SliceDrawing, color_slice, pdf_bytes, rasterize, svg_text
 from .outline import Outline, OutlineCutter
 from .window import Window, make_window
 
@@ -264,11 +264,7 @@ class Slice:
 def _write_slice(drawing: SliceDrawing, suffix: str) -> bytes:
     """Return the contents of an .svg or .pdf file."""
     if suffix == ".svg":
-        from .drawing import svg_text
-
         return svg_text(drawing).encode()
-    from .drawing import pdf_bytes
-
     return pdf_bytes(drawing)
 
 
