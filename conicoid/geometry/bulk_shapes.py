@@ -65,9 +65,7 @@ class Capsules(Bulk, Solid):
     columns: ClassVar = {"starts": _START, "ends": _END, "radii": ("radius",)}
     leaves: ClassVar = (("starts", "ends", "radii", 0.0, 360.0), ("radii", "starts"), ("radii", "ends"))
 
-    def check_rows(self) -> None:
-        self.refuse("radii", self.radii <= 0, "> 0")
-        self.refuse("ends", (self.starts == self.ends).all(axis=1), "another point than its start")
+    check_rows = Cylinders.check_rows
 
     def single(self, index: int) -> Union:
         start, end, radius = (self.row(index, name) for name in self.columns)

@@ -39,7 +39,7 @@ def render_image(
     with_sums = any(name in names for name in SUM_LAYERS)
     if job.shutter is not None:  # layers and labels show the scene in the middle of the interval
         shown_scene = scene.at((job.shutter[0] + job.shutter[1]) / 2)
-    group_scenes = _groups(scene, groups)
+    group_scenes = {} if groups is None else scenes_by_group(scene, groups)
     exposed = _expose_film(scene, job, fixed, with_sums, progress, show, executor, resume, gpu)
     layer_arrays = compute_layers(shown_scene, job, names, exposed, gpu)
     for name, part in group_scenes.items():
@@ -66,14 +66,6 @@ def _expose_film(
     if job.shutter is not None:
         return render_motion_blur(scene, job, fixed, progress, show, device=gpu)
     return render(scene, job, with_sums, progress, show, gpu)
-
-
-def _groups(scene: Any, groups: Any) -> dict[str, Any]:
-    """Return, for each group of lights, the scene with these lights alone."""
-    if groups is None:
-        return {}
-
-    return scenes_by_group(scene, groups)
 
 
 def _preview_function(preview: Any) -> Callable[[Any, Any], None] | None:

@@ -488,7 +488,8 @@ def _faces(shape: Any, slopes: Any, outer: Motion) -> Iterator[tuple[int, Surfac
             surface = level_edge_plane(primitive, face)
         else:
             surface = _angle_face_surface(primitive, face)
-        yield face.number, _move_surface(surface, motion), transform_uv(without_uv_slopes(face.uv, jumping), motion)
+        # Quadrics move their rows; `moved` would treat balls as a special case
+        yield face.number, surface.moved_rows(motion), transform_uv(without_uv_slopes(face.uv, jumping), motion)
 
 
 def _angle_face_surface(primitive: Any, face: Face) -> Surface:
@@ -537,11 +538,6 @@ def _flat(tree: Tree) -> Iterator[Face]:
         else:
             pending.extend((part.part,) if isinstance(part, Not) else part.parts)
     return iter(sorted(faces, key=lambda face: face.number))
-
-
-def _move_surface(surface: Surface, motion: Motion) -> Surface:
-    """Return the image of a surface. Quadrics move their rows; `moved` would treat balls as a special case."""
-    return surface.moved_rows(motion) if isinstance(surface, QuadricSurface) else surface.moved(motion)
 
 
 def _wall(surface: Surface | Any, uv: UV) -> WallJacobian:

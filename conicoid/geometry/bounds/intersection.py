@@ -304,17 +304,13 @@ def surfaces_around(own: Tree, motion: Motion, inside: bool) -> BoundingSurfaces
             if inner or len(tree.faces) == 1:  # the outside of several faces is a union, in none of their outsides
                 sense = 1 if inner else -1
                 found.extend(
-                    orient_surface(_transform_surface(f.surface, motion), sense * f.inside)
+                    orient_surface(f.surface.moved_rows(motion), sense * f.inside)
                     for f in tree.faces
                     if _can_bound(f, sense)
                 )
         elif isinstance(tree, All if inner else Any_) or len(tree.parts) == 1:
             pending.extend((part, inner) for part in tree.parts)
     return found
-
-
-def _transform_surface(surface: PlaneSurface | QuadricSurface, motion: Motion) -> PlaneSurface | QuadricSurface:
-    return surface.moved_rows(motion) if isinstance(surface, QuadricSurface) else surface.moved(motion)
 
 
 def _can_bound(face: Face, sense: int) -> bool:

@@ -286,11 +286,7 @@ def _node(
     whole = inside[0] if len(inside) == 1 else PieceBoolean(kind, tuple(inside))
     if cut:
         whole = PieceBoolean("difference", (whole, *cut))
-    if not steps:
-        return whole
-    if isinstance(whole, PieceLeaf):
-        return PieceLeaf(whole.piece, whole.steps + steps, whole.is_rounded)
-    return PieceBoolean(whole.kind, whole.parts, whole.steps + steps, whole.color)
+    return _move_node(whole, steps)
 
 
 # Primitives. Each rule returns a piece, or None if the cells of the solid are to be used.
