@@ -6,9 +6,10 @@ Solids: cylinders, capsules, cones, ellipsoids and boxes. Sheets: discs and tria
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
+import numpy.typing as npt
 
 from .._util.arrays import FloatArray, matmul_rows
 from .._util.validation import real_array
@@ -17,9 +18,6 @@ from .primitives import Box, Cone, Cylinder, Sphere
 from .quadrics import Ellipsoid
 from .shape import Sheet, Solid, Union
 from .sheets import CLEAR_AREA, Disc, Triangle
-
-if TYPE_CHECKING:
-    import numpy.typing as npt
 
 _START, _END = ("start x", "start y", "start z"), ("end x", "end y", "end z")
 

@@ -15,7 +15,7 @@ import os
 import shutil
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -42,20 +42,17 @@ from ..io.result_file import (
     list_row_arrays,
     table_columns,
 )
+from ..kernels.threads import Progress
+from ..queries.hits import Hits
 from ..queries.ray_queries import refuse_no_rays
 from ..queries.rays import ArrayRays, LazyRays, Rays
+from ..queries.scene_protocol import SceneLike
+from ..queries.spans import Crossings, Spans
 from ..queries.weights import BODY
 from .queries import RayRequest, answer_part, assemble, ray_chunks, ray_tasks, workers_of
 from .scheduler import ScheduledTask, run_tasks
 from .shared_state import SharedObject, shared_scene, source_version
 from .workers import Workers
-
-if TYPE_CHECKING:
-    from ..kernels.threads import Progress
-    from ..queries.hits import Hits
-    from ..queries.scene_protocol import SceneLike
-    from ..queries.spans import Crossings, Spans
-
 
 SUFFIXES = (".npz", ".csv", ".parquet", ".zarr")
 """Suffixes of files of hits, spans and crossings."""

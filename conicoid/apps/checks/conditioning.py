@@ -13,7 +13,7 @@ import re
 from collections.abc import Callable, Iterator, Sequence, Set
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -26,13 +26,10 @@ from ...geometry.shape import Boolean, ClippedSheet, Shape
 from ...geometry.sheets import Polygon, Triangle, newell_sum
 from ...geometry.transform import IDENTITY_MOTION, Motion
 from ...numerics import bigfloat as ex
+from ...queries.scene_protocol import SceneLike
 from .critical_points import Movement, TestedPart, least_displacement, movement
 from .perturbation import HALF_ULP, Extent, LocalFrame, MotionFields, fields_of, localize, own_frame
 from .probe_rays import ProbeTargets
-
-if TYPE_CHECKING:
-    from ...queries.scene_protocol import SceneLike
-
 
 ALL_DIGITS = 53 * math.log10(2)
 """Decimal digits of float64: 15.95."""

@@ -9,7 +9,7 @@ such a step, plus rounding, can change it by.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -52,14 +52,11 @@ from ...kernels.tables import (
     whole,
 )
 from ...kernels.threads import KernelRange, run_on
+from ...prepare.prepared_scene import PreparedScene
 from ...queries import ray_queries
+from ...queries.hits import Hits
 from ...queries.rays import Rays, lines_of
 from .crossing_derivatives import as_kernel_array, as_kernel_rows
-
-if TYPE_CHECKING:
-    from ...prepare.prepared_scene import PreparedScene
-    from ...queries.hits import Hits
-
 
 NEAR = 2.0**-47
 """Points that are closer than this fraction of their coordinates count as one."""

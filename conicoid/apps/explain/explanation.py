@@ -7,7 +7,7 @@ import math
 import os
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -19,9 +19,11 @@ from ...kernels.faces import cell_faces, numbers_of, plane_faces, sides_of
 from ...kernels.programs import cells_of_leaves, leaves_of_programs, row_of_leaf
 from ...kernels.surface.exact_crossing import CROSSES
 from ...kernels.tables import BALL, CELL, PLANE, POLYGON, REGION, SHEET, Tables
+from ...prepare.prepared_scene import PreparedScene
 from ...queries.exact.doubtful_rays import ranks_of
 from ...queries.ray_queries import as_rays
 from ...queries.rays import Rays
+from ...queries.scene_protocol import SceneLike
 from . import ray_records as kernels
 from .body_steps import (
     KINDS,
@@ -35,14 +37,10 @@ from .body_steps import (
     merge_missed_step,
 )
 from .document import Block, html_of, text_of
+from .figure import Figure, figure_of
 from .polynomial import ExactRay, SurfaceSource
 from .ray_records import RayRecording
 from .steps import BodyStep, Crossing, Decision, RankedPlace, RayRecord, Span
-
-if TYPE_CHECKING:
-    from ...prepare.prepared_scene import PreparedScene
-    from ...queries.scene_protocol import SceneLike
-    from .figure import Figure
 
 
 @dataclass(frozen=True)
@@ -114,8 +112,6 @@ class Explanation(RayRecord):
         TypeError, ValueError
             For a wrong width.
         """
-        from .figure import figure_of
-
         return figure_of(self, body, width)
 
     @cached_property

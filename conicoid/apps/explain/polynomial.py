@@ -9,16 +9,13 @@ from decimal import Context, Decimal
 from fractions import Fraction
 from functools import cached_property
 from math import gcd
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 from ...geometry.quadric_classification import Classification, classify, classify_surface
 from ...geometry.surface import PlaneSurface, QuadricSurface
 from ...kernels.tables import SPHERE
 from ...numerics import bigfloat as ex
-
-if TYPE_CHECKING:
-    from ...prepare.prepared_scene import PreparedScene
-
+from ...prepare.prepared_scene import PreparedScene
 
 # Numbers in words, and square roots of fractions.
 

@@ -10,7 +10,7 @@ import math
 from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -20,18 +20,12 @@ from ..._util.validation import as_integer, format_value
 from ...kernels.faces import cell_faces, plane_faces, sides_of
 from ...kernels.programs import cells_of_leaves, gates_of_program, leaves_of_program, row_of_leaf
 from ...kernels.tables import BALL, CELL, POLYGON, REGION, SHEET
-from ...prepare.prepared_scene import exact_form
+from ...kernels.threads import Progress
+from ...prepare.prepared_scene import PreparedScene, exact_form
 from ...queries.points import bodies_at
 from .conic import PlaneConic, RecordConics, UnclearConicError, cut_conic, snap_conic
 from .curve import Curve, Ellipse, Graph, Pair, form_gradient, form_value
 from .window import Window
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from ...kernels.threads import Progress
-    from ...prepare.prepared_scene import PreparedScene
-
 
 _DEEPEST = 12
 """Most halvings of the Béziers of a curve."""
