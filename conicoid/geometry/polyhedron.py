@@ -408,7 +408,7 @@ class FlatWall(HalfOfSpace, abstract=True):
 
 @dataclass(frozen=True)
 class CornerHull(PrimitiveSolid, abstract=True):
-    """What bounds a flat solid, without faces: boxes and frames of many are computed together."""
+    """The corners of a flat solid without its faces: boxes and frames of many are computed together."""
 
     if TYPE_CHECKING:
         solid: ClassVar[FlatSolid]

@@ -560,7 +560,7 @@ def _unit_row(index: int, length: float) -> Vector:
 
 @dataclass(frozen=True)
 class HyperbolicParaboloid(BoxedQuadric):
-    """A x² - E y² - z <= 0, cut by the box `within`: what lies above the saddle z = A x² - E y².
+    """A x² - E y² - z <= 0, cut by the box `within`: the part above the saddle z = A x² - E y².
 
     Faces: 0 the saddle, 1 to 6 the faces of the box. uv on the saddle: (x, y), scaled over the box to [0, 1];
     on the others as on the box.
@@ -584,7 +584,7 @@ class HyperbolicParaboloid(BoxedQuadric):
 
 @dataclass(frozen=True)
 class HyperbolicCylinder(BoxedQuadric):
-    """A x² - E y² <= 1, cut by the box `within`: what lies between the two walls x = ±sqrt((1 + E y²) / A).
+    """A x² - E y² <= 1, cut by the box `within`: the part between the two walls x = ±sqrt((1 + E y²) / A).
 
     Faces: 0 both walls, 1 to 6 the faces of the box. uv on the walls: (y, z), scaled over the box to [0, 1];
     on the others as on the box.

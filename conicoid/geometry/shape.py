@@ -190,7 +190,7 @@ class Shape(ABC):
 
     @property
     def _hull(self) -> Shape | None:
-        """What bounds a polyhedron that may be concave; itself if its faces are not computed together."""
+        """A convex shape around one of flat faces that may be concave; None if its own faces are computed."""
         return None
 
     @property
@@ -512,7 +512,7 @@ def _tree_nodes(solid: Solid) -> Iterator[Solid]:
 
 
 def _flatten_tree(solid: Solid) -> Iterator[Any]:
-    """Yield what the nodes of a tree are, parents first. Two trees are equal if these sequences are."""
+    """Yield the kinds of the nodes of a tree, parents first. Two trees are equal if these sequences are."""
     for node in _tree_nodes(solid):
         if isinstance(node, Boolean):
             yield type(node), node.motion, len(node.operands), getattr(node, "paint", None)

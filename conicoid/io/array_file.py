@@ -66,7 +66,7 @@ def open_source(path: Path, names: Collection[str], columns: Sequence[str], whol
     names
         The arrays that the caller knows.
     columns
-        The columns of a table: what its headings are compared with.
+        The columns of a table, for comparison with its headings.
     whole
         Whether all arrays will be read into memory: more of them than memory holds raises ValueError.
     """

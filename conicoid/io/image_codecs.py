@@ -295,7 +295,7 @@ def terminal_preview() -> Callable[[Any], None]:
     def preview(image: Any) -> None:
         if not console.is_terminal:
             return
-        # Two lines are left for the cursor and for what the program prints next
+        # Two lines are left for the cursor and for the next output of the program
         drawn = render_half_blocks(image._display_light, console.width, max(1, console.height - 2))
         if above[0]:
             console.control(Control((ControlType.CURSOR_UP, above[0])))

@@ -87,7 +87,7 @@ class RayRequest:
     def share(self, begin: int, end: int, travels: bool = True) -> RayShare:
         """Return the flat rays `begin` to `end`; whole rows of a picture keep two axes.
 
-        A share that travels to another process takes what it needs of lazy rays with it.
+        A share that travels to another process takes its part of lazy rays with it.
         """
         width, count = self.width, end - begin
         # Whole rows keep the two axes of a picture.

@@ -127,7 +127,7 @@ class ResultParts:
             path = self.file(name)
             try:
                 with open(os.open(path, os.O_CREAT | os.O_WRONLY | getattr(os, "O_BINARY", 0), 0o666), "wb") as file:
-                    file.truncate(self.sizes.get(name, 0))  # what a run that was killed wrote beyond
+                    file.truncate(self.sizes.get(name, 0))  # drop the bytes that a killed run wrote beyond
                     file.seek(0, os.SEEK_END)
                     file.write(data)
             except OSError as error:
@@ -194,7 +194,7 @@ def result_writer(
     errors
         Whether tables have error bounds; other files have them in any case.
     key
-        What the answers depend on beside scene, query and version: then the parts stay after a failure.
+        The name of the work, beside scene, query and version: with it the parts stay after a failure.
     resume
         Whether to go on from parts that an earlier run left.
     """

@@ -187,7 +187,7 @@ class TablesFile:
             # A copy that was cut short would map, and crash where its pages end
             if size != self._first + facts["size"]:
                 raise ValueError(f"{self.path}: is incomplete, {size:,} of {self._first + facts['size']:,} bytes")
-            # A private copy on write: no process can change what the others see
+            # A private copy on write: no process can change the memory of another
             self._memory = memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_COPY))
 
     def section(self, name: str) -> Any:
@@ -206,7 +206,7 @@ class TablesFile:
         """Return the bytes of a section, after a check of their hash."""
         at, count, digest = self._facts["sections"][name]
         data = self._memory[self._first + at : self._first + at + count]
-        # Before it is unpickled: a pickle executes what it holds
+        # Before it is unpickled: a pickle may execute code
         if _digest(data).hex() != digest:
             raise ValueError(f"{self.path}: is damaged")
         return data

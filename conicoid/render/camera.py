@@ -194,7 +194,7 @@ class Camera(AnyCamera):
             return LINEAR, (0.0, 0.0, 0.0, 0.0)
         focus = self.focus_distance
         if focus is None:
-            # Sharp at what the camera looks at, unless the scene says otherwise
+            # Sharp at the point that the camera looks at, unless the scene states a distance
             focus = float(row_lengths(np.subtract(self.look_at, self.position)))
         return THIN_LENS, (self.aperture / 2, focus, float(self.blades), 0.0)
 

@@ -101,9 +101,9 @@ def round_down_125(length: float) -> float:
     return power * next((k for k in (5, 2) if k * power <= length), 1)
 
 
-# What a camera sees of points in the world.
+# Points of the world as a camera sees them.
 
-_NEARLY_WHOLE = 1 - 1e-6  # of the way to a point: what it lies on does not hide it
+_NEARLY_WHOLE = 1 - 1e-6  # of the way to a point: the surface that it lies on does not hide it
 
 
 def find_hidden(scene: SceneLike, camera: AnyCamera, points: Any) -> Any:

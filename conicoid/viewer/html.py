@@ -163,7 +163,7 @@ def page(scene: Scene, title: str, preview: str, served: dict[str, Any] | None =
     preview : str
         The address of its small picture.
     served : dict, optional
-        What the page needs for requests to its server.
+        The data of the page for requests to its server.
     carries : bool
         False leaves out the engine.
 

@@ -122,7 +122,7 @@ def _solid_faces(shape: Mesh | Extrusion) -> Polygons:
 
 
 def _has_inner_walls(shape: Mesh, faces: Polygons) -> bool:
-    """Return True if two faces in one plane look in opposite directions: what they share bounds nothing."""
+    """Return True if two faces in one plane look in opposite directions: their common part bounds nothing."""
     for _, members in shape.planes():
         normals = [
             np.cross(face[1:-1] - face[0], face[2:] - face[0]).sum(axis=0) for face in map(faces.__getitem__, members)

@@ -501,7 +501,7 @@ def _cell_lines(
     return lines
 
 
-# What XML cannot hold, and other controls
+# Characters that XML cannot hold, and other controls
 _CONTROLS = re.compile(r"[\x00-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff]")
 
 

@@ -365,7 +365,7 @@ class EmptinessTest:
 
 
 _SurfacePlace: TypeAlias = tuple[tuple[object, ...], tuple[tuple[int, Fraction], ...]]
-"""What a translation leaves of a surface, and its coordinates."""
+"""The part of a surface that a translation keeps, and its coordinates."""
 
 
 def _surface_place(surface: ReadSurface) -> _SurfacePlace | None:

@@ -170,7 +170,7 @@ def _sizes(rows: FloatArray) -> FloatArray:
 #
 # `read_row` puts the numbers of one row into the tree and reads that as a body that is written out. It reports all
 # problems, and takes some 60 µs a body. `ShapeColumns` builds the shapes of all rows together, ten times faster for a
-# moved shape. It leaves out what is in doubt, which `read_row` then reads.
+# moved shape. It leaves out rows in doubt, which `read_row` then reads.
 
 COLUMN_TYPE = ListType(UnionType((NumberType(), ListType(NumberType()))))
 """A column in the scene file: a number for each body, or a list of numbers."""
