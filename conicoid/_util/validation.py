@@ -339,6 +339,20 @@ def check_npz_path(owner: str, what: str, value: Any) -> str | os.PathLike[str]:
     return file
 
 
+def check_list(owner: str, field: str, values: Any, kinds: Mapping[str, type]) -> tuple[Any, ...]:
+    """Return values of some kinds, by name, as a tuple; a single value stands for a list of it. Raise TypeError."""
+    if isinstance(values, tuple(kinds.values())):
+        return (values,)
+    names = ", ".join(kinds)
+    if isinstance(values, (str, bytes, Mapping)) or not isinstance(values, Iterable):
+        raise TypeError(f"{owner}: {field} must be a list of {names}, or one of them, got {describe_kind(values)}")
+    items = tuple(values)
+    for i, item in enumerate(items):
+        if not isinstance(item, tuple(kinds.values())):
+            raise TypeError(f"{owner}: {field}[{i}] must be one of {names}, got {describe_kind(item)}")
+    return items
+
+
 # --- Arrays
 
 _MASK_SEARCH_DEPTH = 5

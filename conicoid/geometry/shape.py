@@ -190,7 +190,7 @@ class Shape(ABC):
 
     @property
     def _hull(self) -> Shape | None:
-        """A convex shape around one of flat faces that may be concave; None if its own faces are computed."""
+        """The shape whose corners bound a solid of flat faces, which may be concave; None for other shapes."""
         return None
 
     @property

@@ -7,7 +7,6 @@ share s of the time). Before the first key and after the last nothing moves.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias, get_args
 
@@ -18,6 +17,7 @@ from .._util.text import check_choice, format_count
 from .._util.validation import (
     as_integer,
     check_fields,
+    check_list,
     check_number,
     check_numbers,
     check_vector,
@@ -180,13 +180,7 @@ class CameraTrack:
 
     def moved(self, camera: Any, time: float) -> Any:
         """Return a `camera` at a `time` in seconds. Raise ValueError for a field that the camera does not have."""
-        k, s = _key_share(self.times, time, self.ease)
-        for field in self._moving:
-            if not hasattr(camera, field):
-                raise ValueError(f"CameraTrack: {field} is nothing that a {type(camera).__name__} has")
-        return dataclasses.replace(
-            camera, **{field: _interpolate_keys(getattr(self, field), k, s) for field in self._moving}
-        )
+        return _move_fields(self, camera, time)
 
 
 @dataclass(frozen=True)
@@ -232,13 +226,17 @@ class LightTrack:
 
     def moved(self, light: Any, time: float) -> Any:
         """Return a `light` at a `time` in seconds. Raise ValueError for a field that the light does not have."""
-        k, s = _key_share(self.times, time, self.ease)
-        for field in self._moving:
-            if not hasattr(light, field):
-                raise ValueError(f"LightTrack: {field} is nothing that a {type(light).__name__} has")
-        return dataclasses.replace(
-            light, **{field: _interpolate_keys(getattr(self, field), k, s) for field in self._moving}
-        )
+        return _move_fields(self, light, time)
+
+
+def _move_fields(track: CameraTrack | LightTrack, thing: Any, time: float) -> Any:
+    """Return a camera or light with the fields that a track moves as they are at a time."""
+    k, s = _key_share(track.times, time, track.ease)
+    for field in track._moving:
+        if not hasattr(thing, field):
+            raise ValueError(f"{type(track).__name__}: {field} is nothing that a {type(thing).__name__} has")
+    moved = {field: _interpolate_keys(getattr(track, field), k, s) for field in track._moving}
+    return dataclasses.replace(thing, **moved)
 
 
 _MOST_LIGHTS = 1_000_000
@@ -251,19 +249,7 @@ TRACKS: dict[str, type[Track]] = {kind.__name__: kind for kind in get_args(Track
 
 def as_tracks(tracks: Any) -> tuple[Track, ...]:
     """Return tracks as a tuple; one alone stands for a list of it, None for none. Raise TypeError for anything else."""
-    if isinstance(tracks, get_args(Track)):
-        return (tracks,)
-    if tracks is None:
-        return ()
-    if isinstance(tracks, (str, bytes, Mapping)) or not isinstance(tracks, Iterable):
-        raise TypeError(
-            f"Scene: animation must be a list of {', '.join(TRACKS)}, or one of them, got {describe_kind(tracks)}"
-        )
-    items = tuple(tracks)
-    for i, item in enumerate(items):
-        if not isinstance(item, get_args(Track)):
-            raise TypeError(f"Scene: animation[{i}] must be one of {', '.join(TRACKS)}, got {describe_kind(item)}")
-    return items
+    return () if tracks is None else check_list("Scene", "animation", tracks, TRACKS)
 
 
 def last_time(tracks: tuple[Track, ...]) -> float:

@@ -135,7 +135,7 @@ def _lower_whitted(scene: Any, camera: AnyCamera) -> Any:
 
 
 def _lower_transport(scene: Any, camera: AnyCamera) -> Any:
-    """Return the tables of light transport; without lights, those of lamps and background, or else of lights that fit."""
+    """Return the tables of light transport; without lights, of lamps and background, or else of lights that fit."""
     from .lights.light_tables import lower_transport
 
     def with_lights(lights: Any) -> Any:

@@ -446,15 +446,16 @@ def _operand_elements(place: ExportPlacement, prefix: str = "") -> str:
 
 def position_element(shift: Point, tag: str = "position") -> str:
     """Return the element of a shift in `LENGTH_UNIT`, or "" for no shift."""
-    if shift == ORIGIN:
-        return ""
-    x, y, z = map(format_number, shift)
-    return f'<{tag} x="{x}" y="{y}" z="{z}" unit="{LENGTH_UNIT}"/>'
+    return _vector_element(tag, shift, LENGTH_UNIT)
 
 
 def rotation_element(angles: Point, tag: str = "rotation") -> str:
     """Return the element of a rotation by angles in degrees, or "" for no rotation."""
-    if angles == ORIGIN:
+    return _vector_element(tag, angles, "deg")
+
+
+def _vector_element(tag: str, vector: Point, unit: str) -> str:
+    if vector == ORIGIN:
         return ""
-    x, y, z = map(format_number, angles)
-    return f'<{tag} x="{x}" y="{y}" z="{z}" unit="deg"/>'
+    x, y, z = map(format_number, vector)
+    return f'<{tag} x="{x}" y="{y}" z="{z}" unit="{unit}"/>'
