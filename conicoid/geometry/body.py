@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -89,7 +89,6 @@ class Body:
     name: str | None = None
     materials: Any = field(default=None, kw_only=True)
     material_index: Any = field(default=None, kw_only=True, compare=False)
-    operand_kind: ClassVar[str] = "body"  # see `Shape`
 
     def __post_init__(self) -> None:
         if not isinstance(self.shape, Shape):

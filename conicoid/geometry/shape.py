@@ -67,8 +67,6 @@ class Shape(ABC):
 
     motion: Motion = field(default=IDENTITY_MOTION, kw_only=True, repr=False)
     abstract: ClassVar[bool] = True
-    operand_kind: ClassVar[str] = "shape"
-    """For messages about operators: "shape", or "body" for a `Body`."""
     bounds_kind: ClassVar[BoundsKind] = ""
     _source: ClassVar[Any] = None
     """The element of a file that an importer made this shape of. Moved shapes keep it, and exports write it again."""

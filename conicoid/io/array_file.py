@@ -53,7 +53,6 @@ class Source(Protocol):
         The first `axes` axes of all these arrays have the same lengths, and count as one here. With axes = 0 an array
         is one row: it is read whole, and one that is too large for memory raises ValueError.
         """
-        ...
 
 
 def open_source(path: Path, names: Collection[str], columns: Sequence[str], whole: bool) -> Source:

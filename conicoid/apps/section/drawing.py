@@ -268,11 +268,9 @@ class PixelFrame(Protocol):
     @property
     def scale(self) -> tuple[float, float]:
         """Pixels per unit of length, to the right and up."""
-        ...
 
     def places(self, about: Any) -> FloatArray:
         """Return the pixel coordinates of places about the middle of the window."""
-        ...
 
 
 def svg_path(frame: PixelFrame, outline: Outline, off: float = OFF, text: Callable[[float], str] = _svg_text) -> str:
