@@ -290,6 +290,11 @@ def check_direction(owner: str, field: str, value: Any) -> Vector:
     return check_vector(owner, field, value, nonzero=True)
 
 
+def optional(check: Callable[[str, str, Any], Any]) -> Callable[[str, str, Any], Any]:
+    """Return the check of a value that may be None."""
+    return lambda owner, field, value: None if value is None else check(owner, field, value)
+
+
 def check_fields(thing: Any, **checks: Callable[[str, str, Any], Any]) -> None:
     """Check fields of a frozen dataclass in the given order, and set what each check(class, field, value) returns."""
     owner, values = type(thing).__name__, thing.__dict__

@@ -24,6 +24,7 @@ from .._util.validation import (
     check_positive,
     describe_kind,
     format_value,
+    optional,
 )
 from ..materials.coating import Coating
 from ..materials.material import Material
@@ -173,15 +174,12 @@ def _lowest(wall: ConicWall) -> ex.BigFloat:
 def _check_side(lens: Any, side: str) -> None:
     """Check the numbers of one face, and that it reaches the edge or its aperture."""
     radius, conic, aperture = f"{side}_radius", f"{side}_conic", f"{side}_aperture"
-    object.__setattr__(lens, radius, check_radius("Lens", radius, getattr(lens, radius)))
-    object.__setattr__(lens, conic, check_number("Lens", conic, getattr(lens, conic)))
-    object.__setattr__(lens, "diameter", check_positive("Lens", "diameter", lens.diameter))
-    width, field = lens.diameter, "diameter"
-    if (given := getattr(lens, aperture)) is not None:
-        field, width = aperture, check_positive("Lens", aperture, given)
-        object.__setattr__(lens, aperture, width)
-        if width > lens.diameter:
-            raise ValueError(f"Lens: {aperture} must not be over diameter = {lens.diameter:g}, got {width:g}")
+    check_fields(lens, **{radius: check_radius, conic: check_number, "diameter": check_positive})
+    check_fields(lens, **{aperture: optional(check_positive)})
+    given = getattr(lens, aperture)
+    field, width = ("diameter", lens.diameter) if given is None else (aperture, given)
+    if width > lens.diameter:
+        raise ValueError(f"Lens: {aperture} must not be over diameter = {lens.diameter:g}, got {width:g}")
     bent = getattr(lens, radius), getattr(lens, conic)
     # A smaller aperture leaves a flat ring, which is how a strongly bent lens gets a wide edge
     less = "" if given is not None else f" ({aperture} may be less)"

@@ -21,6 +21,7 @@ from .._util.validation import (
     check_positive,
     check_vector,
     format_value,
+    optional,
 )
 from ..numerics import bigfloat as ex
 from .bounds.support import corners_support
@@ -368,10 +369,14 @@ class Wedge(BetweenRectangles):
     edge_shift: float = 0.0
 
     def __post_init__(self) -> None:
-        check_fields(self, length=check_positive, width=check_positive, height=check_positive)
-        if self.edge_length is not None:
-            object.__setattr__(self, "edge_length", check_nonnegative("Wedge", "edge_length", self.edge_length))
-        object.__setattr__(self, "edge_shift", check_number("Wedge", "edge_shift", self.edge_shift))
+        check_fields(
+            self,
+            length=check_positive,
+            width=check_positive,
+            height=check_positive,
+            edge_length=optional(check_nonnegative),
+            edge_shift=check_number,
+        )
 
     @property
     def heights(self) -> tuple[Any, Any]:

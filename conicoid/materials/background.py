@@ -19,6 +19,7 @@ from .._util.validation import (
     check_vector,
     describe_kind,
     format_value,
+    optional,
     warn,
 )
 from .color import BRIGHT, BYTE, Color, bytes_hint, check_color, grey_hint, linear_rgb, look_like_bytes, srgb_decode
@@ -64,9 +65,7 @@ class Sky:
     intensity: float = 1.0
 
     def __post_init__(self) -> None:
-        check_fields(self, zenith=_light, horizon=_light, intensity=check_nonnegative)
-        if self.ground is not None:
-            check_fields(self, ground=_light)
+        check_fields(self, zenith=_light, horizon=_light, ground=optional(_light), intensity=check_nonnegative)
 
 
 def _read(path: str | os.PathLike[str]) -> Any:

@@ -25,12 +25,14 @@ from .._util.validation import (
     SMALLEST,
     as_integer,
     check_degrees,
+    check_direction,
     check_fields,
     check_nonnegative,
     check_positive,
     check_vector,
     describe_kind,
     format_value,
+    optional,
 )
 from ..materials.light import AmbientLight, DirectionalLight, Light
 from ..numerics.portable_math import sin_cos_degrees, tan_degrees
@@ -167,11 +169,14 @@ class Camera(AnyCamera):
 
     def __post_init__(self) -> None:
         _check_camera(self)
-        check_fields(self, field_of_view=check_degrees, aperture=check_nonnegative)
+        check_fields(
+            self,
+            field_of_view=check_degrees,
+            aperture=check_nonnegative,
+            focus_distance=optional(check_positive),
+        )
         if not 0 < self.field_of_view < 180:
             raise ValueError(f"Camera: field_of_view must be in (0, 180) degrees, got {self.field_of_view}")
-        if self.focus_distance is not None:
-            check_fields(self, focus_distance=check_positive)
         blades = as_integer(self.blades)
         if blades is None or not (blades == 0 or 3 <= blades <= MOST_BLADES):
             raise ValueError(
@@ -271,16 +276,14 @@ def project_points(camera: AnyCamera, points: npt.ArrayLike, width: int, height:
 @ignore_fp_errors
 def _check_camera(camera: AnyCamera) -> None:
     """Check and normalise the fields that all cameras have."""
-    owner: str = type(camera).__name__
-    position, look_at = check_vector(owner, "position", camera.position), check_vector(owner, "look_at", camera.look_at)
-    up = check_vector(owner, "up", camera.up, nonzero=True)
+    check_fields(camera, position=check_vector, look_at=check_vector, up=check_direction)
+    position, look_at = camera.position, camera.look_at
     if position == look_at:
-        raise ValueError(f"{owner}: look_at must differ from position, got {position} for both")
+        raise ValueError(f"{type(camera).__name__}: look_at must differ from position, got {position} for both")
     forward = np.subtract(look_at, position)
-    if _are_along(forward, up):  # a plan view: `up` cannot be along it
+    if _are_along(forward, camera.up):  # a plan view: `up` cannot be along it
         up = (0.0, 0.0, 1.0) if _are_along(forward, (0.0, 1.0, 0.0)) else (0.0, 1.0, 0.0)
-    for field, value in (("position", position), ("look_at", look_at), ("up", up)):
-        object.__setattr__(camera, field, value)
+        object.__setattr__(camera, "up", up)
 
 
 def _are_along(a: FloatArray, b: Vector) -> bool:
