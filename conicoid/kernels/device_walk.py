@@ -207,7 +207,7 @@ def may_meet_ball(ball: SphereRecord, ray: Ray, grid: RayGrid, inverse: float, l
     if inside < 0.0:
         return False
     half = math.sqrt(inside * inverse)
-    return not (foot - half > last or foot + half < ray.t_min)  # NaN counts as met
+    return not (foot - half > last or foot + half < ray.t_min)  # NaN counts as a hit
 
 
 @inline

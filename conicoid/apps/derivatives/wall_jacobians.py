@@ -102,9 +102,6 @@ class Dual(BigFloat, Symbol):
         # The difference is false only if its value and all its derivatives are zero.
         return not (self - other)
 
-    def __ne__(self, other: object) -> bool:
-        return not self == other
-
     def __lt__(self, other: Any) -> bool:
         return _compare_values(operator.lt, self, other)
 
