@@ -55,9 +55,9 @@ class Dispersion:
                     f"{self._label}: wavelength must be in [{low:g}, {high:g}] μm, where its index was measured, "
                     f"got {bad.flat[0]:g}{_other_unit(bad.flat[0])}"
                 )
-        return np.asarray(self._of(w))[()]
+        return np.asarray(self._index_at(w))[()]
 
-    def _of(self, w: Any) -> Any:
+    def _index_at(self, w: Any) -> Any:
         """Return the index at checked wavelengths."""
         raise NotImplementedError
 
@@ -124,7 +124,7 @@ class Sellmeier(Dispersion):
             raise ValueError(f"Sellmeier: b and c must be as many, got {len(b)} and {len(c)}")
         self._keep(b=b, c=c, a=check_number("Sellmeier", "a", self.a))
 
-    def _of(self, w: Any) -> Any:
+    def _index_at(self, w: Any) -> Any:
         square = w * w
         return np.sqrt(1 + self.a + sum(b * square / (square - c) for b, c in zip(self.b, self.c, strict=True)))
 
@@ -149,7 +149,7 @@ class Cauchy(Dispersion):
     def __post_init__(self) -> None:
         self._keep(coefficients=check_row("Cauchy", "coefficients", self.coefficients))
 
-    def _of(self, w: Any) -> Any:
+    def _index_at(self, w: Any) -> Any:
         return sum(c / w ** (2 * k) for k, c in enumerate(self.coefficients))
 
 
@@ -173,7 +173,7 @@ class Schott(Dispersion):
     def __post_init__(self) -> None:
         self._keep(coefficients=check_row("Schott", "coefficients", self.coefficients, 6))
 
-    def _of(self, w: Any) -> Any:
+    def _index_at(self, w: Any) -> Any:
         first, second, *rest = self.coefficients
         return np.sqrt(first + second * w * w + sum(c / w ** (2 * k) for k, c in enumerate(rest, 1)))
 
@@ -202,7 +202,7 @@ class Edlen(Dispersion):
             raise ValueError(f"Edlen: k and b must be as many, got {len(k)} and {len(b)}")
         self._keep(k=k, b=b)
 
-    def _of(self, w: Any) -> Any:
+    def _index_at(self, w: Any) -> Any:
         return 1 + sum(k / (b - 1 / (w * w)) for k, b in zip(self.k, self.b, strict=True))
 
 
@@ -249,7 +249,7 @@ class Tabulated(Dispersion):
         """The first wavelength and the last; None for a single one."""
         return (self.wavelengths[0], self.wavelengths[-1]) if len(self.wavelengths) > 1 else None
 
-    def _of(self, w: Any) -> Any:
+    def _index_at(self, w: Any) -> Any:
         n = np.interp(w, self.wavelengths, self.n)
         return n if self.k is None else n + 1j * np.interp(w, self.wavelengths, self.k)
 
@@ -280,7 +280,7 @@ class CatalogueFormula(Dispersion):
             raise ValueError(f"CatalogueFormula: number must be one of {', '.join(map(str, CATALOGUE_FORMULAS))}")
         self._keep(coefficients=check_row("CatalogueFormula", "coefficients", self.coefficients))
 
-    def _of(self, w: Any) -> Any:
+    def _index_at(self, w: Any) -> Any:
         return CATALOGUE_FORMULAS[self.number](w, (*self.coefficients, *[0.0] * 10))
 
 

@@ -160,13 +160,13 @@ class Outline:
         turn = math.pi / 4 if self.kind == "ellipse" else 1.0
         pieces = 1 if self.kind in ("line", "parabola") else max(1, math.ceil((self._stop - self._begin) / turn))
         for _ in range(_DEEPEST):
-            cubics = self._with(pieces)
+            cubics = self._tangent_cubics(pieces)
             if self.kind in ("line", "parabola") or self._off(cubics) <= off:
                 break
             pieces *= 2
         return cubics
 
-    def _with(self, pieces: int) -> FloatArray:
+    def _tangent_cubics(self, pieces: int) -> FloatArray:
         """Return Béziers that are tangent to the curve at their ends, and meet it in the middle.
 
         For an ellipse their handles are k = 4/3 tan(h/4) times the velocity by the angle; h is the angle of a piece.
@@ -514,7 +514,7 @@ class OutlineCutter:
             return cached[surface]
 
         # On one side of the curve its own surfaces have the sign of their slope across it; on the other, the opposite.
-        def beside(turn: float) -> Callable[[int], Any]:
+        def signs_of_side(turn: float) -> Callable[[int], Any]:
             def signs(surface: int) -> Any:
                 if surface in wall.surfaces:
                     return turn * np.sign((form_gradient(self.floats[surface], places) * left).sum(axis=1))
@@ -528,7 +528,7 @@ class OutlineCutter:
             others = bodies_at(self.scene, self.window.in_space(places))
             neighbours = [[int(body) for body in others[i] if int(body) not in wall.owners] for i in range(count)]
         sides_of_pieces: list[Any] = []
-        side_masks = [self._bodies_at_wall(wall, beside(turn), count) for turn in (1.0, -1.0)]
+        side_masks = [self._bodies_at_wall(wall, signs_of_side(turn), count) for turn in (1.0, -1.0)]
         sheets = self._sheets(wall, t, sign_of)
         for i in range(count):
             one, other = (sorted([*neighbours[i], *(body for body, mask in side if mask[i])]) for side in side_masks)
