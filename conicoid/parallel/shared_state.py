@@ -43,6 +43,9 @@ def source_version() -> str:
 
 # Files of prepared scenes. Processes map them: opening takes no time, and a machine holds one copy in memory.
 #
+# The user is who sends a scene of thousands of bodies to many processes. For 10,000 Booleans of two leaves a worker
+# starts with 18 ms of processor time instead of 0.56 s, and a machine holds 19 MB once (2026-11-28, AMD EPYC).
+#
 # A file has a head (JSON), pickles, and the numbers of all tables. Each table keeps its offset within a line of
 # memory. The mapping is private: writes would go into a copy. The bodies themselves are a separate pickle that is
 # read on first use, as few queries need them.
