@@ -704,4 +704,4 @@ def test_repr_of_traces():
     lens = co.optics.prescription([(50, 5, 1.5, 20), (-50, None)], aperture=5)
     rays = co.optics.beam(lens, pupil=[(0, 0), (0, 1)])
     assert repr(co.optics.trace(lens, rays)) == "Trace(2 of 2 rays arrived, 2 surfaces)"
-    assert repr(co.optics.follow(lens.scene, rays)) == "RayPaths(2 of 2 rays left, 2 walls met at most)"
+    assert repr(co.optics.follow(lens.scene, rays)) == "RayPaths(2 of 2 rays left, 2 walls at most)"

@@ -130,7 +130,7 @@ class _NoAddressCodegen:
         return getattr(self._actual, name)
 
     def set_env(self, name: str, environment: Any) -> None:
-        del name, environment
+        """Keep no environment: the code has no address to put it at."""
 
 
 class _InnerLibrary(codegen.JITCodeLibrary):
@@ -152,7 +152,6 @@ class _InnerLibrary(codegen.JITCodeLibrary):
         return whole
 
     def get_pointer_to_function(self, name: str) -> int:
-        del name
         return 0
 
     @property

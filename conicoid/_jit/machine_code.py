@@ -143,8 +143,7 @@ def single_call(kernel: str, arguments: Any, inputs: Any, outputs: Any, most: in
     It takes the numbers that stand for the arrays `inputs` of the kernel's arguments, and returns their bytes, the
     numbers in the arrays `outputs`, and the kernel's result (native/single.h); None for anything but plain numbers.
     """
-    call: Callable[..., Any] = SHIPPED.single(kernel, arguments, inputs, outputs, SMALLEST, LARGEST, most)
-    return call
+    return SHIPPED.single(kernel, arguments, inputs, outputs, SMALLEST, LARGEST, most)
 
 
 _LARGE = 1 << 18

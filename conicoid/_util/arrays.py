@@ -97,8 +97,7 @@ def is_member_sorted(numbers: npt.NDArray[Any], ordered: npt.NDArray[Any]) -> np
     if not len(ordered):
         return np.zeros(numbers.shape, bool)
     place = np.searchsorted(ordered, numbers)
-    is_member: npt.NDArray[np.bool_] = ordered[np.minimum(place, len(ordered) - 1)] == numbers
-    return is_member
+    return ordered[np.minimum(place, len(ordered) - 1)] == numbers
 
 
 def _starts_run(ordered: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:

@@ -75,7 +75,7 @@ def create_partial(final: Path, suffix: str, folder: bool = False) -> tuple[Path
             if _lock(lock, partial, otherwise=True) or partial == last:
                 break
             os.close(lock)
-    if os.name != "posix":  # others do not rename what is open
+    if os.name != "posix":  # other systems do not rename an open file
         os.close(lock)
         lock = -1
     return partial, lock

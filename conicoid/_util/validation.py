@@ -14,7 +14,7 @@ import math
 import os
 import sys
 import warnings
-from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 from contextvars import ContextVar
 from typing import Any, Final
 
@@ -285,6 +285,23 @@ def check_vectors(owner: str, field: str, value: Any, minimum: int) -> tuple[Vec
     return points
 
 
+def check_direction(owner: str, field: str, value: Any) -> Vector:
+    """Return `value` as three finite floats, not all zero."""
+    return check_vector(owner, field, value, nonzero=True)
+
+
+def optional(check: Callable[[str, str, Any], Any]) -> Callable[[str, str, Any], Any]:
+    """Return the check of a value that may be None."""
+    return lambda owner, field, value: None if value is None else check(owner, field, value)
+
+
+def check_fields(thing: Any, **checks: Callable[[str, str, Any], Any]) -> None:
+    """Check fields of a frozen dataclass in the given order, and set what each check(class, field, value) returns."""
+    owner, values = type(thing).__name__, thing.__dict__
+    for field, check in checks.items():
+        values[field] = check(owner, field, values[field])
+
+
 def check_matrix4(owner: str, field: str, value: Any) -> Matrix4:
     """Return `value` as a 4 × 4 tuple of rows of finite floats."""
     rows = _items(value)
@@ -325,6 +342,20 @@ def check_npz_path(owner: str, what: str, value: Any) -> str | os.PathLike[str]:
         hint = "; a table of conicoid trace is read by np.genfromtxt(path, delimiter=',', names=True)" if table else ""
         raise ValueError(f"{owner}: path of {what} must end with .npz, got {format_value(os.fspath(file))}{hint}")
     return file
+
+
+def check_list(owner: str, field: str, values: Any, kinds: Mapping[str, type]) -> tuple[Any, ...]:
+    """Return values of some kinds, by name, as a tuple; a single value stands for a list of it. Raise TypeError."""
+    if isinstance(values, tuple(kinds.values())):
+        return (values,)
+    names = ", ".join(kinds)
+    if isinstance(values, (str, bytes, Mapping)) or not isinstance(values, Iterable):
+        raise TypeError(f"{owner}: {field} must be a list of {names}, or one of them, got {describe_kind(values)}")
+    items = tuple(values)
+    for i, item in enumerate(items):
+        if not isinstance(item, tuple(kinds.values())):
+            raise TypeError(f"{owner}: {field}[{i}] must be one of {names}, got {describe_kind(item)}")
+    return items
 
 
 # --- Arrays
@@ -488,12 +519,12 @@ def check_degrees(owner: str, field: str, value: Any) -> float:
     return angle
 
 
-def check_angle_range(owner: str, start_angle: Any, end_angle: Any) -> tuple[float, float]:
-    """Return two angles as floats, counter-clockwise from the first: their difference is in (0, 360]."""
-    first, last = check_degrees(owner, "start_angle", start_angle), check_degrees(owner, "end_angle", end_angle)
+def check_angle_range(thing: Any) -> None:
+    """Check the fields start_angle and end_angle, counter-clockwise in degrees: their difference is in (0, 360]."""
+    check_fields(thing, start_angle=check_degrees, end_angle=check_degrees)
+    first, last, owner = thing.start_angle, thing.end_angle, type(thing).__name__
     if not 0 < last - first <= 360:
         raise ValueError(f"{owner}: end_angle - start_angle must be in (0, 360], got {last} - {first} = {last - first}")
-    return first, last
 
 
 def warn_of_radians(owner: str, field: str, values: Any) -> None:

@@ -1,1 +1,1 @@
-"""The command line: what it prints, asks and refuses, and how its processes end."""
+"""The command line: its commands, options, output and exit codes."""

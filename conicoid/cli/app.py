@@ -220,7 +220,7 @@ def trace(
             executor_of("trace", workers, cluster, slurm) as executor,
             write_output(output, ".csv") as target,
         ):
-            # What the parts depend on, beside the scene
+            # The parts depend on this too, beside the scene
             key = f"{file_state(rays)} {t_min} {t_max}" if parts else None
             writer = result_writer(loaded, query, target, {}, errors=errors, key=key, resume=resume)
             size = (chunk or CHUNK) if parts else PIECE

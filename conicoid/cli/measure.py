@@ -237,7 +237,7 @@ def explain(
         prepare(loaded)
         limits = {name: value for name, value in (("t_min", t_min), ("t_max", t_max)) if value is not None}
         try:
-            explanation = loaded.explain(ray[:3], ray[3:], body=_which(body, loaded), **limits)
+            explanation = loaded.explain(ray[:3], ray[3:], body=_body_number(body, loaded), **limits)
         except LookupError as error:
             raise ValueError(f"explain: {error.args[0]}") from None
         if html is not None:
@@ -246,7 +246,7 @@ def explain(
         typer.echo(explanation.text, nl=False)
 
 
-def _which(body: str | None, scene: object) -> str | int | None:
+def _body_number(body: str | None, scene: object) -> str | int | None:
     """Return the number of a body if the text is a number and no name."""
     # A name of digits alone wins over the number
     if body is None or body in scene or not body.isdecimal():  # type: ignore[operator]

@@ -443,18 +443,11 @@ def slice_scene(
             if origin is None or u is None or v is None:
                 cut = loaded.slice(axis, at, pixels=pixels, progress=bar)
             else:
-                corner_at, right, up = _vector("--origin", origin), _vector("--u", u), _vector("--v", v)
+                corner_at, right, up = (
+                    _point(context, f"--{name}", text) for name, text in (("origin", origin), ("u", u), ("v", v))
+                )
                 cut = loaded.slice(origin=corner_at, u=right, v=up, pixels=pixels, progress=bar)
         with write_output(output, ".svg") as file:
             cut.save(file, by, outlines=outlines, legend=legend, problems=problems)
         pieces = f", {len(cut.outlines)} outlines" if outlines else ""
         show_message(f"{name_of(output)}: {cut.body.shape[1]} x {cut.body.shape[0]} pixels{pieces}")
-
-
-def _vector(option: str, text: str) -> tuple[float, ...]:
-    """Return X,Y,Z as three numbers."""
-    try:
-        x, y, z = (float(part) for part in text.split(","))
-    except ValueError:
-        raise ValueError(f"slice: {option} must be three numbers X,Y,Z, got {text[:80]!r}") from None
-    return x, y, z

@@ -1,4 +1,4 @@
-"""How the command line ends and what it prints: exit codes, messages, progress, tables, and safe standard streams.
+"""Output and end of the command line: exit codes, messages, progress, tables, and safe standard streams.
 
 Results go to stdout, everything else to stderr, progress only to a terminal.
 """

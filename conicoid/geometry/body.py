@@ -5,13 +5,13 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .._util.arrays import VectorLike
-from .._util.text import unknown_attribute
+from .._util.text import html_table, unknown_attribute
 from .._util.validation import describe_kind, format_value, real_array
 from .._util.value_objects import restore_state
 from ..materials.material import Material
@@ -89,7 +89,6 @@ class Body:
     name: str | None = None
     materials: Any = field(default=None, kw_only=True)
     material_index: Any = field(default=None, kw_only=True, compare=False)
-    operand_kind: ClassVar[str] = "body"  # see `Shape`
 
     def __post_init__(self) -> None:
         if not isinstance(self.shape, Shape):
@@ -105,8 +104,7 @@ class Body:
                 found = describe_kind(self.shape)
                 raise TypeError(f"Body: materials are for many bodies in one entry, such as Spheres, got {found}")
             materials, index = check_materials(len(self.shape), self.material, self.materials, self.material_index)
-            object.__setattr__(self, "materials", materials)
-            object.__setattr__(self, "material_index", index)
+            vars(self).update(materials=materials, material_index=index)
         if self.name is not None and (not isinstance(self.name, str) or not self.name):
             raise ValueError(f"Body: name must be a non-empty text or None, got {format_value(self.name)}")
 
@@ -167,8 +165,6 @@ def _name_hint(body: Body) -> str:
 
 def bodies_table(bodies: Sequence[Body]) -> str:
     """Return the table of entries that a notebook shows."""
-    from .._util.text import html_table
-
     rows = (
         (number, body.name, type(body.shape).__name__, getattr(body.material, "name", None) or body.material)
         for number, body in enumerate(bodies)

@@ -6,9 +6,10 @@ Solids: cylinders, capsules, cones, ellipsoids and boxes. Sheets: discs and tria
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
+import numpy.typing as npt
 
 from .._util.arrays import FloatArray, matmul_rows
 from .._util.validation import real_array
@@ -17,9 +18,6 @@ from .primitives import Box, Cone, Cylinder, Sphere
 from .quadrics import Ellipsoid
 from .shape import Sheet, Solid, Union
 from .sheets import CLEAR_AREA, Disc, Triangle
-
-if TYPE_CHECKING:
-    import numpy.typing as npt
 
 _START, _END = ("start x", "start y", "start z"), ("end x", "end y", "end z")
 
@@ -65,9 +63,7 @@ class Capsules(Bulk, Solid):
     columns: ClassVar = {"starts": _START, "ends": _END, "radii": ("radius",)}
     leaves: ClassVar = (("starts", "ends", "radii", 0.0, 360.0), ("radii", "starts"), ("radii", "ends"))
 
-    def check_rows(self) -> None:
-        self.refuse("radii", self.radii <= 0, "> 0")
-        self.refuse("ends", (self.starts == self.ends).all(axis=1), "another point than its start")
+    check_rows = Cylinders.check_rows
 
     def single(self, index: int) -> Union:
         start, end, radius = (self.row(index, name) for name in self.columns)

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from .._util.arrays import FloatArray, Vector, ignore_fp_errors
-from .._util.validation import check_nonnegative, check_number, check_positive, format_value
+from .._util.validation import check_fields, check_nonnegative, check_number, check_positive, format_value
 from ..numerics import bigfloat as ex
 from ..numerics.portable_math import hypot, is_finite
 from .bounds.support import elliptic_support, elliptic_supports, plane_lengths, raised_sums, round_up, sum_up
@@ -383,11 +383,7 @@ class ConicSheet(ConicEnds, PrimitiveSheet):
 def check_conic(shape: Conic | ConicSheet) -> None:
     """Check the three numbers of a conic and set the checked values."""
     owner = type(shape).__name__
-    object.__setattr__(
-        shape, "radius_of_curvature", check_radius(owner, "radius_of_curvature", shape.radius_of_curvature)
-    )
-    object.__setattr__(shape, "conic_constant", check_number(owner, "conic_constant", shape.conic_constant))
-    object.__setattr__(shape, "aperture", check_positive(owner, "aperture", shape.aperture))
+    check_fields(shape, radius_of_curvature=check_radius, conic_constant=check_number, aperture=check_positive)
     check_reach(
         owner,
         "aperture",
@@ -422,8 +418,7 @@ class Stop(PrimitiveSheet):
     diameter: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "aperture", check_positive("Stop", "aperture", self.aperture))
-        object.__setattr__(self, "diameter", check_positive("Stop", "diameter", self.diameter))
+        check_fields(self, aperture=check_positive, diameter=check_positive)
         if not self.aperture < self.diameter:
             raise ValueError(f"Stop: aperture must be below diameter = {self.diameter:g}, got {self.aperture:g}")
 

@@ -411,8 +411,7 @@ def _cut(corners: FloatArray, heights: FloatArray) -> FloatArray:
     points, kept = np.empty((2 * len(corners), 3)), np.empty(2 * len(corners), bool)
     points[::2], kept[::2], kept[1::2] = corners, inside, cut
     points[1::2] = corners + share * (np.concatenate([corners[1:], corners[:1]]) - corners)
-    clipped: FloatArray = points[kept]
-    return clipped
+    return points[kept]
 
 
 def _is_wide(corners: FloatArray) -> bool:

@@ -290,7 +290,7 @@ def one_entry(bodies: Bodies, firsts: Callable[[], Any], which: Any, owner: str,
         except KeyError as error:
             if field != "before":
                 raise
-            hint = "before says what the items come before; a material is their own, Body(shape, material)"
+            hint = "before is the entry that follows the items; a material is their own, Body(shape, material)"
             raise KeyError(f"{error.args[0]}; {hint}") from None
     if as_index(which) is None:
         raise TypeError(

@@ -226,8 +226,7 @@ def _turn(a: int, b: int, c: int, d: int) -> FloatArray:
         [2 * (b * c + a * d), a * a - b * b + c * c - d * d, 2 * (c * d - a * b)],
         [2 * (b * d - a * c), 2 * (c * d + a * b), a * a - b * b - c * c + d * d],
     ]
-    turn: FloatArray = np.array(rows) / (a * a + b * b + c * c + d * d)
-    return turn
+    return np.array(rows) / (a * a + b * b + c * c + d * d)
 
 
 _SHARES = 3, 4, 5

@@ -238,14 +238,14 @@ class EditedInstances(InstanceList):
     def index(self, value: Any, start: int = 0, stop: int = 2**62) -> int:
         """Return the number of a body, as `InstanceList.index` does; the body may have no name."""
         if isinstance(value, Body) and value.name is None:
-            sources = [source for source in self._sources.get(None, ()) if self._of(source) == value]
+            sources = [source for source in self._sources.get(None, ()) if self._body_of(source) == value]
             places = np.flatnonzero(np.isin(self.origins.numbers, sources))
             places = places[(places >= start) & (places < stop)]
             if len(places):
                 return int(places[0])
         return super().index(value, start, stop)
 
-    def _of(self, source: int) -> Body:
+    def _body_of(self, source: int) -> Body:
         """Return the body of a number of `InstanceOrigins.numbers`."""
         if source < 0:
             return self.origins.own[-1 - source]
@@ -294,7 +294,7 @@ class EditedInstances(InstanceList):
         )
 
     def _body(self, number: int) -> Body:
-        return self._of(int(self.origins.numbers[number]))
+        return self._body_of(int(self.origins.numbers[number]))
 
 
 def collect_instances(bodies: Sequence[Body]) -> InstanceList | None:

@@ -92,7 +92,6 @@ class InstanceList(Sequence[Body], ABC):
 
     def motion(self, kind: int) -> Motion:
         """Return the motion of a kind after the shift, which the shapes of `shape_at` have."""
-        del kind
         return IDENTITY_MOTION
 
     def unrotated_shape(self, kind: int, shift: Shift) -> Solid:

@@ -238,7 +238,6 @@ class InstanceLabels(Labels):
 
     def kinds(self, count: int) -> npt.NDArray[np.int8]:
         """Return for each body 0 if it is opaque, 1 for a transparent solid, 2 for a transparent sheet."""
-        del count
         materials = zip(self.bodies.materials, self.bodies.solid, strict=True)
         kinds = np.array([is_clear(material) * (1 if solid else 2) for material, solid in materials], np.int8)
         return kinds[self.bodies.looks]

@@ -17,7 +17,15 @@ from typing import Any
 import numpy as np
 
 from .._util.arrays import Vector
-from .._util.validation import check_nonnegative, check_number, check_positive, describe_kind, format_value
+from .._util.validation import (
+    check_fields,
+    check_nonnegative,
+    check_number,
+    check_positive,
+    describe_kind,
+    format_value,
+    optional,
+)
 from ..materials.coating import Coating
 from ..materials.material import Material
 from ..materials.presets import glass
@@ -57,7 +65,7 @@ class Lens(ConicEnds, PrimitiveSolid):
     def __post_init__(self) -> None:
         for side in ("front", "back"):
             _check_side(self, side)
-        object.__setattr__(self, "thickness", check_positive("Lens", "thickness", self.thickness))
+        check_fields(self, thickness=check_positive)
         _check_glass(self)
 
     @cached_property
@@ -99,14 +107,16 @@ class Mirror(ConicEnds, PrimitiveSolid):
     hole: float = 0.0
 
     def __post_init__(self) -> None:
-        radius = check_radius("Mirror", "radius_of_curvature", self.radius_of_curvature)
-        object.__setattr__(self, "radius_of_curvature", radius)
-        object.__setattr__(self, "conic_constant", check_number("Mirror", "conic_constant", self.conic_constant))
-        object.__setattr__(self, "diameter", check_positive("Mirror", "diameter", self.diameter))
-        object.__setattr__(self, "thickness", check_number("Mirror", "thickness", self.thickness))
-        object.__setattr__(self, "hole", check_nonnegative("Mirror", "hole", self.hole))
+        check_fields(
+            self,
+            radius_of_curvature=check_radius,
+            conic_constant=check_number,
+            diameter=check_positive,
+            thickness=check_number,
+            hole=check_nonnegative,
+        )
         names = "radius_of_curvature and conic_constant give"
-        check_reach("Mirror", "diameter", radius, self.conic_constant, self.diameter, names)
+        check_reach("Mirror", "diameter", self.radius_of_curvature, self.conic_constant, self.diameter, names)
         if not self.hole < self.diameter:
             raise ValueError(f"Mirror: hole must be below diameter = {self.diameter:g}, got {self.hole:g}")
         _check_substrate(self)
@@ -164,15 +174,12 @@ def _lowest(wall: ConicWall) -> ex.BigFloat:
 def _check_side(lens: Any, side: str) -> None:
     """Check the numbers of one face, and that it reaches the edge or its aperture."""
     radius, conic, aperture = f"{side}_radius", f"{side}_conic", f"{side}_aperture"
-    object.__setattr__(lens, radius, check_radius("Lens", radius, getattr(lens, radius)))
-    object.__setattr__(lens, conic, check_number("Lens", conic, getattr(lens, conic)))
-    object.__setattr__(lens, "diameter", check_positive("Lens", "diameter", lens.diameter))
-    width, field = lens.diameter, "diameter"
-    if (given := getattr(lens, aperture)) is not None:
-        field, width = aperture, check_positive("Lens", aperture, given)
-        object.__setattr__(lens, aperture, width)
-        if width > lens.diameter:
-            raise ValueError(f"Lens: {aperture} must not be over diameter = {lens.diameter:g}, got {width:g}")
+    check_fields(lens, **{radius: check_radius, conic: check_number, "diameter": check_positive})
+    check_fields(lens, **{aperture: optional(check_positive)})
+    given = getattr(lens, aperture)
+    field, width = ("diameter", lens.diameter) if given is None else (aperture, given)
+    if width > lens.diameter:
+        raise ValueError(f"Lens: {aperture} must not be over diameter = {lens.diameter:g}, got {width:g}")
     bent = getattr(lens, radius), getattr(lens, conic)
     # A smaller aperture leaves a flat ring, which is how a strongly bent lens gets a wide edge
     less = "" if given is not None else f" ({aperture} may be less)"
@@ -275,9 +282,11 @@ class LensGroup:
         radii = _check_row("radii", self.radii, n + 1)
         object.__setattr__(self, "radii", tuple(check_number("LensGroup", "radii", r, finite=False) for r in radii))
         conics = (0.0,) * (n + 1) if self.conics is None else _check_row("conics", self.conics, n + 1)
-        object.__setattr__(self, "conics", tuple(check_number("LensGroup", "conics", k) for k in conics))
-        object.__setattr__(self, "diameter", check_positive("LensGroup", "diameter", self.diameter))
-        object.__setattr__(self, "materials", tuple(map(_material, _check_row("materials", self.materials, n))))
+        vars(self).update(
+            conics=tuple(check_number("LensGroup", "conics", k) for k in conics),
+            diameter=check_positive("LensGroup", "diameter", self.diameter),
+            materials=tuple(map(_material, _check_row("materials", self.materials, n))),
+        )
         if self.names is not None:
             names = _check_row("names", self.names, n)
             if not all(isinstance(name, str) and name for name in names):
@@ -429,8 +438,7 @@ class Prism(FlatGlass):
         object.__setattr__(self, "apex_angle", check_number("Prism", "apex_angle", self.apex_angle))
         if not 0 < self.apex_angle < 180:
             raise ValueError(f"Prism: apex_angle must be between 0 and 180 degrees, got {self.apex_angle:g}")
-        object.__setattr__(self, "side", check_positive("Prism", "side", self.side))
-        object.__setattr__(self, "length", check_positive("Prism", "length", self.length))
+        check_fields(self, side=check_positive, length=check_positive)
 
     def _sizes(self) -> tuple[ex.BigFloat, ex.BigFloat, ex.BigFloat, ex.BigFloat]:
         """Return (sine and cosine of half the apex angle, half the height, half the base)."""
@@ -470,8 +478,7 @@ class PentaPrism(FlatGlass):
     length: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "side", check_positive("PentaPrism", "side", self.side))
-        object.__setattr__(self, "length", check_positive("PentaPrism", "length", self.length))
+        check_fields(self, side=check_positive, length=check_positive)
 
     def planes(self) -> list[PlaneSurface]:
         a, root, end = ex.exact(self.side), ex.sqrt(ex.exact(2.0)), self.length / 2
@@ -505,7 +512,7 @@ class CornerCube(FlatGlass):
     height: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "height", check_positive("CornerCube", "height", self.height))
+        check_fields(self, height=check_positive)
 
     def planes(self) -> list[PlaneSurface]:
         root, top = ex.sqrt(ex.exact(2.0)), (0.0, 0.0, self.height)

@@ -56,8 +56,7 @@ class Polyhedron(PrimitiveSolid):
         normals = check_vectors("Polyhedron", "normals", self.normals, 1)
         for i, normal in enumerate(normals):
             check_vector("Polyhedron", f"normals[{i}]", normal, nonzero=True)
-        object.__setattr__(self, "normals", normals)
-        object.__setattr__(self, "offsets", check_numbers("Polyhedron", "offsets", self.offsets, len(normals)))
+        vars(self).update(normals=normals, offsets=check_numbers("Polyhedron", "offsets", self.offsets, len(normals)))
 
     @cached_property
     def _rows(self) -> list[list[int]]:
@@ -101,8 +100,7 @@ class Polyhedron(PrimitiveSolid):
             return None
         slack = rows[:, 3] - rows[:, :3] @ point
         size = float(np.abs(point).max() + np.abs(rows[:, 3]).max())
-        near: list[int] = np.flatnonzero(slack <= _SURELY_INSIDE * size).tolist()
-        return near
+        return np.flatnonzero(slack <= _SURELY_INSIDE * size).tolist()
 
     @property
     def near(self) -> Vector:
@@ -410,7 +408,7 @@ class FlatWall(HalfOfSpace, abstract=True):
 
 @dataclass(frozen=True)
 class CornerHull(PrimitiveSolid, abstract=True):
-    """What bounds a flat solid, without faces: boxes and frames of many are computed together."""
+    """The corners of a flat solid without its faces: boxes and frames of many are computed together."""
 
     if TYPE_CHECKING:
         solid: ClassVar[FlatSolid]
@@ -457,8 +455,7 @@ class Mesh(FlatSolid):
 
     def __post_init__(self) -> None:
         vertices = check_vectors("Mesh", "vertices", self.vertices, 4)
-        object.__setattr__(self, "vertices", vertices)
-        object.__setattr__(self, "faces", _check_faces(self.faces, len(vertices)))
+        vars(self).update(vertices=vertices, faces=_check_faces(self.faces, len(vertices)))
         _check_closed(vertices, self.faces)
         object.__setattr__(self, "_parts", _decompose_faces(*self._boundary()))
 

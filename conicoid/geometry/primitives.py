@@ -12,7 +12,15 @@ from operator import sub
 from typing import Any, ClassVar
 
 from .._util.arrays import BoxEnds, Vector, VectorLike
-from .._util.validation import check_angle_range, check_nonnegative, check_number, check_positive, check_vector
+from .._util.validation import (
+    check_angle_range,
+    check_direction,
+    check_fields,
+    check_nonnegative,
+    check_number,
+    check_positive,
+    check_vector,
+)
 from ..numerics import bigfloat as ex
 from ..numerics.portable_math import hypot, negative_indicator, portable_max, select_if_several, sin_cos_degrees
 from .bounds.intersection import BoundingSurfaces, BoundsKind, orient_surface
@@ -36,8 +44,7 @@ class Sphere(PrimitiveSolid):
     bounds_kind: ClassVar[BoundsKind] = "ball"
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", check_positive("Sphere", "radius", self.radius))
-        object.__setattr__(self, "center", check_vector("Sphere", "center", self.center))
+        check_fields(self, radius=check_positive, center=check_vector)
 
     @property
     def placement(self) -> Motion:
@@ -46,16 +53,11 @@ class Sphere(PrimitiveSolid):
     def tree(self) -> Cell:
         r = self.radius
         # Squared exactly: two balls of one radius and place are one surface, however they were made
-        surface = QuadricSurface(squares=(1.0, 1.0, 1.0), constant=_square_exact(r))
+        surface = QuadricSurface(squares=(1.0, 1.0, 1.0), constant=ex.rational(r) ** 2)
         return Cell((Face(surface, 0, cylindrical_uv(-r, r)),))
 
     def support(self, direction: Vector) -> float:
         return self.radius * hypot(*direction)
-
-
-def _square_exact(x: float) -> object:
-    """Return x² without rounding."""
-    return ex.rational(x) ** 2
 
 
 def _refuse_lone_corner(kind: type[Box]) -> type[Box]:
@@ -88,12 +90,11 @@ class Box(PrimitiveSolid):
     bounds_kind: ClassVar[BoundsKind] = "box"
 
     def __post_init__(self) -> None:
-        low, high = check_vector("Box", "low", self.low), check_vector("Box", "high", self.high)
+        check_fields(self, low=check_vector, high=check_vector)
+        low, high = self.low, self.high
         for i in range(3):
             if not low[i] < high[i]:
                 raise ValueError(f"Box: high[{i}] must be > low[{i}] = {low[i]}, got {high[i]}")
-        object.__setattr__(self, "low", low)
-        object.__setattr__(self, "high", high)
 
     def tree(self) -> Cell:
         faces, edges = [], [b - a for a, b in zip(self.low, self.high, strict=True)]
@@ -128,8 +129,7 @@ class HalfSpace(PrimitiveSolid):
     bounds_kind: ClassVar[BoundsKind] = "half_space"
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "normal", check_vector("HalfSpace", "normal", self.normal, nonzero=True))
-        object.__setattr__(self, "offset", check_number("HalfSpace", "offset", self.offset))
+        check_fields(self, normal=check_direction, offset=check_number)
 
     @property
     def surface(self) -> PlaneSurface:
@@ -226,9 +226,7 @@ class Cylinder(PrimitiveSolid):
 
     def __post_init__(self) -> None:
         owner = type(self).__name__
-        object.__setattr__(self, "start", check_vector(owner, "start", self.start))
-        object.__setattr__(self, "end", check_vector(owner, "end", self.end))
-        object.__setattr__(self, "radius", check_positive(owner, "radius", self.radius))
+        check_fields(self, start=check_vector, end=check_vector, radius=check_positive)
         check_axis(owner, self.start, self.end)
         check_angles(self, owner)
 
@@ -257,22 +255,18 @@ def check_angles(shape: Any, owner: str) -> None:
 
     Raise ValueError if angles have no reference, or if the reference is on the axis.
     """
-    first, last = check_angle_range(owner, shape.start_angle, shape.end_angle)
-    reference = shape.reference
-    if reference is not None:
-        reference = check_vector(owner, "reference", reference)
-        axis, towards = axis_vector(shape.start, shape.end), axis_vector(shape.start, reference)
+    check_angle_range(shape)
+    if shape.reference is not None:
+        check_fields(shape, reference=check_vector)
+        axis, towards = axis_vector(shape.start, shape.end), axis_vector(shape.start, shape.reference)
         # Exactly: a reference that is only nearly on the axis still has a direction
         if not any(ex.cross(axis, towards)):
-            raise ValueError(f"{owner}: reference must lie off the axis, got {reference}")
+            raise ValueError(f"{owner}: reference must lie off the axis, got {shape.reference}")
     # Where angle 0 points would otherwise depend on the axis, and jump when that turns
-    elif last - first < 360:
-        two = first != 0 and last == 360 and hasattr(shape, "radius")
+    elif shape.end_angle - shape.start_angle < 360:
+        two = shape.start_angle != 0 and shape.end_angle == 360 and hasattr(shape, "radius")
         hint = "; of two radii it is a Cone(start, end, start_radius, end_radius)" if two else ""
         raise ValueError(f"{owner}: reference must be given with angles: it is where angle 0 points{hint}")
-    object.__setattr__(shape, "start_angle", first)
-    object.__setattr__(shape, "end_angle", last)
-    object.__setattr__(shape, "reference", reference)
 
 
 def side_and_caps(radius: float, start: Vector, end: Vector) -> tuple[Face, Face, Face]:
@@ -355,10 +349,9 @@ class Cone(PrimitiveSolid):
     reference: VectorLike | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "start", check_vector("Cone", "start", self.start))
-        object.__setattr__(self, "end", check_vector("Cone", "end", self.end))
-        object.__setattr__(self, "start_radius", check_nonnegative("Cone", "start_radius", self.start_radius))
-        object.__setattr__(self, "end_radius", check_nonnegative("Cone", "end_radius", self.end_radius))
+        check_fields(
+            self, start=check_vector, end=check_vector, start_radius=check_nonnegative, end_radius=check_nonnegative
+        )
         check_axis("Cone", self.start, self.end)
         if self.start_radius == self.end_radius == 0:
             raise ValueError("Cone: start_radius and end_radius must not both be 0, got 0.0 and 0.0")
@@ -424,10 +417,9 @@ class Tube(PrimitiveSolid):
     reference: VectorLike | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "start", check_vector("Tube", "start", self.start))
-        object.__setattr__(self, "end", check_vector("Tube", "end", self.end))
-        object.__setattr__(self, "inner_radius", check_nonnegative("Tube", "inner_radius", self.inner_radius))
-        object.__setattr__(self, "outer_radius", check_positive("Tube", "outer_radius", self.outer_radius))
+        check_fields(
+            self, start=check_vector, end=check_vector, inner_radius=check_nonnegative, outer_radius=check_positive
+        )
         check_inner_radius("Tube", "outer_radius", self.inner_radius, self.outer_radius)
         check_axis("Tube", self.start, self.end)
         check_angles(self, "Tube")

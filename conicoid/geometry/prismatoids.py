@@ -12,6 +12,7 @@ from typing import Any, Literal, NamedTuple
 from .._util.arrays import Interval, Vector, VectorLike
 from .._util.validation import (
     check_degrees,
+    check_fields,
     check_integer,
     check_interval,
     check_nonnegative,
@@ -20,10 +21,12 @@ from .._util.validation import (
     check_positive,
     check_vector,
     format_value,
+    optional,
 )
 from ..numerics import bigfloat as ex
 from .bounds.support import corners_support
 from .cell import NO_ROW, UV, Cell, Face
+from .facets import cross, dot
 from .shape import PrimitiveSolid
 from .surface import PlaneSurface
 
@@ -103,12 +106,20 @@ def round_row(row: tuple[Any, ...]) -> tuple[float, float, float, float]:
     return a, b, c, d
 
 
-def check_finite_range(owner: str, value: Any) -> Interval:
-    """Return a z_range of two finite numbers. Raise ValueError for anything else."""
-    interval = check_interval(owner, "z_range", value)
+def check_finite_range(owner: str, field: str, value: Any) -> Interval:
+    """Return a range of two finite numbers. Raise ValueError for anything else."""
+    interval = check_interval(owner, field, value)
     if interval is None or any(abs(end) == float("inf") for end in interval):
-        raise ValueError(f"{owner}: z_range must be two finite numbers, got {format_value(value)}")
+        raise ValueError(f"{owner}: {field} must be two finite numbers, got {format_value(value)}")
     return interval
+
+
+def _check_pair(owner: str, field: str, value: Any) -> tuple[float, ...]:
+    return check_numbers(owner, field, value, 2)
+
+
+def _check_sizes(owner: str, field: str, value: Any) -> tuple[float, ...]:
+    return tuple(check_nonnegative(owner, field, size) for size in check_numbers(owner, field, value, 2))
 
 
 # Regular prisms and pyramids
@@ -129,9 +140,7 @@ class RegularSides(Prismatoid, abstract=True):
     def _check(self) -> None:
         owner = type(self).__name__
         object.__setattr__(self, "sides", check_integer(owner, "sides", self.sides, 3, MAX_SIDES))
-        object.__setattr__(self, "radius", check_positive(owner, "radius", self.radius))
-        object.__setattr__(self, "z_range", check_finite_range(owner, self.z_range))
-        object.__setattr__(self, "start_angle", check_degrees(owner, "start_angle", self.start_angle))
+        check_fields(self, radius=check_positive, z_range=check_finite_range, start_angle=check_degrees)
         if not isinstance(self.radius_to, str) or self.radius_to not in ("corners", "sides"):
             raise ValueError(f"{owner}: radius_to must be 'corners' or 'sides', got {format_value(self.radius_to)}")
 
@@ -325,14 +334,11 @@ class Trapezoid(BetweenRectangles):
     shift: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
-        for name in ("bottom", "top"):
-            sizes = check_numbers("Trapezoid", name, getattr(self, name), 2)
-            object.__setattr__(self, name, tuple(check_nonnegative("Trapezoid", name, size) for size in sizes))
+        check_fields(self, bottom=_check_sizes, top=_check_sizes)
         for k, axis in enumerate("xy"):
             if self.bottom[k] == self.top[k] == 0:
                 raise ValueError(f"Trapezoid: bottom[{k}] and top[{k}], its sizes in {axis}, must not both be 0")
-        object.__setattr__(self, "z_range", check_finite_range("Trapezoid", self.z_range))
-        object.__setattr__(self, "shift", check_numbers("Trapezoid", "shift", self.shift, 2))
+        check_fields(self, z_range=check_finite_range, shift=_check_pair)
 
     @property
     def heights(self) -> tuple[Any, Any]:
@@ -363,11 +369,14 @@ class Wedge(BetweenRectangles):
     edge_shift: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("length", "width", "height"):
-            object.__setattr__(self, name, check_positive("Wedge", name, getattr(self, name)))
-        if self.edge_length is not None:
-            object.__setattr__(self, "edge_length", check_nonnegative("Wedge", "edge_length", self.edge_length))
-        object.__setattr__(self, "edge_shift", check_number("Wedge", "edge_shift", self.edge_shift))
+        check_fields(
+            self,
+            length=check_positive,
+            width=check_positive,
+            height=check_positive,
+            edge_length=optional(check_nonnegative),
+            edge_shift=check_number,
+        )
 
     @property
     def heights(self) -> tuple[Any, Any]:
@@ -396,10 +405,9 @@ class Parallelepiped(PrimitiveSolid):
     c: VectorLike
 
     def __post_init__(self) -> None:
-        for name in ("corner", "a", "b", "c"):
-            object.__setattr__(self, name, check_vector("Parallelepiped", name, getattr(self, name)))
+        check_fields(self, corner=check_vector, a=check_vector, b=check_vector, c=check_vector)
         # In fractions, as any share of the volume would refuse thin plates
-        if not _dot_product(_cross_product(*self._edges[:2]), self._edges[2]):
+        if not dot(cross(*self._edges[:2]), self._edges[2]):
             raise ValueError("Parallelepiped: a, b and c must not lie in one plane")
 
     @property
@@ -408,13 +416,13 @@ class Parallelepiped(PrimitiveSolid):
 
     def tree(self) -> Cell:
         a, b, c = self._edges
-        volume = _dot_product(_cross_product(a, b), c)
+        volume = dot(cross(a, b), c)
         corner = tuple(ex.rational(x) for x in self.corner)
         opposite = ex.exact_row(x + i + j + k for x, i, j, k in zip(corner, a, b, c, strict=True))
         rows = []
-        for normal in (_cross_product(b, c), _cross_product(c, a), _cross_product(a, b)):
+        for normal in (cross(b, c), cross(c, a), cross(a, b)):
             own = tuple(x / volume for x in normal)
-            rows.append((*own, -_dot_product(own, corner)))
+            rows.append((*own, -dot(own, corner)))
         faces, maps = [], [round_row(row) for row in rows]
         for i, (x, y, z, shift) in enumerate(rows):
             first, second = (row for k, row in enumerate(maps) if k != i)
@@ -430,11 +438,3 @@ class Parallelepiped(PrimitiveSolid):
             point = (ex.rational(x) + i * p + j * q + k * r for x, p, q, r in zip(self.corner, a, b, c, strict=True))
             corners.append(ex.exact_row(point))
         return corners_support(corners, direction)
-
-
-def _cross_product(a: tuple[Any, ...], b: tuple[Any, ...]) -> tuple[Any, Any, Any]:
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-def _dot_product(a: tuple[Any, ...], b: tuple[Any, ...]) -> Any:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

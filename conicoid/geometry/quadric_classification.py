@@ -210,7 +210,7 @@ def classify(matrix: Symmetric, motion: Motion = IDENTITY_MOTION) -> Classificat
         linear, _ = motion.affine
         forward = [[ex.fraction(entry) for entry in row] for row in linear]
         null = [[rational.dot(row, vector) for row in forward] for vector in null]
-        matrix = _transform_matrix(matrix, motion)
+        matrix = _substitute_rows(matrix, *motion.inverse)
     if sense < 0:
         matrix = tuple(tuple(-entry for entry in row) for row in matrix)
     return _PlacedQuadric(kind, sense, matrix, null, keeps_axes).classification()
@@ -249,11 +249,6 @@ def _kind_and_sense(matrix: Symmetric) -> tuple[str, int]:
 def _is_scalar(matrix: Symmetric) -> bool:
     a = matrix
     return not (a[0][1] or a[0][2] or a[1][2]) and a[0][0] == a[1][1] == a[2][2]
-
-
-def _transform_matrix(matrix: Symmetric, motion: Motion) -> Symmetric:
-    """Return M⁻ᵀ matrix M⁻¹, with the inverse motion in 3000 bits."""
-    return _substitute_rows(matrix, *motion.inverse)
 
 
 def _substitute_rows(matrix: Symmetric, rows: Iterable[ex.Row], shift: Iterable[ex.BigFloat]) -> Symmetric:

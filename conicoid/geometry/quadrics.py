@@ -21,7 +21,7 @@ from typing import Any, ClassVar, TypeAlias
 import numpy as np
 
 from .._util.arrays import FloatArray, Interval, Vector, VectorLike, ignore_fp_errors
-from .._util.validation import check_interval, check_positive, check_vector, format_value
+from .._util.validation import check_fields, check_interval, check_positive, check_vector, format_value
 from ..numerics import bigfloat as ex
 from ..numerics.portable_math import (
     hypot,
@@ -53,12 +53,14 @@ class EllipticSolid(PrimitiveSolid, abstract=True):
     Source: the Clemson notes, "parameterization".
     """
 
+    A: float
+    E: float
     z_range: Interval | None
 
     @property
-    @abstractmethod
     def squares(self) -> tuple[Any, Any]:
         """(sx, sy), exact and positive."""
+        return self.A, self.E
 
     @property
     @abstractmethod
@@ -198,8 +200,7 @@ class Ellipsoid(EllipticSolid):
             if self.radii is not _DEFAULT_RADII and given != radii:  # `dataclasses.replace` passes both
                 raise ValueError(f"Ellipsoid: radii must be left out where coefficients are given, got {given}")
         object.__setattr__(self, "radii", radii)
-        object.__setattr__(self, "center", check_vector("Ellipsoid", "center", self.center))
-        object.__setattr__(self, "z_range", check_interval("Ellipsoid", "z_range", self.z_range))
+        check_fields(self, center=check_vector, z_range=check_interval)
         self.check_range()
 
     def _from_coefficients(self) -> Vector:
@@ -311,17 +312,9 @@ class EllipticCylinder(EllipticSolid):
     z_range: Interval | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "A", check_positive("EllipticCylinder", "A", self.A))
-        object.__setattr__(self, "E", check_positive("EllipticCylinder", "E", self.E))
-        object.__setattr__(self, "z_range", check_interval("EllipticCylinder", "z_range", self.z_range))
+        check_fields(self, A=check_positive, E=check_positive, z_range=check_interval)
 
-    @property
-    def squares(self) -> tuple[Any, Any]:
-        return self.A, self.E
-
-    @property
-    def profile(self) -> EllipticProfile:
-        return 1, 0, 0
+    profile = 1, 0, 0
 
     @property
     def _support_is_apart(self) -> bool:
@@ -356,14 +349,7 @@ class EllipticCone(EllipticSolid):
     z_range: Interval | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "A", check_positive("EllipticCone", "A", self.A))
-        object.__setattr__(self, "E", check_positive("EllipticCone", "E", self.E))
-        object.__setattr__(self, "H", check_positive("EllipticCone", "H", self.H))
-        object.__setattr__(self, "z_range", check_interval("EllipticCone", "z_range", self.z_range))
-
-    @property
-    def squares(self) -> tuple[Any, Any]:
-        return self.A, self.E
+        check_fields(self, A=check_positive, E=check_positive, H=check_positive, z_range=check_interval)
 
     @property
     def profile(self) -> EllipticProfile:
@@ -386,22 +372,10 @@ class EllipticParaboloid(EllipticSolid):
     z_range: Interval | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "A", check_positive("EllipticParaboloid", "A", self.A))
-        object.__setattr__(self, "E", check_positive("EllipticParaboloid", "E", self.E))
-        object.__setattr__(self, "z_range", check_interval("EllipticParaboloid", "z_range", self.z_range))
+        check_fields(self, A=check_positive, E=check_positive, z_range=check_interval)
         self.check_range()
 
-    @property
-    def squares(self) -> tuple[Any, Any]:
-        return self.A, self.E
-
-    @property
-    def profile(self) -> EllipticProfile:
-        return 0, 1, 0
-
-    @property
-    def extent(self) -> Interval:
-        return 0.0, math.inf
+    profile, extent = (0, 1, 0), (0.0, math.inf)
 
 
 @dataclass(frozen=True)
@@ -421,14 +395,7 @@ class OneSheetHyperboloid(EllipticSolid):
     z_range: Interval | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "A", check_positive("OneSheetHyperboloid", "A", self.A))
-        object.__setattr__(self, "E", check_positive("OneSheetHyperboloid", "E", self.E))
-        object.__setattr__(self, "H", check_positive("OneSheetHyperboloid", "H", self.H))
-        object.__setattr__(self, "z_range", check_interval("OneSheetHyperboloid", "z_range", self.z_range))
-
-    @property
-    def squares(self) -> tuple[Any, Any]:
-        return self.A, self.E
+        check_fields(self, A=check_positive, E=check_positive, H=check_positive, z_range=check_interval)
 
     @property
     def profile(self) -> EllipticProfile:
@@ -452,15 +419,8 @@ class TwoSheetHyperboloid(EllipticSolid):
     z_range: Interval | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "A", check_positive("TwoSheetHyperboloid", "A", self.A))
-        object.__setattr__(self, "E", check_positive("TwoSheetHyperboloid", "E", self.E))
-        object.__setattr__(self, "H", check_positive("TwoSheetHyperboloid", "H", self.H))
-        object.__setattr__(self, "z_range", check_interval("TwoSheetHyperboloid", "z_range", self.z_range))
+        check_fields(self, A=check_positive, E=check_positive, H=check_positive, z_range=check_interval)
         self.check_range()
-
-    @property
-    def squares(self) -> tuple[Any, Any]:
-        return self.A, self.E
 
     @property
     def profile(self) -> EllipticProfile:
@@ -480,8 +440,7 @@ class DoubleCone(EllipticSolid):
     z_range: Interval | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "slope", check_positive("DoubleCone", "slope", self.slope))
-        object.__setattr__(self, "z_range", check_interval("DoubleCone", "z_range", self.z_range))
+        check_fields(self, slope=check_positive, z_range=check_interval)
 
     @property
     def squares(self) -> tuple[Any, Any]:
@@ -546,9 +505,9 @@ class BoxedQuadric(PrimitiveSolid, abstract=True):
     def uv_axes(self) -> tuple[int, int]:
         """The two coordinates that are u and v on face 0."""
 
-    @abstractmethod
     def unbounded_support(self, direction: Vector) -> float:
-        """Return the support without a box."""
+        """Return the support without a box: by default that of all of space, the convex hull of a saddle."""
+        return math.inf if any(direction) else 0.0
 
     def tree(self) -> Cell:
         if self.within is None:
@@ -601,7 +560,7 @@ def _unit_row(index: int, length: float) -> Vector:
 
 @dataclass(frozen=True)
 class HyperbolicParaboloid(BoxedQuadric):
-    """A x² - E y² - z <= 0, cut by the box `within`: what lies above the saddle z = A x² - E y².
+    """A x² - E y² - z <= 0, cut by the box `within`: the part above the saddle z = A x² - E y².
 
     Faces: 0 the saddle, 1 to 6 the faces of the box. uv on the saddle: (x, y), scaled over the box to [0, 1];
     on the others as on the box.
@@ -613,26 +572,19 @@ class HyperbolicParaboloid(BoxedQuadric):
     within: Box | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "A", check_positive("HyperbolicParaboloid", "A", self.A))
-        object.__setattr__(self, "E", check_positive("HyperbolicParaboloid", "E", self.E))
+        check_fields(self, A=check_positive, E=check_positive)
         self.check_within()
 
     @property
     def surface(self) -> QuadricSurface:
         return QuadricSurface((self.A, -self.E, 0.0), (0.0, 0.0, -0.5), 0.0)
 
-    @property
-    def uv_axes(self) -> tuple[int, int]:
-        return 0, 1
-
-    def unbounded_support(self, direction: Vector) -> float:
-        """Its convex hull is all of space."""
-        return math.inf if any(direction) else 0.0
+    uv_axes = 0, 1
 
 
 @dataclass(frozen=True)
 class HyperbolicCylinder(BoxedQuadric):
-    """A x² - E y² <= 1, cut by the box `within`: what lies between the two walls x = ±sqrt((1 + E y²) / A).
+    """A x² - E y² <= 1, cut by the box `within`: the part between the two walls x = ±sqrt((1 + E y²) / A).
 
     Faces: 0 both walls, 1 to 6 the faces of the box. uv on the walls: (y, z), scaled over the box to [0, 1];
     on the others as on the box.
@@ -644,21 +596,14 @@ class HyperbolicCylinder(BoxedQuadric):
     within: Box | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "A", check_positive("HyperbolicCylinder", "A", self.A))
-        object.__setattr__(self, "E", check_positive("HyperbolicCylinder", "E", self.E))
+        check_fields(self, A=check_positive, E=check_positive)
         self.check_within()
 
     @property
     def surface(self) -> QuadricSurface:
         return QuadricSurface((self.A, -self.E, 0.0), constant=1.0)
 
-    @property
-    def uv_axes(self) -> tuple[int, int]:
-        return 1, 2
-
-    def unbounded_support(self, direction: Vector) -> float:
-        """Its convex hull is all of space."""
-        return math.inf if any(direction) else 0.0
+    uv_axes = 1, 2
 
 
 @dataclass(frozen=True)
@@ -681,9 +626,7 @@ class ParabolicCylinder(BoxedQuadric):
     def surface(self) -> QuadricSurface:
         return QuadricSurface((1.0, 0.0, 0.0), (0.0, -self.G, 0.0), 0.0)
 
-    @property
-    def uv_axes(self) -> tuple[int, int]:
-        return 0, 2
+    uv_axes = 0, 2
 
     def unbounded_support(self, direction: Vector) -> float:
         """Return the maximum of u_x x + u_y y, at x = -G u_x / u_y: -G u_x² / (2 u_y), finite for u_y < 0, u_z = 0."""

@@ -16,6 +16,7 @@ from .._util.arrays import Interval, Vector, VectorLike
 from .._util.validation import (
     check_angle_range,
     check_degrees,
+    check_fields,
     check_interval,
     check_nonnegative,
     check_numbers,
@@ -84,9 +85,7 @@ class Revolution(PrimitiveSolid):
         # A profile that touches itself would have walls inside the solid
         check_simple("Revolution", "profile", profile)
         object.__setattr__(self, "profile", profile)
-        first, last = check_angle_range("Revolution", self.start_angle, self.end_angle)
-        object.__setattr__(self, "start_angle", first)
-        object.__setattr__(self, "end_angle", last)
+        check_angle_range(self)
 
     def tree(self) -> Tree:
         corners, ends = _corners_and_ends(self.profile)
@@ -246,9 +245,7 @@ class Polycone(PrimitiveSolid):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "sections", _check_sections(self.sections))
-        first, last = check_angle_range("Polycone", self.start_angle, self.end_angle)
-        object.__setattr__(self, "start_angle", first)
-        object.__setattr__(self, "end_angle", last)
+        check_angle_range(self)
 
     @property
     def stretches(self) -> Iterator[tuple[int, Section, Section]]:
@@ -363,8 +360,7 @@ class SphereSection(PrimitiveSolid):
 
     def __post_init__(self) -> None:
         owner = "SphereSection"
-        object.__setattr__(self, "radius", check_positive(owner, "radius", self.radius))
-        object.__setattr__(self, "inner_radius", check_nonnegative(owner, "inner_radius", self.inner_radius))
+        check_fields(self, radius=check_positive, inner_radius=check_nonnegative)
         check_inner_radius(owner, "radius", self.inner_radius, self.radius)
         found = check_interval(owner, "polar_range", self.polar_range)
         if found is not None:
@@ -373,10 +369,8 @@ class SphereSection(PrimitiveSolid):
                 raise ValueError(f"{owner}: polar_range must lie within 0 and 180 degrees, got ({low:g}, {high:g})")
             found = low, high
         object.__setattr__(self, "polar_range", found)
-        first, last = check_angle_range(owner, self.start_angle, self.end_angle)
-        object.__setattr__(self, "start_angle", first)
-        object.__setattr__(self, "end_angle", last)
-        object.__setattr__(self, "center", check_vector(owner, "center", self.center))
+        check_angle_range(self)
+        check_fields(self, center=check_vector)
 
     @property
     def polar(self) -> Interval:

@@ -67,8 +67,6 @@ class Shape(ABC):
 
     motion: Motion = field(default=IDENTITY_MOTION, kw_only=True, repr=False)
     abstract: ClassVar[bool] = True
-    operand_kind: ClassVar[str] = "shape"
-    """For messages about operators: "shape", or "body" for a `Body`."""
     bounds_kind: ClassVar[BoundsKind] = ""
     _source: ClassVar[Any] = None
     """The element of a file that an importer made this shape of. Moved shapes keep it, and exports write it again."""
@@ -190,7 +188,7 @@ class Shape(ABC):
 
     @property
     def _hull(self) -> Shape | None:
-        """What bounds a polyhedron that may be concave; itself if its faces are not computed together."""
+        """The shape whose corners bound a solid of flat faces, which may be concave; None for other shapes."""
         return None
 
     @property
@@ -261,7 +259,6 @@ class Solid(Shape, abstract=True):
 
     def outside_bounds_under(self, outer: Motion) -> BoxEnds:
         """Return the bounds of the complement after `outer`: all of space, unless a subclass knows better."""
-        del outer
         return np.full(3, -np.inf), np.full(3, np.inf)
 
     def has_unbounded_outside(self) -> bool:
@@ -273,7 +270,6 @@ class Solid(Shape, abstract=True):
 
         All of that part lies inside of each of them. The list may leave out any of them: bounds stay valid.
         """
-        del outer, inside
         return []
 
     def __or__(self, other: Solid) -> Union:
@@ -463,8 +459,9 @@ class Painted(Boolean):
     faces: tuple[int, ...] | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "operand", _check_solids("Painted", (self.operand,))[0])
-        object.__setattr__(self, "material", as_material("Painted", self.material))
+        vars(self).update(
+            operand=_check_solids("Painted", (self.operand,))[0], material=as_material("Painted", self.material)
+        )
         if self.faces is not None:
             if isinstance(self.faces, str) or not isinstance(self.faces, Iterable):
                 raise TypeError(f"Painted: faces must be numbers of faces, got {format_value(self.faces)}")
@@ -513,7 +510,7 @@ def _tree_nodes(solid: Solid) -> Iterator[Solid]:
 
 
 def _flatten_tree(solid: Solid) -> Iterator[Any]:
-    """Yield what the nodes of a tree are, parents first. Two trees are equal if these sequences are."""
+    """Yield the kinds of the nodes of a tree, parents first. Two trees are equal if these sequences are."""
     for node in _tree_nodes(solid):
         if isinstance(node, Boolean):
             yield type(node), node.motion, len(node.operands), getattr(node, "paint", None)

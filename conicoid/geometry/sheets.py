@@ -15,6 +15,8 @@ import numpy as np
 
 from .._util.arrays import BoxEnds, Vector, VectorLike
 from .._util.validation import (
+    check_direction,
+    check_fields,
     check_flag,
     check_integer,
     check_number,
@@ -50,9 +52,7 @@ class Plane(PrimitiveSheet):
     one_sided: bool = False
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "normal", check_vector("Plane", "normal", self.normal, nonzero=True))
-        object.__setattr__(self, "offset", check_number("Plane", "offset", self.offset))
-        object.__setattr__(self, "one_sided", check_flag("Plane", "one_sided", self.one_sided))
+        check_fields(self, normal=check_direction, offset=check_number, one_sided=check_flag)
 
     @property
     def surface(self) -> PlaneSurface:
@@ -86,9 +86,7 @@ class Disc(PrimitiveSheet):
     radius: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "center", check_vector("Disc", "center", self.center))
-        object.__setattr__(self, "normal", check_vector("Disc", "normal", self.normal, nonzero=True))
-        object.__setattr__(self, "radius", check_positive("Disc", "radius", self.radius))
+        check_fields(self, center=check_vector, normal=check_direction, radius=check_positive)
 
     @property
     def placement(self) -> Motion:
@@ -227,8 +225,7 @@ class Triangle(PrimitiveSheet):
     c: VectorLike
 
     def __post_init__(self) -> None:
-        for name in ("a", "b", "c"):
-            object.__setattr__(self, name, check_vector("Triangle", name, getattr(self, name)))
+        check_fields(self, a=check_vector, b=check_vector, c=check_vector)
         # Meshes have millions of triangles, so floats decide nearly all of them
         if not self._is_clear() and not any(ex.cross(*self._edges())):
             raise ValueError(f"Triangle: a, b, c must not lie on a line, got {self.a}, {self.b}, {self.c}")
@@ -285,9 +282,7 @@ class CylinderPatch(PrimitiveSheet):
     reference: VectorLike | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "start", check_vector("CylinderPatch", "start", self.start))
-        object.__setattr__(self, "end", check_vector("CylinderPatch", "end", self.end))
-        object.__setattr__(self, "radius", check_positive("CylinderPatch", "radius", self.radius))
+        check_fields(self, start=check_vector, end=check_vector, radius=check_positive)
         check_axis("CylinderPatch", self.start, self.end)
         check_angles(self, "CylinderPatch")
 
@@ -302,7 +297,10 @@ class CylinderPatch(PrimitiveSheet):
     def sheet(self, motion: Motion) -> SurfaceSheet:
         side, *ends = side_and_caps(self.radius, self.start, self.end)
         walls = wedge_walls(self.start_angle, self.end_angle, self.radius, self.length)
-        between, wedge = (tuple(_transform_face(face, motion) for face in faces) for faces in (ends, walls))
+        between, wedge = (
+            tuple(dataclasses.replace(face, surface=face.surface.moved(motion)) for face in faces)
+            for faces in (ends, walls)
+        )
         clip: Tree = Cell(between + wedge)
         # More than half a turn is not convex: it is on the inner side of at least one wall
         if self.end_angle - self.start_angle > 180 and wedge:
@@ -312,10 +310,6 @@ class CylinderPatch(PrimitiveSheet):
     def support(self, direction: Vector) -> float:
         across = arc_support(self.radius, self.start_angle, self.end_angle, direction)
         return sum_up((portable_max(0.0, direction[2] * self.length), across))
-
-
-def _transform_face(face: Face, motion: Motion) -> Face:
-    return dataclasses.replace(face, surface=face.surface.moved(motion))
 
 
 @dataclass(frozen=True)
@@ -520,7 +514,7 @@ def _edges_cross(one: Any, other: Any) -> bool:
     if sides[0] * sides[1] < 0 and sides[2] * sides[3] < 0:
         return True
     ends = ((sides[0], c, a, b), (sides[1], d, a, b), (sides[2], a, c, d), (sides[3], b, c, d))
-    return any(side == 0 and _in_box(p, q, r) for side, p, q, r in ends)
+    return any(side == 0 and all(min(q[i], r[i]) <= p[i] <= max(q[i], r[i]) for i in (0, 1)) for side, p, q, r in ends)
 
 
 def _orientation(a: Any, b: Any, c: Any) -> int:
@@ -535,7 +529,3 @@ def _orientation(a: Any, b: Any, c: Any) -> int:
         (ax, ay), (bx, by), (cx, cy) = ((Fraction(x), Fraction(y)) for x, y in (a, b, c))
         value = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
     return int(value > 0) - int(value < 0)
-
-
-def _in_box(p: Any, a: Any, b: Any) -> bool:
-    return all(min(a[i], b[i]) <= p[i] <= max(a[i], b[i]) for i in (0, 1))

@@ -55,6 +55,9 @@ class PlaneSurface:
         turned = self.normal if motion.shift is not None else ex.apply(ex.transpose(back), normal)
         return PlaneSurface(turned, offset, motion.carried(anchor), self.height)
 
+    moved_rows = moved
+    """The image, as of `QuadricSurface.moved_rows`."""
+
     def key(self) -> tuple[Key, int]:
         """Return (a key of the plane, +1 or -1 for the sense of its normal)."""
         return _normalize_key("plane", (*ex.exact_row(self.normal), ex.exact(self.offset)))

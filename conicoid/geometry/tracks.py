@@ -7,7 +7,6 @@ share s of the time). Before the first key and after the last nothing moves.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias, get_args
 
@@ -17,6 +16,8 @@ from .._util.arrays import Vector
 from .._util.text import check_choice, format_count
 from .._util.validation import (
     as_integer,
+    check_fields,
+    check_list,
     check_number,
     check_numbers,
     check_vector,
@@ -27,6 +28,10 @@ from .._util.validation import (
 from .shape import Shape
 
 Ease: TypeAlias = Literal["linear", "smooth"]
+
+
+def _check_ease(owner: str, field: str, value: Any) -> Any:
+    return check_choice(owner, field, value, get_args(Ease))
 
 
 def _times(owner: str, value: Any) -> tuple[float, ...]:
@@ -121,8 +126,7 @@ class BodyTrack:
                 f"{owner}: axis must be three numbers or one of x, y, z, -x, -y, -z, got {format_value(axis)}"
             )
         object.__setattr__(self, "axis", axis)
-        object.__setattr__(self, "about", check_vector(owner, "about", self.about))
-        object.__setattr__(self, "ease", check_choice(owner, "ease", self.ease, get_args(Ease)))
+        check_fields(self, about=check_vector, ease=_check_ease)
 
     def moved(self, shape: Shape, time: float) -> Shape:
         """Return a `shape` at a `time` in seconds: turned and translated, which is rounded once."""
@@ -168,7 +172,7 @@ class CameraTrack:
                 object.__setattr__(self, field, _keys(owner, field, value, len(self.times), size))
         if not self._moving:
             raise ValueError(f"{owner}: {', '.join(_CAMERA_FIELDS[:-1])} or {_CAMERA_FIELDS[-1]} must say how it moves")
-        object.__setattr__(self, "ease", check_choice(owner, "ease", self.ease, get_args(Ease)))
+        check_fields(self, ease=_check_ease)
 
     @property
     def _moving(self) -> list[str]:
@@ -176,13 +180,7 @@ class CameraTrack:
 
     def moved(self, camera: Any, time: float) -> Any:
         """Return a `camera` at a `time` in seconds. Raise ValueError for a field that the camera does not have."""
-        k, s = _key_share(self.times, time, self.ease)
-        for field in self._moving:
-            if not hasattr(camera, field):
-                raise ValueError(f"CameraTrack: {field} is nothing that a {type(camera).__name__} has")
-        return dataclasses.replace(
-            camera, **{field: _interpolate_keys(getattr(self, field), k, s) for field in self._moving}
-        )
+        return _move_fields(self, camera, time)
 
 
 @dataclass(frozen=True)
@@ -214,14 +212,13 @@ class LightTrack:
         owner, light = "LightTrack", as_integer(self.light)
         if light is None or not 0 <= light <= _MOST_LIGHTS:
             raise ValueError(f"{owner}: light must be the number of a light, from 0, got {format_value(self.light)}")
-        object.__setattr__(self, "light", light)
-        object.__setattr__(self, "times", _times(owner, self.times))
+        vars(self).update(light=light, times=_times(owner, self.times))
         for field in self._moving:
             size = 1 if field == "intensity" else 3
             object.__setattr__(self, field, _keys(owner, field, getattr(self, field), len(self.times), size))
         if not self._moving:
             raise ValueError(f"{owner}: {', '.join(_LIGHT_FIELDS[:-1])} or {_LIGHT_FIELDS[-1]} must say how it moves")
-        object.__setattr__(self, "ease", check_choice(owner, "ease", self.ease, get_args(Ease)))
+        check_fields(self, ease=_check_ease)
 
     @property
     def _moving(self) -> list[str]:
@@ -229,13 +226,17 @@ class LightTrack:
 
     def moved(self, light: Any, time: float) -> Any:
         """Return a `light` at a `time` in seconds. Raise ValueError for a field that the light does not have."""
-        k, s = _key_share(self.times, time, self.ease)
-        for field in self._moving:
-            if not hasattr(light, field):
-                raise ValueError(f"LightTrack: {field} is nothing that a {type(light).__name__} has")
-        return dataclasses.replace(
-            light, **{field: _interpolate_keys(getattr(self, field), k, s) for field in self._moving}
-        )
+        return _move_fields(self, light, time)
+
+
+def _move_fields(track: CameraTrack | LightTrack, thing: Any, time: float) -> Any:
+    """Return a camera or light with the fields that a track moves as they are at a time."""
+    k, s = _key_share(track.times, time, track.ease)
+    for field in track._moving:
+        if not hasattr(thing, field):
+            raise ValueError(f"{type(track).__name__}: {field} is nothing that a {type(thing).__name__} has")
+    moved = {field: _interpolate_keys(getattr(track, field), k, s) for field in track._moving}
+    return dataclasses.replace(thing, **moved)
 
 
 _MOST_LIGHTS = 1_000_000
@@ -248,19 +249,7 @@ TRACKS: dict[str, type[Track]] = {kind.__name__: kind for kind in get_args(Track
 
 def as_tracks(tracks: Any) -> tuple[Track, ...]:
     """Return tracks as a tuple; one alone stands for a list of it, None for none. Raise TypeError for anything else."""
-    if isinstance(tracks, get_args(Track)):
-        return (tracks,)
-    if tracks is None:
-        return ()
-    if isinstance(tracks, (str, bytes, Mapping)) or not isinstance(tracks, Iterable):
-        raise TypeError(
-            f"Scene: animation must be a list of {', '.join(TRACKS)}, or one of them, got {describe_kind(tracks)}"
-        )
-    items = tuple(tracks)
-    for i, item in enumerate(items):
-        if not isinstance(item, get_args(Track)):
-            raise TypeError(f"Scene: animation[{i}] must be one of {', '.join(TRACKS)}, got {describe_kind(item)}")
-    return items
+    return () if tracks is None else check_list("Scene", "animation", tracks, TRACKS)
 
 
 def last_time(tracks: tuple[Track, ...]) -> float:

@@ -317,8 +317,7 @@ class Motion:
         """
         placement, then = self.__dict__.get("_placement", (None, self))
         if placement is not None:
-            carried: ex.Row = then.carried(placement.carried(point))
-            return carried
+            return then.carried(placement.carried(point))
         rows, shift = self.affine
         return ex.plus(ex.apply(rows, point) if rows is not ex.IDENTITY else point, shift)
 

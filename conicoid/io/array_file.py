@@ -53,7 +53,6 @@ class Source(Protocol):
         The first `axes` axes of all these arrays have the same lengths, and count as one here. With axes = 0 an array
         is one row: it is read whole, and one that is too large for memory raises ValueError.
         """
-        ...
 
 
 def open_source(path: Path, names: Collection[str], columns: Sequence[str], whole: bool) -> Source:
@@ -66,7 +65,7 @@ def open_source(path: Path, names: Collection[str], columns: Sequence[str], whol
     names
         The arrays that the caller knows.
     columns
-        The columns of a table: what its headings are compared with.
+        The columns of a table, for comparison with its headings.
     whole
         Whether all arrays will be read into memory: more of them than memory holds raises ValueError.
     """

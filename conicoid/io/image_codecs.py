@@ -185,11 +185,6 @@ def png_bytes(pixels: npt.ArrayLike) -> bytes:
     return _png_file(srgb_bytes(pixels), 8, _LEVEL)
 
 
-def deep_png_bytes(pixels: npt.ArrayLike) -> bytes:
-    """Return a PNG file of linear pixels (height, width, 3) with 16 bits per channel, clipped as in `png_bytes`."""
-    return _png_file(srgb_words(pixels).astype(">u2"), 16, _DEEP_LEVEL)
-
-
 def _png_file(codes: npt.NDArray[Any], bits: int, level: int) -> bytes:
     """Return a PNG file of codes (height, width, 3), by the PNG specification, third edition, 2025.
 
@@ -214,7 +209,9 @@ def _png_file(codes: npt.NDArray[Any], bits: int, level: int) -> bytes:
 def write_png(path: str | os.PathLike[str], pixels: npt.ArrayLike, bits: int = 8) -> None:
     """Write linear pixels (height, width, 3) with 8 or 16 bits per channel; the file appears whole or not at all."""
     with replace_file(path) as part:
-        part.write_bytes(png_bytes(pixels) if bits == 8 else deep_png_bytes(pixels))
+        part.write_bytes(
+            png_bytes(pixels) if bits == 8 else _png_file(srgb_words(pixels).astype(">u2"), 16, _DEEP_LEVEL)
+        )
 
 
 # Images for mail and web pages: JPEG, slightly lossy, and WebP, lossless. Both hold 8 bits of sRGB per channel.
@@ -298,7 +295,7 @@ def terminal_preview() -> Callable[[Any], None]:
     def preview(image: Any) -> None:
         if not console.is_terminal:
             return
-        # Two lines are left for the cursor and for what the program prints next
+        # Two lines are left for the cursor and for the next output of the program
         drawn = render_half_blocks(image._display_light, console.width, max(1, console.height - 2))
         if above[0]:
             console.control(Control((ControlType.CURSOR_UP, above[0])))

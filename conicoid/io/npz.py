@@ -53,7 +53,7 @@ class RefusedArrayError(ValueError):
 
 @dataclass(frozen=True)
 class ArrayHeader:
-    """What a file declares of an array before its numbers: the name of its type, its shape, and Fortran's order."""
+    """The header of an array in a file: the name of its type, its shape, and Fortran's order."""
 
     type_name: str
     shape: tuple[int, ...]
@@ -152,7 +152,7 @@ def read_npy_values(file: IO[bytes], header: ArrayHeader) -> FloatArray:
     array = ArrayRows(file, header, 0, 0)
     values = array.next(1)[0]
     array.finish()
-    return np.asarray(values, order="C")  # kernels read by rows what a file may hold by columns
+    return np.asarray(values, order="C")  # kernels read by rows, and a file may hold columns
 
 
 def read_numbers(file: IO[bytes], header: ArrayHeader, count: int) -> FloatArray:

@@ -13,7 +13,7 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -29,16 +29,13 @@ from ..kernels.ray import DEAD
 from ..materials.material import Material
 from ..queries.hits import Hits
 from ..queries.rays import Rays
+from ..queries.scene_protocol import SceneLike
+from ..queries.spans import RayLists
 from .array_file import SOURCE_SUFFIXES, as_integers, quote_csv, write_arrays, write_columns
 from .npz import NpzArchive
 from .ray_file import RayFile
 from .scene_file.scene_file import SceneParts, parse_scene, scene_data
 from .scene_file.writer import dump_json
-
-if TYPE_CHECKING:
-    from ..queries.scene_protocol import SceneLike
-    from ..queries.spans import RayLists
-
 
 # Parts that all these files share: rays, and labels (names and materials of bodies).
 

@@ -16,7 +16,7 @@ from xml.parsers import expat
 from xml.sax import SAXParseException
 from xml.sax.xmlreader import InputSource
 
-from defusedxml.common import EntitiesForbidden
+from defusedxml.common import DefusedXmlException, DTDForbidden, EntitiesForbidden
 from defusedxml.expatreader import DefusedExpatParser
 
 from .._util.files import Problem, SceneFileError, read_regular, unreadable_error
@@ -69,8 +69,6 @@ def read_xml(
         The file cannot be read, is not XML, is too large or too deep, or declares something that is refused.
 
     """
-    from defusedxml.common import DefusedXmlException, DTDForbidden
-
     raw = read_bounded_bytes(path, 0)
     # Parse all bytes at once: an attribute of many megabytes that arrives in pieces is scanned again with each piece.
     builder: XmlTreeBuilder
@@ -215,7 +213,6 @@ class XmlEntityBuilder(XmlTreeBuilder):
 
     def external_entity_ref(self, context: Any, base: Any, sysid: Any, pubid: Any) -> int:
         """Parse the file that an entity stands for. Raise SceneFileError if it is refused or invalid."""
-        del base, pubid
         if sysid not in self.declared:
             return 1  # the external part of a document type
         outer, place = self._parser, self.place

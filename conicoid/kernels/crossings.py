@@ -161,9 +161,9 @@ def _in_region(geometry: Geometry, scratch: Scratch, packet: Packet, program: in
 
 
 @helper
-def _prepare(geometry: Geometry, packet: Packet, kind: int, index: int, met: int) -> bool:
+def _prepare(geometry: Geometry, packet: Packet, kind: int, index: int, hits: int) -> bool:
     """Find the spans of a ball, cell or small body in the groups of lanes of a mask; False if no lane has one."""
-    lanes, leaves, first, last = packet.lanes, packet.leaves, lowest_bit(met) & -8, (highest_bit(met) | 7) + 1
+    lanes, leaves, first, last = packet.lanes, packet.leaves, lowest_bit(hits) & -8, (highest_bit(hits) | 7) + 1
     if kind == BALL:
         spans_of_ball(geometry, lanes, leaves, 0, index, first, last)
         return True
@@ -186,12 +186,12 @@ def _lane_rows(
             continue
         ray = lane_ray(lanes, i, lanes[T_MAX + i])
         if kind == BALL:
-            met = _in_ball(geometry, scratch, packet, index, i, ray)
+            found = _in_ball(geometry, scratch, packet, index, i, ray)
         elif kind == CELL:
-            met = _in_cell(geometry, scratch, packet, index, i, ray)
+            found = _in_cell(geometry, scratch, packet, index, i, ray)
         else:
-            met = _in_region(geometry, scratch, packet, index, i, ray)
-        used = _keep(geometry, scratch, listing, entry, met, Lane(i, ray), rows, used)
+            found = _in_region(geometry, scratch, packet, index, i, ray)
+        used = _keep(geometry, scratch, listing, entry, found, Lane(i, ray), rows, used)
     return used
 
 
@@ -201,7 +201,7 @@ def _keep(
     scratch: Scratch,
     listing: PacketListing,
     entry: int,
-    met: BodyRows,
+    found: BodyRows,
     lane: Lane,
     rows: Floats,
     used: int,
@@ -209,11 +209,11 @@ def _keep(
     """Append a lane's rows of an entry to its chain, or mark the lane doubtful; return the number of rows now."""
     chains, i = listing.chains, lane.i
     # A doubtful lane keeps the rows of its other entries: `trace_rows` drops the whole chain
-    if met.unsure:
+    if found.unsure:
         listing.packet.lanes[DOUBT + i] = 1.0
-    if met.unsure or (met.crossings == 0 and not met.inside):
+    if found.unsure or (found.crossings == 0 and not found.inside):
         return used
-    now = put_rows(geometry, scratch, entry, met, lane.ray, listing.spans, rows, used)
+    now = put_rows(geometry, scratch, entry, found, lane.ray, listing.spans, rows, used)
     for k in range(used, now):
         rows[k, rows.shape[1] - 1] = chains.last[i]
         chains.last[i] = k

@@ -577,7 +577,7 @@ FUNCTIONS = {
         "error": "out n",
     },
 }
-"""What the threads of a GPU run, with the shapes of arguments as `kernel` declares them."""
+"""The functions that the threads of a GPU run, with the shapes of arguments as `kernel` declares them."""
 BY_KIND = frozenset(each.__name__ for each in FUNCTIONS if "kinds" in each.__annotations__)
 """Functions that take the largest kind of an entry, and short nodes."""
 ROWS = {

@@ -107,7 +107,7 @@ def shorten_nodes(geometry: Geometry, nodes: Longs, begin: int, step: int) -> No
 
 
 class RayGrid(NamedTuple):
-    """What a walk needs of a ray: 1 / d, and its interval as float32, in units of a length that is near the scene's."""
+    """A ray for the walk: 1 / d, and its interval as float32, in units of a length that is near the scene's."""
 
     ix: float
     iy: float
@@ -133,7 +133,7 @@ def _is_steep(d: float, largest: float) -> bool:
 
 @inline
 def ray_grid(geometry: Geometry, ray: Ray) -> RayGrid:
-    """Return what a walk needs of a ray."""
+    """Return a ray for the walk."""
     scene = max(_reach(geometry), 1e-200)
     reach = scene + max(abs(ray.ox), max(abs(ray.oy), abs(ray.oz)))
     largest = max(abs(ray.dx), max(abs(ray.dy), abs(ray.dz)))
@@ -207,7 +207,7 @@ def may_meet_ball(ball: SphereRecord, ray: Ray, grid: RayGrid, inverse: float, l
     if inside < 0.0:
         return False
     half = math.sqrt(inside * inverse)
-    return not (foot - half > last or foot + half < ray.t_min)  # NaN counts as met
+    return not (foot - half > last or foot + half < ray.t_min)  # NaN counts as a hit
 
 
 @inline

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 Progress = Callable[[int, int], None]
 """Callback progress(done, count), called from time to time."""
 Outcomes = list[tuple[int, int, Any]]
-"""What a kernel returned for each chunk, (begin, end, result), in no order; empty if it returns nothing."""
+"""The (begin, end, result) of each chunk of a kernel, in no order; empty if it returns nothing."""
 Marks = npt.NDArray[np.int8]
 """A 1 for each item that is done."""
 
@@ -247,7 +247,7 @@ def run_rows(
 
 
 def run_calls(kernel: Callable[..., Any], calls: Sequence[tuple[Any, ...]]) -> list[Any]:
-    """Return what a kernel returns for each tuple of arguments, on all threads: for calls of a millisecond or more."""
+    """Return the results of a kernel for tuples of arguments, on all threads: for calls of a millisecond or more."""
     shipped = shipped_kernel(kernel)
     if shipped is None or len(calls) < 2 or thread_count() == 1:
         outcomes = run_chunks(lambda k, _: kernel(*calls[k]), len(calls), 1)

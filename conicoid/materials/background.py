@@ -12,12 +12,14 @@ from .._util.arrays import FloatArray, VectorLike, ignore_fp_errors
 from .._util.validation import (
     as_integer,
     check_degrees,
+    check_fields,
     check_nonnegative,
     check_number,
     check_path as checked_path,
     check_vector,
     describe_kind,
     format_value,
+    optional,
     warn,
 )
 from .color import BRIGHT, BYTE, Color, bytes_hint, check_color, grey_hint, linear_rgb, look_like_bytes, srgb_decode
@@ -63,12 +65,7 @@ class Sky:
     intensity: float = 1.0
 
     def __post_init__(self) -> None:
-        for field in ("zenith", "horizon", "ground"):
-            value = getattr(self, field)
-            # Only the ground may be missing.
-            if value is not None or field != "ground":
-                object.__setattr__(self, field, _light("Sky", field, value))
-        object.__setattr__(self, "intensity", check_nonnegative("Sky", "intensity", self.intensity))
+        check_fields(self, zenith=_light, horizon=_light, ground=optional(_light), intensity=check_nonnegative)
 
 
 def _read(path: str | os.PathLike[str]) -> Any:
@@ -122,13 +119,11 @@ class Environment:
         if len(bad):
             place = tuple(int(k) for k in bad[0])
             raise ValueError(f"Environment: pixels{list(place)} must be finite and >= 0, got {radiance[place]}")
-        intensity = check_nonnegative("Environment", "intensity", self.intensity)
-        rotation = check_degrees("Environment", "rotation", self.rotation)
+        check_fields(self, intensity=check_nonnegative, rotation=check_degrees)
         pixels = np.array(radiance, np.float64)
         # Frozen: equality and hashes depend on the pixels.
         pixels.flags.writeable = False
-        for field, value in (("pixels", pixels), ("intensity", intensity), ("rotation", rotation)):
-            object.__setattr__(self, field, value)
+        object.__setattr__(self, "pixels", pixels)
 
     @classmethod
     def of_file(cls, path: str | os.PathLike[str], intensity: float = 1.0, rotation: float = 0.0) -> Environment:
@@ -316,5 +311,4 @@ def _radiance(directions: FloatArray, sun: FloatArray, haze: float) -> FloatArra
     luminance, x, y = channels["Y"], channels["x"], channels["y"]
     xyz = (luminance / y * x, luminance, luminance / y * (1 - x - y))
     rgb = np.stack([sum(k * part for k, part in zip(row, xyz, strict=True)) for row in _TO_RGB.tolist()], axis=-1)
-    light: FloatArray = np.maximum(rgb, 0.0)
-    return light
+    return np.maximum(rgb, 0.0)

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._util.arrays import ignore_fp_errors
-from .._util.validation import check_number, check_positive, format_value, real_array
+from .._util.validation import check_fields, check_number, check_positive, format_value, real_array
 from .dispersion import Index, check_index, check_light, index_at
 
 FloatArray = npt.NDArray[np.float64]
@@ -153,11 +153,10 @@ class Layer:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "index", check_index("Layer", self.index))
-        thickness = check_positive("Layer", "thickness", self.thickness)
-        if thickness >= _THICKEST:
-            hint = f"{thickness:g} nm are {thickness / 1000:g}"
-            raise ValueError(f"Layer: thickness must be in μm, and below {_THICKEST:g}, got {thickness:g}; {hint}")
-        object.__setattr__(self, "thickness", thickness)
+        check_fields(self, thickness=check_positive)
+        if self.thickness >= _THICKEST:
+            found = f"{self.thickness:g}; {self.thickness:g} nm are {self.thickness / 1000:g}"
+            raise ValueError(f"Layer: thickness must be in μm, and below {_THICKEST:g}, got {found}")
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -26,8 +26,6 @@ class Dispersion:
     name: str | None
     source: str | None
     range: tuple[float, float] | None
-    # Name of the class in messages.
-    _title: ClassVar[str] = "Dispersion"
 
     def __call__(self, wavelength: Any) -> Any:
         """Return the index at wavelengths in μm.
@@ -57,16 +55,16 @@ class Dispersion:
                     f"{self._label}: wavelength must be in [{low:g}, {high:g}] μm, where its index was measured, "
                     f"got {bad.flat[0]:g}{_other_unit(bad.flat[0])}"
                 )
-        return np.asarray(self._of(w))[()]
+        return np.asarray(self._index_at(w))[()]
 
-    def _of(self, w: Any) -> Any:
+    def _index_at(self, w: Any) -> Any:
         """Return the index at checked wavelengths."""
         raise NotImplementedError
 
     @property
     def _label(self) -> str:
         """Name for messages."""
-        return self._title if self.name is None else f"{self._title} {self.name!r}"
+        return type(self).__name__ + ("" if self.name is None else f" {self.name!r}")
 
     @property
     def n_d(self) -> float:
@@ -80,18 +78,18 @@ class Dispersion:
 
     def _keep(self, **fields: Any) -> None:
         """Set checked fields; check range, name and source."""
-        for name, value in fields.items():
-            object.__setattr__(self, name, value)
+        vars(self).update(fields)
+        owner = type(self).__name__
         if "range" in vars(self) and self.range is not None:
-            low, high = check_row(self._title, "range", self.range, 2)
+            low, high = check_row(owner, "range", self.range, 2)
             if not 0 < low < high:
-                raise ValueError(f"{self._title}: range must be two rising wavelengths > 0, got {self.range}")
-            check_light(self._title, low)
+                raise ValueError(f"{owner}: range must be two rising wavelengths > 0, got {self.range}")
+            check_light(owner, low)
             object.__setattr__(self, "range", (low, high))
         for name in ("name", "source"):
             value = getattr(self, name)
             if value is not None and (not isinstance(value, str) or not value):
-                raise ValueError(f"{self._title}: {name} must be a non-empty text or None, got {format_value(value)}")
+                raise ValueError(f"{owner}: {name} must be a non-empty text or None, got {format_value(value)}")
 
 
 # Formulas and tables.
@@ -119,7 +117,6 @@ class Sellmeier(Dispersion):
     range: tuple[float, float] | None = None
     name: str | None = None
     source: str | None = None
-    _title: ClassVar[str] = "Sellmeier"
 
     def __post_init__(self) -> None:
         b, c = check_row("Sellmeier", "b", self.b), check_row("Sellmeier", "c", self.c)
@@ -127,7 +124,7 @@ class Sellmeier(Dispersion):
             raise ValueError(f"Sellmeier: b and c must be as many, got {len(b)} and {len(c)}")
         self._keep(b=b, c=c, a=check_number("Sellmeier", "a", self.a))
 
-    def _of(self, w: Any) -> Any:
+    def _index_at(self, w: Any) -> Any:
         square = w * w
         return np.sqrt(1 + self.a + sum(b * square / (square - c) for b, c in zip(self.b, self.c, strict=True)))
 
@@ -148,12 +145,11 @@ class Cauchy(Dispersion):
     range: tuple[float, float] | None = None
     name: str | None = None
     source: str | None = None
-    _title: ClassVar[str] = "Cauchy"
 
     def __post_init__(self) -> None:
         self._keep(coefficients=check_row("Cauchy", "coefficients", self.coefficients))
 
-    def _of(self, w: Any) -> Any:
+    def _index_at(self, w: Any) -> Any:
         return sum(c / w ** (2 * k) for k, c in enumerate(self.coefficients))
 
 
@@ -173,12 +169,11 @@ class Schott(Dispersion):
     range: tuple[float, float] | None = None
     name: str | None = None
     source: str | None = None
-    _title: ClassVar[str] = "Schott"
 
     def __post_init__(self) -> None:
         self._keep(coefficients=check_row("Schott", "coefficients", self.coefficients, 6))
 
-    def _of(self, w: Any) -> Any:
+    def _index_at(self, w: Any) -> Any:
         first, second, *rest = self.coefficients
         return np.sqrt(first + second * w * w + sum(c / w ** (2 * k) for k, c in enumerate(rest, 1)))
 
@@ -200,7 +195,6 @@ class Edlen(Dispersion):
     range: tuple[float, float] | None = None
     name: str | None = None
     source: str | None = None
-    _title: ClassVar[str] = "Edlen"
 
     def __post_init__(self) -> None:
         k, b = check_row("Edlen", "k", self.k), check_row("Edlen", "b", self.b)
@@ -208,7 +202,7 @@ class Edlen(Dispersion):
             raise ValueError(f"Edlen: k and b must be as many, got {len(k)} and {len(b)}")
         self._keep(k=k, b=b)
 
-    def _of(self, w: Any) -> Any:
+    def _index_at(self, w: Any) -> Any:
         return 1 + sum(k / (b - 1 / (w * w)) for k, b in zip(self.k, self.b, strict=True))
 
 
@@ -233,7 +227,6 @@ class Tabulated(Dispersion):
     k: tuple[float, ...] | None = None
     name: str | None = None
     source: str | None = None
-    _title: ClassVar[str] = "Tabulated"
 
     def __post_init__(self) -> None:
         w, n = check_row("Tabulated", "wavelengths", self.wavelengths), check_row("Tabulated", "n", self.n)
@@ -256,7 +249,7 @@ class Tabulated(Dispersion):
         """The first wavelength and the last; None for a single one."""
         return (self.wavelengths[0], self.wavelengths[-1]) if len(self.wavelengths) > 1 else None
 
-    def _of(self, w: Any) -> Any:
+    def _index_at(self, w: Any) -> Any:
         n = np.interp(w, self.wavelengths, self.n)
         return n if self.k is None else n + 1j * np.interp(w, self.wavelengths, self.k)
 
@@ -281,14 +274,13 @@ class CatalogueFormula(Dispersion):
     range: tuple[float, float] | None = None
     name: str | None = None
     source: str | None = None
-    _title: ClassVar[str] = "CatalogueFormula"
 
     def __post_init__(self) -> None:
         if self.number not in CATALOGUE_FORMULAS:
             raise ValueError(f"CatalogueFormula: number must be one of {', '.join(map(str, CATALOGUE_FORMULAS))}")
         self._keep(coefficients=check_row("CatalogueFormula", "coefficients", self.coefficients))
 
-    def _of(self, w: Any) -> Any:
+    def _index_at(self, w: Any) -> Any:
         return CATALOGUE_FORMULAS[self.number](w, (*self.coefficients, *[0.0] * 10))
 
 
@@ -381,8 +373,7 @@ def check_index(owner: str, value: Any) -> Index:
         except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
             expected = "a function of it must take wavelengths in μm and return n > 0"
             raise ValueError(f"{owner}: refractive_index: {expected}; {str(error)[:160]}") from None
-        function: Index = value
-        return function
+        return value
     index = check_number(owner, "refractive_index", value)
     if not index > 0:
         raise ValueError(f"{owner}: refractive_index must be > 0, got {index}")

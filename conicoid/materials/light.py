@@ -5,12 +5,11 @@ A light of intensity I on a matte surface of reflectance c at angle θ gives c I
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias, get_args
 
 from .._util.arrays import VectorLike
-from .._util.validation import check_degrees, check_vector, describe_kind, format_value, warn
+from .._util.validation import check_degrees, check_fields, check_list, check_vector, format_value, warn
 from .color import BRIGHT, Amount, bytes_hint, check_amount, look_like_bytes
 
 Falloff: TypeAlias = Literal["none", "inverse_square"]
@@ -104,14 +103,12 @@ class SpotLight:
 
     def __post_init__(self) -> None:
         _check(self, "intensity", "position", "direction", "falloff")
-        angle = check_degrees("SpotLight", "angle", self.angle)
-        edge = check_degrees("SpotLight", "soft_edge", self.soft_edge)
-        if not 0 < angle <= 180:
-            raise ValueError(f"SpotLight: angle must be in (0, 180], got {angle} degrees")
-        if not 0 <= edge <= angle:
-            raise ValueError(f"SpotLight: soft_edge must be in [0, angle = {angle:g}], got {edge} degrees")
-        object.__setattr__(self, "angle", angle)
-        object.__setattr__(self, "soft_edge", edge)
+        check_fields(self, angle=check_degrees, soft_edge=check_degrees)
+        if not 0 < self.angle <= 180:
+            raise ValueError(f"SpotLight: angle must be in (0, 180], got {self.angle} degrees")
+        if not 0 <= self.soft_edge <= self.angle:
+            limits = f"[0, angle = {self.angle:g}]"
+            raise ValueError(f"SpotLight: soft_edge must be in {limits}, got {self.soft_edge} degrees")
 
 
 # All kinds of lights, and their checks.
@@ -123,17 +120,7 @@ LIGHTS: dict[str, type[Light]] = {kind.__name__: kind for kind in get_args(Light
 
 def as_lights(lights: Any) -> tuple[Light, ...]:
     """Return checked lights as a tuple; one light stands for a list of it."""
-    if isinstance(lights, get_args(Light)):
-        return (lights,)
-    if isinstance(lights, (str, bytes, dict)) or not isinstance(lights, Iterable):
-        raise TypeError(
-            f"Scene: lights must be a list of {', '.join(LIGHTS)}, or one of them, got {describe_kind(lights)}"
-        )
-    items = tuple(lights)
-    for i, light in enumerate(items):
-        if not isinstance(light, get_args(Light)):
-            raise TypeError(f"Scene: lights[{i}] must be one of {', '.join(LIGHTS)}, got {describe_kind(light)}")
-    return items
+    return check_list("Scene", "lights", lights, LIGHTS)
 
 
 def _warn_of_bytes(light: Light, owner: str, intensity: Amount) -> None:

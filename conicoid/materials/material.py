@@ -10,7 +10,15 @@ from dataclasses import dataclass
 from typing import Any, Literal, NoReturn, TypeAlias, get_args
 
 from .._util.arrays import Vector
-from .._util.validation import check_nonnegative, check_number, check_numbers, check_positive, format_value, warn
+from .._util.validation import (
+    check_fields,
+    check_nonnegative,
+    check_number,
+    check_numbers,
+    check_positive,
+    format_value,
+    warn,
+)
 from .coating import Coating
 from .color import Amount, Color, check_amount, check_color
 from .dispersion import Index, check_index, glass_hint
@@ -182,14 +190,8 @@ class Material:
         # Rates and radiances have no upper bound.
         for field in ("absorption", "emission", "scattering"):
             object.__setattr__(self, field, _amount(self, field, infinity))
-        for field, value in _checked_transport(self).items():
-            object.__setattr__(self, field, value)
-        for field in ("ambient", "diffuse"):
-            value = check_number(name, field, getattr(self, field))
-            if value < 0:
-                raise ValueError(f"{name}: {field} must be >= 0, got {value}")
-            object.__setattr__(self, field, value)
-        object.__setattr__(self, "shininess", check_positive(name, "shininess", self.shininess))
+        vars(self).update(_checked_transport(self))
+        check_fields(self, ambient=check_nonnegative, diffuse=check_nonnegative, shininess=check_positive)
         object.__setattr__(self, "refractive_index", _checked_refractive_index(self))
         if not isinstance(self.highlight, str) or self.highlight not in get_args(Highlight):
             raise ValueError(f"{name}: highlight must be 'phong' or 'blinn_phong', got {format_value(self.highlight)}")
@@ -321,8 +323,7 @@ def record_maker(material: Material, maker: MaterialMaker, own: Mapping[str, Any
 
 def _maker_of(material: Material) -> tuple[MaterialMaker, dict[str, Any]]:
     """Return the recorded constructor and its own arguments; the class for a material without a record."""
-    made: tuple[MaterialMaker, dict[str, Any]] = vars(material).get("_made", (Material, {}))
-    return made
+    return vars(material).get("_made", (Material, {}))
 
 
 def constructor_call(material: Material) -> tuple[str, dict[str, Any]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
+from functools import partial
 from typing import Any, ClassVar, Literal, TypeAlias, get_args
 
 import numpy as np
@@ -12,6 +13,7 @@ import numpy as np
 from .._util.text import check_choice
 from .._util.validation import (
     as_integer,
+    check_fields,
     check_flag,
     check_nonnegative,
     check_number,
@@ -51,11 +53,7 @@ class Checker:
 
     def __post_init__(self) -> None:
         # The dataclass is frozen: normalised fields are set around it.
-        object.__setattr__(self, "a", check_color("Checker", "a", self.a))
-        object.__setattr__(self, "b", check_color("Checker", "b", self.b))
-        object.__setattr__(self, "scale", _checked_scale(self.scale))
-        if not isinstance(self.space, bool):
-            raise ValueError(f"Checker: space must be true or false, got {format_value(self.space)}")
+        check_fields(self, a=check_color, b=check_color, scale=partial(_check_scale, most=3), space=check_flag)
 
     @property
     def scales(self) -> tuple[float, float, float]:
@@ -65,16 +63,11 @@ class Checker:
         return self.scale, self.scale, self.scale
 
 
-def _checked_scale(scale: Scale) -> Scale:
-    """Return one side, or the sides along two or three coordinates."""
+def _check_scale(owner: str, field: str, scale: Any, most: int = 2) -> Any:
+    """Return one side, or the sides along two coordinates, or along `most`."""
     if not hasattr(scale, "__len__") or isinstance(scale, str) or getattr(scale, "ndim", 1) == 0:
-        return check_positive("Checker", "scale", scale)
-    count = 2 if len(scale) == 2 else 3
-    sides = tuple(
-        check_positive("Checker", f"scale[{i}]", side)
-        for i, side in enumerate(check_numbers("Checker", "scale", scale, count))
-    )
-    return (sides[0], sides[1]) if count == 2 else (sides[0], sides[1], sides[2])
+        return check_positive(owner, field, scale)
+    return _check_sides(owner, field, scale, 2 if len(scale) == 2 else most)
 
 
 # Textures. Their coordinates are `scale` times as fine as the coordinates of the mapping, and begin at `offset`.
@@ -99,14 +92,11 @@ class ImagePath(str):
     """The name of an image file; in a scene file relative to its folder."""
 
 
-def _sides(owner: str, field: str, value: Any) -> Sides:
-    """Return one side, or one for each of two coordinates."""
-    if not hasattr(value, "__len__") or isinstance(value, str) or getattr(value, "ndim", 1) == 0:
-        return check_positive(owner, field, value)
-    u, v = (
-        check_positive(owner, f"{field}[{i}]", side) for i, side in enumerate(check_numbers(owner, field, value, 2))
+def _check_sides(owner: str, field: str, value: Any, count: int = 2) -> Any:
+    """Return the sides along some coordinates."""
+    return tuple(
+        check_positive(owner, f"{field}[{i}]", side) for i, side in enumerate(check_numbers(owner, field, value, count))
     )
-    return u, v
 
 
 def pair_sides(sides: Sides) -> tuple[float, float]:
@@ -155,21 +145,16 @@ class ImageTexture:
 
     def __post_init__(self) -> None:
         name = "ImageTexture"
-        object.__setattr__(self, "mapping", check_choice(name, "mapping", self.mapping, get_args(TextureMapping)))
-        object.__setattr__(self, "scale", _sides(name, "scale", self.scale))
-        u, v = check_numbers(name, "offset", self.offset, 2)
-        object.__setattr__(self, "offset", (u, v))
+        check_fields(self, mapping=_check_mapping, scale=_check_scale, offset=_check_pair)
         wraps = self.wrap if isinstance(self.wrap, tuple | list) else (self.wrap, self.wrap)
         if len(wraps) != 2:
             raise ValueError(f"{name}: wrap must be a word, or two, got {format_value(self.wrap)}")
         first, second = (check_choice(name, "wrap", each, get_args(Wrap)) for each in wraps)
-        object.__setattr__(self, "wrap", (first, second))
-        object.__setattr__(self, "data", check_flag(name, "data", self.data))
+        vars(self).update(wrap=(first, second), data=check_flag(name, "data", self.data))
         pixels = _pixels_of(self.image)
-        object.__setattr__(self, "pixels", pixels)
         # An absolute path, as the working directory may change before the scene is saved.
         is_file = isinstance(self.image, str | os.PathLike)
-        object.__setattr__(self, "image", ImagePath(os.path.abspath(self.image)) if is_file else pixels)
+        vars(self).update(pixels=pixels, image=ImagePath(os.path.abspath(self.image)) if is_file else pixels)
 
     @property
     def mean(self) -> tuple[float, float, float]:
@@ -250,10 +235,8 @@ class Gradient:
     offset: float = 0.0
 
     def __post_init__(self) -> None:
-        _check_colors(self, "a", "b")
         object.__setattr__(self, "along", check_choice("Gradient", "along", self.along, get_args(Along)))
-        object.__setattr__(self, "length", check_positive("Gradient", "length", self.length))
-        object.__setattr__(self, "offset", check_number("Gradient", "offset", self.offset))
+        check_fields(self, a=check_color, b=check_color, length=check_positive, offset=check_number)
 
 
 @dataclass(frozen=True)
@@ -282,10 +265,9 @@ class Noise:
     contrast: float = 1.5
 
     def __post_init__(self) -> None:
-        _check_colors(self, "a", "b")
-        object.__setattr__(self, "scale", check_positive("Noise", "scale", self.scale))
-        object.__setattr__(self, "octaves", _octaves("Noise", self.octaves))
-        object.__setattr__(self, "contrast", check_nonnegative("Noise", "contrast", self.contrast))
+        check_fields(
+            self, a=check_color, b=check_color, scale=check_positive, octaves=_octaves, contrast=check_nonnegative
+        )
 
 
 @dataclass(frozen=True)
@@ -311,11 +293,14 @@ class Wood:
     roughness: float = 0.6
 
     def __post_init__(self) -> None:
-        _check_colors(self, "early", "late")
-        object.__setattr__(self, "ring", check_positive("Wood", "ring", self.ring))
-        x, y = check_numbers("Wood", "offset", self.offset, 2)
-        object.__setattr__(self, "offset", (x, y))
-        object.__setattr__(self, "roughness", check_nonnegative("Wood", "roughness", self.roughness))
+        check_fields(
+            self,
+            early=check_color,
+            late=check_color,
+            ring=check_positive,
+            offset=_check_pair,
+            roughness=check_nonnegative,
+        )
 
 
 PlainPattern: TypeAlias = Color | ImageTexture | Gradient | Noise | Wood
@@ -347,22 +332,19 @@ class Brick:
     mapping: TextureMapping = "box"
 
     def __post_init__(self) -> None:
-        for field in ("bricks", "mortar"):
-            value = getattr(self, field)
-            if not isinstance(value, ImageTexture | Gradient | Noise | Wood):
-                object.__setattr__(self, field, check_color("Brick", field, value))
-        length, height = check_numbers("Brick", "size", self.size, 2)
-        sides = check_positive("Brick", "size[0]", length), check_positive("Brick", "size[1]", height)
-        object.__setattr__(self, "size", sides)
-        joint = check_nonnegative("Brick", "joint", self.joint)
-        if joint >= min(sides):
-            raise ValueError(f"Brick: joint must be less than both of size, got {joint} of {sides}")
-        object.__setattr__(self, "joint", joint)
-        variation = check_nonnegative("Brick", "variation", self.variation)
-        if variation > 1:
-            raise ValueError(f"Brick: variation must be in [0, 1], got {variation}")
-        object.__setattr__(self, "variation", variation)
-        object.__setattr__(self, "mapping", check_choice("Brick", "mapping", self.mapping, get_args(TextureMapping)))
+        check_fields(
+            self,
+            bricks=_check_plain,
+            mortar=_check_plain,
+            size=_check_sides,
+            joint=check_nonnegative,
+            variation=check_nonnegative,
+            mapping=_check_mapping,
+        )
+        if self.joint >= min(self.size):
+            raise ValueError(f"Brick: joint must be less than both of size, got {self.joint} of {self.size}")
+        if self.variation > 1:
+            raise ValueError(f"Brick: variation must be in [0, 1], got {self.variation}")
 
 
 # A Checker is a pattern of colours only: as a texture of roughness or bumps it has no meaning.
@@ -373,17 +355,24 @@ TEXTURES = (ImageTexture, Gradient, Noise, Wood, Brick)
 PATTERNS = (Checker, *TEXTURES)
 
 
-def _check_colors(texture: Any, *names: str) -> None:
-    """Check and normalise the named colours of a frozen texture."""
-    for field in names:
-        object.__setattr__(texture, field, check_color(type(texture).__name__, field, getattr(texture, field)))
+def _check_mapping(owner: str, field: str, value: Any) -> Any:
+    return check_choice(owner, field, value, get_args(TextureMapping))
 
 
-def _octaves(owner: str, value: Any) -> int:
+def _check_pair(owner: str, field: str, value: Any) -> Any:
+    return check_numbers(owner, field, value, 2)
+
+
+def _check_plain(owner: str, field: str, value: Any) -> Any:
+    """Return a texture of one part as it is, or a colour."""
+    return value if isinstance(value, ImageTexture | Gradient | Noise | Wood) else check_color(owner, field, value)
+
+
+def _octaves(owner: str, field: str, value: Any) -> int:
     """Return a whole number from 1 to 16."""
     count = as_integer(value)
     if count is None or not 1 <= count <= 16:
-        raise ValueError(f"{owner}: octaves must be a whole number from 1 to 16, got {format_value(value)}")
+        raise ValueError(f"{owner}: {field} must be a whole number from 1 to 16, got {format_value(value)}")
     return count
 
 

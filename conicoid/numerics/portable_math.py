@@ -98,8 +98,7 @@ def next_float(x: Any) -> float:
 def next_float_if(x: Any, lost: Any) -> float:
     """Return the next float above if something positive was lost, else x."""
     if isinstance(x, TracedFloat):
-        result: float = x.above_if(lost)
-        return result
+        return x.above_if(lost)
     return math.nextafter(x, math.inf) if lost > 0 else float(x)
 
 
@@ -116,8 +115,7 @@ def portable_max(a: Any, b: Any) -> float:
 def portable_scale(values: Iterable[Any]) -> float:
     """Return the largest value, as a unit for the others: it has no derivatives, on which nothing may depend."""
     largest = functools.reduce(portable_max, values)
-    scale: float = largest.constant() if isinstance(largest, Symbol) else largest
-    return scale
+    return largest.constant() if isinstance(largest, Symbol) else largest
 
 
 def rounded_sum(terms: Iterable[Any]) -> float:
@@ -132,8 +130,7 @@ def leading_sign(values: Sequence[Any]) -> float:
     """Return -1 if the first nonzero value is negative, else 1."""
     zero = _zero(values)
     if zero is not None:
-        result: float = functools.reduce(lambda value, other: value.leading(other), values, zero).unit_sign()
-        return result
+        return functools.reduce(lambda value, other: value.leading(other), values, zero).unit_sign()
     return -1.0 if next((value for value in values if value), 0.0) < 0 else 1.0
 
 

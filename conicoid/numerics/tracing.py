@@ -41,9 +41,6 @@ class _TracedComparison:
     def __eq__(self, other: object) -> bool:
         return _trace_comparison(self, other, ZERO)
 
-    def __ne__(self, other: object) -> bool:
-        return not _trace_comparison(self, other, ZERO)
-
     def __lt__(self, other: Any) -> bool:
         return _trace_comparison(self, other, NEGATIVE)
 

@@ -8,7 +8,7 @@ nothing is scattered.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -17,13 +17,11 @@ from .._util.validation import describe_kind
 from ..kernels.threads import limit_threads
 from ..queries.hits import Hits
 from ..queries.line_integrals import trailing_axes
+from ..queries.scene_protocol import SceneLike
 from ..queries.spans import Crossings, Spans
 from ..queries.weights import BODY
 from .scheduler import worker_name
 from .shared_state import find_shared, shared_scene, source_version
-
-if TYPE_CHECKING:
-    from ..queries.scene_protocol import SceneLike
 
 _SCALARS: dict[str, Any] = dict(
     t=float, body=np.int32, face=np.int32, surface=np.int32, hit=bool, entering=bool, doubtful=bool,

@@ -10,14 +10,17 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from hashlib import blake2b
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from .._util.files import replace_file, resolve_output
 from .._util.validation import check_path as checked_path
+from ..kernels.threads import Progress
+from ..queries.device import Device
 from ..queries.device_choice import device_of
-from ..render.exposure import Exposure, empty_sums, render_motion_blur, stills
+from ..queries.scene_protocol import SceneLike
+from ..render.exposure import Exposure, Preview, empty_sums, render_motion_blur, stills
 from ..render.film import COUNT, SUMS, mean_pixels
 from ..render.integrators import INTEGRATORS
 from ..render.job import FilmResult, RenderJob, lower_scene_light
@@ -25,13 +28,6 @@ from ..render.tiles import SIDE, SQUARE, tile_corner, tile_total, tiles_of_squar
 from .queries import workers_of
 from .scheduler import ChunkSize, ScheduledTask, prepare_first, run_tasks
 from .shared_state import SharedObject, shared_scene, source_version
-
-if TYPE_CHECKING:
-    from ..kernels.threads import Progress
-    from ..queries.device import Device
-    from ..queries.scene_protocol import SceneLike
-    from ..render.exposure import Preview
-
 
 _MAGIC = b"conicoid parts 2\n"
 _HEAD = struct.Struct("<QQQI")

@@ -147,8 +147,7 @@ class _Worker:
             finally:
                 if watch is not None:
                     watch.cancel()
-            outcome: tuple[bool, Any] = pickle.loads(answer)
-            return outcome
+            return pickle.loads(answer)
         if late:
             raise WorkerDeath(
                 f"a task took longer than timeout={self.timeout:g} s in {len(late)} of {self.retries + 1} processes, "

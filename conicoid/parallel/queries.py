@@ -9,7 +9,7 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from .._util.arrays import FloatArray
 from .._util.validation import describe_kind, is_dask_array, replace_default
 from .._util.value_objects import align_array, freeze_arrays
 from ..kernels.first_hits import HitBuffers
+from ..kernels.threads import Progress
 from ..queries import points as at_points, points as distances, ray_queries
 from ..queries.device_choice import device_of
 from ..queries.hits import Hits
@@ -24,17 +25,12 @@ from ..queries.line_integrals import trailing_axes
 from ..queries.points import BodiesAt, Distances, Nearest
 from ..queries.ray_queries import as_rays, limits_of
 from ..queries.rays import LazyRays, Rays, lines_of
+from ..queries.scene_protocol import SceneLike
 from ..queries.spans import Crossings, Spans, refuse_large_lengths
 from ..queries.voxel_columns import ColumnGrid, voxel_shares as columns_here
 from .scheduler import ChunkSize, ScheduledTask, prepare_first, run_tasks
 from .shared_state import SharedObject, shared_scene
 from .workers import Workers, as_workers, inline_workers
-
-if TYPE_CHECKING:
-    from ..kernels.threads import Progress
-    from ..queries.rays import Rays
-    from ..queries.scene_protocol import SceneLike
-
 
 RAY_BYTES = 48
 """Bytes of a ray that travels as numbers."""
@@ -91,7 +87,7 @@ class RayRequest:
     def share(self, begin: int, end: int, travels: bool = True) -> RayShare:
         """Return the flat rays `begin` to `end`; whole rows of a picture keep two axes.
 
-        A share that travels to another process takes what it needs of lazy rays with it.
+        A share that travels to another process takes its part of lazy rays with it.
         """
         width, count = self.width, end - begin
         # Whole rows keep the two axes of a picture.

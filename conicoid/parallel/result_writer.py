@@ -15,7 +15,7 @@ import os
 import shutil
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -42,20 +42,17 @@ from ..io.result_file import (
     list_row_arrays,
     table_columns,
 )
+from ..kernels.threads import Progress
+from ..queries.hits import Hits
 from ..queries.ray_queries import refuse_no_rays
 from ..queries.rays import ArrayRays, LazyRays, Rays
+from ..queries.scene_protocol import SceneLike
+from ..queries.spans import Crossings, Spans
 from ..queries.weights import BODY
 from .queries import RayRequest, answer_part, assemble, ray_chunks, ray_tasks, workers_of
 from .scheduler import ScheduledTask, run_tasks
 from .shared_state import SharedObject, shared_scene, source_version
 from .workers import Workers
-
-if TYPE_CHECKING:
-    from ..kernels.threads import Progress
-    from ..queries.hits import Hits
-    from ..queries.scene_protocol import SceneLike
-    from ..queries.spans import Crossings, Spans
-
 
 SUFFIXES = (".npz", ".csv", ".parquet", ".zarr")
 """Suffixes of files of hits, spans and crossings."""
@@ -130,7 +127,7 @@ class ResultParts:
             path = self.file(name)
             try:
                 with open(os.open(path, os.O_CREAT | os.O_WRONLY | getattr(os, "O_BINARY", 0), 0o666), "wb") as file:
-                    file.truncate(self.sizes.get(name, 0))  # what a run that was killed wrote beyond
+                    file.truncate(self.sizes.get(name, 0))  # drop the bytes that a killed run wrote beyond
                     file.seek(0, os.SEEK_END)
                     file.write(data)
             except OSError as error:
@@ -197,7 +194,7 @@ def result_writer(
     errors
         Whether tables have error bounds; other files have them in any case.
     key
-        What the answers depend on beside scene, query and version: then the parts stay after a failure.
+        The name of the work, beside scene, query and version: with it the parts stay after a failure.
     resume
         Whether to go on from parts that an earlier run left.
     """

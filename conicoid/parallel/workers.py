@@ -11,12 +11,10 @@ import os
 import weakref
 from collections.abc import Callable
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from .._util.validation import check_callback, check_integer, check_path as checked_path, describe_kind
-
-if TYPE_CHECKING:
-    from ..kernels.threads import Progress
+from ..kernels.threads import Progress
 
 
 class LostTaskError(RuntimeError):

@@ -1,4 +1,4 @@
-"""Derivatives of results: the methods by which hits and spans differentiate themselves, and what they return.
+"""Derivatives of results: the methods by which hits and spans differentiate themselves, and their results.
 
 `conicoid.apps.derivatives` computes the derivatives.
 """

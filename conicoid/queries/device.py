@@ -60,7 +60,7 @@ class GpuDriver(Protocol):
         """Return an array of bytes of the CPU's memory from and to which the card copies by itself."""
 
     def stream(self) -> Any:
-        """Return a new stream: what is put into it runs in order."""
+        """Return a new stream: its work runs in order."""
 
     def send(self, address: int, array: Any, stream: Any) -> None:
         """Copy an array to the card."""
@@ -117,7 +117,7 @@ class _Twin(NamedTuple):
     address: int
 
     def part(self, first: int, last: int, more: int = 0) -> list[int]:
-        """Return what a kernel takes for rows first..last: address and length. One row stands for all."""
+        """Return the arguments of a kernel for rows first..last: address and length. One row stands for all."""
         if len(self.array) == 1:
             return [self.address, 1]
         return [self.address + first * self.array.strides[0], last - first + more]
@@ -166,7 +166,7 @@ class _Lane:
 
 
 class SpanSums(NamedTuple):
-    """What a card sums up along rays (`kernels.device.sum_spans`), and arrays for the answers."""
+    """The weights of sums along rays on a card (`kernels.device.sum_spans`), and arrays for the answers."""
 
     places: Any
     weights: Any
@@ -176,7 +176,7 @@ class SpanSums(NamedTuple):
 
 
 class _Pass(NamedTuple):
-    """What the chunks of a query have in common."""
+    """The data that the chunks of a query share."""
 
     function: str
     tables: list[int]
@@ -196,7 +196,7 @@ class Device:
         self._status = CardMemory(driver, ALIGNMENT)
 
     def wait(self, lane: _Lane) -> None:
-        """Wait for what is in a lane."""
+        """Wait for the work in a lane."""
         looks = 0
         while not self.driver.is_done(lane.stream):
             looks += 1
@@ -358,7 +358,7 @@ class Device:
         self, scene: PreparedScene, function: str, count: int, size: int,
         work: Callable[[_Lane, _Pass, int, int], Iterator[None]],
     ) -> bool:  # fmt: skip
-        """Run the work of chunks of `size` rays, each in a lane; it yields where it waits for what it put there.
+        """Run the work of chunks of `size` rays, each in a lane; it yields where it waits for its work there.
 
         Returns False, and does nothing, if there is not enough scratch memory.
         """
@@ -403,7 +403,7 @@ class Device:
 
     @contextlib.contextmanager
     def _idle_lane(self) -> Iterator[_Lane]:
-        """Yield a lane while no other query runs, and wait for what was put into it."""
+        """Yield a lane while no other query runs, and wait for the work that it got."""
         with self.lock:
             for each in self.lanes:
                 self.wait(each)

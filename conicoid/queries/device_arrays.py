@@ -133,7 +133,7 @@ class DeviceArray:
         return DeviceArray(self._device, address, shape, self.dtype, self)
 
     def _part(self, first: int, last: int, count: int) -> list[int]:
-        """Return what a kernel takes for rows first..last: address and length. One row stands for all `count` rows."""
+        """Return the arguments of a kernel for rows first..last: address and length. One row stands for all `count`."""
         rows = self.shape[0]
         if rows != count:
             return [self._address, rows]

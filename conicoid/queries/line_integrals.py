@@ -34,7 +34,7 @@ _ON_CARD = 1 << 22  # rays between two calls of `progress` where a GPU sums up
 
 
 class SumPlan(NamedTuple):
-    """What is summed up along rays, and how."""
+    """The values that are summed up along rays, and the form of the sums."""
 
     query: str
     by: str

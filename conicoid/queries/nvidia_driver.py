@@ -99,7 +99,7 @@ class NvidiaDriver:
         return found.decode() if found else str(error)
 
     def _check(self, name: str, error: Any) -> None:
-        """Raise MemoryError or RuntimeError for what a function of the driver returned, unless it succeeded."""
+        """Raise MemoryError or RuntimeError for the status that the driver returned, unless it is success."""
         if error == self._driver.CUresult.CUDA_ERROR_OUT_OF_MEMORY:
             raise MemoryError(f"device='cuda': {name}: {self.name} has too little memory")
         if int(error) != 0:
@@ -149,7 +149,7 @@ class NvidiaDriver:
         """Return memory that is kept, if there is some of this size."""
         if not self._spare.get(size):
             return None
-        if not self._is_quiet:  # another library may still read what it gave back
+        if not self._is_quiet:  # another library may still read memory that it gave back
             self._is_quiet = True  # first: arrays that end meanwhile set it back
             self._call("cuCtxSynchronize")
         self._spare_bytes -= size

@@ -308,7 +308,7 @@ def _keep_single_calls(
 def _call_single(
     call: Callable[..., Any], scene: PreparedScene, origins: Any, directions: Any, t_min: Any, t_max: Any
 ) -> tuple[Any, Rays | None]:
-    """Return what a call finds for one ray, and the ray if it was spawned on a wall of this scene."""
+    """Return the result of a call for one ray, and the ray if it was spawned on a wall of this scene."""
     found = call(origins, directions, t_min, t_max, -1)
     if found is None and directions is None and type(origins) is Rays and not origins.shape:
         start = int(origins._starts[0])

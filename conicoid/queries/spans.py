@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._util.arrays import FloatArray, ignore_fp_errors
-from .._util.text import NameTuple, format_count
+from .._util.text import MOST_ROWS, NameTuple, format_count, html_table
 from .._util.validation import check_npz_path, format_value, zero_negligible
 from .._util.value_objects import freeze_arrays
 from ..kernels.body.crossing_rows import (
@@ -48,7 +48,7 @@ from ..kernels.ray import RayArrays
 from ..kernels.threads import KernelRange, chunk_of_rays, run_chunks, run_on, run_rows
 from .derivatives import SpanDerivatives
 from .exact.doubtful_rays import resolve_rows
-from .exact.error_bounds import bounds_of_t
+from .exact.error_bounds import bounds_of_t, refine_points
 from .exact.hit_sides import HitPlaces, sides_of
 from .hit_fields import hit_points, normals_of
 from .overlaps import REFUSE_OVERLAPS, check_overlaps, report_overlaps
@@ -140,8 +140,6 @@ class RayLists:
 
     def _table(self, *names: str) -> str:
         """Return the table that a notebook shows: some fields of the first rows."""
-        from .._util.text import MOST_ROWS, html_table
-
         body = self.body[:MOST_ROWS]  # type: ignore[attr-defined]
         rays = np.searchsorted(self.offsets, np.arange(len(body)), side="right") - 1
         fields = (getattr(self, name)[:MOST_ROWS] for name in names)
@@ -533,8 +531,6 @@ class Crossings(QueryResult, RayLists):
         points, far, lines = np.empty((len(self.t), 3)), np.zeros(1, np.int8), self._rows_rays
         run_rows(hit_points, (*lines, self.t), len(points), points, far)
         if far[0]:  # the rule of `Hits.point`
-            from .exact.error_bounds import refine_points
-
             scene, turns = self._scene, np.zeros(len(points), np.int8)
             faces = np.stack([self.surface, self.face, np.ones_like(self.face)])
             arguments = (scene.geometry, scene.rest, *lines, self.t, turns, faces)

@@ -25,11 +25,14 @@ from .._util.validation import (
     SMALLEST,
     as_integer,
     check_degrees,
+    check_direction,
+    check_fields,
     check_nonnegative,
     check_positive,
     check_vector,
     describe_kind,
     format_value,
+    optional,
 )
 from ..materials.light import AmbientLight, DirectionalLight, Light
 from ..numerics.portable_math import sin_cos_degrees, tan_degrees
@@ -166,13 +169,14 @@ class Camera(AnyCamera):
 
     def __post_init__(self) -> None:
         _check_camera(self)
-        angle = check_degrees("Camera", "field_of_view", self.field_of_view)
-        if not 0 < angle < 180:
-            raise ValueError(f"Camera: field_of_view must be in (0, 180) degrees, got {angle}")
-        object.__setattr__(self, "field_of_view", angle)
-        object.__setattr__(self, "aperture", check_nonnegative("Camera", "aperture", self.aperture))
-        if self.focus_distance is not None:
-            object.__setattr__(self, "focus_distance", check_positive("Camera", "focus_distance", self.focus_distance))
+        check_fields(
+            self,
+            field_of_view=check_degrees,
+            aperture=check_nonnegative,
+            focus_distance=optional(check_positive),
+        )
+        if not 0 < self.field_of_view < 180:
+            raise ValueError(f"Camera: field_of_view must be in (0, 180) degrees, got {self.field_of_view}")
         blades = as_integer(self.blades)
         if blades is None or not (blades == 0 or 3 <= blades <= MOST_BLADES):
             raise ValueError(
@@ -195,7 +199,7 @@ class Camera(AnyCamera):
             return LINEAR, (0.0, 0.0, 0.0, 0.0)
         focus = self.focus_distance
         if focus is None:
-            # Sharp at what the camera looks at, unless the scene says otherwise
+            # Sharp at the point that the camera looks at, unless the scene states a distance
             focus = float(row_lengths(np.subtract(self.look_at, self.position)))
         return THIN_LENS, (self.aperture / 2, focus, float(self.blades), 0.0)
 
@@ -231,7 +235,7 @@ class OrthographicCamera(AnyCamera):
 
     def __post_init__(self) -> None:
         _check_camera(self)
-        object.__setattr__(self, "height", check_positive("OrthographicCamera", "height", self.height))
+        check_fields(self, height=check_positive)
 
     @property
     def lens(self) -> FloatArray:
@@ -272,16 +276,14 @@ def project_points(camera: AnyCamera, points: npt.ArrayLike, width: int, height:
 @ignore_fp_errors
 def _check_camera(camera: AnyCamera) -> None:
     """Check and normalise the fields that all cameras have."""
-    owner: str = type(camera).__name__
-    position, look_at = check_vector(owner, "position", camera.position), check_vector(owner, "look_at", camera.look_at)
-    up = check_vector(owner, "up", camera.up, nonzero=True)
+    check_fields(camera, position=check_vector, look_at=check_vector, up=check_direction)
+    position, look_at = camera.position, camera.look_at
     if position == look_at:
-        raise ValueError(f"{owner}: look_at must differ from position, got {position} for both")
+        raise ValueError(f"{type(camera).__name__}: look_at must differ from position, got {position} for both")
     forward = np.subtract(look_at, position)
-    if _are_along(forward, up):  # a plan view: `up` cannot be along it
+    if _are_along(forward, camera.up):  # a plan view: `up` cannot be along it
         up = (0.0, 0.0, 1.0) if _are_along(forward, (0.0, 1.0, 0.0)) else (0.0, 1.0, 0.0)
-    for field, value in (("position", position), ("look_at", look_at), ("up", up)):
-        object.__setattr__(camera, field, value)
+        object.__setattr__(camera, "up", up)
 
 
 def _are_along(a: FloatArray, b: Vector) -> bool:
@@ -397,12 +399,12 @@ class FisheyeCamera(_PanoramicCamera):
 
     def __post_init__(self) -> None:
         _check_camera(self)
-        angle = check_degrees("FisheyeCamera", "field_of_view", self.field_of_view)
+        check_fields(self, field_of_view=check_degrees)
+        angle = self.field_of_view
         check_choice("FisheyeCamera", "projection", self.projection, get_args(Projection))
         if not 0 < angle <= 360 or (angle == 360 and self.projection == "stereographic"):
             limits = "(0, 360)" if self.projection == "stereographic" else "(0, 360]"
             raise ValueError(f"FisheyeCamera: field_of_view must be in {limits} degrees, got {angle}")
-        object.__setattr__(self, "field_of_view", angle)
 
     @property
     def optics(self) -> tuple[int, tuple[float, float, float, float]]:

@@ -1,4 +1,4 @@
-"""What cameras and the kernels that make their rays have in common: kinds of camera, and the size of a picture.
+"""Constants that cameras share with the kernels of their rays: kinds of camera, and the size of a picture.
 
 `camera` has the classes, which need no compiler; `camera_rays` has the kernels. Neither imports the other's part from
 here, so that a scene with a camera can be read, written and edited without Numba.

@@ -80,11 +80,11 @@ class CameraView(NamedTuple):
     sign_change: float
     """How far from a pixel's middle, in pixels, the filter becomes negative."""
     scale: float
-    """What every sample counts, so that they make 1 in the mean."""
+    """The weight of every sample, so that their mean is 1."""
 
 
 def lower_view(camera: CameraModel, form: Filter) -> CameraView:
-    """What kernels take."""
+    """Return the arguments of kernels."""
     kind, numbers = camera.optics
     quantiles, sign_change, scale = lower_filter(form)
     return CameraView(camera.lens, kind, np.array(numbers), int(form != "box"), quantiles, sign_change, scale)

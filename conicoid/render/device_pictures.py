@@ -120,7 +120,7 @@ class DevicePictures:
         self, film: Film, sums: Floats, squares: Signs, last: int, begun: int, begin: int, end: int,
         done: Callable[[Longs, int], None],
     ) -> bool:  # fmt: skip
-        """Do what a kernel of tiles does for tiles begin to end.
+        """Run tiles begin to end, as a kernel of tiles does.
 
         It calls `done` with tiles that are done, and how many are left. Returns False where the CPU must go on: the
         memory of a thread or of the card is too small.
@@ -149,7 +149,7 @@ class DevicePictures:
 
 
 def _flatten(value: Any, shape: str = "") -> list[Any]:
-    """Return what a kernel takes for a value, as `Device.run` takes constants; native/signature.py has the same order.
+    """Return the arguments of a kernel for a value, as `Device.run` takes them; native/signature.py has the same order.
 
     A table is followed by its length along the axis whose length its shape leaves open.
     """

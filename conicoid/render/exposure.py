@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 Preview: TypeAlias = Callable[[Film, FloatArray], Any]
 TileSink: TypeAlias = Callable[[list[tuple[int, int]]], Any]
 _TILES = 16
-"""So many tiles of one sample a call fills at most: what it takes beside is as long as half a tile of a simple picture.
+"""Most tiles of one sample that a call fills: its overhead is as long as half a tile of a simple picture.
 
 Of many samples each is handed over as it is done.
 """

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._jit.decorators import helper, inline
+from ..kernels.closest.form import perpendicular_axes
 from ..kernels.numbers.vectors import dot, normalize
 from ..kernels.tables import Geometry
 from .bsdf.material_table import MaterialTable
@@ -82,18 +83,6 @@ def _step(at: TexturePlace) -> float:
 
 
 @inline
-def _tangents(nx: float, ny: float, nz: float) -> tuple[float, float, float, float, float, float]:
-    """Return two unit vectors across a unit normal.
-
-    Duff and others, Building an orthonormal basis, revisited, JCGT 6(1), 2017.
-    """
-    sign = math.copysign(1.0, nz)
-    a = -1.0 / (sign + nz)
-    b = nx * ny * a
-    return 1.0 + sign * nx * nx * a, sign * b, -sign * nx, b, sign + ny * ny * a, -ny
-
-
-@inline
 def _offset_place(at: TexturePlace, x: float, y: float, z: float) -> TexturePlace:
     """Return the place moved by (x, y, z)."""
     return TexturePlace(at.body, at.face, at.surface, at.x + x, at.y + y, at.z + z, at.nx, at.ny, at.nz, at.reach)
@@ -123,7 +112,7 @@ def bump_normal(
     step = _step(at)
     if not step > 0.0:
         return 0.0, 0.0, 0.0
-    sx, sy, sz, tx, ty, tz = _tangents(at.nx, at.ny, at.nz)
+    sx, sy, sz, tx, ty, tz = perpendicular_axes(at.nx, at.ny, at.nz)
     per = -0.5 * height / step
     s = per * _slope(geometry, textures, texels, number, at, step * sx, step * sy, step * sz)
     t = per * _slope(geometry, textures, texels, number, at, step * tx, step * ty, step * tz)
@@ -147,7 +136,7 @@ def map_normal(
 ) -> tuple[float, float, float]:
     """Return the unit normal of a place by a map of normals."""
     step = _step(at)
-    sx, sy, sz, tx, ty, tz = _tangents(at.nx, at.ny, at.nz)
+    sx, sy, sz, tx, ty, tz = perpendicular_axes(at.nx, at.ny, at.nz)
     mapping = textures[number].mapping
     us, vs = _change(geometry, mapping, at, step * sx, step * sy, step * sz)
     ut, vt = _change(geometry, mapping, at, step * tx, step * ty, step * tz)

@@ -58,7 +58,7 @@ class RenderJob:
 
     @property
     def keeps_sums(self) -> bool:
-        """Are sums of samples needed even where nobody asks for them?"""
+        """Whether the picture needs sums of samples by itself."""
         return self.is_progressive or self.noise is not None
 
 
@@ -116,7 +116,7 @@ def most_turns(integrator: str, depth: int) -> int:
 
 
 def lower_scene_light(scene: Any, camera: AnyCamera, integrator: str) -> Any:
-    """What an integrator needs of materials, lights and background."""
+    """The materials, lights and background in the form of an integrator."""
     kind = INTEGRATORS[integrator]
     if kind.transports:
         return _lower_transport(scene, camera)
@@ -124,7 +124,7 @@ def lower_scene_light(scene: Any, camera: AnyCamera, integrator: str) -> Any:
 
 
 def _lower_whitted(scene: Any, camera: AnyCamera) -> Any:
-    """What Whitted's pictures need. Where the scene has lamps and no lights, of those that fit only the ambient one."""
+    """Return the tables of Whitted's pictures; lamps without lights get the ambient one of those that fit."""
     from .lights.light_tables import lower_lamplight
 
     made = lower_lamplight(lower_scene_shading(scene, camera), scene.bodies, scene._prepared.lowered.body_item)
@@ -135,7 +135,7 @@ def _lower_whitted(scene: Any, camera: AnyCamera) -> Any:
 
 
 def _lower_transport(scene: Any, camera: AnyCamera) -> Any:
-    """What light transport needs. Where the scene has no lights, lamps and background are; else those that fit."""
+    """Return the tables of light transport; without lights, of lamps and background, or else of lights that fit."""
     from .lights.light_tables import lower_transport
 
     def with_lights(lights: Any) -> Any:

@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from .._util.arrays import dot_rows, ignore_fp_errors, row_lengths
 from .._util.files import printable
-from ..materials.color import linear_rgb, srgb_decode
+from ..materials.color import linear_rgb, srgb_decode, srgb_encode
 from ..numerics.portable_math import hypot
 from .camera import Camera, FisheyeCamera, OrthographicCamera
 
@@ -91,8 +91,6 @@ def is_in_font(letter: str) -> bool:
 
 
 def _bytes(color: str) -> tuple[int, int, int]:
-    from ..materials.color import srgb_encode
-
     red, green, blue = (round(255 * float(c)) for c in srgb_encode(linear_rgb(color)))
     return red, green, blue
 
@@ -103,9 +101,9 @@ def round_down_125(length: float) -> float:
     return power * next((k for k in (5, 2) if k * power <= length), 1)
 
 
-# What a camera sees of points in the world.
+# Points of the world as a camera sees them.
 
-_NEARLY_WHOLE = 1 - 1e-6  # of the way to a point: what it lies on does not hide it
+_NEARLY_WHOLE = 1 - 1e-6  # of the way to a point: the surface that it lies on does not hide it
 
 
 def find_hidden(scene: SceneLike, camera: AnyCamera, points: Any) -> Any:

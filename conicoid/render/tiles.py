@@ -1,4 +1,4 @@
-"""What the tile loop keeps of a square of pixels: their numbers, their light, and its sums onto the film.
+"""The state of a square of pixels in the tile loop: their numbers, their light, and its sums onto the film.
 
 Loops over rows of a table with several columns write these one by one: Numba fills a part of a table row by row, each
 by a call, which took a tenth of the time of a simple picture.
@@ -38,7 +38,7 @@ Film = npt.NDArray[np.float32]
 
 
 class SquareBuffers(NamedTuple):
-    """What the tile loop keeps of the pixels of a square."""
+    """The state of the pixels of a square in the tile loop."""
 
     pixels: Longs  # (64,) their numbers
     places: Floats  # (2 · 64) where in the picture a sample of each lies: x, then y

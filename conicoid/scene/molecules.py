@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from .._util.arrays import ignore_fp_errors
 from .._util.text import check_choice
@@ -18,9 +19,6 @@ from ..io.molecules.atoms import SYMBOLS, VAN_DER_WAALS_RADII, Atoms, atomic_num
 from ..io.molecules.importer import read_atoms
 from ..io.molecules.styles import STYLES, MoleculeStyle, StyleName, build_molecule_bodies
 from .scene import Scene
-
-if TYPE_CHECKING:
-    import numpy.typing as npt
 
 _NOTHING: Mapping[str, Any] = {}
 

@@ -15,7 +15,7 @@ from ..materials.color import amount_rgb
 from ..materials.light import AmbientLight, as_lights
 from ..materials.material import Material
 from ..queries.device_choice import device_of
-from ..render.exposure import compute_layers, render
+from ..render.exposure import compute_layers, render, render_motion_blur
 from ..render.film import SUM_LAYERS, check_layers, image_error
 from ..render.job import FilmResult, RenderJob, make_job
 
@@ -39,7 +39,7 @@ def render_image(
     with_sums = any(name in names for name in SUM_LAYERS)
     if job.shutter is not None:  # layers and labels show the scene in the middle of the interval
         shown_scene = scene.at((job.shutter[0] + job.shutter[1]) / 2)
-    group_scenes = _groups(scene, groups)
+    group_scenes = {} if groups is None else scenes_by_group(scene, groups)
     exposed = _expose_film(scene, job, fixed, with_sums, progress, show, executor, resume, gpu)
     layer_arrays = compute_layers(shown_scene, job, names, exposed, gpu)
     for name, part in group_scenes.items():
@@ -64,18 +64,8 @@ def _expose_film(
 
         return render_tiles(scene, job, with_sums, executor, resume, progress, show, fixed, gpu)
     if job.shutter is not None:
-        from ..render.exposure import render_motion_blur
-
         return render_motion_blur(scene, job, fixed, progress, show, device=gpu)
     return render(scene, job, with_sums, progress, show, gpu)
-
-
-def _groups(scene: Any, groups: Any) -> dict[str, Any]:
-    """Return, for each group of lights, the scene with these lights alone."""
-    if groups is None:
-        return {}
-
-    return scenes_by_group(scene, groups)
 
 
 def _preview_function(preview: Any) -> Callable[[Any, Any], None] | None:

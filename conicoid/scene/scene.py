@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Literal, NoReturn, SupportsIndex, overloa
 import numpy as np
 
 from .._util.arrays import BoxEnds, FloatArray, ignore_fp_errors
-from .._util.process import fork_safe_lock
+from .._util.process import fork_safe_lock, pause_gc
 from .._util.text import NameTuple, format_count, unknown_attribute
 from .._util.validation import (
     DEFAULT_T_MAX,
@@ -36,7 +36,7 @@ from .._util.validation import (
     is_on_card,
 )
 from ..geometry.body import Body
-from ..geometry.bounds.aabb import Bounds
+from ..geometry.bounds.aabb import Bounds, enclose_rows
 from ..geometry.entries import (
     Bodies,
     apply_motion,
@@ -259,8 +259,6 @@ class Scene:
         They hold the bodies, and are rounded outward once; around a Boolean solid they may be wider by 10⁻⁹ of its
         size, where `shape.bounds` of the solid is tight.
         """
-        from ..geometry.bounds.aabb import enclose_rows
-
         return Bounds(*enclose_rows(self._boxes()))
 
     @cached_property
@@ -500,8 +498,7 @@ class Scene:
         """
         from ..geometry.tracks import follow_tracks
 
-        scene: Scene = follow_tracks(self, check_number("at", "time", time))
-        return scene
+        return follow_tracks(self, check_number("at", "time", time))
 
     # --- Preparation
 
@@ -524,7 +521,6 @@ class Scene:
         """Return the prepared scene, built once under the lock; `progress` is that of `prepare`."""
         with self._lock:
             if self._cached_prepared is None:
-                from .._util.process import pause_gc
                 from ..prepare.prepared_scene import prepare
 
                 # Held by this list alone, the old scene can give its memory to the new one
@@ -596,8 +592,7 @@ class Scene:
         TypeError
             For a device beside an executor.
         """
-        hits: Hits = self._along_rays("first_hit", executor, device, origins, directions, t_min, t_max)
-        return hits
+        return self._along_rays("first_hit", executor, device, origins, directions, t_min, t_max)
 
     def occluded(
         self, origins: ArrayLike | Rays, directions: ArrayLike | None = None, t_min: ArrayLike = DEFAULT_T_MIN,
@@ -629,8 +624,7 @@ class Scene:
         origins, directions, t_min, t_max, executor, device
             As for `first_hit`. An empty interval, t_min >= t_max, has no spans.
         """
-        spans: Spans = self._along_rays("spans", executor, device, origins, directions, t_min, t_max)
-        return spans
+        return self._along_rays("spans", executor, device, origins, directions, t_min, t_max)
 
     def crossings(
         self, origins: ArrayLike | Rays, directions: ArrayLike | None = None, t_min: ArrayLike = DEFAULT_T_MIN,
@@ -644,8 +638,7 @@ class Scene:
         origins, directions, t_min, t_max, executor, device
             As for `first_hit`. An empty interval, t_min >= t_max, has no crossings.
         """
-        crossings: Crossings = self._along_rays("crossings", executor, device, origins, directions, t_min, t_max)
-        return crossings
+        return self._along_rays("crossings", executor, device, origins, directions, t_min, t_max)
 
     @ignore_fp_errors
     def stream(
@@ -712,10 +705,9 @@ class Scene:
         -------
         float64 (..., bodies) or (..., materials)
         """
-        lengths: FloatArray = self._along_many_rays(
+        return self._along_many_rays(
             "lengths", executor, device, origins, directions, t_min, t_max, progress, by=by, overlaps=overlaps
         )
-        return lengths
 
     def line_integral(
         self, values: LineValues, origins: ArrayLike | Rays, directions: ArrayLike | None = None,
@@ -832,8 +824,7 @@ class Scene:
         points, executor
             As for `contains`.
         """
-        bodies: BodiesAt = self._at_points("bodies_at", executor, points)
-        return bodies
+        return self._at_points("bodies_at", executor, points)
 
     def _at_points(self, query: str, executor: Any, points: Any, device: str | None = None) -> Any:
         """Answer a query of points."""
@@ -905,8 +896,7 @@ class Scene:
         if _is_remote(executor, points):
             from ..parallel.queries import dispatch_distances
 
-            result: Distances = dispatch_distances(self, executor, points, max_distance, exact, progress)
-            return result
+            return dispatch_distances(self, executor, points, max_distance, exact, progress)
         return distances.distance(self._prepared, points, max_distance, exact, progress)
 
     # --- Explanations

@@ -2,14 +2,35 @@
 
 from __future__ import annotations
 
+import math
+
+import numpy as np
+
+from .._jit.machine_code import SHIPPED
+from ..apps.checks.check import check
+from ..apps.measures.measure import FEWEST_RAYS, measure
+from ..geometry.bulk import Spheres
+from ..geometry.general_quadric import Quadric
+from ..geometry.polyhedron import MANY_FACES, Polyhedron
+from ..geometry.primitives import Box, Cylinder, HalfSpace, Sphere
+from ..geometry.sheets import Polygon
+from ..kernels.crossings import trace_rows_alone
+from ..kernels.first_hits import HitBuffers, trace_first_alone
+from ..prepare.bvh.sah_binning import ONE_THREAD
+from ..prepare.tape.recording_cache import FEWEST
+from ..queries.hit_fields import hit_alone, scan_lines
+from ..queries.ray_queries import arrays_of
+from ..queries.rays import Rays
+from ..render.camera import EquirectangularCamera
+from ..render.integrators import INTEGRATORS
+from .scene import QUERIES, Scene
+
 
 def warmup() -> None:
     """Compile all kernels for this process, in some two minutes.
 
     There is nothing to do if the package came with machine code.
     """
-    from .._jit.machine_code import SHIPPED
-
     if SHIPPED is not None:
         return
     for call in (
@@ -30,9 +51,6 @@ def warmup() -> None:
 
 def _answers() -> None:
     """Compute every field of every result, for rays that certainly hit and for rays that only touch a ball."""
-    from ..geometry.primitives import Sphere
-    from .scene import QUERIES, Scene
-
     scene = Scene([Sphere(1.0), Sphere(1.0, (0.0, 0.0, 1.0)) - Sphere(0.5)])
     along_rays = [name for name, first in QUERIES.items() if first == "origins"]
     at_points = [name for name, first in QUERIES.items() if first == "points"]
@@ -61,13 +79,6 @@ def _answers() -> None:
 
 def _pictures() -> None:
     """Render with each integrator, and make rays of cameras and scans."""
-    import numpy as np
-
-    from ..queries.hit_fields import scan_lines
-    from ..render.camera import EquirectangularCamera
-    from ..render.integrators import INTEGRATORS
-    from .scene import Scene
-
     for integrator in INTEGRATORS:
         Scene([]).render(1, 1, samples=1, integrator=integrator)
     EquirectangularCamera((0.0, 0.0, 0.0), (0.0, 1.0, 0.0)).rays(1, 1)
@@ -77,10 +88,6 @@ def _pictures() -> None:
 
 def _coherent() -> None:
     """Trace first hits of coherent rays in float32 and float64: enough of them for the test of coherence."""
-    import numpy as np
-
-    from .scene import Scene
-
     for kind in (np.float32, np.float64):
         origins = np.zeros((128, 64, 3), kind)
         Scene([]).first_hit(origins, np.ones_like(origins))
@@ -88,10 +95,6 @@ def _coherent() -> None:
 
 def _incoherent() -> None:
     """Trace first hits of many rays in no order, which begin before their origins."""
-    import numpy as np
-
-    from .scene import Scene
-
     every = np.random.default_rng(0).normal(size=(8192, 3))
     for _ in range(2):  # rays that are copied, and rays that are kept
         Scene([]).first_hit(every, every, t_min=-1.0)
@@ -100,17 +103,6 @@ def _incoherent() -> None:
 
 def _single_rays() -> None:
     """Trace rays one by one, as exported pages do from machine code of their own."""
-    import math
-
-    import numpy as np
-
-    from ..kernels.crossings import trace_rows_alone
-    from ..kernels.first_hits import HitBuffers, trace_first_alone
-    from ..queries.hit_fields import hit_alone
-    from ..queries.ray_queries import arrays_of
-    from ..queries.rays import Rays
-    from .scene import Scene
-
     scene = Scene([])._prepared
     arrays = arrays_of("warmup", scene, Rays((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), 0.0, math.inf)
     trace_first_alone(scene.geometry, arrays, 0, 1, HitBuffers.new(1))
@@ -122,10 +114,6 @@ def _single_rays() -> None:
 
 def _exact() -> None:
     """Decide rays that error bounds leave open: two equal irrational roots, and a point on an oblique wall."""
-    from ..geometry.general_quadric import Quadric
-    from ..geometry.primitives import Sphere
-    from .scene import Scene
-
     two = Scene([Sphere(1.0), Sphere(1.0, (1.0, 0.0, 0.0))])
     edge = (0.5, 0.0, 5.0), (0.0, 0.0, -1.0)
     for query in (two.first_hit, two.spans, two.crossings):
@@ -135,12 +123,6 @@ def _exact() -> None:
 
 def _batches() -> None:
     """Lower bodies together: in lanes, with numbers halfway between floats, surfaces that may be one, no bounds."""
-    from ..geometry.bulk import Spheres
-    from ..geometry.general_quadric import Quadric
-    from ..geometry.primitives import Box, Cylinder, HalfSpace, Sphere
-    from ..prepare.tape.recording_cache import FEWEST
-    from .scene import Scene
-
     for offset in (0.0, 2.0**-120):
         # As few as are lowered together, moved halfway between two floats, exactly and by a little more
         balls = [Sphere(1.0, (1.0, float(k), 0.0)) for k in range(FEWEST)]
@@ -155,11 +137,6 @@ def _batches() -> None:
 
 def _polyhedra() -> None:
     """Lower polyhedra of many faces, one of them turned."""
-    import math
-
-    from ..geometry.polyhedron import MANY_FACES, Polyhedron
-    from .scene import Scene
-
     angles = [2.0 * math.pi * k / MANY_FACES for k in range(MANY_FACES)]
     normals = tuple((math.cos(angle), math.sin(angle), 0.3 * (-1) ** k) for k, angle in enumerate(angles))
     solid = Polyhedron(normals, (1.0,) * MANY_FACES)
@@ -168,32 +145,18 @@ def _polyhedra() -> None:
 
 def _explanations() -> None:
     """Explain rays through solids and clipped sheets."""
-    from ..geometry.primitives import Box, Sphere
-    from ..geometry.sheets import Polygon
-    from .scene import Scene
-
     corners = ((-1.0, -1.0, 0.0), (1.0, -1.0, 0.0), (0.0, 1.0, 0.0))
     Scene([Sphere(1.0) - Box(), Polygon(corners) & Sphere(1.0)]).explain((0.1, 0.2, 5.0), (0.0, 0.0, -1.0))
 
 
 def _apps() -> None:
     """Measure a body by rays, and check a scene."""
-    from ..apps.checks.check import check
-    from ..apps.measures.measure import FEWEST_RAYS, measure
-    from ..geometry.primitives import Box, Sphere
-
     measure(Sphere(1.0) - Box(), FEWEST_RAYS)
     check(Sphere(1.0), 3)
 
 
 def _large_tree() -> None:
     """Build the tree of a scene that all threads build together."""
-    import numpy as np
-
-    from ..geometry.bulk import Spheres
-    from ..prepare.bvh.sah_binning import ONE_THREAD
-    from .scene import Scene
-
     # One more than a single thread builds
     centers = np.random.default_rng(0).random((ONE_THREAD + 1, 3))
     Scene([Spheres(centers, 0.001)]).first_hit((0.0, 0.0, 5.0), (0.0, 0.0, -1.0))

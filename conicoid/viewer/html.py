@@ -15,25 +15,21 @@ import re
 import zlib
 from functools import cache
 from importlib import resources
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .._util.files import replace_file
 from .._util.validation import check_path as checked_path, describe_kind
+from ..geometry.body import Body
+from ..geometry.shape import Shape
 from ..io.export.exporters import EXPORT_FORMATS, ExportOptions, find_export_format
 from ..kernels.tables import Tables
 from ..materials.color import srgb_encode
 from ..scene.scene import Scene, as_scene
 from .picks import name_of
 from .scene_data import expand_tables, pack_scene
-
-if TYPE_CHECKING:
-    from ..geometry.body import Body
-    from ..geometry.shape import Shape
-    from ..scene.scene import Scene
-
 
 _LONGEST_STAMP = 1 << 16
 ENGINE_FILE = "engine.wasm"
@@ -167,7 +163,7 @@ def page(scene: Scene, title: str, preview: str, served: dict[str, Any] | None =
     preview : str
         The address of its small picture.
     served : dict, optional
-        What the page needs for requests to its server.
+        The data of the page for requests to its server.
     carries : bool
         False leaves out the engine.
 

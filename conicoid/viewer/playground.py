@@ -167,7 +167,7 @@ def page(
 ) -> str:
     """Return the page as HTML, with a scene and its text; without a text it begins with the first example.
 
-    served: what it needs for requests to its server. python: where the Python is that it runs itself.
+    served: the data for requests to its server. python: the place of the Python that it runs itself.
     """
     data = {
         "title": TITLE,

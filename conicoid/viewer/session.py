@@ -63,12 +63,12 @@ def with_number(scene: Scene, path: list[Step], value: float) -> Scene:
     if path[0] == "bodies":
         entry = int(path[1])
         old = scene.bodies[entry]
-        changed = _changed(Scene(old), ["bodies", 0, *path[2:]], value).bodies[0]
+        changed = _replace_number(Scene(old), ["bodies", 0, *path[2:]], value).bodies[0]
         return scene._with_entry(entry, old, dataclasses.replace(old, shape=changed.shape))
-    return _changed(scene, path, value)._reuse(scene)
+    return _replace_number(scene, path, value)._reuse(scene)
 
 
-def _changed(scene: Scene, path: list[Step], value: float) -> Scene:
+def _replace_number(scene: Scene, path: list[Step], value: float) -> Scene:
     """Return the scene with one number changed, by way of its file."""
     with tempfile.TemporaryDirectory(prefix="conicoid-") as folder:
         file = Path(folder) / "scene.yaml"
@@ -107,17 +107,16 @@ def _data(scene: Scene, folder: Path | None) -> dict[str, Any]:
             save_array(folder / name, table)
         return name
 
-    copied: dict[str, Any] = _copied(scene_data(scene, keep, defaults=True))
-    return copied
+    return _copy_data(scene_data(scene, keep, defaults=True))
 
 
-def _copied(value: Any) -> Any:
+def _copy_data(value: Any) -> Any:
     """Return a copy of data in which lists can be changed; quadrics have all their coefficients."""
     if isinstance(value, dict):
-        return {key: _copied(_with_zeros(item) if key == "Quadric" else item) for key, item in value.items()}
+        return {key: _copy_data(_with_zeros(item) if key == "Quadric" else item) for key, item in value.items()}
     if isinstance(value, np.ndarray):
         return value.tolist()
-    return [_copied(item) for item in value] if isinstance(value, (list, tuple)) else value
+    return [_copy_data(item) for item in value] if isinstance(value, (list, tuple)) else value
 
 
 def _with_zeros(fields: Any) -> Any:

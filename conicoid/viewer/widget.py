@@ -26,7 +26,7 @@ _RIGHTS = "allow-scripts allow-downloads allow-modals"
 def still_page(scene: Scene, preview: bytes, height: int) -> str:
     """Return HTML of `height` pixels: the page in a frame, over a small picture for readers that remove frames."""
     source = as_url(preview)
-    text = "" if _is_too_large(scene) else page(scene, "Scene", source)
+    text = "" if scene._prepared.lowered.tables.node_boxes.nbytes > MOST_BYTES else page(scene, "Scene", source)
     if len(text) > MOST_BYTES:  # the engine is the first part to go
         text = page(scene, "Scene", source, carries=False)
     picture = (
@@ -39,11 +39,6 @@ def still_page(scene: Scene, preview: bytes, height: int) -> str:
         'style="position: absolute; width: 100%; height: 100%; border: 0"></iframe>'
     )
     return f'<div style="position: relative; height: {height}px; overflow: hidden">{picture}{frame}</div>'
-
-
-def _is_too_large(scene: Scene) -> bool:
-    """Return whether the boxes of the tree alone exceed the limit of a page, before a page is made."""
-    return scene._prepared.lowered.tables.node_boxes.nbytes > MOST_BYTES
 
 
 def run_by_a_program() -> bool:

@@ -658,7 +658,7 @@ REFUSED = [
     (lambda: co.check([BALL]), TypeError, r"co\.Scene\(\[\.\.\.\]\) is one of several"),
     (lambda: co.ct.project(SCENE, [0, 1], "mu"), TypeError, r"co\.ct\.parallel\(angles, columns\)"),
     # added before is a place
-    (lambda: SCENE.added(BALL, "red"), KeyError, "before says what the items come before; a material is their own"),
+    (lambda: SCENE.added(BALL, "red"), KeyError, "before is the entry that follows the items; a material is their own"),
     # rays name the bad ray
     (lambda: co.Rays((0, 0, 5), (0, 0, np.nan)), ValueError, r"got \(0\.0, 0\.0, nan\)$"),
     (lambda: co.Rays((0, 0, 5), [(0, 0, 1), (0, 0, np.nan)]), ValueError, r"got \(0\.0, 0\.0, nan\) for ray\[1\]$"),

@@ -8,26 +8,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..._util.arrays import FloatArray, ignore_fp_errors
 from ..._util.validation import check_callback, check_integer
+from ...geometry.body import Body
+from ...geometry.shape import Shape
 from ...kernels.programs import cells_of_leaves, leaves_of_programs
 from ...kernels.tables import BALL, CELL, PLANE, POLYGON, REGION, SHEET, Tables
 from ...queries.result import extension
+from ...queries.scene_protocol import SceneLike
 from ..derivatives.quadric_form import forms_of, shift_forms
 from .conditioning import SINGLE_PRECISION_DIGITS, Conditioning, conditioning
 from .findings import COINCIDENCE, DIGITS, EMPTY, OVERLAP, SLIVER, Finding, Findings, body_titles
 from .probe_rays import THIN, ProbeScan, ProbeTargets, Sighting, rays_through
 from .undefined_regions import skipped_checks, undefined_regions
-
-if TYPE_CHECKING:
-    from ...geometry.body import Body
-    from ...geometry.shape import Shape
-    from ...queries.scene_protocol import SceneLike
-
 
 # --- Near-coincidence: surfaces that are equal up to rounding, but not equal, where one was meant
 #

@@ -13,7 +13,7 @@ import re
 from collections.abc import Callable, Iterator, Sequence, Set
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -26,13 +26,10 @@ from ...geometry.shape import Boolean, ClippedSheet, Shape
 from ...geometry.sheets import Polygon, Triangle, newell_sum
 from ...geometry.transform import IDENTITY_MOTION, Motion
 from ...numerics import bigfloat as ex
+from ...queries.scene_protocol import SceneLike
 from .critical_points import Movement, TestedPart, least_displacement, movement
 from .perturbation import HALF_ULP, Extent, LocalFrame, MotionFields, fields_of, localize, own_frame
 from .probe_rays import ProbeTargets
-
-if TYPE_CHECKING:
-    from ...queries.scene_protocol import SceneLike
-
 
 ALL_DIGITS = 53 * math.log10(2)
 """Decimal digits of float64: 15.95."""
@@ -144,11 +141,6 @@ def _floats(rows: ex.Rows) -> FloatArray:
 
 _STEPS = 4
 """Steps from the worst axis towards the worst direction."""
-
-
-def ball_verdict(leaf: Sphere, motion: Motion, body: int) -> Conditioning:
-    """Return the conditioning of one ball."""
-    return BallsConditioning.of_single([leaf], motion, np.array([body])).of_ball(0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -489,7 +481,7 @@ class _BodyExaminer:
     def _part(self, leaf: Any, motion: Motion, body: int, box: Extent, whole: bool) -> Conditioning | None:
         """Return the conditioning of one primitive within its body's box; `whole` if it is all of the body."""
         if isinstance(leaf, Sphere):
-            return ball_verdict(leaf, motion, body)
+            return BallsConditioning.of_single([leaf], motion, np.array([body])).of_ball(0)
         if isinstance(leaf, (Polygon, Triangle)):
             return verdict(type(leaf), motion, body, *polygon_movement(leaf, motion))
         frame, own, size = self._own_frame(leaf)

@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -22,10 +22,7 @@ from ...kernels.tables import Flags, Floats, Ints, Longs
 from ...kernels.threads import run_rows
 from ...materials.color import amount_rgb
 from ...prepare.lowering import LazyBounds, LoweredScene
-
-if TYPE_CHECKING:
-    from ...queries.scene_protocol import SceneLike
-
+from ...queries.scene_protocol import SceneLike
 
 Indices = npt.NDArray[np.int64]
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -17,12 +17,9 @@ from ..._util.arrays import FloatArray, unique_sorted
 from ..._util.text import format_count
 from ...kernels.crossings import row_owners
 from ...queries.result import extension
+from ...queries.scene_protocol import SceneLike
 from .findings import UNDEFINED, Finding, body_titles
 from .probe_rays import CHUNK, THIN, ProbeRays, ProbeTargets
-
-if TYPE_CHECKING:
-    from ...queries.scene_protocol import SceneLike
-
 
 GapWall = tuple[int, int]
 """A body and a surface."""

@@ -4,26 +4,23 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ..._util.arrays import ignore_fp_errors
 from ..._util.files import replace_file
 from ..._util.validation import check_callback, check_integer, check_path as checked_path, describe_kind
+from ...geometry.body import Body
+from ...geometry.shape import Shape
+from ...kernels.threads import Progress
 from ...parallel.queries import RayRequest, value_parts, workers_of
 from ...queries.line_integrals import trailing_axes
 from ...queries.result import extension
+from ...queries.scene_protocol import SceneLike
+from ...queries.weights import LineValues
 from .scan_geometry import ScanGeometry
-
-if TYPE_CHECKING:
-    import numpy.typing as npt
-
-    from ...geometry.body import Body
-    from ...geometry.shape import Shape
-    from ...kernels.threads import Progress
-    from ...queries.scene_protocol import SceneLike
-    from ...queries.weights import LineValues
 
 
 @ignore_fp_errors

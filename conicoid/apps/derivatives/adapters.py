@@ -27,13 +27,11 @@ class DifferentiableFunction(Protocol):
 
     def forward(self, vector: FloatArray, origins: FloatArray, directions: FloatArray) -> Arrays:
         """Return the outputs by name."""
-        ...
 
     def backward(
         self, vector: FloatArray, origins: FloatArray, directions: FloatArray, cotangents: Arrays
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the cotangents of vector, origins and directions, in their shapes, from those of the outputs."""
-        ...
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -16,10 +16,14 @@ from ..._util.arrays import BoxEnds, FloatArray, ignore_fp_errors
 from ..._util.validation import check_integer, describe_kind, format_value, real_array
 from ...geometry.bulk import Bulk
 from ...kernels.crossings import row_owners
+from ...prepare.prepared_scene import PreparedScene
 from ...queries import spans
 from ...queries.derivatives import Cotangents, SpanTangents, Tangents
+from ...queries.hits import Hits
 from ...queries.rays import lines_of
 from ...queries.result import NO_SCENE
+from ...queries.scene_protocol import SceneLike
+from ...queries.spans import Spans
 from ...queries.weights import weights_of
 from .crossing_derivatives import CrossingRows, make_crossing_rows, pull_back, push_forward, split_forms_maps
 from .hit_surfaces import (
@@ -32,12 +36,6 @@ from .hit_surfaces import (
 )
 from .parameters import Parameters
 from .ties import faces_of_ends, find_hit_ties, find_ties_within
-
-if TYPE_CHECKING:
-    from ...prepare.prepared_scene import PreparedScene
-    from ...queries.hits import Hits
-    from ...queries.scene_protocol import SceneLike
-    from ...queries.spans import Spans
 
 
 def check_parameters(owner: str, parameters: Any, prepared: PreparedScene) -> Parameters:

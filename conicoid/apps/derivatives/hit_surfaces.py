@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -16,13 +16,11 @@ from ..._util.arrays import FloatArray
 from ...geometry.bulk import Bulk, Spheres
 from ...kernels.body.uv import rows_of_maps
 from ...kernels.tables import Ints, Longs
+from ...prepare.prepared_scene import PreparedScene
 from .crossing_derivatives import WallRows, as_kernel_array
+from .parameters import Parameters
 from .quadric_form import FORM, MAP, forms_of, scale_between, shift_forms
 from .wall_jacobians import WallJacobian, walls_of, walls_of_one
-
-if TYPE_CHECKING:
-    from ...prepare.prepared_scene import PreparedScene
-    from .parameters import Parameters
 
 _MOST_KEYS = 1 << 22
 """Bodies times faces up to which walls are numbered through a table; beyond, by sorting."""

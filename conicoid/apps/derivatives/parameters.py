@@ -165,7 +165,7 @@ def replace_unchecked(thing: Any, changes: dict[str, Any]) -> Any:
 
 
 def replace_checked(thing: Any, changes: dict[str, Any]) -> Any:
-    """Return a shape with other values of fields, built by its constructor. Raise what the constructor raises."""
+    """Return a shape with other values of fields, built by its constructor, whose errors it raises."""
     # Steps are not checked here: `_apply_motion` appends them anew, which checks them.
     if not isinstance(thing, Shape):
         return replace_unchecked(thing, changes)

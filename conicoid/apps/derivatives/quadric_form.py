@@ -8,7 +8,7 @@ curvatures of walls follow from forms in closed form.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -17,10 +17,7 @@ from ...geometry.surface import PlaneSurface, QuadricSurface, Surface
 from ...kernels.tables import PLANE, SPHERE, Tables
 from ...numerics import bigfloat as ex
 from ...queries.derivatives import Curvature
-
-if TYPE_CHECKING:
-    from ...queries.hits import Hits
-
+from ...queries.hits import Hits
 
 FORM, MAP = 10, 12
 """Numbers of a form, and of a map to uv."""

@@ -9,7 +9,7 @@ such a step, plus rounding, can change it by.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -52,14 +52,11 @@ from ...kernels.tables import (
     whole,
 )
 from ...kernels.threads import KernelRange, run_on
+from ...prepare.prepared_scene import PreparedScene
 from ...queries import ray_queries
+from ...queries.hits import Hits
 from ...queries.rays import Rays, lines_of
 from .crossing_derivatives import as_kernel_array, as_kernel_rows
-
-if TYPE_CHECKING:
-    from ...prepare.prepared_scene import PreparedScene
-    from ...queries.hits import Hits
-
 
 NEAR = 2.0**-47
 """Points that are closer than this fraction of their coordinates count as one."""
@@ -425,11 +422,7 @@ def find_ties_within(prepared: PreparedScene, entry: Any, face: Any, origins: Fl
 
     entry: (n,), -1 for a miss. origins: (n, 3), of the rays that the points are on.
     """
-    tied = np.zeros(len(entry), np.int8)
-    arguments = as_kernel_array(entry), as_kernel_array(face), as_kernel_rows(origins, 3), as_kernel_rows(points, 3)
-    count = len(entry)
-    run_on(prepared.geometry, KernelRange(ties_within, arguments, (tied,)), count, _TIE_CHUNK, count)
-    return tied
+    return _run_on_points(ties_within, prepared, entry, face, origins, points, np.int8)
 
 
 def faces_of_ends(prepared: PreparedScene, entry: Any, surface: Any, origins: FloatArray, points: FloatArray) -> Any:
@@ -437,11 +430,17 @@ def faces_of_ends(prepared: PreparedScene, entry: Any, surface: Any, origins: Fl
 
     Where cells share a surface, the number is that of the first cell that holds the point.
     """
-    faces = np.zeros(len(entry), np.int32)
-    arguments = as_kernel_array(entry), as_kernel_array(surface), as_kernel_rows(origins, 3), as_kernel_rows(points, 3)
-    count = len(entry)
-    run_on(prepared.geometry, KernelRange(faces_on, arguments, (faces,)), count, _TIE_CHUNK, count)
-    return faces
+    return _run_on_points(faces_on, prepared, entry, surface, origins, points, np.int32)
+
+
+def _run_on_points(
+    kernel: Any, prepared: PreparedScene, entry: Any, wall: Any, origins: FloatArray, points: FloatArray, kind: Any
+) -> Any:
+    """Return the numbers (n,) that a kernel writes for points on walls of entries."""
+    count, found = len(entry), np.zeros(len(entry), kind)
+    arguments = as_kernel_array(entry), as_kernel_array(wall), as_kernel_rows(origins, 3), as_kernel_rows(points, 3)
+    run_on(prepared.geometry, KernelRange(kernel, arguments, (found,)), count, _TIE_CHUNK, count)
+    return found
 
 
 def find_hit_ties(hits: Hits) -> Signs:

@@ -102,9 +102,6 @@ class Dual(BigFloat, Symbol):
         # The difference is false only if its value and all its derivatives are zero.
         return not (self - other)
 
-    def __ne__(self, other: object) -> bool:
-        return not self == other
-
     def __lt__(self, other: Any) -> bool:
         return _compare_values(operator.lt, self, other)
 
@@ -381,8 +378,8 @@ def walls_of(shape: Shape) -> dict[int, WallJacobian]:
     """Return the walls of a shape by face number. Raise TypeError if its formulas have no derivatives."""
     cached: dict[int, WallJacobian] | None = shape.cache.get("walls")
     if cached is None:
-        counter = itertools.count()
-        cached = shape.cache["walls"] = _walls(shape, dual_shape(shape, counter))
+        duals = parameters.map_numbers(shape, _take_duals(itertools.count()), parameters.replace_unchecked, None)
+        cached = shape.cache["walls"] = _walls(shape, duals)
     return cached
 
 
@@ -398,11 +395,6 @@ def walls_of_one(shape: Bulk, index: int) -> dict[int, WallJacobian]:
 def _take_duals(counter: Iterator[int]) -> parameters.Take:
     """Return a function that makes each number a dual with derivative 1 by the next parameter."""
     return lambda _, value: Dual(ex.exact(value), {next(counter): 1.0})
-
-
-def dual_shape(shape: Shape, counter: Iterator[int]) -> Any:
-    """Return the shape with duals in place of its numbers."""
-    return parameters.map_numbers(shape, _take_duals(counter), parameters.replace_unchecked, None)
 
 
 def _dual_bulk_item(shape: Bulk, index: int, single: Any) -> Any:
@@ -493,7 +485,8 @@ def _faces(shape: Any, slopes: Any, outer: Motion) -> Iterator[tuple[int, Surfac
             surface = level_edge_plane(primitive, face)
         else:
             surface = _angle_face_surface(primitive, face)
-        yield face.number, _move_surface(surface, motion), transform_uv(without_uv_slopes(face.uv, jumping), motion)
+        # Quadrics move their rows; `moved` would treat balls as a special case
+        yield face.number, surface.moved_rows(motion), transform_uv(without_uv_slopes(face.uv, jumping), motion)
 
 
 def _angle_face_surface(primitive: Any, face: Face) -> Surface:
@@ -542,11 +535,6 @@ def _flat(tree: Tree) -> Iterator[Face]:
         else:
             pending.extend((part.part,) if isinstance(part, Not) else part.parts)
     return iter(sorted(faces, key=lambda face: face.number))
-
-
-def _move_surface(surface: Surface, motion: Motion) -> Surface:
-    """Return the image of a surface. Quadrics move their rows; `moved` would treat balls as a special case."""
-    return surface.moved_rows(motion) if isinstance(surface, QuadricSurface) else surface.moved(motion)
 
 
 def _wall(surface: Surface | Any, uv: UV) -> WallJacobian:

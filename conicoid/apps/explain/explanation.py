@@ -7,7 +7,7 @@ import math
 import os
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -19,9 +19,11 @@ from ...kernels.faces import cell_faces, numbers_of, plane_faces, sides_of
 from ...kernels.programs import cells_of_leaves, leaves_of_programs, row_of_leaf
 from ...kernels.surface.exact_crossing import CROSSES
 from ...kernels.tables import BALL, CELL, PLANE, POLYGON, REGION, SHEET, Tables
+from ...prepare.prepared_scene import PreparedScene
 from ...queries.exact.doubtful_rays import ranks_of
 from ...queries.ray_queries import as_rays
 from ...queries.rays import Rays
+from ...queries.scene_protocol import SceneLike
 from . import ray_records as kernels
 from .body_steps import (
     KINDS,
@@ -34,15 +36,11 @@ from .body_steps import (
     finish_step,
     merge_missed_step,
 )
-from .document import Block
+from .document import Block, html_of, text_of
+from .figure import Figure, figure_of
 from .polynomial import ExactRay, SurfaceSource
 from .ray_records import RayRecording
 from .steps import BodyStep, Crossing, Decision, RankedPlace, RayRecord, Span
-
-if TYPE_CHECKING:
-    from ...prepare.prepared_scene import PreparedScene
-    from ...queries.scene_protocol import SceneLike
-    from .figure import Figure
 
 
 @dataclass(frozen=True)
@@ -84,8 +82,6 @@ class Explanation(RayRecord):
     @property
     def text(self) -> str:
         """The whole explanation as text for a terminal."""
-        from .document import text_of
-
         return text_of(self.blocks)
 
     def __str__(self) -> str:
@@ -116,8 +112,6 @@ class Explanation(RayRecord):
         TypeError, ValueError
             For a wrong width.
         """
-        from .figure import figure_of
-
         return figure_of(self, body, width)
 
     @cached_property
@@ -128,8 +122,6 @@ class Explanation(RayRecord):
     @property
     def html(self) -> str:
         """The whole explanation with its figure as self-contained HTML: a part of a page."""
-        from .document import html_of
-
         return html_of(self.blocks, self.svg)
 
     def save(self, path: str | os.PathLike[str]) -> None:

@@ -10,22 +10,19 @@ import math
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..._util.arrays import FloatArray
-from ..._util.validation import check_integer
+from ..._util.validation import check_integer, check_path as checked_path
 from ...geometry.quadric_classification import PLANE, SPHERE
+from ...prepare.prepared_scene import PreparedScene
 from ..section.drawing import svg_path
 from ..section.outline import Outline, OutlineCutter, WindowBodies
 from ..section.window import Window
 from .polynomial import SurfaceSource, format_float
 from .steps import BALL_MISSED, BOX_MISSED, BodyStep, RayRecord
-
-if TYPE_CHECKING:
-    from ...prepare.prepared_scene import PreparedScene
-
 
 # The plane of the drawing and its window.
 
@@ -325,7 +322,6 @@ class Figure:
             If the file cannot be written.
         """
         from ..._util.files import write_text
-        from ..._util.validation import check_path as checked_path
 
         write_text(checked_path("save", path), self.svg)
 

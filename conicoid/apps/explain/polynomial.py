@@ -9,16 +9,13 @@ from decimal import Context, Decimal
 from fractions import Fraction
 from functools import cached_property
 from math import gcd
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 from ...geometry.quadric_classification import Classification, classify, classify_surface
 from ...geometry.surface import PlaneSurface, QuadricSurface
 from ...kernels.tables import SPHERE
 from ...numerics import bigfloat as ex
-
-if TYPE_CHECKING:
-    from ...prepare.prepared_scene import PreparedScene
-
+from ...prepare.prepared_scene import PreparedScene
 
 # Numbers in words, and square roots of fractions.
 
@@ -67,11 +64,6 @@ def sqrt_fraction(value: Fraction) -> Fraction:
 def dot(a: Sequence[Fraction], b: Sequence[Fraction]) -> Fraction:
     """Return a·b."""
     return sum((x * y for x, y in zip(a, b, strict=True)), Fraction(0))
-
-
-def point_on_line(origin: Sequence[Fraction], t: Fraction, direction: Sequence[Fraction]) -> list[Fraction]:
-    """Return o + t d."""
-    return [o + t * d for o, d in zip(origin, direction, strict=True)]
 
 
 def format_short(value: float) -> str:
@@ -257,8 +249,7 @@ def exact_surface(scene: PreparedScene, surface: int) -> PlaneSurface | QuadricS
     """Return a surface of the scene's table before rounding; that of a bulk ball is its record, which is exact."""
     exact = scene.lowered.exact
     if surface < len(exact):
-        found: PlaneSurface | QuadricSurface = exact[surface]
-        return found
+        return exact[surface]
     x, y, z, r = scene.lowered.tables.spheres[scene.lowered.tables.surface_row[surface]].tolist()
     return QuadricSurface((1.0, 1.0, 1.0), constant=Fraction(r) ** 2, anchor=(x, y, z))
 
@@ -300,7 +291,7 @@ class ExactRay:
 
     def at(self, t: Fraction | float) -> list[Fraction]:
         """Return the point at t."""
-        return point_on_line(self.origin, Fraction(t), self.direction)
+        return [o + Fraction(t) * d for o, d in zip(self.origin, self.direction, strict=True)]
 
     def holds(self, t: float | Fraction) -> bool:
         """Return True if t is within the interval."""

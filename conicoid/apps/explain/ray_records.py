@@ -296,7 +296,7 @@ class RayRecording:
     def is_first_doubtful(self, hit: Any) -> bool:
         """Return True if the float formulas leave the first hit, which is known, in doubt."""
         geometry, limits, found = self.scene.geometry, np.empty(1), HitBuffers.new(1)
-        # As far as the hit and its error: what lies beyond cannot make it doubtful
+        # As far as the hit and its error: surfaces beyond cannot make it doubtful
         limits_of_hits(geometry, self.arrays, hit._buffers.t, hit._buffers.entry, limits)
         trace_first_alone(geometry, self.arrays._replace(t_max=limits), 0, 1, found)
         return bool(is_doubtful(found.turn[0]))

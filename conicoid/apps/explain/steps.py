@@ -11,17 +11,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..._util.arrays import Vector
 from ...geometry.quadric_classification import PLANE
+from ...queries.hits import Hits
+from ...queries.scene_protocol import SceneLike
 from .document import Board
 from .polynomial import ExactRay as Ray, Polynomial, SurfaceSource, as_float, dot
 from .textbook import Slab, board_of, solve_slabs
-
-if TYPE_CHECKING:
-    from ...queries.hits import Hits
-    from ...queries.scene_protocol import SceneLike
 
 # Outcomes of a body
 OUTCOMES = (

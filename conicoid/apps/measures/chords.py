@@ -11,7 +11,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -24,14 +24,10 @@ from ...kernels.tables import Flags, Floats, Geometry, Ints, Longs
 from ...kernels.threads import run_rows
 from ...parallel.scheduler import ScheduledTask, prepare_first, run_tasks
 from ...parallel.shared_state import SharedObject, shared_scene
-from ...parallel.workers import as_workers
+from ...parallel.workers import Workers, as_workers
 from ...queries.result import extension
+from ...queries.scene_protocol import SceneLike
 from .hull import FittedBox, Rectangles, Shadow, directions_for, hull_of
-
-if TYPE_CHECKING:
-    from ...parallel.workers import Workers
-    from ...queries.scene_protocol import SceneLike
-
 
 # Integrals along rays.
 

@@ -101,14 +101,12 @@ def _similarity(linear: FloatArray) -> float | None:
 @singledispatch
 def own_moments(shape: Any) -> Moments | None:
     """Return the moments in the shape's own frame; None without a closed form."""
-    del shape
     return None
 
 
 @singledispatch
 def own_area(shape: Any) -> float | None:
     """Return the area in the shape's own frame, to be scaled by maps that keep angles; None without a closed form."""
-    del shape
     return None
 
 

@@ -22,7 +22,7 @@ from ...geometry.shape import Shape
 from ...kernels.tables import BALL, CELL, PLANE as PLANE_KIND, REGION, SPHERE
 from ...prepare.lowering import lower
 from .closed_forms import Moments
-from .hull import FittedBox
+from .hull import FittedBox, moved_parts
 
 # A solid as surfaces and a Boolean function of their sides.
 
@@ -111,8 +111,6 @@ def region_of(shape: Shape, origin: FloatArray) -> SurfaceRegion | None:
 
 def _leaves(shape: Shape) -> int:
     """Return the number of primitives of a shape, or MOST_LEAVES + 1 if there are more."""
-    from .hull import moved_parts
-
     count = 0
     for _ in moved_parts(shape):
         count += 1
@@ -622,8 +620,7 @@ def _axis(quadric: RegionQuadric) -> FloatArray | None:
         if abs(one - other) <= 1e-9 * size < abs(squares[k] - one):
             axis: Any = axes[:, k]
             nearest = np.round(axis)
-            found: FloatArray = nearest if np.abs(axis - nearest).max() < SAME_TOLERANCE else axis
-            return found
+            return nearest if np.abs(axis - nearest).max() < SAME_TOLERANCE else axis
     return None
 
 

@@ -122,7 +122,7 @@ def _solid_faces(shape: Mesh | Extrusion) -> Polygons:
 
 
 def _has_inner_walls(shape: Mesh, faces: Polygons) -> bool:
-    """Return True if two faces in one plane look in opposite directions: what they share bounds nothing."""
+    """Return True if two faces in one plane look in opposite directions: their common part bounds nothing."""
     for _, members in shape.planes():
         normals = [
             np.cross(face[1:-1] - face[0], face[2:] - face[0]).sum(axis=0) for face in map(faces.__getitem__, members)
@@ -190,8 +190,7 @@ def _square(row: FloatArray, half: float) -> FloatArray:
     first = across / np.linalg.norm(across)
     second = np.cross(row[:3], first)
     signs = np.array([(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)])
-    square: FloatArray = row[3] * row[:3] + half * (signs @ np.array([first, second]))
-    return square
+    return row[3] * row[:3] + half * (signs @ np.array([first, second]))
 
 
 def _cut_by(corners: FloatArray, rows: FloatArray, loose: float) -> FloatArray:
@@ -262,8 +261,7 @@ def _distinct(places: FloatArray) -> FloatArray:
     """Return the rising places of planes; those that only rounding keeps apart are one."""
     rising = np.sort(places)
     is_new = np.diff(rising) > _SAME_PLACE * np.abs(rising).max()
-    found: FloatArray = rising[np.concatenate([[True], is_new])]
-    return found
+    return rising[np.concatenate([[True], is_new])]
 
 
 def _blocks(solid: Solid, edges: list[FloatArray], boxes: Iterator[FloatArray]) -> Blocks:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, overload
 import numpy as np
 
 from ..._util.arrays import FloatArray, ignore_fp_errors
-from ..._util.text import NameTuple, closest_name, describe_names
+from ..._util.text import NameTuple, closest_name, describe_names, html_table
 from ..._util.validation import check_callback, check_integer, describe_kind, format_value
 from ..._util.value_objects import compare_by_value
 from ...geometry.body import Body
@@ -89,8 +89,6 @@ class Measures:
 
     def _repr_html_(self) -> str:
         """Return the table that a notebook shows."""
-        from ..._util.text import html_table
-
         rows = self._rows()
         return html_table(("measure", "value", "standard error"), rows, len(rows))
 

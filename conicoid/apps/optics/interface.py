@@ -239,7 +239,6 @@ def split_light(media: SceneMedia, wall_hits: WallHits, directions: Any, wavelen
 
 def _opaque(material: Material, w: Any, cosine: Any, n1: Any, beyond: Any, outside: bool) -> tuple[Any, Any]:
     """Return the shares of an opaque wall: by its complex index or coat, else by its reflectivity."""
-    del beyond, outside
     index = metal_at(material, w)
     if material.coating is not None:
         return material.coating.at(w, cosine, n1, index).reflectance, 0.0

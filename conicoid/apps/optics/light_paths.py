@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,17 +12,14 @@ import numpy.typing as npt
 from ..._util.arrays import ignore_fp_errors
 from ..._util.text import format_count
 from ..._util.validation import check_flag, check_integer, check_nonnegative, check_positive, describe_kind, real_array
+from ...geometry.body import Body
 from ...geometry.entries import LENGTH_UNITS
+from ...geometry.shape import Shape
 from ...materials.dispersion import LINE_D, check_light
 from ...queries.ray_queries import as_rays
 from ...queries.rays import LazyRays, Rays
-from ...queries.scene_protocol import is_scene
+from ...queries.scene_protocol import SceneLike, is_scene
 from .interface import LightSplit, SceneMedia, WallHits, find_walls, split_light
-
-if TYPE_CHECKING:
-    from ...geometry.body import Body
-    from ...geometry.shape import Shape
-    from ...queries.scene_protocol import SceneLike
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]

@@ -12,8 +12,17 @@ from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import Any, TypeAlias
 
-from ..._util.text import check_choice
-from ..._util.validation import check_flag, check_nonnegative, check_number, check_positive, describe_kind, format_value
+from ..._util.text import check_choice, html_table
+from ..._util.validation import (
+    check_fields,
+    check_flag,
+    check_nonnegative,
+    check_number,
+    check_positive,
+    describe_kind,
+    format_value,
+    optional,
+)
 from ...geometry.body import Body
 from ...geometry.conic import ConicSheet, Stop, check_radius
 from ...geometry.optical_elements import Lens, coat_faces
@@ -144,17 +153,17 @@ class Row:
     coating: Coating | None = None
 
     def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "radius", check_radius("Row", "radius", self.radius))
-        if self.thickness is not None:
-            put(self, "thickness", check_number("Row", "thickness", self.thickness))
-        put(self, "conic", check_number("Row", "conic", self.conic))
-        put(self, "stop", check_flag("Row", "stop", self.stop))
-        put(self, "hole", check_nonnegative("Row", "hole", self.hole))
-        if self.diameter is not None:
-            put(self, "diameter", check_positive("Row", "diameter", self.diameter))
+        check_fields(
+            self,
+            radius=check_radius,
+            thickness=optional(check_number),
+            conic=check_number,
+            stop=check_flag,
+            hole=check_nonnegative,
+            diameter=optional(check_positive),
+        )
         if not self.reflects:
-            put(self, "medium", parse_medium("Row", "medium", self.medium))
+            check_fields(self, medium=parse_medium)
         if not isinstance(self.name, str):
             raise TypeError(f"Row: name must be a text, got {describe_kind(self.name)}")
         if self.coating is not None and (self.reflects or not isinstance(self.coating, Coating)):
@@ -353,8 +362,6 @@ class Prescription:
 
     def _repr_html_(self) -> str:
         """Return the table that a notebook shows: a row for each surface."""
-        from ..._util.text import html_table
-
         columns = [name.name for name in fields(Row)]
         rows = ([getattr(row, column) for column in columns] for row in self.rows)
         return html_table(columns, rows, len(self.rows))

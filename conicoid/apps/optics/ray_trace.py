@@ -213,7 +213,7 @@ class RayPaths:
     def __repr__(self) -> str:
         walls = format_count(len(self.points) - 1, "wall", "walls")
         rays = format_count(len(self.arrived), "ray", "rays")
-        return f"RayPaths({int(self.arrived.sum()):,} of {rays} left, {walls} met at most)"
+        return f"RayPaths({int(self.arrived.sum()):,} of {rays} left, {walls} at most)"
 
 
 @dataclass(eq=False)

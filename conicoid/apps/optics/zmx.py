@@ -84,7 +84,7 @@ def _check_kind(surface: ZmxSurface) -> None:
 
 
 def _row(surface: ZmxSurface, next_medium: Any, notes: list[str]) -> Row:
-    """Return the row of a surface, and add notes on what it leaves out."""
+    """Return the row of a surface, and add notes on the parts that it leaves out."""
     thickness = surface.thickness
     if math.isinf(thickness):
         raise ZmxError(surface.line, f"surface {surface.number}: DISZ", "must be finite, but for the object's")
@@ -419,7 +419,7 @@ _NEUTRAL_KEYWORDS = frozenset(
     "VERS LANG PFIL NOTE BLNK AUTH GCAT PUSH SDMA ROPD PICB FWGN WWGN WWGT GLRS POLS GSTD NSCD COFN COTN HYPR DMFS "
     "IWDP LUID EERA STUD RCMF WAVN FCOM OMMA".split()
 )
-"""Keywords of the system without effect on what is read: names, weights, and settings of Zemax's own programs."""
+"""Keywords without effect on the prescription: names, weights, and settings of Zemax's own programs."""
 _END_KEYWORDS = ("TOL", "MNUM", "MOFF")
 _VIGNETTING = ("VDXN", "VDYN", "VCXN", "VCYN", "VANN", "ZVDX", "ZVDY", "ZVCX", "ZVCY", "ZVAN")
 

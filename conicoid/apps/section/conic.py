@@ -12,19 +12,16 @@ import math
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import isqrt
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from ...geometry.exact_crossings import IntegerForm
 from ...kernels.tables import PLANE, SPHERE
 from ...numerics.rational import is_certain
+from ...prepare.prepared_scene import PreparedScene
 from .curve import Curve, Ellipse, Graph, Hyperbola, Pair, StraightLine
 from .window import Window
-
-if TYPE_CHECKING:
-    from ...prepare.prepared_scene import PreparedScene
-
 
 Six: TypeAlias = tuple[int, int, int, int, int, int]
 Floats6: TypeAlias = tuple[float, float, float, float, float, float]

@@ -7,6 +7,7 @@ the curve to rounding, however far away the centre is.
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, TypeAlias
 
@@ -96,7 +97,7 @@ def real_roots_of(polynomial: Any) -> Any:
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class Curve(ABC):
     """A curve on a conic, with a parameter."""
 
     key: tuple[Any, ...]
@@ -106,25 +107,25 @@ class Curve:
     closed: ClassVar[bool] = False
 
     @property
+    @abstractmethod
     def kind(self) -> str:
-        """Return the word for it: line, ellipse, parabola or hyperbola."""
-        raise NotImplementedError
+        """The kind in a word: line, ellipse, parabola or hyperbola."""
 
     def handle(self, h: float) -> float:
         """Return the length of the handles of a Bézier over h of the parameter, in velocities."""
         return h / 3
 
+    @abstractmethod
     def plain(self, t: Any) -> FloatArray:
         """Return the points (n, 2) by the formula alone, without projection."""
-        raise NotImplementedError
 
+    @abstractmethod
     def velocity(self, t: Any) -> FloatArray:
         """Return the derivatives (n, 2) of `plain`."""
-        raise NotImplementedError
 
+    @abstractmethod
     def parameter(self, points: Any) -> FloatArray:
         """Return the parameters (n,) of points (n, 2) on the curve."""
-        raise NotImplementedError
 
     def candidates(self, others: FloatArray) -> tuple[FloatArray, Any]:
         """Return (parameters near which conics (n, 6) may cross the curve, the index of the conic for each)."""
@@ -167,8 +168,7 @@ class StraightLine(Curve):
         _, _, _, d, e, f = self.conic
         size = math.hypot(d, e)
         distance = -f / 2 / size
-        object.__setattr__(self, "base", (distance * (d / size), distance * (e / size)))
-        object.__setattr__(self, "direction", (-e / size, d / size))
+        vars(self).update(base=(distance * (d / size), distance * (e / size)), direction=(-e / size, d / size))
 
     def plain(self, t: Any) -> FloatArray:
         return np.array(self.base) + np.asarray(t)[:, None] * np.array(self.direction)
@@ -297,12 +297,11 @@ class _Central(Curve):
         # t = 0 is a place near the middle of the window, which has the coordinates 0.
         start = self._nearest(float(c[0]), float(s[0]))
         place = project_onto(self.conic, np.array(self.center)[None] + self._put(*map(np.array, start)))
-        object.__setattr__(self, "start", start)
-        object.__setattr__(self, "base", (float(place[0, 0]), float(place[0, 1])))
+        vars(self).update(start=start, base=(float(place[0, 0]), float(place[0, 1])))
 
+    @abstractmethod
     def _nearest(self, c: float, s: float) -> Pair:
         """Return C and S of a place on the curve near the place whose C and S are c and s."""
-        raise NotImplementedError
 
     @property
     def _sides(self) -> tuple[Pair, Pair]:

@@ -9,7 +9,7 @@ import math
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -19,13 +19,10 @@ from ..._util.text import format_count
 from ...io.image import Image
 from ...io.image_codecs import png_bytes, srgb_bytes
 from ...materials.color import srgb_decode
+from ...prepare.prepared_scene import PreparedScene
 from ...render.overlay import Canvas
 from .outline import Outline
 from .section_image import material_color
-
-if TYPE_CHECKING:
-    from ...prepare.prepared_scene import PreparedScene
-
 
 Bytes = npt.NDArray[np.uint8]
 NOTHING = (255, 255, 255)
@@ -271,11 +268,9 @@ class PixelFrame(Protocol):
     @property
     def scale(self) -> tuple[float, float]:
         """Pixels per unit of length, to the right and up."""
-        ...
 
     def places(self, about: Any) -> FloatArray:
         """Return the pixel coordinates of places about the middle of the window."""
-        ...
 
 
 def svg_path(frame: PixelFrame, outline: Outline, off: float = OFF, text: Callable[[float], str] = _svg_text) -> str:

@@ -10,7 +10,7 @@ import math
 from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -20,18 +20,12 @@ from ..._util.validation import as_integer, format_value
 from ...kernels.faces import cell_faces, plane_faces, sides_of
 from ...kernels.programs import cells_of_leaves, gates_of_program, leaves_of_program, row_of_leaf
 from ...kernels.tables import BALL, CELL, POLYGON, REGION, SHEET
-from ...prepare.prepared_scene import exact_form
+from ...kernels.threads import Progress
+from ...prepare.prepared_scene import PreparedScene, exact_form
 from ...queries.points import bodies_at
 from .conic import PlaneConic, RecordConics, UnclearConicError, cut_conic, snap_conic
 from .curve import Curve, Ellipse, Graph, Pair, form_gradient, form_value
 from .window import Window
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from ...kernels.threads import Progress
-    from ...prepare.prepared_scene import PreparedScene
-
 
 _DEEPEST = 12
 """Most halvings of the Béziers of a curve."""
@@ -166,13 +160,13 @@ class Outline:
         turn = math.pi / 4 if self.kind == "ellipse" else 1.0
         pieces = 1 if self.kind in ("line", "parabola") else max(1, math.ceil((self._stop - self._begin) / turn))
         for _ in range(_DEEPEST):
-            cubics = self._with(pieces)
+            cubics = self._tangent_cubics(pieces)
             if self.kind in ("line", "parabola") or self._off(cubics) <= off:
                 break
             pieces *= 2
         return cubics
 
-    def _with(self, pieces: int) -> FloatArray:
+    def _tangent_cubics(self, pieces: int) -> FloatArray:
         """Return Béziers that are tangent to the curve at their ends, and meet it in the middle.
 
         For an ellipse their handles are k = 4/3 tan(h/4) times the velocity by the angle; h is the angle of a piece.
@@ -206,8 +200,7 @@ class Outline:
 
 def _cross(one: FloatArray, other: FloatArray) -> FloatArray:
     """Return the cross products of vectors (n, 2)."""
-    product: FloatArray = one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
-    return product
+    return one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
 
 
 # --- The bodies of a prepared scene: which of them a window may cut, and which hold a place
@@ -521,7 +514,7 @@ class OutlineCutter:
             return cached[surface]
 
         # On one side of the curve its own surfaces have the sign of their slope across it; on the other, the opposite.
-        def beside(turn: float) -> Callable[[int], Any]:
+        def signs_of_side(turn: float) -> Callable[[int], Any]:
             def signs(surface: int) -> Any:
                 if surface in wall.surfaces:
                     return turn * np.sign((form_gradient(self.floats[surface], places) * left).sum(axis=1))
@@ -535,7 +528,7 @@ class OutlineCutter:
             others = bodies_at(self.scene, self.window.in_space(places))
             neighbours = [[int(body) for body in others[i] if int(body) not in wall.owners] for i in range(count)]
         sides_of_pieces: list[Any] = []
-        side_masks = [self._bodies_at_wall(wall, beside(turn), count) for turn in (1.0, -1.0)]
+        side_masks = [self._bodies_at_wall(wall, signs_of_side(turn), count) for turn in (1.0, -1.0)]
         sheets = self._sheets(wall, t, sign_of)
         for i in range(count):
             one, other = (sorted([*neighbours[i], *(body for body, mask in side if mask[i])]) for side in side_masks)

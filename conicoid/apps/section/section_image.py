@@ -4,24 +4,21 @@ from __future__ import annotations
 
 import math
 import warnings
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from ..._util.arrays import BoxEnds, FloatArray
 from ..._util.validation import as_integer, check_number, describe_kind, format_value
+from ...geometry.body import Body
 from ...geometry.labels import body_material_table
 from ...materials.material import Material
 from ...materials.texture import mean_color
+from ...prepare.prepared_scene import PreparedScene
 from ...render.camera import OrthographicCamera
 from ...render.camera_kinds import check_size
 from .window import AXES
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from ...geometry.body import Body
-    from ...prepare.prepared_scene import PreparedScene
 
 _FACING = ((-1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -1.0))
 """View direction of the section across each axis: y, x and x point to the right, z, z and y point up."""

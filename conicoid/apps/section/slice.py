@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -13,14 +13,12 @@ from ..._util.arrays import FloatArray, ignore_fp_errors
 from ..._util.text import NameTuple, check_choice
 from ..._util.validation import check_callback, check_flag, check_path as checked_path
 from ...io.image import Image
+from ...kernels.threads import Progress
+from ...queries.scene_protocol import SceneLike
 from ...render.options import BY, CURVES, check_suffix
-from .drawing import OVERLAPPING, UNDEFINED, SliceColors, SliceDrawing, color_slice, rasterize
+from .drawing import OVERLAPPING, UNDEFINED, SliceColors, SliceDrawing, color_slice, pdf_bytes, rasterize, svg_text
 from .outline import Outline, OutlineCutter
 from .window import Window, make_window
-
-if TYPE_CHECKING:
-    from ...kernels.threads import Progress
-    from ...queries.scene_protocol import SceneLike
 
 _ROWS = 1 << 21  # points of a query
 _OBLIQUE = ((0.41, 0.62, 1.0), (-0.37, -0.58, 1.0))
@@ -264,11 +262,7 @@ class Slice:
 def _write_slice(drawing: SliceDrawing, suffix: str) -> bytes:
     """Return the contents of an .svg or .pdf file."""
     if suffix == ".svg":
-        from .drawing import svg_text
-
         return svg_text(drawing).encode()
-    from .drawing import pdf_bytes
-
     return pdf_bytes(drawing)
 
 

@@ -11,7 +11,7 @@ import math
 import os
 import shutil
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -27,16 +27,13 @@ from ..._util.validation import (
     describe_kind,
     format_value,
 )
-from ...kernels.threads import run_rows
+from ...kernels.threads import Progress, run_rows
 from ...queries.points import look_up, put_grid
+from ...queries.scene_protocol import SceneLike
 from ...queries.voxel_columns import ColumnGrid, voxel_shares
 from ...render.options import BY
 from .drawing import body_name, material_name
 from .window import AXES
-
-if TYPE_CHECKING:
-    from ...kernels.threads import Progress
-    from ...queries.scene_protocol import SceneLike
 
 
 def write_voxels(path: str | os.PathLike[str], voxels: Voxels) -> None:

@@ -76,8 +76,7 @@ def are_balls_or_boxes(kind: BoundsKind, back: FloatArray) -> Mask:
 
 
 def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
-    result: FloatArray = (a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1]) + a[:, 2] * b[:, 2]
-    return result
+    return (a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1]) + a[:, 2] * b[:, 2]
 
 
 def bound_ball_intersections(boxes: Sequence[FloatArray], balls: Sequence[bool]) -> tuple[FloatArray, Mask]:
@@ -260,7 +259,7 @@ def _cut_box(quadric: QuadricSurface, plain: BoxEnds, own: list[PlaneSurface], p
 
 def _sides(box: BoxEnds, planes: Sequence[PlaneSurface]) -> list[PlaneSurface]:
     """Return the finite sides of a box as planes, except sides with the normal of one of `planes`."""
-    signs = {_signs(plane) for plane in planes if _is_axial(plane)}
+    signs = {tuple(float((c > 0) - (c < 0)) for c in plane.normal) for plane in planes if _is_axial(plane)}
     sides = []
     for i in range(3):
         for sign, end in ((1.0, float(box[1][i])), (-1.0, -float(box[0][i]))):
@@ -272,10 +271,6 @@ def _sides(box: BoxEnds, planes: Sequence[PlaneSurface]) -> list[PlaneSurface]:
 
 def _is_axial(plane: PlaneSurface) -> bool:
     return sum(1 for c in plane.normal if c) == 1
-
-
-def _signs(plane: PlaneSurface) -> tuple[float, ...]:
-    return tuple(float((c > 0) - (c < 0)) for c in plane.normal)
 
 
 def _part_surfaces(parts: Sequence[Part]) -> list[BoundingSurfaces]:
@@ -309,17 +304,13 @@ def surfaces_around(own: Tree, motion: Motion, inside: bool) -> BoundingSurfaces
             if inner or len(tree.faces) == 1:  # the outside of several faces is a union, in none of their outsides
                 sense = 1 if inner else -1
                 found.extend(
-                    orient_surface(_transform_surface(f.surface, motion), sense * f.inside)
+                    orient_surface(f.surface.moved_rows(motion), sense * f.inside)
                     for f in tree.faces
                     if _can_bound(f, sense)
                 )
         elif isinstance(tree, All if inner else Any_) or len(tree.parts) == 1:
             pending.extend((part, inner) for part in tree.parts)
     return found
-
-
-def _transform_surface(surface: PlaneSurface | QuadricSurface, motion: Motion) -> PlaneSurface | QuadricSurface:
-    return surface.moved_rows(motion) if isinstance(surface, QuadricSurface) else surface.moved(motion)
 
 
 def _can_bound(face: Face, sense: int) -> bool:

@@ -296,8 +296,7 @@ def boxed_supports(quadrics: FloatArray, frames: FloatArray, ends: FloatArray, d
         own = np.broadcast_to((directions * corner[:, None])[:, :, None], (*slope.shape[:2], t.shape[2], 3))
         sums = raised_sums(np.concatenate([own, slope[:, :, None] * t], axis=-1))
         best = np.maximum(best, np.where(inside, sums, -np.inf).max(axis=-1))
-    supports: FloatArray = np.minimum(best, at_corners.max(axis=-1))
-    return supports
+    return np.minimum(best, at_corners.max(axis=-1))
 
 
 def along_normal(normal: Vector, direction: Vector) -> float | None:

@@ -286,11 +286,7 @@ def _node(
     whole = inside[0] if len(inside) == 1 else PieceBoolean(kind, tuple(inside))
     if cut:
         whole = PieceBoolean("difference", (whole, *cut))
-    if not steps:
-        return whole
-    if isinstance(whole, PieceLeaf):
-        return PieceLeaf(whole.piece, whole.steps + steps, whole.is_rounded)
-    return PieceBoolean(whole.kind, whole.parts, whole.steps + steps, whole.color)
+    return _move_node(whole, steps)
 
 
 # Primitives. Each rule returns a piece, or None if the cells of the solid are to be used.
@@ -315,8 +311,7 @@ def _move_node(node: PieceNode, steps: Steps) -> PieceNode:
     return PieceBoolean(node.kind, node.parts, node.steps + steps, node.color)
 
 
-def _sphere(solid: Sphere, room: BodyBox) -> PieceNode:
-    del room
+def _sphere(solid: Sphere, _: BodyBox) -> PieceNode:
     return PieceLeaf(BallPiece(solid.radius), _shift(solid.center))
 
 
@@ -324,26 +319,22 @@ def _shift(offset: Any) -> Steps:
     return (Translate(offset),) if any(offset) else ()
 
 
-def _box(solid: Box, room: BodyBox) -> PieceNode:
-    del room
+def _box(solid: Box, _: BodyBox) -> PieceNode:
     return PieceLeaf(BoxPiece(solid.low, solid.high))
 
 
-def _ellipsoid(solid: Ellipsoid, room: BodyBox) -> PieceNode | None:
+def _ellipsoid(solid: Ellipsoid, _: BodyBox) -> PieceNode | None:
     # Radii would be rounded from coefficients, and a cut has faces of its own
     if solid.coefficients is not None or solid.z_range is not None:
         return None
-    del room
     return PieceLeaf(EllipsoidPiece(solid.radii), _shift(solid.center))
 
 
-def _cylinder(solid: Cylinder, room: BodyBox) -> PieceNode:
-    del room
+def _cylinder(solid: Cylinder, _: BodyBox) -> PieceNode:
     return _frustum(solid, solid.radius, solid.radius)
 
 
-def _cone(solid: Cone, room: BodyBox) -> PieceNode:
-    del room
+def _cone(solid: Cone, _: BodyBox) -> PieceNode:
     return _frustum(solid, solid.start_radius, solid.end_radius)
 
 
@@ -371,18 +362,15 @@ def _is_rounded(solid: Cylinder | Cone) -> bool:
     return bool(ex.cancelling_sum((length, -ex.exact(solid.length))))
 
 
-def _revolution_piece(solid: Revolution, room: BodyBox) -> PieceNode:
-    del room
+def _revolution_piece(solid: Revolution, _: BodyBox) -> PieceNode:
     return PieceLeaf(RevolutionPiece(solid.profile, solid.start_angle, solid.end_angle))
 
 
-def _extrusion_piece(solid: Extrusion, room: BodyBox) -> PieceNode:
-    del room
+def _extrusion_piece(solid: Extrusion, _: BodyBox) -> PieceNode:
     return PieceLeaf(ExtrusionPiece(solid.outline, *solid.z_range, solid.scale_at_top))
 
 
-def _mesh(solid: Mesh, room: BodyBox) -> PieceNode | None:
-    del room
+def _mesh(solid: Mesh, _: BodyBox) -> PieceNode | None:
     if solid._pieces_overlap:  # other programs have rules of their own where faces cross
         return None
     corners = tuple(tuple(map(Fraction, vertex)) for vertex in solid.vertices)

@@ -1,4 +1,4 @@
-"""What all exports share: options and results, the report of losses and refusals, formats, bodies, colours, numbers.
+"""Parts of all exports: options and results, the report of losses and refusals, formats, bodies, colours, numbers.
 
 A format is a module of this package with a function `export_text(scene, options)`.
 """

@@ -33,7 +33,10 @@ class RigidMove:
     def then(self, other: RigidMove) -> RigidMove:
         """Return the move that is this one, then `other`."""
         moved = other.turn.apply(self.shift)
-        return RigidMove(other.turn.after(self.turn), _add_shifts(moved, other.shift))
+        return RigidMove(
+            other.turn.after(self.turn),
+            (moved[0] + other.shift[0], moved[1] + other.shift[1], moved[2] + other.shift[2]),
+        )
 
     @property
     def back(self) -> RigidMove:
@@ -111,10 +114,6 @@ def _is_lossy(steps: Sequence[Step], moves: GdmlMoves) -> bool:
 def _decimals(values: Iterable[float]) -> Point:
     x, y, z = map(shortest_decimal, values)
     return x, y, z
-
-
-def _add_shifts(a: Point, b: Point) -> Point:
-    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
 def _convert_scaling(step: Scale) -> list[GdmlMove]:

@@ -62,11 +62,6 @@ _DOWN = AxisTurn(signs=(1, -1, -1))
 """Half a turn about x, which takes z to -z."""
 
 
-def write_bowl(solids: SolidWriter, piece: QuadricPiece) -> SolidReference:
-    """Write a paraboloid or a hype. Raise UnsupportedExport for a hyperboloid that is nearly flat."""
-    return _hype(solids, piece) if piece.g2 else _paraboloid(solids, piece)
-
-
 def _paraboloid(solids: SolidWriter, piece: QuadricPiece) -> SolidReference:
     """Write a paraboloid, which opens upward in GDML; half a turn takes the others there."""
     is_up = piece.g1 > 0
@@ -392,7 +387,7 @@ class SolidWriter:
         if isinstance(piece, ExtrusionPiece):
             return self._extrusion(piece)
         if isinstance(piece, QuadricPiece):
-            return write_bowl(self, piece)
+            return _hype(self, piece) if piece.g2 else _paraboloid(self, piece)
         if isinstance(piece, NativePiece):
             return SolidReference(
                 self.add(piece.tag, piece.attributes, piece.children), join_moves([RigidMove(shift=piece.shift)])
@@ -451,15 +446,16 @@ def _operand_elements(place: ExportPlacement, prefix: str = "") -> str:
 
 def position_element(shift: Point, tag: str = "position") -> str:
     """Return the element of a shift in `LENGTH_UNIT`, or "" for no shift."""
-    if shift == ORIGIN:
-        return ""
-    x, y, z = map(format_number, shift)
-    return f'<{tag} x="{x}" y="{y}" z="{z}" unit="{LENGTH_UNIT}"/>'
+    return _vector_element(tag, shift, LENGTH_UNIT)
 
 
 def rotation_element(angles: Point, tag: str = "rotation") -> str:
     """Return the element of a rotation by angles in degrees, or "" for no rotation."""
-    if angles == ORIGIN:
+    return _vector_element(tag, angles, "deg")
+
+
+def _vector_element(tag: str, vector: Point, unit: str) -> str:
+    if vector == ORIGIN:
         return ""
-    x, y, z = map(format_number, angles)
-    return f'<{tag} x="{x}" y="{y}" z="{z}" unit="deg"/>'
+    x, y, z = map(format_number, vector)
+    return f'<{tag} x="{x}" y="{y}" z="{z}" unit="{unit}"/>'

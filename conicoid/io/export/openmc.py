@@ -174,7 +174,9 @@ def _fill_placements(steps: tuple[Step, ...]) -> tuple[FillPlacement, ...] | Non
             back = invert_rows(rows)
             if back is None:
                 return None
-            rotation = format_numbers(_format_plain(value) for row in back for value in row)
+            rotation = format_numbers(
+                float(value) if Fraction(float(value)) == value else value for row in back for value in row
+            )
         else:
             angles = [Fraction(0)] * 3
             for axis in (2, 1, 0):
@@ -190,11 +192,6 @@ def _fill_placements(steps: tuple[Step, ...]) -> tuple[FillPlacement, ...] | Non
             return None
         fills.append(FillPlacement(rotation, shift))
     return tuple(reversed(fills))
-
-
-def _format_plain(value: Fraction) -> float | Fraction:
-    """Return a fraction as a float if it is one, for the shortest decimal."""
-    return float(value) if Fraction(float(value)) == value else value
 
 
 def _rotation_axis(step: Rotate) -> int | None:
@@ -504,7 +501,7 @@ def _cell_lines(
     return lines
 
 
-# What XML cannot hold, and other controls
+# Characters that XML cannot hold, and other controls
 _CONTROLS = re.compile(r"[\x00-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff]")
 
 

@@ -189,7 +189,7 @@ class RegionWriter:
 
     def of(self, solid: Solid, outer: Motion = IDENTITY_MOTION) -> Region:
         """Return the region of a solid under a further motion. Raise UnsupportedExport if OpenMC cannot hold it."""
-        region = self._of(solid, outer, True, 0)
+        region = self._region_of(solid, outer, True, 0)
         count = sum(1 for _ in list_half_spaces(region))
         if count > MAX_REGION_LENGTH:
             raise UnsupportedExport(f"its region has {count:,} half-spaces, more than {MAX_REGION_LENGTH:,}")
@@ -197,7 +197,7 @@ class RegionWriter:
             raise UnsupportedExport(f"its region nests deeper than {MAX_PARENTHESES} levels")
         return region
 
-    def _of(self, solid: Solid, outer: Motion, inside: bool, depth: int) -> Region:
+    def _region_of(self, solid: Solid, outer: Motion, inside: bool, depth: int) -> Region:
         """Return the region inside or outside of a solid."""
         if isinstance(solid, Boolean):
             if depth >= MAX_REGION_DEPTH:
@@ -205,11 +205,11 @@ class RegionWriter:
             motion = solid.motion.then(outer)
             if isinstance(solid, (Complement, Painted)):
                 sense = inside if isinstance(solid, Painted) else not inside
-                return self._of(solid.operands[0], motion, sense, depth + 1)
+                return self._region_of(solid.operands[0], motion, sense, depth + 1)
             parts = []
             for k, operand in enumerate(solid.operands):
                 turned = isinstance(solid, Difference) and k > 0
-                parts.append(self._of(operand, motion, inside != turned, depth + 1))
+                parts.append(self._region_of(operand, motion, inside != turned, depth + 1))
             return join_regions(UnionNode if isinstance(solid, Union) == inside else IntersectionNode, parts)
         if not isinstance(solid, PrimitiveSolid):
             raise UnsupportedExport(f"{type(solid).__name__} is no solid of planes and quadrics")
@@ -365,7 +365,7 @@ class EmptinessTest:
 
 
 _SurfacePlace: TypeAlias = tuple[tuple[object, ...], tuple[tuple[int, Fraction], ...]]
-"""What a translation leaves of a surface, and its coordinates."""
+"""The part of a surface that a translation keeps, and its coordinates."""
 
 
 def _surface_place(surface: ReadSurface) -> _SurfacePlace | None:

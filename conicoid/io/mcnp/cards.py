@@ -39,7 +39,7 @@ class Card:
     line: int
     text: str
     hint: str = ""
-    """What to append to messages: whether its line may be meant as a continuation, and its place in another file."""
+    """The end of messages: whether its line may be meant as a continuation, and its place in another file."""
 
     @property
     def element(self) -> XmlElement:

@@ -263,7 +263,6 @@ class SurfaceCard:
     number: int
     boundary: str
     change: int | None  # number of a TR card
-    partner: int | None  # number of the other surface of a periodic pair
     form: SurfaceBounds
 
 
@@ -273,17 +272,17 @@ def read_surface_card(card: Card) -> SurfaceCard:
     match = _CARD_NUMBER.fullmatch(words[0])
     if match is None or not int(match[2]):
         raise ValueError(f"a surface begins with its number, got {words[0][:20]!r}")
-    change = partner = None
+    change, is_periodic = None, False
     rest = words[1:]
-    # A number before the mnemonic is a transformation if positive, the partner of a periodic surface if negative.
+    # A number before the mnemonic is a transformation if positive; negative, it is the partner of a periodic surface
     if rest and re.fullmatch(r"[-+]?[0-9]+", rest[0]):
         other = parse_integer("a transformation", rest.pop(0))
-        change, partner = (other, None) if other > 0 else (None, -other or None)
+        change, is_periodic = other if other > 0 else None, other < 0
     if not rest:
         raise ValueError("a surface needs a kind, such as px")
     # Boundaries do not change the geometry; they are kept as facts of the surface
-    boundary = "periodic" if partner else _BOUNDARIES[match[1]]
-    return SurfaceCard(int(match[2]), boundary, change, partner, build_bounds(rest[0], parse_numbers(rest[1:])))
+    boundary = "periodic" if is_periodic else _BOUNDARIES[match[1]]
+    return SurfaceCard(int(match[2]), boundary, change, build_bounds(rest[0], parse_numbers(rest[1:])))
 
 
 @dataclass

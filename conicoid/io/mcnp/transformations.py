@@ -173,7 +173,7 @@ def parse_transformation(values: Sequence[Fraction | None], degrees: bool) -> Fr
     rest = [None if value is None else _cosine(value) if degrees else value for value in entries[3:]]
     rows, is_free = _complete_rows([*rest, *[None] * (9 - len(rest))])
     back = invert_rows(rows)
-    # Cosines of three digits are off by a thousandth; what is farther off is no rotation, and would shear bodies
+    # Cosines of three digits are off by a thousandth; a matrix farther off is no rotation, and shears bodies
     if back is None or rotation_error(rows) > MAX_ROTATION_ERROR:
         raise ValueError(
             f"the matrix of a transformation must be a rotation, it is {rotation_error(rows):.2g} away from one"

@@ -185,7 +185,7 @@ def hexagonal_element(slabs: list[LatticeSlab]) -> LatticeElement:
     # Equal to the file up to rounding, but exactly symmetric, so that elements fit without gaps.
     c = LatticeSlab(c.normal, c.low + off, c.high + off)
     # Three neighbouring corners; the other three are their opposites about the centre.
-    corners = [_corner(a, b), _corner(b, c), _corner(c, _flip_slab(a))]
+    corners = [_corner(a, b), _corner(b, c), _corner(c, LatticeSlab(scale_vector(a.normal, -1), -a.high, -a.low))]
     for corner, slab in zip(corners, (c, a, b), strict=True):
         # The corner of two sides lies outside the third slab where the order of the sides is another one
         if abs(dot(slab.normal, corner)) >= slab.half:
@@ -219,10 +219,6 @@ def _corner(a: LatticeSlab, b: LatticeSlab) -> Point:
     """Return the point where the upper sides of two slabs meet, relative to the centre."""
     u, v = _slab_duals([a, b])
     return add_scaled(scale_vector(u, a.half), v, b.half)
-
-
-def _flip_slab(slab: LatticeSlab) -> LatticeSlab:
-    return LatticeSlab(scale_vector(slab.normal, -1), -slab.high, -slab.low)
 
 
 def _slab_duals(slabs: list[LatticeSlab]) -> list[Point]:

@@ -259,8 +259,7 @@ class Atoms:
             if value is not None:
                 value.flags.writeable = False
             object.__setattr__(self, name, value)
-        object.__setattr__(self, "labels", tuple(self.labels))
-        object.__setattr__(self, "remarks", tuple(self.remarks))
+        vars(self).update(labels=tuple(self.labels), remarks=tuple(self.remarks))
 
     def __len__(self) -> int:
         return len(self.positions)
@@ -273,8 +272,7 @@ class Atoms:
         covalent radii plus 0.45 Å (E. C. Meng and R. A. Lewis, J. Comput. Chem. 12 (1991), 891); all are of order 1.
         """
         if self.given_bonds is not None:
-            bonds: FloatArray = self.given_bonds
-            return bonds
+            return self.given_bonds
         pairs = bonds_by_distance(self.positions, self.numbers)
         return np.column_stack([pairs, np.ones(len(pairs))])
 

@@ -1,6 +1,6 @@
 """Import of OpenSCAD's evaluated models (.csg): calls become solids with colours, and solids become bodies.
 
-`CsgEvaluation` evaluates the calls and remarks on what it leaves out; `import_file` makes one body for each colour.
+`CsgEvaluation` evaluates calls and remarks on those that it leaves out; `import_file` makes one body for each colour.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class ColoredSolid:
 
 
 class CsgEvaluation:
-    """Evaluator of the calls of a file; it leaves out what it cannot express, with a remark."""
+    """Evaluator of the calls of a file; it leaves out calls that it cannot express, with a remark."""
 
     def __init__(self, text: CsgText, smooth: bool) -> None:
         self.text, self.smooth = text, smooth

@@ -266,7 +266,7 @@ def _build(pattern: TextPattern, rows: list[tuple[str, ...]], shapes: ShapeReade
         return
     for node, word in zip(pattern.slots, rows[0], strict=True):
         node.text = word
-    # What a reader of its own reports, and stores by the ids of nodes, goes with it
+    # The problems of a reader of its own, and its values by the ids of nodes, go with it
     reader = NodeReader(shapes.reader.folder)
     reader.suggestions.budget = 0  # nobody reads its suggestions
     reader.materials, reader.colors = shapes.reader.materials, shapes.reader.colors

@@ -352,7 +352,7 @@ class ShapeReader:
         self.allowance = allowance
         self.size = ShapeSizes()
         self.classes: dict[str, type[Shape]] = {}  # a lookup in `REGISTRY` takes microseconds
-        self.read_nodes: dict[int, Any] = {}  # by id: what was read, for the aliases of the node
+        self.read_nodes: dict[int, Any] = {}  # by id: the values of nodes, for their aliases
         self.motions: dict[int, Motion | BadValue] = {}
         reader.shape = self.read
 
@@ -382,7 +382,7 @@ class ShapeReader:
         try:
             if is_text(node):
                 shape = self._reference(node, where)
-            # An alias is the same node object: what it stands for is read once
+            # An alias is the same node object, which is read once
             elif (shape := self.read_nodes.get(id(node))) is None:
                 shape = self.read_nodes[id(node)] = self._written(node, where)
         finally:

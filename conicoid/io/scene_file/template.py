@@ -170,7 +170,7 @@ def _sizes(rows: FloatArray) -> FloatArray:
 #
 # `read_row` puts the numbers of one row into the tree and reads that as a body that is written out. It reports all
 # problems, and takes some 60 µs a body. `ShapeColumns` builds the shapes of all rows together, ten times faster for a
-# moved shape. It leaves out what is in doubt, which `read_row` then reads.
+# moved shape. It leaves out rows in doubt, which `read_row` then reads.
 
 COLUMN_TYPE = ListType(UnionType((NumberType(), ListType(NumberType()))))
 """A column in the scene file: a number for each body, or a list of numbers."""
@@ -393,8 +393,7 @@ class ShapeColumns:
     def _shapes(self, node: Node) -> _Shapes:
         """Return the shapes at a node, as `ShapeReader.read` reads one."""
         if not self.template.varies(node):
-            shape: Shape = self.reader.read(node, self.where)
-            return shape
+            return self.reader.read(node, self.where)
         if not isinstance(node, MappingNode):
             raise _UnusualNode
         key = next(key for key in node.heads if key.text != "move")

@@ -204,36 +204,33 @@ class NumberType(ValueType):
         return isinstance(node, ScalarNode) and not is_text(node) and not is_null(node)
 
 
-class IntegerType(ValueType):
+class _WordType(ValueType):
+    """The values of plain words that `parse` does not return None for; `name` is the type in JSON Schema."""
+
+    name: str
+    parse: Callable[[Node], Any]
+
+    def read(self, node: Node, reader: NodeReader, where: str) -> Any:
+        value = self.parse(node)
+        return reader.report_mismatch(node, where, self.phrase) if value is None else value
+
+    def schema(self) -> Schema:
+        return {"type": self.name}
+
+    def fits(self, node: Node) -> bool:
+        return self.parse(node) is not None
+
+
+class IntegerType(_WordType):
     """A whole number."""
 
-    phrase = "an integer"
-
-    def read(self, node: Node, reader: NodeReader, where: str) -> Any:
-        value = parse_int(node)
-        return reader.report_mismatch(node, where, self.phrase) if value is None else value
-
-    def schema(self) -> Schema:
-        return {"type": "integer"}
-
-    def fits(self, node: Node) -> bool:
-        return parse_int(node) is not None
+    phrase, name, parse = "an integer", "integer", staticmethod(parse_int)
 
 
-class BoolType(ValueType):
+class BoolType(_WordType):
     """A boolean."""
 
-    phrase = "true or false"
-
-    def read(self, node: Node, reader: NodeReader, where: str) -> Any:
-        value = parse_bool(node)
-        return reader.report_mismatch(node, where, self.phrase) if value is None else value
-
-    def schema(self) -> Schema:
-        return {"type": "boolean"}
-
-    def fits(self, node: Node) -> bool:
-        return parse_bool(node) is not None
+    phrase, name, parse = "true or false", "boolean", staticmethod(parse_bool)
 
 
 class TextType(ValueType):

@@ -24,7 +24,7 @@ from ..._util.validation import format_value
 from ...geometry.body import Body
 from ...geometry.bulk import Bulk
 from ...geometry.shape import Shape
-from ...geometry.transform import Motion, Rotate, Scale, Transform, Translate
+from ...geometry.transform import Rotate, Scale, Transform, Translate
 from ...materials.background import Environment
 from ...materials.image_file import Pixels
 from ...materials.material import Material, constructor_call
@@ -246,7 +246,7 @@ class ShapeWriter:
 
     def data(self, shape: Shape) -> Any:
         """Return ``{ClassName: fields, move: steps}``, or a reference to a named shape."""
-        move = {"move": motion_steps(shape.motion)} if shape.motion.steps else {}
+        move = {"move": [_step_data(step) for step in shape.motion.steps]} if shape.motion.steps else {}
         name = self.names.get(shape_identity(shape))
         if name is None:
             return {type(shape).__name__: self._fields(shape)} | move
@@ -429,11 +429,6 @@ def body_data(body: Body, writer: ShapeWriter) -> dict[str, Any]:
         names = [None if each is None else writer.material(each) for each in body.materials]
         return data | {"materials": names, "material_index": writer.index(body.material_index)}
     return data | ({"material": writer.material(body.material)} if body.material is not None else {})
-
-
-def motion_steps(motion: Motion) -> list[Any]:
-    """Return the steps of a motion as a user would write them."""
-    return [_step_data(step) for step in motion.steps]
 
 
 def _step_data(step: Any) -> dict[str, Any]:

@@ -142,7 +142,7 @@ class _TreeBuilder:
         up to millions of events, so that the usual ones are handled here without a call.
         """
         first_line = self.first_line
-        events = count = expanded = 0  # finished nodes with aliases expanded, and what the aliases added
+        events = count = expanded = 0  # finished nodes with aliases expanded, and those that the aliases added
         parent: Any = None
         key: ScalarNode | None = None  # the key of `parent` that waits for its value
         stack: list[tuple[Any, ScalarNode | None, int, str | None]] = []  # what each open collection interrupts

@@ -59,18 +59,18 @@ def _surface(geometry: Geometry, scratch: Scratch, entry: int, c: int) -> int:
 
 @helper
 def _put_spans(
-    geometry: Geometry, scratch: Scratch, entry: int, met: BodyRows, ray: Ray, rows: Floats, used: int
+    geometry: Geometry, scratch: Scratch, entry: int, found: BodyRows, ray: Ray, rows: Floats, used: int
 ) -> int:
     """Append rows of the spans between an entry's crossings, from scratch; return the number of rows now."""
     body = whole(entry)
     # Until the first crossing a span begins at the interval, which is exact: no surface, no error
-    enter, surface, before, inside = ray.t_min, whole(-1), 0.0, met.inside
+    enter, surface, before, inside = ray.t_min, whole(-1), 0.0, found.inside
     # One round more than crossings: the last span may end with the interval
-    for c in range(met.crossings + 1):
-        at_end = c == met.crossings
+    for c in range(found.crossings + 1):
+        at_end = c == found.crossings
         t, beyond, after = ray.t_max, whole(-1), 0.0
         if not at_end:
-            t, beyond, after = read_crossing(scratch, c)[0], _surface(geometry, scratch, entry, c), met.off
+            t, beyond, after = read_crossing(scratch, c)[0], _surface(geometry, scratch, entry, c), found.off
         if inside:
             rows[used, ENTER], rows[used, BODY], rows[used, EXIT] = enter, body, t
             rows[used, ENTER_CLIPPED], rows[used, EXIT_CLIPPED] = 1.0 if surface < 0 else 0.0, 1.0 if at_end else 0.0
@@ -83,30 +83,30 @@ def _put_spans(
 
 
 @helper
-def _put_crossings(geometry: Geometry, scratch: Scratch, entry: int, met: BodyRows, rows: Floats, used: int) -> int:
+def _put_crossings(geometry: Geometry, scratch: Scratch, entry: int, found: BodyRows, rows: Floats, used: int) -> int:
     """Append rows of an entry's crossings, from scratch; return the number of rows now."""
     body = whole(entry)
-    for c in range(met.crossings):
+    for c in range(found.crossings):
         t, place, sense, enters = read_crossing(scratch, c)
         surface, face, side = crossing_face(geometry, whole(entry), place, sense)
         rows[used, T], rows[used, BODY] = t, body
         rows[used, FACE], rows[used, SURFACE], rows[used, SIDE] = face, surface, side
-        rows[used, ENTERS], rows[used, OFF] = 1.0 if enters else 0.0, met.off
+        rows[used, ENTERS], rows[used, OFF] = 1.0 if enters else 0.0, found.off
         used += 1
     return used
 
 
 @inline
 def put_rows(
-    geometry: Geometry, scratch: Scratch, entry: int, met: BodyRows, ray: Ray, spans: bool, rows: Floats, used: int
+    geometry: Geometry, scratch: Scratch, entry: int, found: BodyRows, ray: Ray, spans: bool, rows: Floats, used: int
 ) -> int:
     """Append rows of an entry's spans or crossings; return the number of rows now.
 
     Relies on room for one row more than the entry has crossings (`grow_rows`).
     """
     if spans:
-        return _put_spans(geometry, scratch, entry, met, ray, rows, used)
-    return _put_crossings(geometry, scratch, entry, met, rows, used)
+        return _put_spans(geometry, scratch, entry, found, ray, rows, used)
+    return _put_crossings(geometry, scratch, entry, found, rows, used)
 
 
 @inline

@@ -3,7 +3,7 @@
 The compiler vectorises loops over many lanes, but it unrolls a loop over the eight children of a node or the eight rows
 of a packet first, and then leaves it scalar. So these few functions are written with LLVM's own vectors, which it
 lowers to the instructions of the processor. Their arithmetic is IEEE as everywhere. All tests are conservative, by the
-slacks of culling_constants.py: NaN counts as met.
+slacks of culling_constants.py: NaN counts as a hit.
 
 This module exports the intrinsics of culling_tests.py, short_nodes.py and vector_code.py. Where machine code is shipped
 it exports lazy names for them, which import these modules, and with them Numba, only when a compiler asks for one.

@@ -101,11 +101,11 @@ def lanes_in_box(typing_context: Any, lanes: Any, lx: Any, ly: Any, lz: Any, hx:
         c, b = Code(context, builder), builder
         # No beam: every lane tests with its own corners, in eights
         rays, sides = c.data(signature, arguments, 0), [c.spread(side) for side in arguments[1:]]
-        met: Any = INT64(0)
+        hits: Any = INT64(0)
         for group in range(8):
             bits = b.zext(c.overlaps(*_stretch_of_lanes(c, rays, sides, INT64(8 * group))), INT64)
-            met = b.or_(met, b.shl(bits, INT64(8 * group)))
-        return met
+            hits = b.or_(hits, b.shl(bits, INT64(8 * group)))
+        return hits
 
     return types.int64(lanes, *[types.float64] * 6), code
 
@@ -204,7 +204,7 @@ def missed_balls(
     inside = _depth(c, center, direction, foot, squared)
     # NaN for a depth below 0, where the first test has decided already
     half = c.root(b.fmul(inside, per_square))
-    # NaN counts as met
+    # NaN counts as a hit
     missed = b.fcmp_ordered("<", inside, c.constant(0.0))
     missed = b.or_(missed, b.fcmp_ordered(">", b.fsub(foot, half), last))
     return b.or_(missed, b.fcmp_ordered("<", b.fadd(foot, half), first))
@@ -246,7 +246,7 @@ def _lanes_in_ball(groups: int) -> Any:
         def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             c, b = Code(context, builder), builder
             rays, ball = c.data(signature, arguments, 0), [c.spread(number) for number in arguments[2:]]
-            squared, met = b.fmul(ball[3], ball[3]), INT64(0)
+            squared, hits = b.fmul(ball[3], ball[3]), INT64(0)
             for group in range(groups):
                 # Origin, direction; 1 / d·d and 1 / |d| or more; the interval
                 rows = (0, 1, 2, 9, 10, 11, 12, 13, 6, 7, 8)
@@ -256,13 +256,13 @@ def _lanes_in_ball(groups: int) -> Any:
                 apart = b.fadd(b.fadd(c.size(center[0]), c.size(center[1])), c.size(center[2]))
                 reach = b.fmul(c.fused(apart, c.constant(culling_constants.BALL_SLACK), ball[3]), row[7])
                 first, last = b.fsub(foot, reach), b.fadd(foot, reach)
-                # NaN counts as met
+                # NaN counts as a hit
                 missed = b.fcmp_ordered("<", _depth(c, center, direction, foot, squared), c.constant(0.0))
                 missed = b.or_(missed, b.fcmp_ordered(">", first, c.smaller(row[9], row[10])))
                 missed = b.or_(missed, b.fcmp_ordered("<", last, row[8]))
                 bits = b.zext(b.not_(b.bitcast(missed, BITS)), INT64)
-                met = b.or_(met, b.shl(bits, INT64(8 * group)))
-            return met
+                hits = b.or_(hits, b.shl(bits, INT64(8 * group)))
+            return hits
 
         return types.int64(lanes, types.int64, *[types.float64] * 4), code
 
@@ -290,19 +290,19 @@ def lanes_in_ball_from_one(typing_context: Any, lanes: Any, x: Any, y: Any, z: A
         )
         base = b.fadd(b.fsub(squared, far), raised)
         apart = b.fadd(b.fadd(c.size(center[0]), c.size(center[1])), c.size(center[2]))
-        wide, met = c.fused(apart, c.constant(culling_constants.BALL_SLACK), radius), INT64(0)
+        wide, hits = c.fused(apart, c.constant(culling_constants.BALL_SLACK), radius), INT64(0)
         for group in range(8):
             # Direction; 1 / d·d and 1 / |d| or more; the interval
             row = [c.eight(rays, INT64(0), 64 * k + 8 * group) for k in (9, 10, 11, 12, 13, 6, 7, 8)]
             along = c.product(center, row[:3])
             foot, reach = b.fmul(along, row[3]), b.fmul(wide, row[4])
-            # NaN counts as met
+            # NaN counts as a hit
             missed = b.fcmp_ordered("<", c.fused(foot, along, base), c.constant(0.0))
             missed = b.or_(missed, b.fcmp_ordered(">", b.fsub(foot, reach), c.smaller(row[6], row[7])))
             missed = b.or_(missed, b.fcmp_ordered("<", b.fadd(foot, reach), row[5]))
             bits = b.zext(b.not_(b.bitcast(missed, BITS)), INT64)
-            met = b.or_(met, b.shl(bits, INT64(8 * group)))
-        return met
+            hits = b.or_(hits, b.shl(bits, INT64(8 * group)))
+        return hits
 
     return types.int64(lanes, *[types.float64] * 4), code
 
@@ -368,13 +368,13 @@ def put_children(
         enters, leaves = stretches(c, [c.eight(floats, arguments[1], 8 * k) for k in range(6)], rays, arguments[6])
         kind = ir.VectorType(ir.IntType(32), WIDTH)
         child = b.zext(b.load(b.bitcast(c.place(numbers, arguments[3], 0), kind.as_pointer()), align=4), WHOLE)
-        met = b.and_(c.overlapping(enters, leaves), b.icmp_unsigned("!=", child, ir.Constant(WHOLE, [0] * WIDTH)))
+        hits = b.and_(c.overlapping(enters, leaves), b.icmp_unsigned("!=", child, ir.Constant(WHOLE, [0] * WIDTH)))
         box = b.add(c.whole(arguments[4]), ir.Constant(WHOLE, list(range(WIDTH))))
         item = b.or_(child, b.shl(box, ir.Constant(WHOLE, [32] * WIDTH)))
         place = b.bitcast(c.place(out, arguments[9], 0), WHOLE.as_pointer())
-        b.store(c.compressed(item, met), place, align=8)
-        c.store(c.compressed(enters, met), times, arguments[9], 0)
-        return b.ctpop(b.zext(b.bitcast(met, BITS), INT64))
+        b.store(c.compressed(item, hits), place, align=8)
+        c.store(c.compressed(enters, hits), times, arguments[9], 0)
+        return b.ctpop(b.zext(b.bitcast(hits, BITS), INT64))
 
     whole = types.int64
     return types.int64(boxes, whole, codes, whole, whole, beam, whole, found, t, whole), code
@@ -395,12 +395,12 @@ def put_balls(
         sides = sides_of_balls(c, floats, arguments[1], arguments[2])
         enters, leaves = stretches(c, sides, rays, arguments[5])
         places = ir.Constant(WHOLE, list(range(WIDTH)))
-        met = b.and_(c.overlapping(enters, leaves), b.icmp_signed("<", places, c.whole(arguments[2])))
+        hits = b.and_(c.overlapping(enters, leaves), b.icmp_signed("<", places, c.whole(arguments[2])))
         box = ir.Constant(EIGHT, [float(-2 - k) for k in range(WIDTH)])
         rows = [*sides, enters, c.spread(b.sitofp(arguments[3], DOUBLE)), box]
         for row, value in enumerate(rows):
-            c.store(c.compressed(value, met), target, arguments[7], row * ITEM_ROW)
-        return b.ctpop(b.zext(b.bitcast(met, BITS), INT64))
+            c.store(c.compressed(value, hits), target, arguments[7], row * ITEM_ROW)
+        return b.ctpop(b.zext(b.bitcast(hits, BITS), INT64))
 
     whole = types.int64
     return types.int64(balls, whole, whole, whole, beam, whole, items, whole), code
@@ -440,11 +440,11 @@ def put_groups(
             eight = c.eight(rays, arguments[4], 8 * k)
             return eight, eight
 
-        met = c.overlapping(*beam_stretch(c, sides, number, number(FIRST)[0], number(LAST)[0]))
+        hits = c.overlapping(*beam_stretch(c, sides, number, number(FIRST)[0], number(LAST)[0]))
         pair = b.add(c.whole(b.shl(arguments[2], INT64(3))), ir.Constant(WHOLE, list(range(WIDTH))))
         place = b.bitcast(c.place(out, arguments[6], 0), WHOLE.as_pointer())
-        b.store(c.compressed(pair, met), place, align=8)
-        return b.ctpop(b.zext(b.bitcast(met, BITS), INT64))
+        b.store(c.compressed(pair, hits), place, align=8)
+        return b.ctpop(b.zext(b.bitcast(hits, BITS), INT64))
 
     whole = types.int64
     return types.int64(items, whole, whole, lanes, whole, pairs, whole), code
@@ -493,9 +493,9 @@ class _Rays:
             s = b.fmul(b.fsub(self.origins[axis], c.spread(near[axis])), self.slopes[axis])
             t = b.fmul(b.fsub(self.origins[axis], c.spread(far[axis])), self.slopes[axis])
             first, last = c.larger(s, first), c.smaller(t, last)
-        met = b.and_(self.there, c.overlapping(first, last))
+        hits = b.and_(self.there, c.overlapping(first, last))
         when = b.and_(b.bitcast(first, WHOLE), ir.Constant(WHOLE, [_UPPER] * WIDTH))
-        return met, b.or_(when, self.numbers)
+        return hits, b.or_(when, self.numbers)
 
 
 @intrinsic
@@ -526,12 +526,12 @@ def put_on_lists(
             eight = _Rays(c, ray, waiting, b.add(begin, done), b.sub(count, done))
             for k in range(WIDTH):
                 sides = ([c.number(floats, side, k) for side in which] for which in (near, far))
-                met, entering = eight.in_box(*sides)
+                hits, entering = eight.in_box(*sides)
                 end = b.load(ends[k])
                 target = b.bitcast(c.place(waiting, end, 0), WHOLE.as_pointer())
-                b.store(c.compressed(entering, met), target, align=8)
-                met_count = b.ctpop(b.zext(b.bitcast(met, BITS), INT64))
-                b.store(b.add(end, met_count), ends[k])
+                b.store(c.compressed(entering, hits), target, align=8)
+                hit_count = b.ctpop(b.zext(b.bitcast(hits, BITS), INT64))
+                b.store(b.add(end, hit_count), ends[k])
         for k in range(WIDTH):
             its = b.sub(b.load(ends[k]), b.add(room, b.mul(groups, INT64(8 * k))))
             b.store(b.trunc(its, ir.IntType(32)), c.place(out, INT64(0), k))
@@ -570,11 +570,11 @@ def rays_in_balls(
             center = [b.fsub(ball[k], eight.origins[k]) for k in range(3)]
             radius = b.fadd(ball[3], margin)
             missed = missed_balls(c, center, columns[:3], columns[3], radius, eight.first, eight.last)
-            met = b.and_(eight.there, b.not_(missed))
+            hits = b.and_(eight.there, b.not_(missed))
             end = b.load(count)
             target = b.bitcast(c.place(out, end, 0), WHOLE.as_pointer())
-            b.store(c.compressed(b.or_(numbers, c.whole(loop.index)), met), target, align=8)
-            b.store(b.add(end, b.ctpop(b.zext(b.bitcast(met, BITS), INT64))), count)
+            b.store(c.compressed(b.or_(numbers, c.whole(loop.index)), hits), target, align=8)
+            b.store(b.add(end, b.ctpop(b.zext(b.bitcast(hits, BITS), INT64))), count)
         return b.load(count)
 
     whole = types.int64

@@ -513,16 +513,16 @@ def cell_lanes(geometry: Geometry, lanes: Floats, cell: int, entry: int, body: i
     if face_lanes(geometry, lanes, cell, first, last) == 0:
         return
     quadric, lengths = curved_surface(geometry, cell), lengths_of(geometry, table.CELL_LIMITS, cell)
-    met = _LaneCell(entry, body, curved_side(geometry, cell), quadric_place(cell), quadric, lengths)
+    lane_cell = _LaneCell(entry, body, curved_side(geometry, cell), quadric_place(cell), quadric, lengths)
     one = _has_one_span(geometry, cell)
     first, last = eights(first, last)
     # Two loops with a constant each, so that the compiler drops the second span from the first loop
     if one:
         for i in range(first, last):
-            _end_of_lane(lanes, i, met, True)
+            _end_of_lane(lanes, i, lane_cell, True)
     else:
         for i in range(first, last):
-            _end_of_lane(lanes, i, met, False)
+            _end_of_lane(lanes, i, lane_cell, False)
 
 
 # Spans of balls and cells, as rows of 64 floats

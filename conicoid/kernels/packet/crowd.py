@@ -1,4 +1,4 @@
-"""Crowds: many small Boolean bodies before one packet, each met by few of its lanes.
+"""Crowds: many small Boolean bodies before one packet, each hit by few of its lanes.
 
 Eight lanes take nearly as long as forty to intersect a body: the work that is shared by all lanes, and the latency of
 one result after the other, stay the same. So where a packet sees a crowd, Boolean bodies queue in pairs with the lanes
@@ -68,7 +68,7 @@ _BODIES, _LANE_SUM, _CROWDED, _READY, _LEAVES = 0, 1, 2, 3, 4
 """Elements of `known`: number of Boolean bodies that the packet has seen; sum of the lanes that may meet them; 1 for a
 crowd; 1 if the packet's rays are copied; number of leaves in the current lot."""
 ITEM, TRACED_BITS, LANE_BITS = 0, MOST_CHOSEN, 2 * MOST_CHOSEN
-"""Sections of a crowd's integers: leaves of a lot, lanes that each has met, lanes that meet it in this round."""
+"""Sections of a crowd's integers: leaves of a lot, lanes that have hit each, lanes that hit it in this round."""
 
 
 class Crowd(NamedTuple):

@@ -507,9 +507,9 @@ def _close_up(geometry: Geometry, bodies: BodyQueue, form: int, count: int) -> i
     root = root_of(geometry, model)
     (first, last), more = leaves_of(geometry, model), rows_of_leaves(geometry, model)
     for leaf in range(first, last):
-        met = integer(geometry, table.LEAF_GATE, leaf + more) == root
-        met = met and integer(geometry, table.LEAF_NEGATED, leaf + more) == 0
-        for k in range(4 * bodies.spans[leaf - first] if met else 0):
+        matches = integer(geometry, table.LEAF_GATE, leaf + more) == root
+        matches = matches and integer(geometry, table.LEAF_NEGATED, leaf + more) == 0
+        for k in range(4 * bodies.spans[leaf - first] if matches else 0):
             _move(leaves, np.uint64(LEAF * (leaf - first) + LANES * k), numbers, padded)
     return left
 

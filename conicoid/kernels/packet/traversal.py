@@ -303,9 +303,9 @@ def _meet_balls(
         # It is the nearest of those left, so that all others are behind the hits too
         if near[k] > lanes[BEAM_AT + LAST]:
             break
-        met = lanes_at_ball(geometry, lanes, at + k, count)
-        if met != 0:
-            meet_in_lanes(geometry, scratch, packet, blocks, at, count, k, met)
+        hits = lanes_at_ball(geometry, lanes, at + k, count)
+        if hits != 0:
+            meet_in_lanes(geometry, scratch, packet, blocks, at, count, k, hits)
             if any_hit:
                 retire_lanes(lanes)
             shorten_beam(lanes)

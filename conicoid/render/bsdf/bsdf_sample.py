@@ -60,7 +60,6 @@ MirrorShare: TypeAlias = Callable[[Any, float], tuple[float, float, float]]
 
 def no_albedos(row: Any, values: Any, means: Any) -> None:
     """Leave the tables of a row at 1: for kinds that read none."""
-    del row, values, means
 
 
 class SurfaceKind(NamedTuple):

@@ -28,7 +28,6 @@ _PER_PI = 1.0 / math.pi
 
 def is_diffuse(row: Any) -> bool:
     """Return True: a row that no other kind claims is matte."""
-    del row
     return True
 
 

@@ -138,7 +138,7 @@ def _base(row: Any, color: float, mean: float) -> float:
 
 @inline
 def base_under_top(row: Any, c: int, color: float, share_o: float, share_i: float, mean: float) -> float:
-    """Return f of the colour under a top that mirrors these shares: its albedo is what the top lets through."""
+    """Return f of the colour under a top that mirrors these shares: its albedo is the share let through."""
     if mean >= 1.0:
         return 0.0
     between_them = (1.0 - share_o) * (1.0 - share_i) / (1.0 - mean)

@@ -15,7 +15,7 @@ class Integrator:
 
     name: str
     about: str
-    """What its pictures show, for help and documentation."""
+    """The subject of its pictures, for help and documentation."""
     lit: bool = False
     """Does it need materials, lights and background (`samples.Settings.look`)?"""
     transports: bool = False

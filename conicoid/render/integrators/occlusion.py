@@ -25,7 +25,7 @@ _PAIR = 4
 def _light(
     geometry: Geometry, scratch: Scratch, settings: Settings, ray: Ray, at: FirstHit, pixel: int, sample: int
 ) -> float:
-    """Return 1 unless a body hides the sky, along one direction from what a ray meets."""
+    """Return 1 unless a body hides the sky, along one direction from the point that a ray hits."""
     if at.body < 0:
         return 1.0
     nx, ny, nz = normal_at(geometry, at.surface, at.side, at.x, at.y, at.z)

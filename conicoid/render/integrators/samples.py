@@ -1,4 +1,4 @@
-"""What the tile loop hands to an integrator: records, so that a field more changes no integrator."""
+"""The arguments of an integrator, from the tile loop: records, so that one more field changes no integrator."""
 
 from __future__ import annotations
 
@@ -40,11 +40,11 @@ class Samples(NamedTuple):
     size: int  # how many rays there are
     pixels: Longs  # (64,) the number of each one's pixel
     sample: int  # which of the samples of their pixels they are; of `finish` the first
-    square: PixelSquare  # what they share with the other samples of their pixels
+    square: PixelSquare  # shared with the other samples of their pixels
 
 
 class FirstHit(NamedTuple):
-    """What a ray meets first, and where; body -1 if nothing."""
+    """The first surface on a ray, and the point there; body -1 if there is none."""
 
     t: float
     body: int
@@ -77,7 +77,7 @@ def first_hit_along(geometry: Geometry, scratch: Scratch, ray: Ray) -> FirstHit:
 
 @inline
 def _place_hit(geometry: Geometry, ray: Ray, hit: Hit) -> FirstHit:
-    """Return what a ray meets, and where."""
+    """Return the first surface on a ray, and the point there."""
     t, body, surface, face, side = resolve_hit(geometry, hit)
     if body < 0:
         return FirstHit(t, body, surface, face, side, 0.0, 0.0, 0.0)

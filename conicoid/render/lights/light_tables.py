@@ -259,11 +259,6 @@ def lower_sources(bodies: Sequence[Body], item_of: Ints, look: ShadingTables, su
     return _sources(found, triangles, len(item_of))
 
 
-def lower_lamps(bodies: Sequence[Body], item_of: Ints, look: ShadingTables) -> LightSources:
-    """Return the sources of a scene that are lamps."""
-    return _sources(*_lamps(bodies, item_of, look), len(item_of))
-
-
 def _lamps(
     bodies: Sequence[Body], item_of: Ints, look: ShadingTables
 ) -> tuple[list[Any], list[npt.NDArray[np.float64]]]:
@@ -388,7 +383,7 @@ class WhittedLight(NamedTuple):
 
 def lower_lamplight(look: ShadingTables, bodies: Sequence[Body], item_of: Ints) -> WhittedLight:
     """Return Whitted's tables; item_of: the entry of each body."""
-    return WhittedLight(look, lower_lamps(bodies, item_of, look))
+    return WhittedLight(look, _sources(*_lamps(bodies, item_of, look), len(item_of)))
 
 
 class PathLight(NamedTuple):
