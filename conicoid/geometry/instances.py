@@ -27,6 +27,7 @@ from .transform import IDENTITY_MOTION, Motion
 
 Ints: TypeAlias = npt.NDArray[np.int32]
 Shift: TypeAlias = tuple[Fraction, Fraction, Fraction]
+Coordinates: TypeAlias = tuple[set[Fraction], set[Fraction], set[Fraction]]
 
 _FEWEST_BOUNDS = 24
 """Of fewer bodies of a kind each has its bounds computed."""
@@ -110,6 +111,15 @@ class InstanceList(Sequence[Body], ABC):
     @abstractmethod
     def is_rigid(self, kind: int) -> bool:
         """Return True if all shapes of a kind have the same structure, however far rounding moves their surfaces."""
+
+    def coordinates(self, kind: int) -> Coordinates | None:
+        """Return the exact coordinates along each axis that a shift of a kind changes; None where they are not known.
+
+        Each number in the shapes of the kind before its motion depends on no shift, or is one of these coordinates plus
+        the shift along its axis, with either sign, rounded once.
+        """
+        del kind
+        return None
 
     def blocks(self) -> list[InstanceBlock]:
         """Return runs of bodies that are placed as a whole, such as the assemblies of a core; none for few bodies."""

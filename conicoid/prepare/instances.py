@@ -7,7 +7,7 @@ surface bounds several bodies, and copies have primitives in common: each primit
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable
+from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
@@ -17,11 +17,11 @@ import numpy as np
 
 from .._util.arrays import unique_with_inverse
 from ..geometry.cell import Cell
-from ..geometry.instances import InstanceList, Ints, Shift, ShiftTable
+from ..geometry.instances import Coordinates, InstanceList, Ints, Shift, ShiftTable
 from ..geometry.shape import Shape, Solid
 from ..geometry.surface import ORIGIN, PlaneSurface, QuadricSurface
 from ..geometry.transform import IDENTITY_MOTION, Motion, Step
-from ..kernels.tables import MAP_SIZE, PLANE, PLANE_SIZE, SPHERE, Floats
+from ..kernels.tables import MAP_SIZE, PLANE, PLANE_SIZE, SPHERE, Floats, Longs
 from ..numerics.tracing import Tape, TracedFloat
 from .assembly import CENTER_TOLERANCE, Assembly
 from .batch_lowering import BatchLowering
@@ -35,6 +35,8 @@ from .tape.program import NO_INPUTS
 
 _NumberLists: TypeAlias = tuple[list[float], list[float], tuple[int, ...]]
 """Numbers of surfaces and of uv maps, and the kinds of the surfaces."""
+_PrimitiveRows: TypeAlias = tuple[tuple[int, tuple[int, ...]], Longs, Floats]
+"""First number of uv and the kinds of the surfaces; which primitives; the numbers of their surfaces and uv maps."""
 
 
 class PrimitiveCache:
@@ -60,34 +62,12 @@ class PrimitiveCache:
                 missing.setdefault(flat.forms, {})[flat.key] = leaf, steps, flat.numbers
         for forms, alike in missing.items():
             if len(alike) >= recording_cache.FEWEST:
-                self._play_tape(forms, list(alike), list(alike.values()))
-
-    def _play_tape(
-        self, forms: Hashable, keys: list[Hashable], alike: list[tuple[Shape, tuple[Step, ...], Floats]]
-    ) -> None:
-        """Compute primitives of equal structure on one tape; those that it leaves undecided are not cached."""
-
-        def record(which: int, tape: Tape) -> tuple[int, int, tuple[int, ...]]:
-            leaf, steps, _ = alike[which]
-            traced = unflatten(leaf, tape)
-            object.__setattr__(traced, "motion", Motion(tuple(unflatten(step, tape) for step in steps)))
-            surfaces, uv, kinds = _primitive_numbers(traced)
-            traced_numbers = [float(x.value if isinstance(x, TracedFloat) else x) for x in (*surfaces, *uv)]
-            expected = _compute_numbers(leaf, steps)
-            if not _same_bits(traced_numbers, [*expected[0], *expected[1]]) or kinds != expected[2]:
-                raise TypeError("a traced primitive has other numbers than the primitive itself")
-            for number in (*surfaces, *uv):
-                tape.write(number)
-            return len(surfaces), len(traced_numbers), kinds
-
-        numbers = np.array([each for _, _, each in alike])
-        rows = np.zeros(len(alike), np.int32)
-        for (first_uv, count, kinds), which, played in recording_cache.RECORDINGS.play(
-            ("alone", forms), record, numbers, NO_INPUTS, rows
-        )[0]:
-            assert played.floats.shape[1] == count
-            for k, row in zip(which.tolist(), played.floats.tolist(), strict=True):
-                self._cache[keys[k]] = row[:first_uv], row[first_uv:], kinds
+                keys, leaves = list(alike), list(alike.values())
+                numbers = np.array([each for _, _, each in leaves])
+                # Those that the tape leaves undecided are not cached
+                for (first_uv, kinds), which, rows in _play_primitives(forms, numbers, leaves.__getitem__):
+                    for k, row in zip(which.tolist(), rows.tolist(), strict=True):
+                        self._cache[keys[k]] = row[:first_uv], row[first_uv:], kinds
 
     def _flatten(self, leaf: Shape, steps: tuple[Step, ...]) -> _FlatPrimitive | None:
         """`flatten_primitive`, once for each object, which is held so that its id stays unique."""
@@ -115,6 +95,24 @@ class PrimitiveCache:
             self._cache[flat.key] = _compute_numbers(leaf, steps)
         return self._cache[flat.key]
 
+    def rows(
+        self, forms: Hashable, numbers: Floats, primitive: Callable[[int], tuple[Any, ...]]
+    ) -> list[_PrimitiveRows]:
+        """Compute primitives of equal structure (n, numbers): a few different ones singly, many on tapes."""
+        places: dict[bytes, list[int]] = {}
+        for which, row in enumerate(numbers):
+            places.setdefault(row.tobytes(), []).append(which)
+        if len(places) >= recording_cache.FEWEST:
+            return _play_primitives(forms, numbers, primitive)
+        found = []
+        for key, some in places.items():
+            if (forms, key) not in self._cache:
+                self.of(*primitive(some[0]))
+            if (forms, key) in self._cache:
+                surfaces, uv, kinds = self._cache[forms, key]
+                found.append(((len(surfaces), kinds), np.array(some), np.tile([*surfaces, *uv], (len(some), 1))))
+        return found
+
 
 class _FlatPrimitive(NamedTuple):
     """A primitive and the steps that move it, flattened to a structure and a list of numbers."""
@@ -137,6 +135,35 @@ def flatten_primitive(leaf: Shape, steps: tuple[Step, ...]) -> _FlatPrimitive | 
         numbers += flat.numbers
     every, all_forms = np.array(numbers), tuple(forms)
     return _FlatPrimitive(all_forms, every, (all_forms, every.tobytes()))
+
+
+def _play_primitives(
+    forms: Hashable, numbers: Floats, primitive: Callable[[int], tuple[Any, ...]]
+) -> list[_PrimitiveRows]:
+    """Compute primitives of equal structure (`_FlatPrimitive.forms`) from their numbers (n, numbers) on tapes.
+
+    `primitive` builds one of them, with its steps. Those that the tapes leave undecided are in no item.
+    """
+
+    def record(which: int, tape: Tape) -> tuple[int, tuple[int, ...]]:
+        leaf, steps = primitive(which)[:2]
+        flat = flatten_primitive(leaf, steps)
+        if flat is None or flat.forms != forms or flat.numbers.tobytes() != numbers[which].tobytes():
+            raise TypeError("the primitive has another structure than these numbers")
+        traced = unflatten(leaf, tape)
+        object.__setattr__(traced, "motion", Motion(tuple(unflatten(step, tape) for step in steps)))
+        surfaces, uv, kinds = _primitive_numbers(traced)
+        traced_numbers = [float(x.value if isinstance(x, TracedFloat) else x) for x in (*surfaces, *uv)]
+        expected = _compute_numbers(leaf, steps)
+        if not _same_bits(traced_numbers, [*expected[0], *expected[1]]) or kinds != expected[2]:
+            raise TypeError("a traced primitive has other numbers than the primitive itself")
+        for number in (*surfaces, *uv):
+            tape.write(number)
+        return len(surfaces), kinds
+
+    rows = np.zeros(len(numbers), np.int32)
+    found, _ = recording_cache.RECORDINGS.play(("alone", forms), record, numbers, NO_INPUTS, rows)
+    return [(label, which, played.floats) for label, which, played in found]
 
 
 def _compute_numbers(leaf: Shape, steps: tuple[Step, ...]) -> _NumberLists:
@@ -188,6 +215,8 @@ class TranslatedBodies(Protocol):
 
     def is_rigid(self, kind: int, /) -> bool: ...
 
+    def coordinates(self, kind: int, /) -> Coordinates | None: ...
+
     def shape_at(self, kind: int, shift: Shift, /) -> Solid: ...
 
     def shape(self, number: int, /) -> Solid: ...
@@ -228,6 +257,24 @@ def translated_rows(
 
 class _StructureDiffers(Exception):
     """A translated copy has more or fewer numbers than the first, because rounding made two of them equal."""
+
+
+_PROBES = tuple(
+    (Fraction(a, 1000003), Fraction(b, 1000003), Fraction(c, 1000003))
+    for a, b, c in ((314159, -271828, 141421), (-577215, 161803, 693147))
+)
+"""Two places at which no file has a body, and each number of a shape that depends on its place has another value."""
+
+
+class _Template(NamedTuple):
+    """A primitive of a kind, flattened, with the numbers that depend on the place of a body."""
+
+    forms: Hashable
+    numbers: Floats
+    sizes: tuple[int, int]
+    """How many numbers its surfaces and its uv maps have."""
+    moving: list[tuple[int, float, int, Fraction]]
+    """(number, sign, axis, coordinate): the number is the coordinate plus the shift along the axis, rounded."""
 
 
 @dataclass
@@ -317,6 +364,9 @@ class _TranslatedRows:
         Bodies of several cells go through a batch, which gives the same bits.
         """
         missing = [lead for lead in leads if lead not in self.columns_of_kinds and not self._look_up(lead)]
+        if len(missing) >= FEWEST_INSTANCES and self._templates is not None:
+            self._fill_templates(np.array(missing), self._templates)
+            missing = [lead for lead in missing if lead not in self.columns_of_kinds]
         if len(missing) < FEWEST_INSTANCES or len(self.part.pattern.cells) < FEWEST_INSTANCES:
             shapes = list(map(self._shape_of, missing))
             self.cache.prepare(shapes)
@@ -335,6 +385,71 @@ class _TranslatedRows:
             some = np.concatenate([rows[:, :before_boxes], rows[:, after_boxes : pattern.corners_at]], axis=1)
             for lead, row in zip(numbers.tolist(), some, strict=True):
                 self._record(lead, row)
+
+    @cached_property
+    def _templates(self) -> list[_Template] | None:
+        """The primitives of the kind with the numbers that a shift changes; None where these are not all known.
+
+        Two shapes at places that no file has show which numbers change.
+        """
+        places, coordinates = _PROBES, self.bodies.coordinates(self.kind)
+        one, other = (self.bodies.shape_at(self.kind, place) for place in places)
+        if coordinates is None or own_frame(one).inverse_rows != own_frame(other).inverse_rows:
+            return None
+        sources: dict[tuple[float, ...], set[tuple[int, Fraction]]] = {}
+        for axis, some in enumerate(coordinates):
+            for value in some:
+                sources.setdefault(tuple(float(value + place[axis]) for place in places), set()).add((axis, value))
+        found = []
+        for leaves in zip(placed_primitives(one), placed_primitives(other), strict=True):
+            flat, moved = (flatten_primitive(*leaf) for leaf in leaves)
+            if flat is None or moved is None or flat.forms != moved.forms:
+                return None
+            surfaces, uv, _ = self.cache.of(*leaves[0])
+            columns = np.flatnonzero(flat.numbers != moved.numbers).tolist()
+            moving = [
+                (column, sign, axis, value)
+                for column in columns
+                for sign in (1.0, -1.0)
+                for axis, value in sources.get((sign * flat.numbers[column], sign * moved.numbers[column]), ())
+            ]
+            if [column for column, *_ in moving] != columns:
+                return None
+            found.append(_Template(flat.forms, flat.numbers, (len(surfaces), len(uv)), moving))
+        return found
+
+    def _fill_templates(self, leads: Ints, templates: list[_Template]) -> None:
+        """Record the columns of bodies that the templates give: their primitives at their places, without shapes."""
+        pattern, index = self.part.pattern, self.shifts.index[:, leads]
+        rows = np.zeros((len(leads), self._column(pattern.corners_at)))
+        rows[:, self._column(pattern.frame_at) :] = self.part.row[pattern.frame_at : pattern.corners_at]
+        decided, ends = np.zeros(len(leads), np.int32), [0, pattern.uv_at]
+        for number, each in enumerate(templates):
+            numbers = np.tile(each.numbers, (len(leads), 1))
+            for column, sign, axis, value in each.moving:
+                sums = np.array([float(shift + value) for shift in self.shifts.values[axis]])
+                numbers[:, column] = sign * sums[index[axis]] + 0.0
+
+            def primitive(which: int, number: int = number) -> tuple[Any, ...]:
+                return placed_primitives(self._shape_of(leads[which]))[number]
+
+            columns = np.concatenate([at + np.arange(size) for at, size in zip(ends, each.sizes, strict=True)])
+            for (first_uv, _), which, found in self.cache.rows(each.forms, numbers, primitive):
+                if (first_uv, found.shape[1] - first_uv) == each.sizes:
+                    rows[which[:, None], columns] = found
+                    decided[which] += 1
+            ends = [at + size for at, size in zip(ends, each.sizes, strict=True)]
+        # The bodies nearest to the origin and farthest from it must have the numbers of their shapes
+        distances = [
+            np.abs(np.array(values, np.float64))[row] for values, row in zip(self.shifts.values, index, strict=True)
+        ]
+        far, known = np.max(distances, axis=0), decided == len(templates)
+        for k in {int(far.argmin()), int(far.argmax())}:
+            own_numbers = self._numbers(self._shape_of(leads[k]))
+            if known[k] and own_numbers.tobytes() != rows[k].tobytes():
+                return
+        for k in np.flatnonzero(known).tolist():
+            self._record(int(leads[k]), rows[k])
 
     def _record(self, lead: int, numbers: Floats) -> None:
         """Record the columns of a body, here and in the list of instances, where edited lists find them."""
@@ -501,6 +616,10 @@ class UnrotatedBodies:
     def is_rigid(self, kind: int) -> bool:
         """`InstanceList.is_rigid`"""
         return self.bodies.is_rigid(kind)
+
+    def coordinates(self, kind: int) -> Coordinates | None:
+        """`InstanceList.coordinates`"""
+        return self.bodies.coordinates(kind)
 
     def shape_at(self, kind: int, shift: Shift) -> Solid:
         """`InstanceList.shape_at` before the motion of the kind."""

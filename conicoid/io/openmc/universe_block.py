@@ -22,7 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._util.arrays import matmul_rows
-from ...geometry.instances import InstanceBlock, InstanceList, Ints, Shift, ShiftTable
+from ...geometry.instances import Coordinates, InstanceBlock, InstanceList, Ints, Shift, ShiftTable
 from ...geometry.shape import Solid
 from ...geometry.transform import IDENTITY_MOTION, Motion
 from ...materials.material import Material
@@ -577,6 +577,21 @@ class CellBodies(BlockBodies[CellPiece]):
         for offsets in planes.values():
             least += [high - low for low, high in pairwise(sorted(offsets))]
         return min(least, default=Fraction(1)) > RIGID_TOLERANCE * far
+
+    def coordinates(self, kind: int) -> Coordinates | None:
+        """Return the places of planes across axes and the centers of curved surfaces; None for a slanted plane."""
+        found: Coordinates = (set(), set(), set())
+        for _, group in self._pieces[kind].context.groups:
+            for side in _part_sides(group.parts):
+                surface = side.surface
+                if not isinstance(surface, FlatSurface):
+                    for some, value in zip(found, surface.origin, strict=True):
+                        some.add(value)
+                elif surface.axis is None:
+                    return None
+                else:
+                    found[surface.axis].add(surface.end)
+        return found
 
 
 def _part_sides(parts: tuple[RegionPart, ...]) -> Iterator[SurfaceSide]:
