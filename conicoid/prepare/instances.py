@@ -18,6 +18,7 @@ import numpy as np
 from .._util.arrays import unique_with_inverse
 from ..geometry.cell import Cell
 from ..geometry.instances import Coordinates, InstanceList, Ints, Shift, ShiftTable
+from ..geometry.polyhedron import Polyhedron
 from ..geometry.shape import Shape, Solid
 from ..geometry.surface import ORIGIN, PlaneSurface, QuadricSurface
 from ..geometry.transform import IDENTITY_MOTION, Motion, Step
@@ -29,6 +30,7 @@ from .csg_plan import placed_primitives
 from .lower_shape import BodyFaces, LoweredShape, lower_shape, own_frame, surface_numbers, world_tree
 from .motion_batch import POINT_SIZE, PointPlaneMover
 from .pattern import SIZES, BodyPattern, FactoredRows, IndexedColumns, Offsets
+from .polyhedron_extent import learn_bounds
 from .pytree import flatten, unflatten
 from .tape import recording_cache
 from .tape.program import NO_INPUTS
@@ -55,7 +57,7 @@ class PrimitiveCache:
 
     def prepare_primitives(self, moved: Iterable[tuple[Shape, tuple[Step, ...]]]) -> None:
         """Compute primitives that steps move."""
-        missing: dict[Hashable, dict[Hashable, tuple[Shape, tuple[Step, ...], Floats]]] = {}
+        missing: dict[tuple[Any, ...], dict[Hashable, tuple[Shape, tuple[Step, ...], Floats]]] = {}
         for leaf, steps in moved:
             flat = self._flatten(leaf, steps)
             if flat is not None and flat.key not in self._cache:
@@ -96,7 +98,7 @@ class PrimitiveCache:
         return self._cache[flat.key]
 
     def rows(
-        self, forms: Hashable, numbers: Floats, primitive: Callable[[int], tuple[Any, ...]]
+        self, forms: tuple[Any, ...], numbers: Floats, primitive: Callable[[int], tuple[Any, ...]]
     ) -> list[_PrimitiveRows]:
         """Compute primitives of equal structure (n, numbers): a few different ones singly, many on tapes."""
         places: dict[bytes, list[int]] = {}
@@ -117,7 +119,7 @@ class PrimitiveCache:
 class _FlatPrimitive(NamedTuple):
     """A primitive and the steps that move it, flattened to a structure and a list of numbers."""
 
-    forms: Hashable
+    forms: tuple[Any, ...]
     numbers: Floats
     key: Hashable
     """A key of structure and numbers, exact to the last bit."""
@@ -138,12 +140,14 @@ def flatten_primitive(leaf: Shape, steps: tuple[Step, ...]) -> _FlatPrimitive | 
 
 
 def _play_primitives(
-    forms: Hashable, numbers: Floats, primitive: Callable[[int], tuple[Any, ...]]
+    forms: tuple[Any, ...], numbers: Floats, primitive: Callable[[int], tuple[Any, ...]]
 ) -> list[_PrimitiveRows]:
     """Compute primitives of equal structure (`_FlatPrimitive.forms`) from their numbers (n, numbers) on tapes.
 
     `primitive` builds one of them, with its steps. Those that the tapes leave undecided are in no item.
     """
+    if forms[0][0] is Polyhedron and len(forms) == 1:
+        return _play_polyhedra(numbers)
 
     def record(which: int, tape: Tape) -> tuple[int, tuple[int, ...]]:
         leaf, steps = primitive(which)[:2]
@@ -164,6 +168,33 @@ def _play_primitives(
     rows = np.zeros(len(numbers), np.int32)
     found, _ = recording_cache.RECORDINGS.play(("alone", forms), record, numbers, NO_INPUTS, rows)
     return [(label, which, played.floats) for label, which, played in found]
+
+
+def _play_polyhedra(numbers: Floats) -> list[_PrimitiveRows]:
+    """`_play_primitives` for polyhedra of equally many faces, which are lowered as solids."""
+    count, own = len(numbers), numbers.shape[1] // 4
+    planes = np.concatenate([numbers[:, : 3 * own].reshape(count, own, 3), numbers[:, 3 * own :, None]], axis=2)
+    shapes = [
+        Polyhedron(tuple((a, b, c) for a, b, c, _ in rows), tuple(row[3] for row in rows)) for rows in planes.tolist()
+    ]
+    learn_bounds(shapes, planes.reshape(count, -1))
+    near = np.repeat(np.array([shape.near for shape in shapes]), own, axis=0)
+    form = flatten_primitive(shapes[0]._face(0), ())
+    assert form is not None
+    parts = _play_primitives(
+        form.forms,
+        np.concatenate([planes.reshape(-1, 4), near], axis=1),
+        lambda k: (shapes[k // own]._face(k % own), ()),
+    )
+    if len({(label, rows.shape[1]) for label, _, rows in parts}) != 1:
+        return []
+    (first_uv, kinds), _, some = parts[0]
+    faces = np.full((count, own, some.shape[1]), np.nan)
+    for _, which, rows in parts:
+        faces[which // own, which % own] = rows
+    whole = np.flatnonzero(~np.isnan(faces[:, :, 0]).any(axis=1))
+    both = [part[whole].reshape(len(whole), -1) for part in np.split(faces, [first_uv], axis=2)]
+    return [((first_uv * own, kinds * own), whole, np.concatenate(both, axis=1))]
 
 
 def _compute_numbers(leaf: Shape, steps: tuple[Step, ...]) -> _NumberLists:
@@ -269,7 +300,7 @@ _PROBES = tuple(
 class _Template(NamedTuple):
     """A primitive of a kind, flattened, with the numbers that depend on the place of a body."""
 
-    forms: Hashable
+    forms: tuple[Any, ...]
     numbers: Floats
     sizes: tuple[int, int]
     """How many numbers its surfaces and its uv maps have."""
@@ -427,7 +458,9 @@ class _TranslatedRows:
         for number, each in enumerate(templates):
             numbers = np.tile(each.numbers, (len(leads), 1))
             for column, sign, axis, value in each.moving:
-                sums = np.array([float(shift + value) for shift in self.shifts.values[axis]])
+                p, q = value.as_integer_ratio()
+                ratios = map(Fraction.as_integer_ratio, self.shifts.values[axis])
+                sums = np.array([(a * q + p * b) / (b * q) for a, b in ratios])  # of integers, which is rounded once
                 numbers[:, column] = sign * sums[index[axis]] + 0.0
 
             def primitive(which: int, number: int = number) -> tuple[Any, ...]:
