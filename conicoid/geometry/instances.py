@@ -58,7 +58,11 @@ class ShiftTable:
         """Return the shifts of some of the items, and only their values: a kind of few bodies costs as few."""
         values, index = [], np.array(self.index[:, numbers])
         for axis, row in enumerate(index):
-            used, index[axis] = np.unique(row, return_inverse=True)
+            if len(row) < len(self.values[axis]):
+                used, index[axis] = np.unique(row, return_inverse=True)
+            else:
+                has = np.bincount(row, minlength=len(self.values[axis])) > 0
+                used, index[axis] = np.flatnonzero(has), (np.cumsum(has) - 1)[row]
             values.append(tuple(self.values[axis][k] for k in used.tolist()))
         return ShiftTable((values[0], values[1], values[2]), index)
 

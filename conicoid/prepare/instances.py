@@ -352,9 +352,8 @@ class _TranslatedRows:
             if kind != PLANE:
                 factored.forms[column] = self._form(slot, kind, column, factored)
             else:
-                factored.leads[column] = _first_records(
-                    axes[normal[0]].index, factored[:, column : column + PLANE_SIZE]
-                )
+                numbers = [factored.distinct(at) for at in range(column, column + PLANE_SIZE)]
+                factored.leads[column] = _first_records(axes[normal[0]].index, numbers)
         for begin, end in ((pattern.uv_at, pattern.bounds_at), (pattern.frame_at, pattern.corners_at)):
             for at in range(begin, end, 4):
                 used = np.flatnonzero(base[at : at + 3])
@@ -367,7 +366,8 @@ class _TranslatedRows:
     def _form(self, slot: int, kind: int, column: int, moved: FactoredRows) -> Hashable:
         """Return a key of a curved surface apart from its anchor; None where anchors are rounded."""
         surface, size = self.part.exact[slot], SIZES[kind]
-        if moved[:, column + size : column + size + 3].any() or not isinstance(surface, QuadricSurface):
+        rests = [moved.distinct(at)[0] for at in range(column + size, column + size + 3)]
+        if any(map(np.any, rests)) or not isinstance(surface, QuadricSurface):
             return None
         numbers = np.delete(moved.base[column : column + 2 * size + 1], [0, 1, 2])
         return replace(surface, anchor=ORIGIN).key(), numbers.tobytes()
@@ -505,9 +505,8 @@ class _TranslatedRows:
     def _diagonal_distances(self) -> Floats:
         """(bodies,) how far each body is from the diagonal of the shifts."""
         index = self.shifts.index
-        share = index / (1.0 + index.max(axis=1, keepdims=True))
-        some = index.max(axis=1) > 0
-        return np.ptp(share[some], axis=0) if some.any() else np.zeros(index.shape[1])
+        shares = [row / (1.0 + most) for row, most in zip(index, index.max(axis=1).tolist(), strict=True) if most > 0]
+        return np.subtract(np.max(shares, axis=0), np.min(shares, axis=0)) if shares else np.zeros(index.shape[1])
 
     def _leads(self, key: Any) -> _AxisBodies:
         """Choose one body for each value of a key, near the diagonal of the shifts: such a body serves several axes."""
@@ -584,13 +583,16 @@ class _TranslatedRows:
         return bool((computed.view(np.int64) == expected.view(np.int64))[:, exact & own].all() and near[:, own].all())
 
 
-def _first_records(groups: Ints, records: Floats) -> Ints:
-    """Return for each row the row of its group whose record comes first, as `coincidence.py` chooses among equals."""
+def _first_records(groups: Ints, records: list[tuple[Floats, Ints]]) -> Ints:
+    """Return for each row the row of its group whose record comes first, as `coincidence.py` chooses among equals.
+
+    `records` has for each number of the records its distinct values, and which of them each row has.
+    """
     left, number = np.arange(len(groups), dtype=np.int32), int(groups.max()) + 1
     # Column by column the rows with the least number of their group remain: much faster than to sort all
-    for column in np.ascontiguousarray(records.T):
-        if (column != column[0]).any():
-            some, own, least = groups[left], column[left], np.full(number, np.inf)
+    for values, index in records:
+        if index is not groups and (values != values[0]).any():
+            some, own, least = groups[left], values[index[left]], np.full(number, np.inf)
             np.minimum.at(least, some, own)
             left = left[own == least[some]]
     firsts = np.full(number, len(groups), np.int32)
