@@ -416,6 +416,7 @@ def _flatten(
     """Flatten one block whose inner blocks are in `flat_blocks`; add its new pieces to `pieces` and `forms`."""
     # Keys are numerators and denominators, as fractions are slow to look up.
     tables: list[dict[tuple[int, int], int]] = [{}, {}, {}]
+    known: dict[tuple[int, int, tuple[int, int]], list[int]] = {}  # rows of a lattice share shifts
     numbers, index = np.empty(block.count, np.int32), np.empty((3, block.count), np.int32)
     begin = 0
     for item in block.items:
@@ -431,8 +432,11 @@ def _flatten(
             shift, shifts = ORIGIN, _NO_SHIFTS
         for axis, (table, values, row) in enumerate(zip(tables, *shifts, strict=True)):
             by = shift[axis]
-            moved = values if not by else [value + by if value else by for value in values]
-            places = [table.setdefault(value.as_integer_ratio(), len(table)) for value in moved]
+            key = axis, id(values), by.as_integer_ratio()
+            if key not in known:
+                moved = values if not by else [value + by if value else by for value in values]
+                known[key] = [table.setdefault(value.as_integer_ratio(), len(table)) for value in moved]
+            places = known[key]
             index[axis, begin:end] = places[0] if len(places) == 1 else np.array(places, np.int32)[row]
         begin = end
     x, y, z = (tuple(Fraction(*ratio) for ratio in table) for table in tables)
