@@ -100,9 +100,9 @@ class NeighbourFrame:
 
     def _put_curved(self, kind: int, spheres: Floats, quadrics: QuadricTable, places: Floats) -> float:
         """Write the places of spheres or of quadrics; return the largest length."""
-        count = len(places)
+        count, rows = len(places), np.ascontiguousarray(quadrics.rows)
         return put_places_of_curved(
-            np.full(count, kind, np.int8), np.arange(count, dtype=np.int32), spheres, quadrics.rows, quadrics.forms,
+            np.full(count, kind, np.int8), np.arange(count, dtype=np.int32), spheres, rows, quadrics.forms,
             self.middle, self.unit, FIRST_DIRECTION, FIRST_DIRECTION[:6], np.empty((1, 19)), np.empty((1, 10)), places,
         )  # fmt: skip
 
