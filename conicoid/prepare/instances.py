@@ -472,15 +472,15 @@ class _TranslatedRows:
                     rows[which[:, None], columns] = found
                     decided[which] += 1
             ends = [at + size for at, size in zip(ends, each.sizes, strict=True)]
-        # The bodies nearest to the origin and farthest from it must have the numbers of their shapes
-        distances = [
-            np.abs(np.array(values, np.float64))[row] for values, row in zip(self.shifts.values, index, strict=True)
-        ]
-        far, known = np.max(distances, axis=0), decided == len(templates)
-        for k in {int(far.argmin()), int(far.argmax())}:
-            own_numbers = self._numbers(self._shape_of(leads[k]))
-            if known[k] and own_numbers.tobytes() != rows[k].tobytes():
-                return
+        known = decided == len(templates)
+        # At first, the bodies nearest to the origin and farthest from it must have the numbers of their shapes
+        if not self.columns_of_kinds:
+            shifts = zip(self.shifts.values, index, strict=True)
+            far = np.max([np.abs(np.array(values, np.float64))[row] for values, row in shifts], axis=0)
+            for k in {int(far.argmin()), int(far.argmax())}:
+                if known[k] and self._numbers(self._shape_of(leads[k])).tobytes() != rows[k].tobytes():
+                    self.__dict__["_templates"] = None
+                    return
         for k in np.flatnonzero(known).tolist():
             self._record(int(leads[k]), rows[k])
 

@@ -393,9 +393,9 @@ class CurvedFeatures:
         return replace(found, unit=_unit(found._put(FIRST_DIRECTION, kinds, rows, np.empty(len(rows))), anchors))
 
     def _put(self, along: Floats, kinds: Signs, rows: Ints, found: Floats) -> float:
-        quadrics = np.ascontiguousarray(self.quadrics.rows)
+        quadrics, forms = np.ascontiguousarray(self.quadrics.rows), np.ascontiguousarray(self.quadrics.forms)
         return put_places_of_curved(
-            kinds, rows, self.spheres, quadrics, self.quadrics.forms, self.middle, self.unit, along,
+            kinds, rows, self.spheres, quadrics, forms, self.middle, self.unit, along,
             FIRST_DIRECTION[:6], np.empty((1, 19)), np.empty((1, 10)), found,
         )  # fmt: skip
 
