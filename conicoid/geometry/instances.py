@@ -10,7 +10,7 @@ from __future__ import annotations
 import operator
 from abc import ABC, abstractmethod
 from collections import OrderedDict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -35,6 +35,12 @@ _SHAPE_CACHE_SIZE = 4096
 """The number of shapes that stay in memory, with the results cached on them."""
 
 
+def round_sums(values: Iterable[Fraction], number: Fraction) -> FloatArray:
+    """Return each value plus a number, rounded once, as quotients of integers are."""
+    p, q = number.as_integer_ratio()
+    return np.array([(a * q + p * b) / (b * q) for a, b in map(Fraction.as_integer_ratio, values)], np.float64)
+
+
 @dataclass(frozen=True)
 class ShiftTable:
     """Shifts of many items: the different values along each axis, and the index of each item's value."""
@@ -51,7 +57,7 @@ class ShiftTable:
         """Return the offsets (n, 3) of all items from one of them, each rounded once."""
         base, offsets = self.of(number), np.empty((self.index.shape[1], 3))
         for axis, values in enumerate(self.values):
-            offsets[:, axis] = np.array([float(value - base[axis]) for value in values])[self.index[axis]]
+            offsets[:, axis] = round_sums(values, -base[axis])[self.index[axis]]
         return offsets
 
     def select(self, numbers: Any) -> ShiftTable:

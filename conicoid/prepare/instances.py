@@ -17,7 +17,7 @@ import numpy as np
 
 from .._util.arrays import unique_with_inverse
 from ..geometry.cell import Cell
-from ..geometry.instances import Coordinates, InstanceList, Ints, Shift, ShiftTable
+from ..geometry.instances import Coordinates, InstanceList, Ints, Shift, ShiftTable, round_sums
 from ..geometry.polyhedron import Polyhedron
 from ..geometry.shape import Shape, Solid
 from ..geometry.surface import ORIGIN, PlaneSurface, QuadricSurface
@@ -458,9 +458,7 @@ class _TranslatedRows:
         for number, each in enumerate(templates):
             numbers = np.tile(each.numbers, (len(leads), 1))
             for column, sign, axis, value in each.moving:
-                p, q = value.as_integer_ratio()
-                ratios = map(Fraction.as_integer_ratio, self.shifts.values[axis])
-                sums = np.array([(a * q + p * b) / (b * q) for a, b in ratios])  # of integers, which is rounded once
+                sums = round_sums(self.shifts.values[axis], value)
                 numbers[:, column] = sign * sums[index[axis]] + 0.0
 
             def primitive(which: int, number: int = number) -> tuple[Any, ...]:
