@@ -15,6 +15,7 @@ import numpy as np
 from .body import Body
 from .bulk import Bulk
 from .instances import (
+    Coordinates,
     InstanceBlock,
     InstanceList,
     Ints,
@@ -254,6 +255,10 @@ class EditedInstances(InstanceList):
     def is_rigid(self, kind: int) -> bool:
         """Return True if all shapes of a kind have the same structure."""
         return kind < self._first_own and self.origins.base.is_rigid(kind)
+
+    def coordinates(self, kind: int) -> Coordinates | None:
+        """Return the coordinates that shifts change (`InstanceList.coordinates`); None for a body of its own."""
+        return self.origins.base.coordinates(kind) if kind < self._first_own else None
 
     def blocks(self) -> list[InstanceBlock]:
         """Return the blocks of the base (`InstanceList.blocks`); one that was edited is the only one of its form."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 import operator
 from abc import ABC, abstractmethod
 from collections import OrderedDict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -27,11 +27,18 @@ from .transform import IDENTITY_MOTION, Motion
 
 Ints: TypeAlias = npt.NDArray[np.int32]
 Shift: TypeAlias = tuple[Fraction, Fraction, Fraction]
+Coordinates: TypeAlias = tuple[set[Fraction], set[Fraction], set[Fraction]]
 
 _FEWEST_BOUNDS = 24
 """Of fewer bodies of a kind each has its bounds computed."""
 _SHAPE_CACHE_SIZE = 4096
 """The number of shapes that stay in memory, with the results cached on them."""
+
+
+def round_sums(values: Iterable[Fraction], number: Fraction) -> FloatArray:
+    """Return each value plus a number, rounded once, as quotients of integers are."""
+    p, q = number.as_integer_ratio()
+    return np.array([(a * q + p * b) / (b * q) for a, b in map(Fraction.as_integer_ratio, values)], np.float64)
 
 
 @dataclass(frozen=True)
@@ -50,14 +57,18 @@ class ShiftTable:
         """Return the offsets (n, 3) of all items from one of them, each rounded once."""
         base, offsets = self.of(number), np.empty((self.index.shape[1], 3))
         for axis, values in enumerate(self.values):
-            offsets[:, axis] = np.array([float(value - base[axis]) for value in values])[self.index[axis]]
+            offsets[:, axis] = round_sums(values, -base[axis])[self.index[axis]]
         return offsets
 
     def select(self, numbers: Any) -> ShiftTable:
         """Return the shifts of some of the items, and only their values: a kind of few bodies costs as few."""
         values, index = [], np.array(self.index[:, numbers])
         for axis, row in enumerate(index):
-            used, index[axis] = np.unique(row, return_inverse=True)
+            if len(row) < len(self.values[axis]):
+                used, index[axis] = np.unique(row, return_inverse=True)
+            else:
+                has = np.bincount(row, minlength=len(self.values[axis])) > 0
+                used, index[axis] = np.flatnonzero(has), (np.cumsum(has) - 1)[row]
             values.append(tuple(self.values[axis][k] for k in used.tolist()))
         return ShiftTable((values[0], values[1], values[2]), index)
 
@@ -109,6 +120,15 @@ class InstanceList(Sequence[Body], ABC):
     @abstractmethod
     def is_rigid(self, kind: int) -> bool:
         """Return True if all shapes of a kind have the same structure, however far rounding moves their surfaces."""
+
+    def coordinates(self, kind: int) -> Coordinates | None:
+        """Return the exact coordinates along each axis that a shift of a kind changes; None where they are not known.
+
+        Each number in the shapes of the kind before its motion depends on no shift, or is one of these coordinates plus
+        the shift along its axis, with either sign, rounded once.
+        """
+        del kind
+        return None
 
     def blocks(self) -> list[InstanceBlock]:
         """Return runs of bodies that are placed as a whole, such as the assemblies of a core; none for few bodies."""

@@ -363,7 +363,8 @@ def compute_limits(tables: Tables, boxes: Floats, rest: Remainders) -> tuple[dic
     cell_entry = _entries_of_cells(tables)
     size = None if np.isfinite(boxes).all() else scene_size(tables, boxes)  # for bounded bodies nothing depends on it
     limits = no_limits(cells + sheets + polygons)
-    last = max((int(surface.max(initial=-1)) for surface, _, _ in _uses(tables, cell_entry)), default=-1)
+    used_by = tables.cell_quadric, tables.plane_surface, tables.sheet_surface, tables.polygon_surface
+    last = max(int(surface.max(initial=-1)) for surface in used_by)
     place, used = _places(tables, last)
     most = mapped_zeros((3, len(used)), np.float64)
     records = RecordTables.of(tables, rest)

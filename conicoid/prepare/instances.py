@@ -7,7 +7,7 @@ surface bounds several bodies, and copies have primitives in common: each primit
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable
+from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
@@ -17,11 +17,12 @@ import numpy as np
 
 from .._util.arrays import unique_with_inverse
 from ..geometry.cell import Cell
-from ..geometry.instances import InstanceList, Ints, Shift, ShiftTable
+from ..geometry.instances import Coordinates, InstanceList, Ints, Shift, ShiftTable, round_sums
+from ..geometry.polyhedron import Polyhedron
 from ..geometry.shape import Shape, Solid
 from ..geometry.surface import ORIGIN, PlaneSurface, QuadricSurface
 from ..geometry.transform import IDENTITY_MOTION, Motion, Step
-from ..kernels.tables import MAP_SIZE, PLANE, PLANE_SIZE, SPHERE, Floats
+from ..kernels.tables import MAP_SIZE, PLANE, PLANE_SIZE, SPHERE, Floats, Longs
 from ..numerics.tracing import Tape, TracedFloat
 from .assembly import CENTER_TOLERANCE, Assembly
 from .batch_lowering import BatchLowering
@@ -29,12 +30,15 @@ from .csg_plan import placed_primitives
 from .lower_shape import BodyFaces, LoweredShape, lower_shape, own_frame, surface_numbers, world_tree
 from .motion_batch import POINT_SIZE, PointPlaneMover
 from .pattern import SIZES, BodyPattern, FactoredRows, IndexedColumns, Offsets
+from .polyhedron_extent import learn_bounds
 from .pytree import flatten, unflatten
 from .tape import recording_cache
 from .tape.program import NO_INPUTS
 
 _NumberLists: TypeAlias = tuple[list[float], list[float], tuple[int, ...]]
 """Numbers of surfaces and of uv maps, and the kinds of the surfaces."""
+_PrimitiveRows: TypeAlias = tuple[tuple[int, tuple[int, ...]], Longs, Floats]
+"""First number of uv and the kinds of the surfaces; which primitives; the numbers of their surfaces and uv maps."""
 
 
 class PrimitiveCache:
@@ -53,41 +57,19 @@ class PrimitiveCache:
 
     def prepare_primitives(self, moved: Iterable[tuple[Shape, tuple[Step, ...]]]) -> None:
         """Compute primitives that steps move."""
-        missing: dict[Hashable, dict[Hashable, tuple[Shape, tuple[Step, ...], Floats]]] = {}
+        missing: dict[tuple[Any, ...], dict[Hashable, tuple[Shape, tuple[Step, ...], Floats]]] = {}
         for leaf, steps in moved:
             flat = self._flatten(leaf, steps)
             if flat is not None and flat.key not in self._cache:
                 missing.setdefault(flat.forms, {})[flat.key] = leaf, steps, flat.numbers
         for forms, alike in missing.items():
             if len(alike) >= recording_cache.FEWEST:
-                self._play_tape(forms, list(alike), list(alike.values()))
-
-    def _play_tape(
-        self, forms: Hashable, keys: list[Hashable], alike: list[tuple[Shape, tuple[Step, ...], Floats]]
-    ) -> None:
-        """Compute primitives of equal structure on one tape; those that it leaves undecided are not cached."""
-
-        def record(which: int, tape: Tape) -> tuple[int, int, tuple[int, ...]]:
-            leaf, steps, _ = alike[which]
-            traced = unflatten(leaf, tape)
-            object.__setattr__(traced, "motion", Motion(tuple(unflatten(step, tape) for step in steps)))
-            surfaces, uv, kinds = _primitive_numbers(traced)
-            traced_numbers = [float(x.value if isinstance(x, TracedFloat) else x) for x in (*surfaces, *uv)]
-            expected = _compute_numbers(leaf, steps)
-            if not _same_bits(traced_numbers, [*expected[0], *expected[1]]) or kinds != expected[2]:
-                raise TypeError("a traced primitive has other numbers than the primitive itself")
-            for number in (*surfaces, *uv):
-                tape.write(number)
-            return len(surfaces), len(traced_numbers), kinds
-
-        numbers = np.array([each for _, _, each in alike])
-        rows = np.zeros(len(alike), np.int32)
-        for (first_uv, count, kinds), which, played in recording_cache.RECORDINGS.play(
-            ("alone", forms), record, numbers, NO_INPUTS, rows
-        )[0]:
-            assert played.floats.shape[1] == count
-            for k, row in zip(which.tolist(), played.floats.tolist(), strict=True):
-                self._cache[keys[k]] = row[:first_uv], row[first_uv:], kinds
+                keys, leaves = list(alike), list(alike.values())
+                numbers = np.array([each for _, _, each in leaves])
+                # Those that the tape leaves undecided are not cached
+                for (first_uv, kinds), which, rows in _play_primitives(forms, numbers, leaves.__getitem__):
+                    for k, row in zip(which.tolist(), rows.tolist(), strict=True):
+                        self._cache[keys[k]] = row[:first_uv], row[first_uv:], kinds
 
     def _flatten(self, leaf: Shape, steps: tuple[Step, ...]) -> _FlatPrimitive | None:
         """`flatten_primitive`, once for each object, which is held so that its id stays unique."""
@@ -115,11 +97,29 @@ class PrimitiveCache:
             self._cache[flat.key] = _compute_numbers(leaf, steps)
         return self._cache[flat.key]
 
+    def rows(
+        self, forms: tuple[Any, ...], numbers: Floats, primitive: Callable[[int], tuple[Any, ...]]
+    ) -> list[_PrimitiveRows]:
+        """Compute primitives of equal structure (n, numbers): a few different ones singly, many on tapes."""
+        places: dict[bytes, list[int]] = {}
+        for which, row in enumerate(numbers):
+            places.setdefault(row.tobytes(), []).append(which)
+        if len(places) >= recording_cache.FEWEST:
+            return _play_primitives(forms, numbers, primitive)
+        found = []
+        for key, some in places.items():
+            if (forms, key) not in self._cache:
+                self.of(*primitive(some[0]))
+            if (forms, key) in self._cache:
+                surfaces, uv, kinds = self._cache[forms, key]
+                found.append(((len(surfaces), kinds), np.array(some), np.tile([*surfaces, *uv], (len(some), 1))))
+        return found
+
 
 class _FlatPrimitive(NamedTuple):
     """A primitive and the steps that move it, flattened to a structure and a list of numbers."""
 
-    forms: Hashable
+    forms: tuple[Any, ...]
     numbers: Floats
     key: Hashable
     """A key of structure and numbers, exact to the last bit."""
@@ -137,6 +137,64 @@ def flatten_primitive(leaf: Shape, steps: tuple[Step, ...]) -> _FlatPrimitive | 
         numbers += flat.numbers
     every, all_forms = np.array(numbers), tuple(forms)
     return _FlatPrimitive(all_forms, every, (all_forms, every.tobytes()))
+
+
+def _play_primitives(
+    forms: tuple[Any, ...], numbers: Floats, primitive: Callable[[int], tuple[Any, ...]]
+) -> list[_PrimitiveRows]:
+    """Compute primitives of equal structure (`_FlatPrimitive.forms`) from their numbers (n, numbers) on tapes.
+
+    `primitive` builds one of them, with its steps. Those that the tapes leave undecided are in no item.
+    """
+    if forms[0][0] is Polyhedron and len(forms) == 1:
+        return _play_polyhedra(numbers)
+
+    def record(which: int, tape: Tape) -> tuple[int, tuple[int, ...]]:
+        leaf, steps = primitive(which)[:2]
+        flat = flatten_primitive(leaf, steps)
+        if flat is None or flat.forms != forms or flat.numbers.tobytes() != numbers[which].tobytes():
+            raise TypeError("the primitive has another structure than these numbers")
+        traced = unflatten(leaf, tape)
+        object.__setattr__(traced, "motion", Motion(tuple(unflatten(step, tape) for step in steps)))
+        surfaces, uv, kinds = _primitive_numbers(traced)
+        traced_numbers = [float(x.value if isinstance(x, TracedFloat) else x) for x in (*surfaces, *uv)]
+        expected = _compute_numbers(leaf, steps)
+        if not _same_bits(traced_numbers, [*expected[0], *expected[1]]) or kinds != expected[2]:
+            raise TypeError("a traced primitive has other numbers than the primitive itself")
+        for number in (*surfaces, *uv):
+            tape.write(number)
+        return len(surfaces), kinds
+
+    rows = np.zeros(len(numbers), np.int32)
+    found, _ = recording_cache.RECORDINGS.play(("alone", forms), record, numbers, NO_INPUTS, rows)
+    return [(label, which, played.floats) for label, which, played in found]
+
+
+def _play_polyhedra(numbers: Floats) -> list[_PrimitiveRows]:
+    """`_play_primitives` for polyhedra of equally many faces, which are lowered as solids."""
+    count, own = len(numbers), numbers.shape[1] // 4
+    planes = np.concatenate([numbers[:, : 3 * own].reshape(count, own, 3), numbers[:, 3 * own :, None]], axis=2)
+    shapes = [
+        Polyhedron(tuple((a, b, c) for a, b, c, _ in rows), tuple(row[3] for row in rows)) for rows in planes.tolist()
+    ]
+    learn_bounds(shapes, planes.reshape(count, -1))
+    near = np.repeat(np.array([shape.near for shape in shapes]), own, axis=0)
+    form = flatten_primitive(shapes[0]._face(0), ())
+    assert form is not None
+    parts = _play_primitives(
+        form.forms,
+        np.concatenate([planes.reshape(-1, 4), near], axis=1),
+        lambda k: (shapes[k // own]._face(k % own), ()),
+    )
+    if len({(label, rows.shape[1]) for label, _, rows in parts}) != 1:
+        return []
+    (first_uv, kinds), _, some = parts[0]
+    faces = np.full((count, own, some.shape[1]), np.nan)
+    for _, which, rows in parts:
+        faces[which // own, which % own] = rows
+    whole = np.flatnonzero(~np.isnan(faces[:, :, 0]).any(axis=1))
+    both = [part[whole].reshape(len(whole), -1) for part in np.split(faces, [first_uv], axis=2)]
+    return [((first_uv * own, kinds * own), whole, np.concatenate(both, axis=1))]
 
 
 def _compute_numbers(leaf: Shape, steps: tuple[Step, ...]) -> _NumberLists:
@@ -188,6 +246,8 @@ class TranslatedBodies(Protocol):
 
     def is_rigid(self, kind: int, /) -> bool: ...
 
+    def coordinates(self, kind: int, /) -> Coordinates | None: ...
+
     def shape_at(self, kind: int, shift: Shift, /) -> Solid: ...
 
     def shape(self, number: int, /) -> Solid: ...
@@ -228,6 +288,24 @@ def translated_rows(
 
 class _StructureDiffers(Exception):
     """A translated copy has more or fewer numbers than the first, because rounding made two of them equal."""
+
+
+_PROBES = tuple(
+    (Fraction(a, 1000003), Fraction(b, 1000003), Fraction(c, 1000003))
+    for a, b, c in ((314159, -271828, 141421), (-577215, 161803, 693147))
+)
+"""Two places at which no file has a body, and each number of a shape that depends on its place has another value."""
+
+
+class _Template(NamedTuple):
+    """A primitive of a kind, flattened, with the numbers that depend on the place of a body."""
+
+    forms: tuple[Any, ...]
+    numbers: Floats
+    sizes: tuple[int, int]
+    """How many numbers its surfaces and its uv maps have."""
+    moving: list[tuple[int, float, int, Fraction]]
+    """(number, sign, axis, coordinate): the number is the coordinate plus the shift along the axis, rounded."""
 
 
 @dataclass
@@ -274,9 +352,8 @@ class _TranslatedRows:
             if kind != PLANE:
                 factored.forms[column] = self._form(slot, kind, column, factored)
             else:
-                factored.leads[column] = _first_records(
-                    axes[normal[0]].index, factored[:, column : column + PLANE_SIZE]
-                )
+                numbers = [factored.distinct(at) for at in range(column, column + PLANE_SIZE)]
+                factored.leads[column] = _first_records(axes[normal[0]].index, numbers)
         for begin, end in ((pattern.uv_at, pattern.bounds_at), (pattern.frame_at, pattern.corners_at)):
             for at in range(begin, end, 4):
                 used = np.flatnonzero(base[at : at + 3])
@@ -289,7 +366,8 @@ class _TranslatedRows:
     def _form(self, slot: int, kind: int, column: int, moved: FactoredRows) -> Hashable:
         """Return a key of a curved surface apart from its anchor; None where anchors are rounded."""
         surface, size = self.part.exact[slot], SIZES[kind]
-        if moved[:, column + size : column + size + 3].any() or not isinstance(surface, QuadricSurface):
+        rests = [moved.distinct(at)[0] for at in range(column + size, column + size + 3)]
+        if any(map(np.any, rests)) or not isinstance(surface, QuadricSurface):
             return None
         numbers = np.delete(moved.base[column : column + 2 * size + 1], [0, 1, 2])
         return replace(surface, anchor=ORIGIN).key(), numbers.tobytes()
@@ -317,6 +395,9 @@ class _TranslatedRows:
         Bodies of several cells go through a batch, which gives the same bits.
         """
         missing = [lead for lead in leads if lead not in self.columns_of_kinds and not self._look_up(lead)]
+        if len(missing) >= FEWEST_INSTANCES and self._templates is not None:
+            self._fill_templates(np.array(missing), self._templates)
+            missing = [lead for lead in missing if lead not in self.columns_of_kinds]
         if len(missing) < FEWEST_INSTANCES or len(self.part.pattern.cells) < FEWEST_INSTANCES:
             shapes = list(map(self._shape_of, missing))
             self.cache.prepare(shapes)
@@ -335,6 +416,71 @@ class _TranslatedRows:
             some = np.concatenate([rows[:, :before_boxes], rows[:, after_boxes : pattern.corners_at]], axis=1)
             for lead, row in zip(numbers.tolist(), some, strict=True):
                 self._record(lead, row)
+
+    @cached_property
+    def _templates(self) -> list[_Template] | None:
+        """The primitives of the kind with the numbers that a shift changes; None where these are not all known.
+
+        Two shapes at places that no file has show which numbers change.
+        """
+        places, coordinates = _PROBES, self.bodies.coordinates(self.kind)
+        one, other = (self.bodies.shape_at(self.kind, place) for place in places)
+        if coordinates is None or own_frame(one).inverse_rows != own_frame(other).inverse_rows:
+            return None
+        sources: dict[tuple[float, ...], set[tuple[int, Fraction]]] = {}
+        for axis, some in enumerate(coordinates):
+            for value in some:
+                sources.setdefault(tuple(float(value + place[axis]) for place in places), set()).add((axis, value))
+        found = []
+        for leaves in zip(placed_primitives(one), placed_primitives(other), strict=True):
+            flat, moved = (flatten_primitive(*leaf) for leaf in leaves)
+            if flat is None or moved is None or flat.forms != moved.forms:
+                return None
+            surfaces, uv, _ = self.cache.of(*leaves[0])
+            columns = np.flatnonzero(flat.numbers != moved.numbers).tolist()
+            moving = [
+                (column, sign, axis, value)
+                for column in columns
+                for sign in (1.0, -1.0)
+                for axis, value in sources.get((sign * flat.numbers[column], sign * moved.numbers[column]), ())
+            ]
+            if [column for column, *_ in moving] != columns:
+                return None
+            found.append(_Template(flat.forms, flat.numbers, (len(surfaces), len(uv)), moving))
+        return found
+
+    def _fill_templates(self, leads: Ints, templates: list[_Template]) -> None:
+        """Record the columns of bodies that the templates give: their primitives at their places, without shapes."""
+        pattern, index = self.part.pattern, self.shifts.index[:, leads]
+        rows = np.zeros((len(leads), self._column(pattern.corners_at)))
+        rows[:, self._column(pattern.frame_at) :] = self.part.row[pattern.frame_at : pattern.corners_at]
+        decided, ends = np.zeros(len(leads), np.int32), [0, pattern.uv_at]
+        for number, each in enumerate(templates):
+            numbers = np.tile(each.numbers, (len(leads), 1))
+            for column, sign, axis, value in each.moving:
+                sums = round_sums(self.shifts.values[axis], value)
+                numbers[:, column] = sign * sums[index[axis]] + 0.0
+
+            def primitive(which: int, number: int = number) -> tuple[Any, ...]:
+                return placed_primitives(self._shape_of(leads[which]))[number]
+
+            columns = np.concatenate([at + np.arange(size) for at, size in zip(ends, each.sizes, strict=True)])
+            for (first_uv, _), which, found in self.cache.rows(each.forms, numbers, primitive):
+                if (first_uv, found.shape[1] - first_uv) == each.sizes:
+                    rows[which[:, None], columns] = found
+                    decided[which] += 1
+            ends = [at + size for at, size in zip(ends, each.sizes, strict=True)]
+        known = decided == len(templates)
+        # At first, the bodies nearest to the origin and farthest from it must have the numbers of their shapes
+        if not self.columns_of_kinds:
+            shifts = zip(self.shifts.values, index, strict=True)
+            far = np.max([np.abs(np.array(values, np.float64))[row] for values, row in shifts], axis=0)
+            for k in {int(far.argmin()), int(far.argmax())}:
+                if known[k] and self._numbers(self._shape_of(leads[k])).tobytes() != rows[k].tobytes():
+                    self.__dict__["_templates"] = None
+                    return
+        for k in np.flatnonzero(known).tolist():
+            self._record(int(leads[k]), rows[k])
 
     def _record(self, lead: int, numbers: Floats) -> None:
         """Record the columns of a body, here and in the list of instances, where edited lists find them."""
@@ -357,9 +503,8 @@ class _TranslatedRows:
     def _diagonal_distances(self) -> Floats:
         """(bodies,) how far each body is from the diagonal of the shifts."""
         index = self.shifts.index
-        share = index / (1.0 + index.max(axis=1, keepdims=True))
-        some = index.max(axis=1) > 0
-        return np.ptp(share[some], axis=0) if some.any() else np.zeros(index.shape[1])
+        shares = [row / (1.0 + most) for row, most in zip(index, index.max(axis=1).tolist(), strict=True) if most > 0]
+        return np.subtract(np.max(shares, axis=0), np.min(shares, axis=0)) if shares else np.zeros(index.shape[1])
 
     def _leads(self, key: Any) -> _AxisBodies:
         """Choose one body for each value of a key, near the diagonal of the shifts: such a body serves several axes."""
@@ -436,13 +581,16 @@ class _TranslatedRows:
         return bool((computed.view(np.int64) == expected.view(np.int64))[:, exact & own].all() and near[:, own].all())
 
 
-def _first_records(groups: Ints, records: Floats) -> Ints:
-    """Return for each row the row of its group whose record comes first, as `coincidence.py` chooses among equals."""
+def _first_records(groups: Ints, records: list[tuple[Floats, Ints]]) -> Ints:
+    """Return for each row the row of its group whose record comes first, as `coincidence.py` chooses among equals.
+
+    `records` has for each number of the records its distinct values, and which of them each row has.
+    """
     left, number = np.arange(len(groups), dtype=np.int32), int(groups.max()) + 1
     # Column by column the rows with the least number of their group remain: much faster than to sort all
-    for column in np.ascontiguousarray(records.T):
-        if (column != column[0]).any():
-            some, own, least = groups[left], column[left], np.full(number, np.inf)
+    for values, index in records:
+        if index is not groups and (values != values[0]).any():
+            some, own, least = groups[left], values[index[left]], np.full(number, np.inf)
             np.minimum.at(least, some, own)
             left = left[own == least[some]]
     firsts = np.full(number, len(groups), np.int32)
@@ -501,6 +649,10 @@ class UnrotatedBodies:
     def is_rigid(self, kind: int) -> bool:
         """`InstanceList.is_rigid`"""
         return self.bodies.is_rigid(kind)
+
+    def coordinates(self, kind: int) -> Coordinates | None:
+        """`InstanceList.coordinates`"""
+        return self.bodies.coordinates(kind)
 
     def shape_at(self, kind: int, shift: Shift) -> Solid:
         """`InstanceList.shape_at` before the motion of the kind."""

@@ -17,7 +17,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from .._util.arrays import unique_with_inverse
-from ..geometry.instances import InstanceList, Ints as InstancesInts, ShiftTable, transform_offsets
+from ..geometry.instances import InstanceList, Ints as InstancesInts, ShiftTable, round_sums, transform_offsets
 from ..kernels.tables import MAP_SIZE, PLANE, PLANE_SIZE, QUADRIC, QUADRIC_SIZE, SPHERE, SPHERE_SIZE, Floats, Ints
 from .assembly import Assembly
 
@@ -233,7 +233,7 @@ class Offsets:
         for axis, known in enumerate(shifts.values):
             used = np.bincount(shifts.index[axis], minlength=len(known)) > 0
             index[axis] = (np.cumsum(used, dtype=np.int32) - np.int32(1))[shifts.index[axis]]
-            values.append(np.array([float(known[k] - base[axis]) for k in np.flatnonzero(used).tolist()]))
+            values.append(round_sums((known[k] for k in np.flatnonzero(used).tolist()), -base[axis]))
         return cls((values[0], values[1], values[2]), index)
 
     @classmethod

@@ -195,20 +195,29 @@ def put_coefficients(kind: Signs, row: Ints, spheres: Floats, quadrics: Floats, 
 
 
 @kernel(
-    kind="n", row="n", spheres="b 4", quadrics="q 19", along="10", leading="6", room="out 1 10", places="out n",
+    kind="n", row="n", spheres="b 4", quadrics="q 4", forms="f 16", along="10", leading="6", whole="out 1 19",
+    room="out 1 10", places="out n",
 )  # fmt: skip
 def put_places_of_curved(
-    kind: Signs, row: Ints, spheres: Floats, quadrics: Floats, middle: Point, unit: float, along: Floats,
-    leading: Floats, room: Floats, places: Floats,
+    kind: Signs, row: Ints, spheres: Floats, quadrics: Floats, forms: Floats, middle: Point, unit: float, along: Floats,
+    leading: Floats, whole: Floats, room: Floats, places: Floats,
 ) -> float:  # fmt: skip
     """Write the places of curved surfaces along a direction.
 
-    Return the largest of their linear and constant coefficients, as lengths in the unit. `room` holds the coefficients
-    of one surface.
+    Return the largest of their linear and constant coefficients, as lengths in the unit. `whole` holds the record of
+    one quadric, `room` the coefficients of one surface.
     """
     most = 0.0
     for i in range(len(kind)):
-        _put_coefficients(kind[i], row[i], spheres, quadrics, middle, room, 0)
+        own = row[i]
+        if kind[i] != SPHERE and 0 <= own < len(quadrics) and 0 <= quadrics[own, 3] < len(forms):
+            form = int(quadrics[own, 3])
+            for k in range(3):
+                whole[0, k] = quadrics[own, k]
+            for k in range(16):
+                whole[0, 3 + k] = forms[form, k]
+            own = 0
+        _put_coefficients(kind[i], own, spheres, whole, middle, room, 0)
         before = place = 0.0
         for k in range(6):
             before += room[0, k] * leading[k]
@@ -384,14 +393,11 @@ class CurvedFeatures:
         return replace(found, unit=_unit(found._put(FIRST_DIRECTION, kinds, rows, np.empty(len(rows))), anchors))
 
     def _put(self, along: Floats, kinds: Signs, rows: Ints, found: Floats) -> float:
-        most, room = 0.0, np.empty((1, 10))
-        for some, own, quadrics in _in_blocks(kinds, rows, self.quadrics):
-            largest = put_places_of_curved(
-                kinds[some], own, self.spheres, quadrics, self.middle, self.unit, along, FIRST_DIRECTION[:6], room,
-                found[some],
-            )  # fmt: skip
-            most = max(most, largest)
-        return most
+        quadrics, forms = np.ascontiguousarray(self.quadrics.rows), np.ascontiguousarray(self.quadrics.forms)
+        return put_places_of_curved(
+            kinds, rows, self.spheres, quadrics, forms, self.middle, self.unit, along,
+            FIRST_DIRECTION[:6], np.empty((1, 19)), np.empty((1, 10)), found,
+        )  # fmt: skip
 
     def places(self, along: Floats, which: Any) -> Floats:
         """`SurfaceFeatures.places`"""

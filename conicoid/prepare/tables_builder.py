@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from .._jit.decorators import kernel
 from ..kernels.faces import as_bytes, cell_faces, deduplicate_rows
 from ..kernels.programs import MODEL_ROW
 from ..kernels.tables import (
@@ -61,6 +62,24 @@ from .pattern import (
 from .surface_features import QuadricTable, Remainders
 
 
+@kernel(first="n", shifts="n", numbers="k", values="out m")
+def put_numbers(first: Ints, shifts: Ints, numbers: Ints, values: Ints) -> None:
+    """Write some numbers for each body, from its first row on; those >= 0 count from its shift."""
+    for i in range(len(first)):
+        for k in range(len(numbers)):
+            if 0 <= first[i] + k < len(values):
+                values[first[i] + k] = numbers[k] + shifts[i] if numbers[k] >= 0 else numbers[k]
+
+
+@kernel(ids="s", turned="s", numbers="out n", senses="out n")
+def put_ids(ids: Ints, turned: Signs, numbers: Ints, senses: Signs) -> None:
+    """Replace numbers of surfaces by their ids, and write their senses there; -1 and +1 for none."""
+    for i in range(len(numbers)):
+        number = numbers[i]
+        known = 0 <= number < len(ids)
+        numbers[i], senses[i] = (ids[number], turned[number]) if known else (-1, 1)
+
+
 class TableColumns:
     """Columns of one table, filled group by group.
 
@@ -77,15 +96,17 @@ class TableColumns:
         `shifts` maps a column to the first row of each body in another table: numbers >= 0 in that column count from
         there. Bodies that share their rows have them written once.
         """
-        first = self.places.first[group.bodies].astype(np.intp)
+        first = self.places.first[group.bodies]
         # Translated copies share one set of rows: the first and the last body then have the same place.
         if len(first) > 1 and first[0] == first[-1]:
             first, shifts = first[:1], {column: counted[:1] for column, counted in shifts.items()}
-        for some in row_blocks(len(first), len(rows)):
-            at = first[some, None] + np.arange(len(rows))
-            for column, (values, numbers) in enumerate(zip(self.columns, rows.T, strict=True)):
-                shift = shifts[column][some, None] if column in shifts else np.int32(0)
-                values[at] = np.where(numbers >= 0, shift + numbers.astype(np.int32), numbers)
+        none = np.zeros(len(first), np.int32)
+        for column, (values, numbers) in enumerate(zip(self.columns, rows.T.astype(np.int32, "C"), strict=True)):
+            if values.dtype == np.int32:
+                put_numbers(first, shifts.get(column, none), numbers, values)
+                continue
+            for some in row_blocks(len(first), len(rows)):
+                values[first[some, None] + np.arange(len(rows))] = numbers
 
     def signed(self, column: int, senses: Signs) -> Any:
         """Multiply a column by senses in place, and return it."""
@@ -556,14 +577,7 @@ def _sign_rows(rows: Ints) -> Ints:
 def _resolve_surfaces(surfaces: SurfaceTable, numbers: Ints) -> tuple[Ints, Signs]:
     """Replace surface numbers, in place, by ids in the finished table; return these and the senses there. -1 stays."""
     senses = mapped_zeros(len(numbers), np.int8)
-    if not len(surfaces.ids):
-        senses.fill(1)
-        return numbers, senses
-    for begin in range(0, len(numbers), _CHUNK):
-        some = slice(begin, begin + _CHUNK)
-        missing, known = numbers[some] < 0, np.maximum(numbers[some], 0)
-        numbers[some] = np.where(missing, np.int32(-1), surfaces.ids[known])
-        senses[some] = np.where(missing, np.int8(1), surfaces.senses[known])
+    put_ids(surfaces.ids, surfaces.senses, numbers, senses)
     return numbers, senses
 
 

@@ -408,21 +408,27 @@ class UniverseExpansion:
 
 @dataclass
 class ElementRoom:
-    """Where elements of a lattice lie clear of the planes around it, so that their contents are copies of each other.
+    """Where elements of a lattice lie clear of what is around it, so that their contents are copies of each other.
 
-    An element is clear if its centre lies strictly between `low` and `high` along each axis. The first clear element
-    of each universe adds its block.
+    An element is clear if its centre lies strictly between `low` and `high` along each axis, and the part of its box
+    that is within `around` on the inner side of all curved surfaces. The first clear element of each universe adds its
+    block.
     """
 
     low: tuple[ExtentEnd, ...]
     high: tuple[ExtentEnd, ...]
+    around: Extent
+    element: Extent
+    """A box around the element about the origin."""
+    curved: list[SurfaceSide]
     blocks: dict[int, UniverseBlock[CellPiece]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, lattice: Lattice, place: UniversePlacement, context: PlaceBounds) -> ElementRoom | None:
-        """Return the room within bounds; None if these have other parts than planes across the axes."""
-        parts = [part for _, group in context.groups for part in group.parts]
-        if not (context.is_before(place.outer) and all(map(_is_across_axis, parts))):
+        """Return the room within bounds; None if these have unions, or planes that are not across an axis."""
+        parts = [part for _, group in context.groups for part in group.parts if not _is_across_axis(part)]
+        curved = [part for part in parts if isinstance(part, SurfaceSide) and not isinstance(part.surface, FlatSurface)]
+        if not context.is_before(place.outer) or len(curved) < len(parts):
             return None
         index = next(iter(lattice.universes))
         center, element = place.point(lattice.center(index)), lattice.prism(index).placed(place).extent
@@ -431,14 +437,18 @@ class ElementRoom:
         # Along an axis without end all elements are cut alike
         low = [None if top is None or a is None else a + (top - c) for c, top, a, _ in ends]
         high = [None if top is None or b is None else b - (top - c) for c, top, _, b in ends]
-        return cls(tuple(low), tuple(high))
+        x, y, z = center
+        origin = element.placed(UniversePlacement(shift=(-x, -y, -z)))
+        return cls(tuple(low), tuple(high), around, origin, curved)
 
     def has(self, center: Point) -> bool:
         """Return True if the element around a centre is clear."""
-        return all(
-            (low is None or low < c) and (high is None or c < high)
-            for low, c, high in zip(self.low, center, self.high, strict=True)
-        )
+        ends = zip(self.low, center, self.high, strict=True)
+        if not all((low is None or low < c) and (high is None or c < high) for low, c, high in ends):
+            return False
+        # As `Conjunction.and_` leaves out curved sides that contain the whole box
+        box = self.around.common(self.element.placed(UniversePlacement(shift=center))) if self.curved else self.around
+        return all(side.of(box) < 0 for side in self.curved)
 
 
 def _is_across_axis(part: RegionPart) -> bool:

@@ -179,6 +179,11 @@ class RoundSurface:
         return try_floats(self.center, self.radius)
 
     @property
+    def origin(self) -> Point:
+        """The point that a placement moves."""
+        return self.center
+
+    @property
     def cross_axes(self) -> tuple[int, ...]:
         """The axes along which the distance is measured."""
         return _CROSS_AXES[self.axis]
@@ -280,6 +285,11 @@ class ConeSurface:
     apex: Point
     square: Fraction
 
+    @property
+    def origin(self) -> Point:
+        """The point that a placement moves."""
+        return self.apex
+
     def placed(self, place: UniversePlacement) -> ConeSurface:
         """Return the cone after the turn and the shift of a placement."""
         return ConeSurface(place.turn.axis(self.axis), place.point(self.apex), self.square)
@@ -307,6 +317,11 @@ class GeneralSurface:
 
     coefficients: tuple[Fraction, ...]
     shift: Point
+
+    @property
+    def origin(self) -> Point:
+        """The point that a placement moves."""
+        return self.shift
 
     def placed(self, place: UniversePlacement) -> GeneralSurface:
         """Return the quadric after the turn and the shift of a placement.

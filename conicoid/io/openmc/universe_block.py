@@ -22,7 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._util.arrays import matmul_rows
-from ...geometry.instances import InstanceBlock, InstanceList, Ints, Shift, ShiftTable
+from ...geometry.instances import Coordinates, InstanceBlock, InstanceList, Ints, Shift, ShiftTable
 from ...geometry.shape import Solid
 from ...geometry.transform import IDENTITY_MOTION, Motion
 from ...materials.material import Material
@@ -416,6 +416,7 @@ def _flatten(
     """Flatten one block whose inner blocks are in `flat_blocks`; add its new pieces to `pieces` and `forms`."""
     # Keys are numerators and denominators, as fractions are slow to look up.
     tables: list[dict[tuple[int, int], int]] = [{}, {}, {}]
+    known: dict[tuple[int, int, tuple[int, int]], list[int]] = {}  # rows of a lattice share shifts
     numbers, index = np.empty(block.count, np.int32), np.empty((3, block.count), np.int32)
     begin = 0
     for item in block.items:
@@ -431,8 +432,11 @@ def _flatten(
             shift, shifts = ORIGIN, _NO_SHIFTS
         for axis, (table, values, row) in enumerate(zip(tables, *shifts, strict=True)):
             by = shift[axis]
-            moved = values if not by else [value + by if value else by for value in values]
-            places = [table.setdefault(value.as_integer_ratio(), len(table)) for value in moved]
+            key = axis, id(values), by.as_integer_ratio()
+            if key not in known:
+                moved = values if not by else [value + by if value else by for value in values]
+                known[key] = [table.setdefault(value.as_integer_ratio(), len(table)) for value in moved]
+            places = known[key]
             index[axis, begin:end] = places[0] if len(places) == 1 else np.array(places, np.int32)[row]
         begin = end
     x, y, z = (tuple(Fraction(*ratio) for ratio in table) for table in tables)
@@ -577,6 +581,21 @@ class CellBodies(BlockBodies[CellPiece]):
         for offsets in planes.values():
             least += [high - low for low, high in pairwise(sorted(offsets))]
         return min(least, default=Fraction(1)) > RIGID_TOLERANCE * far
+
+    def coordinates(self, kind: int) -> Coordinates | None:
+        """Return the places of planes across axes and the centers of curved surfaces; None for a slanted plane."""
+        found: Coordinates = (set(), set(), set())
+        for _, group in self._pieces[kind].context.groups:
+            for side in _part_sides(group.parts):
+                surface = side.surface
+                if not isinstance(surface, FlatSurface):
+                    for some, value in zip(found, surface.origin, strict=True):
+                        some.add(value)
+                elif surface.axis is None:
+                    return None
+                else:
+                    found[surface.axis].add(surface.end)
+        return found
 
 
 def _part_sides(parts: tuple[RegionPart, ...]) -> Iterator[SurfaceSide]:

@@ -16,7 +16,6 @@ import numpy as np
 import numpy.typing as npt
 
 from ...kernels.tables import QUADRIC, SPHERE, Floats, Ints, Longs, Tables
-from ..pattern import row_blocks
 from ..surface_features import (
     CLOSENESS,
     FIRST_DIRECTION,
@@ -36,7 +35,7 @@ _FITS = 1.0 / 64, 1.0 / 2
 _SOME = 256
 """So many records, spread over a table, give an estimate of its middle and size."""
 _BUCKETS = 1 << 16
-_NO_SPHERES, _NO_QUADRICS = np.zeros((0, 4)), np.zeros((0, 19))
+_NO_SPHERES, _NO_QUADRICS = np.zeros((0, 4)), QuadricTable(np.zeros((0, 4)), np.zeros((0, 16)))
 Reach: TypeAlias = tuple[float, float]
 """The largest length of planes, and that of curved surfaces."""
 
@@ -96,16 +95,15 @@ class NeighbourFrame:
             flat,
         )
         reach = self._put_curved(SPHERE, spheres, _NO_QUADRICS, round_)
-        for some in row_blocks(len(quadrics)):
-            reach = max(reach, self._put_curved(QUADRIC, _NO_SPHERES, quadrics[some], rest[some]))
+        reach = max(reach, self._put_curved(QUADRIC, _NO_SPHERES, quadrics, rest))
         return NeighbourPlaces(flat, round_, rest), (far, reach)
 
-    def _put_curved(self, kind: int, spheres: Floats, quadrics: Floats, places: Floats) -> float:
+    def _put_curved(self, kind: int, spheres: Floats, quadrics: QuadricTable, places: Floats) -> float:
         """Write the places of spheres or of quadrics; return the largest length."""
-        count = len(places)
+        count, rows = len(places), np.ascontiguousarray(quadrics.rows)
         return put_places_of_curved(
-            np.full(count, kind, np.int8), np.arange(count, dtype=np.int32), spheres, quadrics, self.middle, self.unit,
-            FIRST_DIRECTION, FIRST_DIRECTION[:6], np.empty((1, 10)), places,
+            np.full(count, kind, np.int8), np.arange(count, dtype=np.int32), spheres, rows, quadrics.forms,
+            self.middle, self.unit, FIRST_DIRECTION, FIRST_DIRECTION[:6], np.empty((1, 19)), np.empty((1, 10)), places,
         )  # fmt: skip
 
     def places_within(self, planes: Floats, spheres: Floats, quadrics: QuadricTable) -> NeighbourPlaces | None:

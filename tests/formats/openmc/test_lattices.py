@@ -24,6 +24,8 @@ from conicoid.io.openmc.lattices import (
     read_rectangular_lattice,
 )
 from conicoid.io.openmc.placement import Extent, UniversePlacement
+from conicoid.io.openmc.region import SurfaceSide
+from conicoid.io.openmc.surfaces import RoundSurface
 from conicoid.io.openmc.universe_block import PlaceBounds
 from conicoid.io.xml_tree import XmlElement
 from conicoid.render.camera import fit_extent
@@ -61,13 +63,20 @@ def hexagonal(rings: int, orientation: str, levels: int | None = None) -> Hexago
 
 
 def test_clear_elements() -> None:
-    """Of n x n squares in a box of their size those of the rim touch it; in the box of one, none is clear; without a box all are."""
+    """Of 5 x 5 squares in a box of their size those of the rim touch it; in the box of one, none is clear; without a box all are.
+
+    The farthest corners of the middle one, its neighbours and the next lie 0.71, 1.58 and 2.12 from the centre.
+    """
     lattice = read_rectangular_lattice(
         XmlElement("lattice", 1, 1, dict(id="1", dimension="5 5", lower_left="0 0", pitch="1 1", universes="1 " * 25))
     )
     place = UniversePlacement()
-    for box, count in ((lattice.hull[0], 9), (lattice.prism((2, 2)), 0)):
-        room = ElementRoom.of(lattice, place, PlaceBounds().and_(IDENTITY_MOTION, box.sides()) or PlaceBounds())
+    center = Fraction(5, 2), Fraction(5, 2), Fraction(0)
+    rods = [SurfaceSide(RoundSurface(2, center, Fraction(radius)), radius < 1) for radius in (2, 3, Fraction(2, 5))]
+    around = [(lattice.hull[0].sides(), 9), (lattice.prism((2, 2)).sides(), 0)]
+    around += [([*lattice.hull[0].sides(), rod], count) for rod, count in zip(rods, (5, 9, 8), strict=True)]
+    for sides, count in around:
+        room = ElementRoom.of(lattice, place, PlaceBounds().and_(IDENTITY_MOTION, sides) or PlaceBounds())
         assert room is not None
         assert sum(room.has(lattice.center(index)) for index in lattice.universes) == count
     free = ElementRoom.of(lattice, place, PlaceBounds())

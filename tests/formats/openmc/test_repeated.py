@@ -206,6 +206,17 @@ def test_pins_that_a_vessel_does_not_cut_are_alike(tmp_path: Path) -> None:
     assert len({int(bodies.kinds[number]) for number in within}) == 1
 
 
+def test_copies_are_lowered_without_a_shape_for_each_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A pin of 81 assemblies has 153 places along each axis; a few of its shapes show what a shift changes."""
+    bodies = co.load_openmc(put(core_xml(9), tmp_path), void=False).bodies
+    assert isinstance(bodies, InstanceList)
+    made, work = [], type(bodies).shape_at
+    monkeypatch.setattr(type(bodies), "shape_at", lambda self, *place: made.append(place) or work(self, *place))
+    lower(bodies)
+    assert len(bodies.shifts.values[0]) >= 153
+    assert len(made) <= 12 * len(bodies.members)
+
+
 def test_boxes_are_made_again_as_they_were(scene: co.Scene) -> None:
     expected = lower(scene.bodies).boxes.tobytes()
     scene.prepare()
