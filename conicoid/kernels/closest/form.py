@@ -206,6 +206,13 @@ def principal_axes(xx: float, yy: float, zz: float, xy: float, xz: float, yz: fl
         turned += abs(s)
         if turned == 0.0:
             break
+    return sort_axes(xx, yy, zz, Directions(x0, y0, z0, x1, y1, z1, x2, y2, z2))
+
+
+@inline
+def sort_axes(xx: float, yy: float, zz: float, along: Directions) -> Axes:
+    """Return three eigenvalues and their vectors in rising order."""
+    x0, y0, z0, x1, y1, z1, x2, y2, z2 = along
     if yy < xx:
         xx, yy, x0, y0, z0, x1, y1, z1 = yy, xx, x1, y1, z1, x0, y0, z0
     if zz < yy:
