@@ -8,7 +8,7 @@ from typing import NamedTuple
 from ..._jit.decorators import helper, inline
 from .. import tables as table
 from ..numbers.vectors import dot
-from ..surface.records import anchor_of, load_quadric
+from ..surface.records import anchor_of, load_quadric, load_sphere
 from ..tables import SPHERE, Geometry, integer
 from .form import (
     Axes,
@@ -39,6 +39,7 @@ from .walls import CERTAIN_WALL, WallQuery, try_point
 
 _ROOTS = 6  # most stationary points of a quadric
 _NOWHERE = 2.0**-100  # least w of the search, as a share of the pole
+_POINT_SHARE = 2.0**-44  # size of a circle's square, as a share of its sphere's, below which its sign is rounding
 _ACROSS = 2.0**-50  # largest cosine between rows of a record that are its principal axes
 _NO_BEND = 2.0**-48
 """Size of a coefficient, as a share of its terms, below which it counts as zero where it was computed from others."""
@@ -230,6 +231,13 @@ def try_stationary(
         _try(geometry, room, at, count, frame, x, y, z)
 
 
+@inline
+def unit_along(x: float, y: float, z: float, ex: float, ey: float, ez: float) -> tuple[float, float, float]:
+    """Return the unit vector along a vector, (ex, ey, ez) for no length."""
+    length = length_of(x, y, z)
+    return (x / length, y / length, z / length) if length > 0.0 else (ex, ey, ez)
+
+
 @helper
 def try_face(geometry: Geometry, room: Neighbourhood, at: WallQuery, k: int, flat: bool) -> None:
     """Try the local minima of the distance to a near surface."""
@@ -238,6 +246,13 @@ def try_face(geometry: Geometry, room: Neighbourhood, at: WallQuery, k: int, fla
     if flat:
         h = -2.0 * form.value
         try_point(geometry, room, at, 1, h * form.gx, h * form.gy, h * form.gz, math.inf, 0.0)
+        return
+    if integer(geometry, table.SURFACE_KIND, room.surface[k]) == SPHERE:
+        # About its center all directions are as near
+        radius = load_sphere(geometry, integer(geometry, table.SURFACE_ROW, room.surface[k])).radius
+        ux, uy, uz = unit_along(form.gx, form.gy, form.gz, 1.0, 0.0, 0.0)
+        x, y, z = radius * ux - form.gx, radius * uy - form.gy, radius * uz - form.gz
+        try_point(geometry, room, at, 1, x, y, z, math.inf, 0.0)
         return
     e, along = equation_about(geometry, room.surface[k], form, at.x, at.y, at.z)
     frame, back = (
@@ -267,6 +282,18 @@ def try_conic(
     cx, cy, cz = anchor_of(geometry, room.surface[k])
     dx, dy, dz = cx - at.x, cy - at.y, cz - at.z
     above = dot(nx, ny, nz, dx, dy, dz) - h
+    if integer(geometry, table.SURFACE_KIND, room.surface[k]) == SPHERE:
+        # A circle about (ox, oy, oz), which lies in the plane within rounding
+        ox, oy, oz = dx - above * nx, dy - above * ny, dz - above * nz
+        radius = load_sphere(geometry, integer(geometry, table.SURFACE_ROW, room.surface[k])).radius
+        square = (radius - above) * (radius + above)
+        ex, ey, ez, _, _, _ = perpendicular_axes(nx, ny, nz)
+        ex, ey, ez = unit_along(bx - ox, by - oy, bz - oz, ex, ey, ez)
+        if square >= -_POINT_SHARE * radius * radius:
+            radius = math.sqrt(max(square, 0.0))
+            x, y, z = ox + radius * ex, oy + radius * ey, oz + radius * ez
+            try_point(geometry, room, at, count, x, y, z, rounding_share(at, known, x, y, z), 0.0)
+        return
     about = form_at(geometry, room.surface[k], cx - above * nx, cy - above * ny, cz - above * nz)
     ux, uy, uz, vx, vy, vz = perpendicular_axes(nx, ny, nz)
     au, bu, cu = bend_times(form, ux, uy, uz)
