@@ -11,6 +11,7 @@ from ..numbers.vectors import dot
 from ..surface.records import anchor_of, load_quadric, load_sphere
 from ..tables import SPHERE, Geometry, integer
 from .form import (
+    ROUNDED,
     Axes,
     Directions,
     SurfaceForm,
@@ -52,7 +53,8 @@ class EquationFrame(NamedTuple):
     base_y: float
     base_z: float
     along: Directions
-    known: float  # error of a found point, as a share of the sizes of query point and displacement (`try_point`)
+    known: float  # error of a conic's plane, as a share of the sizes of query point and displacement; infinite for none
+    curved: int  # the near surface
 
 
 @inline
@@ -76,9 +78,29 @@ def _try(
     x: float,
     y: float,
     z: float,
+    stationary: bool,
 ) -> int:
-    """Try the point at displacement (x, y, z)."""
-    return try_point(geometry, room, at, count, x, y, z, rounding_share(at, frame.known, x, y, z), 0.0)
+    """Try the point at displacement (x, y, z); `stationary` as for `try_point`."""
+    known = conic_error(geometry, room, at, frame, x, y, z)
+    return try_point(geometry, room, at, count, x, y, z, known, 0.0, stationary)
+
+
+@inline
+def conic_error(
+    geometry: Geometry, room: Neighbourhood, at: WallQuery, frame: EquationFrame, x: float, y: float, z: float
+) -> float:
+    """Return an error bound of the point at a displacement, on the conic of a surface in a plane known so well."""
+    if not frame.known < math.inf:
+        return math.inf
+    form = form_at(geometry, room.surface[frame.curved], at.x + x, at.y + y, at.z + z)
+    e = frame.along
+    u, v = dot(e.x0, e.y0, e.z0, form.gx, form.gy, form.gz), dot(e.x1, e.y1, e.z1, form.gx, form.gy, form.gz)
+    inner = math.sqrt(u * u + v * v)
+    if not inner > 0.0:
+        return math.inf
+    plane = rounding_share(at, frame.known, x, y, z) + ROUNDED * (form.steep / form.size)
+    # The conic moves with its plane by the cotangent of the angle between plane and surface
+    return plane * (1.0 + length_of(form.gx, form.gy, form.gz) / inner) + form.off / (2.0 * inner)
 
 
 @inline
@@ -102,7 +124,7 @@ def _try_above(
         return 0
     v0, v1, v2 = place_above(e, w)
     x, y, z = _place(frame, v0, v1, v2)
-    return _try(geometry, room, at, count, frame, x, y, z)
+    return _try(geometry, room, at, count, frame, x, y, z, True)
 
 
 @helper
@@ -125,7 +147,7 @@ def _try_below(
             v0, v1, v2 = place_below(e, w)
             x, y, z = _place(frame, v0, v1, v2)
             if length_of(x, y, z) * (1.0 - 2.0**-20) <= limit(room):
-                _try(geometry, room, at, count, frame, x, y, z)
+                _try(geometry, room, at, count, frame, x, y, z, True)
 
 
 @inline
@@ -215,7 +237,7 @@ def try_stationary(
     elif e.value < 0.0:
         found = _try_above(geometry, room, at, count, other, back)
     else:
-        found = _try(geometry, room, at, count, frame, frame.base_x, frame.base_y, frame.base_z)
+        found = _try(geometry, room, at, count, frame, frame.base_x, frame.base_y, frame.base_z, True)
     if found == CERTAIN_WALL:
         return
     _try_below(geometry, room, at, count, plain, frame)
@@ -228,7 +250,7 @@ def try_stationary(
     )
     steep = length_of(about.gx, about.gy, about.gz)
     if abs(about.value) <= 64.0 * (about.off + (2.0 * steep + about.size * moved) * moved):
-        _try(geometry, room, at, count, frame, x, y, z)
+        _try(geometry, room, at, count, frame, x, y, z, False)
 
 
 @inline
@@ -245,19 +267,19 @@ def try_face(geometry: Geometry, room: Neighbourhood, at: WallQuery, k: int, fla
     room.chosen[0] = k
     if flat:
         h = -2.0 * form.value
-        try_point(geometry, room, at, 1, h * form.gx, h * form.gy, h * form.gz, math.inf, 0.0)
+        try_point(geometry, room, at, 1, h * form.gx, h * form.gy, h * form.gz, math.inf, 0.0, False)
         return
     if integer(geometry, table.SURFACE_KIND, room.surface[k]) == SPHERE:
         # About its center all directions are as near
         radius = load_sphere(geometry, integer(geometry, table.SURFACE_ROW, room.surface[k])).radius
         ux, uy, uz = unit_along(form.gx, form.gy, form.gz, 1.0, 0.0, 0.0)
         x, y, z = radius * ux - form.gx, radius * uy - form.gy, radius * uz - form.gz
-        try_point(geometry, room, at, 1, x, y, z, math.inf, 0.0)
+        try_point(geometry, room, at, 1, x, y, z, math.inf, 0.0, False)
         return
     e, along = equation_about(geometry, room.surface[k], form, at.x, at.y, at.z)
     frame, back = (
-        EquationFrame(0.0, 0.0, 0.0, along, math.inf),
-        EquationFrame(0.0, 0.0, 0.0, reverse_axes(along), math.inf),
+        EquationFrame(0.0, 0.0, 0.0, along, math.inf, k),
+        EquationFrame(0.0, 0.0, 0.0, reverse_axes(along), math.inf, k),
     )
     try_stationary(geometry, room, at, 1, k, e, frame, negate_secular(e), back)
 
@@ -287,12 +309,13 @@ def try_conic(
         ox, oy, oz = dx - above * nx, dy - above * ny, dz - above * nz
         radius = load_sphere(geometry, integer(geometry, table.SURFACE_ROW, room.surface[k])).radius
         square = (radius - above) * (radius + above)
-        ex, ey, ez, _, _, _ = perpendicular_axes(nx, ny, nz)
-        ex, ey, ez = unit_along(bx - ox, by - oy, bz - oz, ex, ey, ez)
+        ux, uy, uz, vx, vy, vz = perpendicular_axes(nx, ny, nz)
+        frame = EquationFrame(bx, by, bz, Directions(ux, uy, uz, vx, vy, vz, 0.0, 0.0, 0.0), known, k)
+        ex, ey, ez = unit_along(bx - ox, by - oy, bz - oz, ux, uy, uz)
         if square >= -_POINT_SHARE * radius * radius:
             radius = math.sqrt(max(square, 0.0))
             x, y, z = ox + radius * ex, oy + radius * ey, oz + radius * ez
-            try_point(geometry, room, at, count, x, y, z, rounding_share(at, known, x, y, z), 0.0)
+            _try(geometry, room, at, count, frame, x, y, z, False)
         return
     about = form_at(geometry, room.surface[k], cx - above * nx, cy - above * ny, cz - above * nz)
     ux, uy, uz, vx, vy, vz = perpendicular_axes(nx, ny, nz)
@@ -317,6 +340,6 @@ def try_conic(
     # Two terms: the third axis repeats the second one's pole, with no share in the gradient
     e = Secular(value, p * xu + bu, q * xv + bv, 0.0, p, q, q, constant, xu, xv, 0.0, bu, bv, 0.0)
     over = Secular(-value, -(q * xv + bv), -(p * xu + bu), 0.0, -q, -p, -p, -constant, xv, xu, 0.0, -bv, -bu, 0.0)
-    frame = EquationFrame(bx, by, bz, Directions(ux, uy, uz, vx, vy, vz, 0.0, 0.0, 0.0), known)
-    back = EquationFrame(bx, by, bz, Directions(vx, vy, vz, ux, uy, uz, 0.0, 0.0, 0.0), known)
+    frame = EquationFrame(bx, by, bz, Directions(ux, uy, uz, vx, vy, vz, 0.0, 0.0, 0.0), known, k)
+    back = EquationFrame(bx, by, bz, Directions(vx, vy, vz, ux, uy, uz, 0.0, 0.0, 0.0), known, k)
     try_stationary(geometry, room, at, count, k, e, frame, over, back)

@@ -47,16 +47,6 @@ _POOR = 2.0**-40
 """Error, as a share of its size, from which on a projected point may be replaced by the apex of a cone."""
 
 
-class Touch(NamedTuple):
-    """A point on surfaces, its error bound, and the sine of the least angle between the surfaces there."""
-
-    x: float
-    y: float
-    z: float
-    off: float
-    sine: float
-
-
 class _Frame(NamedTuple):
     """A unit vector along the part of a unit gradient that is perpendicular to those before it; `sine`: its length."""
 
@@ -64,6 +54,18 @@ class _Frame(NamedTuple):
     y: float
     z: float
     sine: float
+
+
+class Touch(NamedTuple):
+    """A point on surfaces, its error bound, the sine of the least angle between them there, and their two frames."""
+
+    x: float
+    y: float
+    z: float
+    off: float
+    sine: float
+    one: _Frame
+    two: _Frame  # of no length for a single surface
 
 
 @inline
@@ -106,7 +108,7 @@ def _step(form: SurfaceForm, frame: _Frame, done: float) -> float:
 @helper
 def project_point(geometry: Geometry, room: Neighbourhood, count: int, x: float, y: float, z: float) -> Touch:
     """Project a point onto the first `count` of room.chosen, 1 to 3 surfaces, by Newton steps of least length."""
-    off, sine = 0.0, 1.0
+    off, sine, a, b = 0.0, 1.0, _Frame(0.0, 0.0, 0.0, 0.0), _Frame(0.0, 0.0, 0.0, 0.0)
     for k in range(_ROUNDS):
         one = form_at(geometry, room.surface[room.chosen[0]], x, y, z)
         a = _beyond(one, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -133,7 +135,7 @@ def project_point(geometry: Geometry, room: Neighbourhood, count: int, x: float,
     for k in range(count):
         if off > _POOR * (abs(x) + abs(y) + abs(z)):
             x, y, z, off = _at_apex(geometry, room, count, k, x, y, z, off)
-    return Touch(x, y, z, off, sine)
+    return Touch(x, y, z, off, sine, a, b)
 
 
 @helper
@@ -259,6 +261,9 @@ _STEP_SHARE = 2.0**-42
 _VAGUE, _FAR = 2.0**-16, 2.0**-36
 """Largest errors of a reported point, as shares of its size, and of its size plus its distance: with a larger error its
 surfaces need not meet at all."""
+_STILL = 2.0**-30
+"""Largest part along its surfaces, as a share, of the vector to a nearest point. Moving the point along them would gain
+about the square of this share."""
 NO_WALL, POSSIBLE_WALL, CERTAIN_WALL = 0, 1, 2
 
 
@@ -407,6 +412,15 @@ def _straddles_wall(geometry: Geometry, room: Neighbourhood, x: float, y: float,
                 p, q, r = 1.0 if k & 1 else -1.0, 1.0 if k & 2 else -1.0, 0.5 if k & 4 else -0.5
                 dx, dy, dz = p * ux + q * vx + r * lx, p * uy + q * vy + r * ly, p * uz + q * vz + r * lz
                 found |= _side_beside(geometry, room, x + step * dx, y + step * dy, z + step * dz)
+    # A needle has these only about its axis
+    for i in range(room.sizes[SURFACES] if found != 3 else 0):
+        if integer(geometry, table.SURFACE_KIND, room.surface[i]) == QUADRIC:
+            quadric = load_quadric(geometry, integer(geometry, table.SURFACE_ROW, room.surface[i]))
+            _, _, _, ax, ay, az, bx, by, bz, cx, cy, cz, _, _, _, _, _, _, _ = quadric
+            for k in range(6):
+                dx, dy, dz = (ax, ay, az) if k % 3 == 0 else ((bx, by, bz) if k % 3 == 1 else (cx, cy, cz))
+                h = step if k < 3 else -step
+                found |= _side_beside(geometry, room, x + h * dx, y + h * dy, z + h * dz)
     return found == 3
 
 
@@ -452,14 +466,16 @@ def try_point(
     vz: float,
     known: float,
     least: float,
+    stationary: bool,
 ) -> int:
     """Try x + v on the first `count` of room.chosen as the nearest wall; return NO_, POSSIBLE_ or CERTAIN_WALL.
 
     `known` is an error bound of the point from other sources than its projection; infinite for none. `least` is a lower
-    bound of the distance to all common points of the chosen surfaces.
+    bound of the distance to all common points of the chosen surfaces. `stationary`: the point stands for a local
+    minimum of the distance to them, so that its distance is a lower bound only if it is one.
     """
     # The point on the surfaces, with the better of two error bounds
-    x, y, z, off, sine = project_point(geometry, room, count, at.x + vx, at.y + vy, at.z + vz)
+    x, y, z, off, sine, one, two = project_point(geometry, room, count, at.x + vx, at.y + vy, at.z + vz)
     if known < off:
         x, y, z, off = at.x + vx, at.y + vy, at.z + vz, known
     distance = length_of(x - at.x, y - at.y, z - at.z)
@@ -485,7 +501,10 @@ def try_point(
         between = max(_turning_sides(values, many, turned), 0)
     elif _is_wholly(geometry, room, True) or _is_wholly(geometry, room, False):
         return NO_WALL
-    room.best[LOWER] = min(room.best[LOWER], max(distance - off, min(least, distance)))
+    near = distance - off
+    if stationary and _slant(one, two, x - at.x, y - at.y, z - at.z) > _STILL * distance + off:
+        near = 0.0
+    room.best[LOWER] = min(room.best[LOWER], max(near, min(least, distance)))
     wall = room.chosen[turned]
     if count < many <= 3:
         sine = min(sine, project_point(geometry, room, many, x, y, z).sine)
@@ -510,6 +529,14 @@ def try_point(
             room.sign[room.chosen[i]] = 0 if i == turned else (1 if (between >> i) & 1 else -1)
     keep_wall(geometry, room, at, wall, x, y, z, distance)
     return CERTAIN_WALL
+
+
+@inline
+def _slant(one: _Frame, two: _Frame, x: float, y: float, z: float) -> float:
+    """Return the length of a vector's part along the surfaces of two frames; 0 where they touch or have no gradient."""
+    along, across = dot(one.x, one.y, one.z, x, y, z), dot(two.x, two.y, two.z, x, y, z)
+    x, y, z = x - along * one.x - across * two.x, y - along * one.y - across * two.y, z - along * one.z - across * two.z
+    return length_of(x, y, z) if (one.sine > 0.0) & ((two.sine == 0.0) | (two.sine >= TANGENT)) else 0.0
 
 
 @inline
@@ -577,7 +604,7 @@ def _decides(geometry: Geometry, room: Neighbourhood, k: int, chosen: int) -> bo
 @inline
 def _try(geometry: Geometry, room: Neighbourhood, at: WallQuery, x: float, y: float, z: float) -> None:
     room.chosen[0] = 0
-    try_point(geometry, room, at, 1, x, y, z, math.inf, 0.0)
+    try_point(geometry, room, at, 1, x, y, z, math.inf, 0.0, False)
 
 
 @helper
