@@ -549,10 +549,13 @@ def exact_distances(
         field[beyond] = -1
     found.point[beyond] = math.nan
     away[beyond], upper[beyond] = math.inf, math.inf
+    # A point of a wall that is known less well than the bound may be nearer than that
+    near = away.copy()
+    away[:] = np.maximum(away, np.minimum(lower, upper))
     found.lower[:] = np.maximum(0.0, np.where(beyond, np.minimum(lower, reach), np.minimum(lower, away)))
     found.distance[:] = _sign_distances(scene, flat, away)
     with np.errstate(invalid="ignore"):
-        error = np.maximum(upper - away, away - found.lower)
+        error = np.maximum(np.maximum(upper - away, away - found.lower), away - near)
         # A difference of numbers that differ by less than half is exact
         error = np.where(error > 0.5 * away, np.nextafter(error, math.inf), error)
     found.error[:] = np.where(beyond, np.where(found.lower == math.inf, 0.0, math.inf), error)

@@ -37,7 +37,7 @@ from ..tables import (
     node_at,
 )
 from .edges import reach_of_leaves, try_edges, try_hard_edges
-from .form import ROUNDED, length_of
+from .form import ROUNDED, form_at, length_of
 from .neighbourhood import (
     AT_X,
     BODY,
@@ -168,7 +168,9 @@ def polygon_distance(
     vx, vy, vz = nearest_of_polygon(geometry, polygon, x, y, z)
     distance = length_of(vx, vy, vz)
     px, py, pz = x + vx, y + vy, z + vz
-    off = ROUNDED * (abs(px) + abs(py) + abs(pz) + abs(x) + abs(y) + abs(z) + distance)
+    # Its plane and its corners are as well known as each other
+    off = form_at(geometry, integer(geometry, table.POLYGON_SURFACE, polygon), x, y, z).off
+    off += ROUNDED * (abs(px) + abs(py) + abs(pz) + abs(x) + abs(y) + abs(z) + distance)
     return distance, off, px, py, pz
 
 

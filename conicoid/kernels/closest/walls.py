@@ -506,8 +506,10 @@ def try_point(
         near = 0.0
     room.best[LOWER] = min(room.best[LOWER], max(near, min(least, distance)))
     wall = room.chosen[turned]
+    wide = 0.0
     if count < many <= 3:
-        sine = min(sine, project_point(geometry, room, many, x, y, z).sine)
+        common = project_point(geometry, room, many, x, y, z)
+        sine, wide = min(sine, common.sine), common.off + length_of(common.x - x, common.y - y, common.z - z)
     # Tangent or many surfaces: their combinations of sides need not all occur, so points beside decide
     if many > 3 or sine < TANGENT:
         first, second, third = room.chosen[0], room.chosen[1], room.chosen[2]
@@ -519,7 +521,7 @@ def try_point(
             return POSSIBLE_WALL
         off += 2.0 * step
     elif many > count:
-        off += 4.0 * off / sine
+        off = max(off, wide)  # a wall is sure to be at the common point alone
     size = abs(x) + abs(y) + abs(z)
     if off > max(_VAGUE * size, _FAR * (size + distance)):
         return POSSIBLE_WALL
