@@ -256,8 +256,8 @@ def nearest_of_polygon(geometry: Geometry, polygon: int, x: float, y: float, z: 
 
 _MOST = 6
 """Most surfaces through one point whose sides are tried in all combinations."""
-_STEP_SHARE = 2.0**-42
-"""Step, as a share of a point's size, to points beside it, which decide where its surfaces touch or are many."""
+_SHORT_STEP, _LONG_STEP = 2.0**-48, 2.0**-42
+"""Steps, as shares of a point's size, to points beside it, which decide where its surfaces touch or are many."""
 _VAGUE, _FAR = 2.0**-16, 2.0**-36
 """Largest errors of a reported point, as shares of its size, and of its size plus its distance: with a larger error its
 surfaces need not meet at all."""
@@ -513,13 +513,17 @@ def try_point(
     # Tangent or many surfaces: their combinations of sides need not all occur, so points beside decide
     if many > 3 or sine < TANGENT:
         first, second, third = room.chosen[0], room.chosen[1], room.chosen[2]
-        step = max(_STEP_SHARE * (abs(x) + abs(y) + abs(z) + distance), 16.0 * off)
+        far = abs(x) + abs(y) + abs(z) + distance
+        step = max(_SHORT_STEP * far, 2.0 * off)
         proved = not sheet and _straddles_wall(geometry, room, x, y, z, step)
+        if not (proved or sheet):
+            step = max(_LONG_STEP * far, 16.0 * off)
+            proved = _straddles_wall(geometry, room, x, y, z, step)
         put_signs(geometry, room, 0, x, y, z, off)
         room.chosen[0], room.chosen[1], room.chosen[2] = first, second, third
         if not proved:
             return POSSIBLE_WALL
-        off += 2.0 * step
+        off += 2.25 * step
     elif many > count:
         off = max(off, wide)  # a wall is sure to be at the common point alone
     size = abs(x) + abs(y) + abs(z)
