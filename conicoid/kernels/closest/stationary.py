@@ -36,7 +36,7 @@ from .secular import (
     place_below,
     root_above,
 )
-from .walls import CERTAIN_WALL, WallQuery, try_point
+from .walls import CERTAIN_WALL, SLANTED, UNSETTLED, WallQuery, settle_point, try_point
 
 _ROOTS = 6  # most stationary points of a quadric
 _NOWHERE = 2.0**-100  # least w of the search, as a share of the pole
@@ -78,11 +78,15 @@ def _try(
     x: float,
     y: float,
     z: float,
-    stationary: bool,
+    slack: float,
 ) -> int:
-    """Try the point at displacement (x, y, z); `stationary` as for `try_point`."""
+    """Try the point at displacement (x, y, z); `slack` is that of `try_point`."""
     known = conic_error(geometry, room, at, frame, x, y, z)
-    return try_point(geometry, room, at, count, x, y, z, known, 0.0, stationary)
+    found = try_point(geometry, room, at, count, x, y, z, known, 0.0, slack)
+    if found == SLANTED:
+        x, y, z, slack = settle_point(geometry, room, at, count, x, y, z)
+        found = try_point(geometry, room, at, count, x, y, z, math.inf, 0.0, slack)
+    return found
 
 
 @inline
@@ -124,7 +128,7 @@ def _try_above(
         return 0
     v0, v1, v2 = place_above(e, w)
     x, y, z = _place(frame, v0, v1, v2)
-    return _try(geometry, room, at, count, frame, x, y, z, True)
+    return _try(geometry, room, at, count, frame, x, y, z, UNSETTLED)
 
 
 @helper
@@ -147,7 +151,7 @@ def _try_below(
             v0, v1, v2 = place_below(e, w)
             x, y, z = _place(frame, v0, v1, v2)
             if length_of(x, y, z) * (1.0 - 2.0**-20) <= limit(room):
-                _try(geometry, room, at, count, frame, x, y, z, True)
+                _try(geometry, room, at, count, frame, x, y, z, UNSETTLED)
 
 
 @inline
@@ -237,7 +241,7 @@ def try_stationary(
     elif e.value < 0.0:
         found = _try_above(geometry, room, at, count, other, back)
     else:
-        found = _try(geometry, room, at, count, frame, frame.base_x, frame.base_y, frame.base_z, True)
+        found = _try(geometry, room, at, count, frame, frame.base_x, frame.base_y, frame.base_z, UNSETTLED)
     if found == CERTAIN_WALL:
         return
     _try_below(geometry, room, at, count, plain, frame)
@@ -250,7 +254,7 @@ def try_stationary(
     )
     steep = length_of(about.gx, about.gy, about.gz)
     if abs(about.value) <= 64.0 * (about.off + (2.0 * steep + about.size * moved) * moved):
-        _try(geometry, room, at, count, frame, x, y, z, False)
+        _try(geometry, room, at, count, frame, x, y, z, 0.0)
 
 
 @inline
@@ -267,14 +271,14 @@ def try_face(geometry: Geometry, room: Neighbourhood, at: WallQuery, k: int, fla
     room.chosen[0] = k
     if flat:
         h = -2.0 * form.value
-        try_point(geometry, room, at, 1, h * form.gx, h * form.gy, h * form.gz, math.inf, 0.0, False)
+        try_point(geometry, room, at, 1, h * form.gx, h * form.gy, h * form.gz, math.inf, 0.0, 0.0)
         return
     if integer(geometry, table.SURFACE_KIND, room.surface[k]) == SPHERE:
         # About its center all directions are as near
         radius = load_sphere(geometry, integer(geometry, table.SURFACE_ROW, room.surface[k])).radius
         ux, uy, uz = unit_along(form.gx, form.gy, form.gz, 1.0, 0.0, 0.0)
         x, y, z = radius * ux - form.gx, radius * uy - form.gy, radius * uz - form.gz
-        try_point(geometry, room, at, 1, x, y, z, math.inf, 0.0, False)
+        try_point(geometry, room, at, 1, x, y, z, math.inf, 0.0, 0.0)
         return
     e, along = equation_about(geometry, room.surface[k], form, at.x, at.y, at.z)
     frame, back = (
@@ -315,7 +319,7 @@ def try_conic(
         if square >= -_POINT_SHARE * radius * radius:
             radius = math.sqrt(max(square, 0.0))
             x, y, z = ox + radius * ex, oy + radius * ey, oz + radius * ez
-            _try(geometry, room, at, count, frame, x, y, z, False)
+            _try(geometry, room, at, count, frame, x, y, z, 0.0)
         return
     about = form_at(geometry, room.surface[k], cx - above * nx, cy - above * ny, cz - above * nz)
     ux, uy, uz, vx, vy, vz = perpendicular_axes(nx, ny, nz)

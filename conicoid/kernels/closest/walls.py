@@ -15,7 +15,7 @@ from ..numbers.vectors import dot
 from ..programs import hold_program, leaf_decides, root_value, sense_of, turn_leaf
 from ..surface.records import load_quadric
 from ..tables import QUADRIC, Geometry, integer, real, whole
-from .form import SurfaceForm, bend_times, form_at, length_of
+from .form import SurfaceForm, bend_times, form_at, length_of, perpendicular_axes
 from .neighbourhood import (
     AT_X,
     AT_Y,
@@ -264,7 +264,11 @@ surfaces need not meet at all."""
 _STILL = 2.0**-30
 """Largest part along its surfaces, as a share, of the vector to a nearest point. Moving the point along them would gain
 about the square of this share."""
-NO_WALL, POSSIBLE_WALL, CERTAIN_WALL = 0, 1, 2
+_SETTLED = 2.0**-52
+"""Gain of a further step, as a share of the distance, at which a point counts as a local minimum of it."""
+NO_WALL, POSSIBLE_WALL, CERTAIN_WALL, SLANTED = 0, 1, 2, 3
+UNSETTLED = -1.0
+"""As a slack: the point has not been settled."""
 
 
 class WallQuery(NamedTuple):
@@ -466,13 +470,14 @@ def try_point(
     vz: float,
     known: float,
     least: float,
-    stationary: bool,
+    slack: float,
 ) -> int:
     """Try x + v on the first `count` of room.chosen as the nearest wall; return NO_, POSSIBLE_ or CERTAIN_WALL.
 
     `known` is an error bound of the point from other sources than its projection; infinite for none. `least` is a lower
-    bound of the distance to all common points of the chosen surfaces. `stationary`: the point stands for a local
-    minimum of the distance to them, so that its distance is a lower bound only if it is one.
+    bound of the distance to all common points of the chosen surfaces. `slack`: how much nearer these may
+    come beside the point, a local minimum of their distance. With UNSETTLED the vector is tested first, and nothing
+    is done but to return SLANTED where it slants to them.
     """
     # The point on the surfaces, with the better of two error bounds
     x, y, z, off, sine, one, two = project_point(geometry, room, count, at.x + vx, at.y + vy, at.z + vz)
@@ -485,6 +490,8 @@ def try_point(
         return NO_WALL
     if room.sizes[WITHIN] > 0 and not is_within(geometry, whole(room.sizes[WITHIN]) - 1, x, y, z):
         return NO_WALL
+    if slack == UNSETTLED and _slant(one, two, x - at.x, y - at.y, z - at.z) > _STILL * distance + off:
+        return SLANTED
     # A wall, if the body differs between combinations of sides of the surfaces through the point
     many = put_signs(geometry, room, count, x, y, z, off)
     sheet, turned, between = room.sizes[SHEET_OF] == 1, 0, 0
@@ -501,10 +508,7 @@ def try_point(
         between = max(_turning_sides(values, many, turned), 0)
     elif _is_wholly(geometry, room, True) or _is_wholly(geometry, room, False):
         return NO_WALL
-    near = distance - off
-    if stationary and _slant(one, two, x - at.x, y - at.y, z - at.z) > _STILL * distance + off:
-        near = 0.0
-    room.best[LOWER] = min(room.best[LOWER], max(near, min(least, distance)))
+    room.best[LOWER] = min(room.best[LOWER], max(distance - off - max(slack, 0.0), min(least, distance)))
     wall = room.chosen[turned]
     wide = 0.0
     if count < many <= 3:
@@ -543,6 +547,58 @@ def _slant(one: _Frame, two: _Frame, x: float, y: float, z: float) -> float:
     along, across = dot(one.x, one.y, one.z, x, y, z), dot(two.x, two.y, two.z, x, y, z)
     x, y, z = x - along * one.x - across * two.x, y - along * one.y - across * two.y, z - along * one.z - across * two.z
     return length_of(x, y, z) if (one.sine > 0.0) & ((two.sine == 0.0) | (two.sine >= TANGENT)) else 0.0
+
+
+@helper
+def settle_point(
+    geometry: Geometry, room: Neighbourhood, at: WallQuery, count: int, x: float, y: float, z: float
+) -> tuple[float, float, float, float]:
+    """Return (a displacement near another where the distance is stationary, what a further step along would gain).
+
+    Newton's method on the first `count` of room.chosen, 1 or 2: with Lagrange's function |v|² / 2 + sum m_i f_i / 2 its
+    gradient along the surfaces is r, its second derivative H = 1 + sum m_i A_i, a step H^-1 r gains r·H^-1 r / 2. The
+    gain is infinite where the method finds no local minimum.
+    """
+    gain = math.inf
+    for _ in range(_ROUNDS):
+        px, py, pz, _, _, one, two = project_point(geometry, room, count, at.x + x, at.y + y, at.z + z)
+        x, y, z = px - at.x, py - at.y, pz - at.z
+        f = form_at(geometry, room.surface[room.chosen[0]], px, py, pz)
+        g, distance = length_of(f.gx, f.gy, f.gz), length_of(x, y, z)
+        along, across, gain = dot(x, y, z, one.x, one.y, one.z), 0.0, math.inf
+        ux, uy, uz, vx, vy, vz = perpendicular_axes(one.x, one.y, one.z)
+        if not (g > 0.0 and distance > 0.0 and (count == 1 or two.sine >= TANGENT)):
+            break
+        m11, m12, m22 = 1.0, 0.0, 1.0
+        if count > 1:
+            # v becomes the tangent, u the second frame, along which no step is free
+            ux, uy, uz = two.x, two.y, two.z
+            vx, vy, vz = one.y * uz - one.z * uy, one.z * ux - one.x * uz, one.x * uy - one.y * ux
+            h = form_at(geometry, room.surface[room.chosen[1]], px, py, pz)
+            across = -dot(x, y, z, ux, uy, uz) / (length_of(h.gx, h.gy, h.gz) * two.sine)
+            along += across * dot(h.gx, h.gy, h.gz, one.x, one.y, one.z)
+            bx, by, bz = bend_times(h, vx, vy, vz)
+            m22 += across * dot(bx, by, bz, vx, vy, vz)
+        m = -along / g
+        ax, ay, az = bend_times(f, ux, uy, uz)
+        bx, by, bz = bend_times(f, vx, vy, vz)
+        m22 += m * dot(bx, by, bz, vx, vy, vz)
+        r1, r2 = 0.0, dot(x, y, z, vx, vy, vz)
+        if count == 1:
+            r1, m11, m12 = (
+                dot(x, y, z, ux, uy, uz),
+                m11 + m * dot(ax, ay, az, ux, uy, uz),
+                m * dot(ax, ay, az, vx, vy, vz),
+            )
+        square = m11 * m22 - m12 * m12
+        if not (square > 0.0 and m22 > 0.0):
+            break
+        d1, d2 = (m22 * r1 - m12 * r2) / square, (m11 * r2 - m12 * r1) / square
+        gain = (r1 * d1 + r2 * d2) / (2.0 * distance)
+        if gain <= _SETTLED * distance:
+            break
+        x, y, z = x - d1 * ux - d2 * vx, y - d1 * uy - d2 * vy, z - d1 * uz - d2 * vz
+    return x, y, z, gain
 
 
 @inline
@@ -610,7 +666,7 @@ def _decides(geometry: Geometry, room: Neighbourhood, k: int, chosen: int) -> bo
 @inline
 def _try(geometry: Geometry, room: Neighbourhood, at: WallQuery, x: float, y: float, z: float) -> None:
     room.chosen[0] = 0
-    try_point(geometry, room, at, 1, x, y, z, math.inf, 0.0, False)
+    try_point(geometry, room, at, 1, x, y, z, math.inf, 0.0, 0.0)
 
 
 @helper
