@@ -15,7 +15,7 @@ from ..numbers.vectors import dot
 from ..programs import hold_program, leaf_decides, root_value, sense_of, turn_leaf
 from ..surface.records import load_quadric
 from ..tables import QUADRIC, Geometry, integer, real, whole
-from .form import SurfaceForm, bend_times, form_at, length_of, perpendicular_axes
+from .form import ROUNDED, SurfaceForm, bend_times, form_at, length_of, perpendicular_axes
 from .neighbourhood import (
     AT_X,
     AT_Y,
@@ -89,11 +89,24 @@ def _beyond(form: SurfaceForm, ux: float, uy: float, uz: float, vx: float, vy: f
 def surface_distance(form: SurfaceForm) -> float:
     """Return about an upper bound of the distance to f = 0, from value and gradient, or from A for small gradients."""
     value, g = abs(form.value) + form.off, length_of(form.gx, form.gy, form.gz)
-    # Newton's |f| / 2|g|, a quarter more for the curvature, where the gradient is large enough; near a double root f
-    # grows as |A| d²
+    # Newton's |f| / 2|g|, a quarter more for the curvature, where the gradient is large enough
     if g * g > 4.0 * form.size * value:
         return value / (2.0 * g) * 1.25
-    return math.sqrt(value / form.size) if form.size > 0.0 else math.inf
+    return _distance_along(form, value, g)
+
+
+@helper
+def _distance_along(form: SurfaceForm, value: float, g: float) -> float:
+    """Return about the distance to f = 0 along the gradient, for |f| = `value` and |g| = `g`; infinite for no root."""
+    sure = g - ROUNDED * form.steep
+    if sure > 0.0:
+        ax, ay, az = bend_times(form, form.gx, form.gy, form.gz)
+        bend = math.copysign(1.0, form.value) * dot(ax, ay, az, form.gx, form.gy, form.gz) / (g * g)
+        square = sure * sure - bend * value
+        if square >= 0.0:
+            return value / (sure + math.sqrt(square)) * 1.25
+    # Where f is rounding alone, at an apex, it grows as |A| d²
+    return math.sqrt(value / form.size) if (form.size > 0.0) & (abs(form.value) <= 4.0 * form.off) else math.inf
 
 
 @inline
