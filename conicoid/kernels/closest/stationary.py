@@ -41,6 +41,7 @@ from .walls import CERTAIN_WALL, SLANTED, UNSETTLED, WallQuery, settle_point, tr
 _ROOTS = 6  # most stationary points of a quadric
 _NOWHERE = 2.0**-100  # least w of the search, as a share of the pole
 _POINT_SHARE = 2.0**-44  # size of a circle's square, as a share of its sphere's, below which its sign is rounding
+_APEX = 2.0**-30  # s, as a share of the pole, at which a stationary point counts as the apex, which is tried itself
 _ACROSS = 2.0**-50  # largest cosine between rows of a record that are its principal axes
 _NO_BEND = 2.0**-48
 """Size of a coefficient, as a share of its terms, below which it counts as zero where it was computed from others."""
@@ -141,13 +142,15 @@ def _try_below(
         return
     # A root at w moves the point by at least |g0| / w, so one within the limit has w >= |g0| / limit
     start, room_left = pole * _NOWHERE, limit(room)
+    # F vanishes at s = 0 as well, at the apex; a root so near to it is as far away
+    cone = (e.constant == 0.0) & (e.b0 == 0.0) & (e.b1 == 0.0) & (e.b2 == 0.0)
     if room_left < math.inf and room_left > 0.0:
         start = max(start, abs(e.g0) / room_left * (1.0 - 2.0**-20))
     for _ in range(_ROOTS):
         if not start < pole - max(0.0, -e.a1):
             return
         w, start = next_root(e, start)
-        if w != NONE:
+        if w != NONE and not (cone and pole - w <= _APEX * pole):
             v0, v1, v2 = place_below(e, w)
             x, y, z = _place(frame, v0, v1, v2)
             if length_of(x, y, z) * (1.0 - 2.0**-20) <= limit(room):

@@ -13,8 +13,9 @@ from .. import tables as table
 from ..body.cell import NO_PLACE, quadric_place
 from ..numbers.vectors import dot
 from ..programs import hold_program, leaf_decides, root_value, sense_of, turn_leaf
-from ..surface.records import load_quadric
-from ..tables import QUADRIC, Geometry, integer, real, whole
+from ..surface.quadric import QuadricRecord
+from ..surface.records import anchor_of, load_plane, load_quadric
+from ..tables import PLANE, QUADRIC, Geometry, integer, real, whole
 from .form import ROUNDED, SurfaceForm, bend_times, form_at, length_of, perpendicular_axes
 from .neighbourhood import (
     AT_X,
@@ -271,9 +272,9 @@ _MOST = 6
 """Most surfaces through one point whose sides are tried in all combinations."""
 _SHORT_STEP, _LONG_STEP = 2.0**-48, 2.0**-42
 """Steps, as shares of a point's size, to points beside it, which decide where its surfaces touch or are many."""
-_VAGUE, _FAR = 2.0**-16, 2.0**-36
-"""Largest errors of a reported point, as shares of its size, and of its size plus its distance: with a larger error its
-surfaces need not meet at all."""
+_VAGUE, _FAR, _OFFSET = 2.0**-16, 2.0**-36, 2.0**-44
+"""Largest errors of a reported point, as shares of its size, of its size plus its distance, and of the distance of its
+surface's anchor: with a larger error its surfaces need not meet at all."""
 _STILL = 2.0**-30
 """Largest part along its surfaces, as a share, of the vector to a nearest point. Moving the point along them would gain
 about the square of this share."""
@@ -433,12 +434,31 @@ def _straddles_wall(geometry: Geometry, room: Neighbourhood, x: float, y: float,
     for i in range(room.sizes[SURFACES] if found != 3 else 0):
         if integer(geometry, table.SURFACE_KIND, room.surface[i]) == QUADRIC:
             quadric = load_quadric(geometry, integer(geometry, table.SURFACE_ROW, room.surface[i]))
-            _, _, _, ax, ay, az, bx, by, bz, cx, cy, cz, _, _, _, _, _, _, _ = quadric
-            for k in range(6):
-                dx, dy, dz = (ax, ay, az) if k % 3 == 0 else ((bx, by, bz) if k % 3 == 1 else (cx, cy, cz))
-                h = step if k < 3 else -step
+            for k in range(24):
+                ax, ay, az, square = _row(quadric, k % 3)
+                bx, by, bz, one = _row(quadric, (k + 1) % 3)
+                cx, cy, cz, two = _row(quadric, (k + 2) % 3)
+                h, u, v = step if k < 12 else -step, _narrow(square, one), _narrow(square, two)
+                u, v = u if k // 3 & 1 else -u, v if k // 6 & 1 else -v
+                dx, dy, dz = ax + u * bx + v * cx, ay + u * by + v * cy, az + u * bz + v * cz
                 found |= _side_beside(geometry, room, x + h * dx, y + h * dy, z + h * dz)
     return found == 3
+
+
+@inline
+def _row(quadric: QuadricRecord, i: int) -> tuple[float, float, float, float]:
+    """Return a row of a quadric, and its square."""
+    if i == 0:
+        return quadric.w00, quadric.w01, quadric.w02, quadric.s0
+    if i == 1:
+        return quadric.w10, quadric.w11, quadric.w12, quadric.s1
+    return quadric.w20, quadric.w21, quadric.w22, quadric.s2
+
+
+@inline
+def _narrow(square: float, other: float) -> float:
+    """Return a share of the slope of a cone about an axis, of 0.4 at most."""
+    return 0.4 * math.sqrt(min(1.0, abs(square / other))) if other != 0.0 else 0.4
 
 
 @inline
@@ -544,7 +564,7 @@ def try_point(
     elif many > count:
         off = max(off, wide)  # a wall is sure to be at the common point alone
     size = abs(x) + abs(y) + abs(z)
-    if off > max(_VAGUE * size, _FAR * (size + distance)):
+    if off > max(max(_VAGUE * size, _FAR * (size + distance)), _OFFSET * _reach(geometry, room, x, y, z)):
         return POSSIBLE_WALL
     room.best[UPPER] = min(room.best[UPPER], distance + off)
     if not sheet and many <= _MOST:  # of the point's surroundings, where the wall's own sides differ
@@ -612,6 +632,17 @@ def settle_point(
             break
         x, y, z = x - d1 * ux - d2 * vx, y - d1 * uy - d2 * vy, z - d1 * uz - d2 * vz
     return x, y, z, gain
+
+
+@inline
+def _reach(geometry: Geometry, room: Neighbourhood, x: float, y: float, z: float) -> float:
+    """Return the distance of a point from the anchor of the first of room.chosen."""
+    surface = room.surface[room.chosen[0]]
+    if integer(geometry, table.SURFACE_KIND, surface) == PLANE:
+        plane = load_plane(geometry, integer(geometry, table.SURFACE_ROW, surface))
+        return length_of(x - plane.ax, y - plane.ay, z - plane.az)
+    ax, ay, az = anchor_of(geometry, surface)
+    return length_of(x - ax, y - ay, z - az)
 
 
 @inline
