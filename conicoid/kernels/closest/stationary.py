@@ -40,7 +40,7 @@ from .walls import CERTAIN_WALL, SLANTED, UNSETTLED, WallQuery, settle_point, tr
 
 _ROOTS = 6  # most stationary points of a quadric
 _NOWHERE = 2.0**-100  # least w of the search, as a share of the pole
-_POINT_SHARE = 2.0**-44  # size of a circle's square, as a share of its sphere's, below which its sign is rounding
+_POINT_SHARE = 2.0**-44  # share of its terms below which a value counts as zero: of a circle's square, at a center
 _APEX = 2.0**-30  # s, as a share of the pole, at which a stationary point counts as the apex, which is tried itself
 _ACROSS = 2.0**-50  # largest cosine between rows of a record that are its principal axes
 _NO_BEND = 2.0**-48
@@ -163,6 +163,13 @@ def _center(g: float, a: float) -> float:
     return -g / a if a != 0.0 else 0.0
 
 
+@inline
+def _is_cone(e: Secular) -> bool:
+    """Return whether f vanishes, but for rounding, where its gradient does."""
+    f0, f1, f2 = e.b0 * _center(e.b0, e.a0), e.b1 * _center(e.b1, e.a1), e.b2 * _center(e.b2, e.a2)
+    return abs(e.constant + (f0 + f1 + f2)) <= _POINT_SHARE * (abs(e.constant) + abs(f0) + abs(f1) + abs(f2))
+
+
 @helper
 def _axes_about(geometry: Geometry, surface: int, about: SurfaceForm) -> Axes:
     """Return the principal axes of a curved surface; `about` is its form about any point.
@@ -249,6 +256,8 @@ def try_stationary(
         return
     _try_below(geometry, room, at, count, plain, frame)
     _try_below(geometry, room, at, count, other, back)
+    if count == 1 and not _is_cone(e):
+        return
     x, y, z = _place(frame, _center(e.g0, e.a0), _center(e.g1, e.a1), _center(e.g2, e.a2))
     # Values about the query point are rounded by more than the surface is wide where it is far
     about, moved = (
