@@ -5,12 +5,13 @@ v_i = -g_i / (s + a_i) for the s (one over Lagrange's multiplier) where
 
     F(s) = f(x + v(s)) = value - sum g_i² (2 s + a_i) / (s + a_i)²
 
-vanishes: six of them at most, less where some a_i or g_i are zero. Local minima have at most one s + a_i of another
-sign than s. So, s taken positive (else all signs turn), they are above the largest pole, where F rises and the only
-root is the nearest point of all, or between the two largest poles, where F falls in s. (Moré, Sorensen: Computing a
-trust region step, SIAM J. Sci. Stat. Comput. 4, 1983; Martínez: Local minimizers of quadratic functions on Euclidean
-balls and spheres, SIAM J. Optim. 4, 1994; Eberly: Distance from a point to an ellipse, an ellipsoid, or a
-hyperellipsoid.)
+vanishes: f at the displaced point. Far from the surface its terms cancel, so F is evaluated about an origin near the
+quadric (`Secular`). It has six roots at most, less where some a_i or g_i are zero. Local minima have at most one
+s + a_i of another sign than s. So, s taken positive (else all signs turn), they are above the largest pole, where F
+rises and the only root is the nearest point of all, or between the two largest poles, where F falls in s. (Moré,
+Sorensen: Computing a trust region step, SIAM J. Sci. Stat. Comput. 4, 1983; Martínez: Local minimizers of quadratic
+functions on Euclidean balls and spheres, SIAM J. Optim. 4, 1994; Eberly: Distance from a point to an ellipse, an
+ellipsoid, or a hyperellipsoid.)
 
 Where g_i is zero the root may be the pole itself, and v_i is free: a center, an axis, a plane of symmetry. There g_i is
 set to 2^-50 of the value that moving the point by its distance would give it, and the general formulas apply. The
