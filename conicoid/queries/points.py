@@ -457,7 +457,6 @@ def _concatenate_distances(parts: Any) -> Distances:
 # The query: certified bounds for packets of points, or the nearest wall of each point
 
 _BOUND_CHUNK, _EXACT_CHUNK = 64, 256  # packets, points
-_POOR_BOUND = 1.0 - 2.0**-46  # the lower end of an exact distance, as a share of it, below which the bound may be more
 
 
 def reach_of(max_distance: npt.ArrayLike, shape: tuple[int, ...]) -> FloatArray:
@@ -550,14 +549,15 @@ def exact_distances(
         field[beyond] = -1
     found.point[beyond] = math.nan
     away[beyond], upper[beyond] = math.inf, math.inf
-    # A search that gave up may have lowered the bound below the wall that it found, and below the plain bound
-    poor = np.flatnonzero(lower < _POOR_BOUND * np.minimum(away, reach))
-    if len(poor):
-        lower[poor] = np.maximum(lower[poor], distance_bounds(scene, flat[poor], reach[poor]).lower)
+    # A point of a wall that is known less well than the bound may be nearer than that
+    near = away.copy()
+    away[:] = np.maximum(away, np.minimum(lower, upper))
     found.lower[:] = np.maximum(0.0, np.where(beyond, np.minimum(lower, reach), np.minimum(lower, away)))
     found.distance[:] = _sign_distances(scene, flat, away)
     with np.errstate(invalid="ignore"):
-        error = np.maximum(upper - away, away - found.lower)
+        error = np.maximum(np.maximum(upper - away, away - found.lower), away - near)
+        # A difference of numbers that differ by less than half is exact
+        error = np.where(error > 0.5 * away, np.nextafter(error, math.inf), error)
     found.error[:] = np.where(beyond, np.where(found.lower == math.inf, 0.0, math.inf), error)
     return found
 

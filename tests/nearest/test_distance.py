@@ -103,6 +103,12 @@ def test_the_apex_of_a_cone():
     found = exact(cone, [(0, 0, 5), (0.5, 0.25, 5)])
     assert found.distance == pytest.approx([3, math.sqrt(0.25 + 0.0625 + 9)], rel=1e-15)
     assert (found.error < 1e-13).all()
+    needle = exact(co.Cone((0, 0, -10), (0, 0, 0), 0.1, 0), [(0, 0, 1e-4), (0, 0, 2.5)])
+    assert needle.distance == pytest.approx([1e-4, 2.5], rel=1e-15)
+    assert (needle.error < 1e-15 + 1e-14 * needle.distance).all()
+    pyramid = exact(co.Pyramid(9, 3), [(0.25, 0.5, 4), (-0.25, 0, 3)])
+    assert pyramid.distance == pytest.approx([math.sqrt(0.3125 + 9), math.sqrt(0.0625 + 4)], rel=1e-14)
+    assert (pyramid.error < 8e-13 * pyramid.distance).all()
 
 
 def test_an_edge_where_two_pipes_of_different_width_meet():
@@ -138,8 +144,8 @@ def test_sheets_have_no_inside():
     triangle = co.Triangle((0, 0, 0), (1, 0, 0), (0, 1, 0))
     assert exact(triangle, [(0.25, 0.25, -2), (1, 1, 0), (-3, -4, 0)]).distance == pytest.approx([2, math.sqrt(0.5), 5])
     window = co.Polygon([(0, 0, 0), (4, 0, 0), (4, 4, 0), (0, 4, 0)]) - co.Sphere(1, (2, 2, 0))
-    assert exact(window, [(2, 2, 0), (2, 2.5, 1), (5, 5, 0)]).distance == pytest.approx(
-        [1, math.hypot(0.5, 1), math.sqrt(2)]
+    assert exact(window, [(2, 2, 0), (2, 2.5, 1), (5, 5, 0), (0, 0, 0)]).distance == pytest.approx(
+        [1, math.hypot(0.5, 1), math.sqrt(2), 0]
     )
 
 
@@ -286,6 +292,68 @@ def test_points_far_from_rods_and_balls(far: float) -> None:
         assert (np.abs(found.distance - true) <= found.error).all()
         assert (found.lower >= bound.lower).all()
         assert (found.error <= 1e-6 * far).all()
+
+
+def slender_cone_distance(x: float, z: float, slope: float) -> Decimal:
+    """From (x, 0, z) to the generator x = -slope z, -10 <= z <= 0, of a cone."""
+    with localcontext() as context:
+        context.prec = 60
+        u, v, m = Decimal(x), Decimal(z), Decimal(10 * slope) / 10
+        foot = min(max((v - u * m) / (1 + m * m), Decimal(-10)), Decimal(0))
+        return ((u + m * foot) ** 2 + (v - foot) ** 2).sqrt()
+
+
+def assert_certified(solid: co.Shape, points: list, true: list[Decimal], within: float) -> None:
+    """Assert that intervals and lower bounds are right to the last bit, and errors small."""
+    found, bound = co.Scene([solid]).distance(points, exact=True), co.Scene([solid]).distance(points)
+    for i in range(len(points)):
+        distance, error = Decimal(abs(float(found.distance[i]))), Decimal(float(found.error[i]))
+        assert distance - error <= true[i] <= distance + error
+        assert bound.lower[i] <= found.lower[i] <= true[i]
+        assert error <= Decimal(within) * true[i] + Decimal(1e-14 * max(map(abs, points[i]))), points[i]
+
+
+@pytest.mark.parametrize("slope", [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7])
+@pytest.mark.parametrize("x", [1e-3, 1.0, 10.0])
+def test_points_beside_slender_cones(slope: float, x: float) -> None:
+    """About the height of the apex f hardly changes along the secular equation: rounding of its terms moved the root."""
+    heights = [0.0, slope / 2, -slope / 2, 2 * slope, -2 * slope, 1e-9, -1e-9, -5.0]
+    solid, points = co.Cone((0, 0, -10), (0, 0, 0), 10 * slope, 0), [(x, 0.0, z) for z in heights]
+    assert_certified(solid, points, [slender_cone_distance(x, z, slope) for z in heights], 1e-12)
+
+
+@pytest.mark.parametrize("away", [1e-3, 1.0, 1e3, 1e5, 1e8])
+@pytest.mark.parametrize(
+    ("solid", "squares", "line"),
+    [
+        (co.Ellipsoid((1000, 1, 0.01)), (1e3, 1.0, 0.01), 0), (co.Ellipsoid((1, 1, 1e-3)), (1.0, 1.0, 1e-3), 0),
+        (co.Ellipsoid((1e-3, 1e-3, 1)), (1e-3, 1e-3, 1.0), 0), (co.Ellipsoid((1, 2, 0.5)), (1.0, 2.0, 0.5), 0),
+        (co.EllipticParaboloid(1, 2), (1, 2, 0), -1), (co.EllipticParaboloid(1e4, 1e-2), (1e4, 1e-2, 0), -1),
+    ],
+)  # fmt: skip
+def test_points_above_a_point_of_a_convex_quadric(solid: co.Shape, squares: tuple, line: int, away: float) -> None:
+    """From a point of sum a p² + line z = 1 or 0 up its normal: the distance is known but for the point's rounding."""
+    rng, points, true = np.random.default_rng(9), [], []
+    with localcontext() as context:
+        context.prec = 60
+        for _ in range(40):
+            if line:
+                a = [Decimal(s) for s in squares]
+                p = [Decimal(float(u)) for u in rng.normal(size=2)]
+                p.append(a[0] * p[0] ** 2 + a[1] * p[1] ** 2)
+            else:
+                u = [Decimal(float(k)) for k in rng.normal(size=3)]
+                length, a = sum(k * k for k in u).sqrt(), [1 / Decimal(s) ** 2 for s in squares]
+                p = [Decimal(s) * k / length for s, k in zip(squares, u, strict=True)]
+            normal = [2 * k * v for k, v in zip(a, p, strict=True)]
+            normal[2] += line
+            length = sum(k * k for k in normal).sqrt()
+            normal = [k / length for k in normal]
+            exactly = [k + Decimal(away) * n for k, n in zip(p, normal, strict=True)]
+            points.append(tuple(map(float, exactly)))
+            moved = [Decimal(k) - e for k, e in zip(points[-1], exactly, strict=True)]
+            true.append(Decimal(away) + sum(m * n for m, n in zip(moved, normal, strict=True)))
+    assert_certified(solid, points, true, 1e-11)
 
 
 # --- Lower bounds: in lanes as alone to the bit, whatever else is asked for; never above the truth, and near to it

@@ -222,7 +222,7 @@ def try_edge(geometry: Geometry, room: Neighbourhood, at: WallQuery, i: int, j: 
         x, y, z, dx, dy, dz = line_of_planes(ax, ay, az, g, bx, by, bz, h)
         if (dx != 0.0) | (dy != 0.0) | (dz != 0.0):
             _choose(room, i, j, j)
-            try_point(geometry, room, at, 2, x, y, z, math.inf, 0.0)
+            try_point(geometry, room, at, 2, x, y, z, math.inf, 0.0, 0.0)
         return False
     planes = planes_of_pair(geometry, room, at, i, j)
     if planes.number == HARD:
@@ -305,7 +305,7 @@ def _try_line(
                 px, py, pz = x + t * dx, y + t * dy, z + t * dz
                 error = rounding_share(at, EDGE_ERROR, px, py, pz) if count == 2 else math.inf
                 least = length_of(x, y, z) - rounding_share(at, EDGE_ERROR, x, y, z)
-                try_point(geometry, room, at, count, px, py, pz, error, least)
+                try_point(geometry, room, at, count, px, py, pz, error, least, 0.0)
 
 
 @helper
@@ -358,7 +358,7 @@ def _try_from(
     if touch.off > _ENDED * (abs(touch.x) + abs(touch.y) + abs(touch.z)):
         return
     vx, vy, vz = touch.x - at.x, touch.y - at.y, touch.z - at.z
-    if try_point(geometry, room, at, count, vx, vy, vz, math.inf, 0.0) != CERTAIN_WALL:
+    if try_point(geometry, room, at, count, vx, vy, vz, math.inf, 0.0, 0.0) != CERTAIN_WALL:
         # A guess must not lower the certain bound
         room.best[LOWER] = before
 
@@ -576,7 +576,7 @@ def _try_box(
             radius = min(radius, _radius(form) * touch.sine)
     if half > _SMALL * radius * touch.sine:
         return False
-    try_point(geometry, room, at, count, touch.x - at.x, touch.y - at.y, touch.z - at.z, math.inf, 0.0)
+    try_point(geometry, room, at, count, touch.x - at.x, touch.y - at.y, touch.z - at.z, math.inf, 0.0, 0.0)
     if count == 2 and room.best[LOWER] < before:  # the stationary point lies beside this one
         offset = 8.0 * half / touch.sine
         room.best[LOWER] -= 2.0 * offset * offset / radius
@@ -621,7 +621,7 @@ def _search(geometry: Geometry, room: Neighbourhood, at: WallQuery, x: float, y:
         if half <= _SMALL * near and _try_box(geometry, room, at, count, x, y, z, half):
             continue
         if half <= _LEAST * (abs(x) + abs(y) + abs(z) + whole_cube) or steps > _MOST_STEPS:
-            try_point(geometry, room, at, min(count, 3), x - at.x, y - at.y, z - at.z, math.inf, 0.0)
+            try_point(geometry, room, at, min(count, 3), x - at.x, y - at.y, z - at.z, math.inf, 0.0, 0.0)
             room.best[LOWER] = min(room.best[LOWER], near)
             continue
         half *= 0.5

@@ -73,7 +73,9 @@ def form_of_quadric(quadric: QuadricRecord, x: float, y: float, z: float) -> Sur
     far = abs(x - ax) + abs(y - ay) + abs(z - az)
     steep = size * far + abs(b0) * math.sqrt(n0) + abs(b1) * math.sqrt(n1) + abs(b2) * math.sqrt(n2)
     off = _OF_DOUBT * quadric_rounding(quadric, x, y, z, 0.0, 0.0, 0.0)
-    off += 2.0 * steep * (_ANCHOR * (abs(ax) + abs(ay) + abs(az)))
+    # By the gradient, far smaller than `steep` beside a thin rod
+    moved = _ANCHOR * (abs(ax) + abs(ay) + abs(az))
+    off += (2.0 * (length_of(gx, gy, gz) + ROUNDED * steep) + size * moved) * moved
     return SurfaceForm(
         quadric_value(quadric, x, y, z), off, gx, gy, gz,
         dot(s0 * w00, s1 * w10, s2 * w20, w00, w10, w20), dot(s0 * w01, s1 * w11, s2 * w21, w01, w11, w21),
@@ -206,6 +208,13 @@ def principal_axes(xx: float, yy: float, zz: float, xy: float, xz: float, yz: fl
         turned += abs(s)
         if turned == 0.0:
             break
+    return sort_axes(xx, yy, zz, Directions(x0, y0, z0, x1, y1, z1, x2, y2, z2))
+
+
+@inline
+def sort_axes(xx: float, yy: float, zz: float, along: Directions) -> Axes:
+    """Return three eigenvalues and their vectors in rising order."""
+    x0, y0, z0, x1, y1, z1, x2, y2, z2 = along
     if yy < xx:
         xx, yy, x0, y0, z0, x1, y1, z1 = yy, xx, x1, y1, z1, x0, y0, z0
     if zz < yy:

@@ -37,7 +37,7 @@ from ..tables import (
     node_at,
 )
 from .edges import reach_of_leaves, try_edges, try_hard_edges
-from .form import ROUNDED, length_of
+from .form import ROUNDED, form_at, length_of
 from .neighbourhood import (
     AT_X,
     BODY,
@@ -168,7 +168,9 @@ def polygon_distance(
     vx, vy, vz = nearest_of_polygon(geometry, polygon, x, y, z)
     distance = length_of(vx, vy, vz)
     px, py, pz = x + vx, y + vy, z + vz
-    off = ROUNDED * (abs(px) + abs(py) + abs(pz) + abs(x) + abs(y) + abs(z) + distance)
+    # Its plane and its corners are as well known as each other
+    off = form_at(geometry, integer(geometry, table.POLYGON_SURFACE, polygon), x, y, z).off
+    off += ROUNDED * (abs(px) + abs(py) + abs(pz) + abs(x) + abs(y) + abs(z) + distance)
     return distance, off, px, py, pz
 
 
@@ -198,44 +200,40 @@ def _try_near(geometry: Geometry, room: Neighbourhood, at: WallQuery) -> None:
 
 
 @helper
-def _try_polygon(geometry: Geometry, room: Neighbourhood, at: WallQuery, polygon: int) -> None:
-    """Try a polygon, which may be clipped."""
+def _try_polygon(geometry: Geometry, room: Neighbourhood, at: WallQuery, polygon: int) -> float:
+    """Try a polygon, which may be clipped; return a lower bound of its distance."""
     program = integer(geometry, table.POLYGON_PROGRAM, polygon)
     distance, off, x, y, z = polygon_distance(geometry, polygon, at.x, at.y, at.z)
     # `not <=`, so that NaN counts as too far
     if not distance - off <= limit(room):
-        return
+        return distance - off
     # Only now: most polygons are out of reach by their outline alone
     begin_body(room, program, integer(geometry, table.POLYGON_SURFACE, polygon))
     if program < 0:
         room.best[LOWER] = min(room.best[LOWER], distance - off)
         room.best[UPPER] = min(room.best[UPPER], distance + off)
         keep_wall(geometry, room, at, 0, x, y, z, distance)
-        return
+        return distance - off
     gather_program(geometry, room, program, at.x, at.y, at.z)
     room.sizes[WITHIN] = polygon + 1
     _try_near(geometry, room, at)
     try_sides(geometry, room, at, polygon)
+    return distance - off
 
 
 @helper
-def _try_ball(geometry: Geometry, room: Neighbourhood, at: WallQuery, surface: int) -> None:
-    """Try a ball, as a leaf whose one surface is curved."""
-    begin_body(room, -1, surface)
-    try_face(geometry, room, at, 0, False)
+def try_entry_walls(geometry: Geometry, room: Neighbourhood, at: WallQuery, near: float) -> None:
+    """Try the walls of an entry, which are at least `near` away.
 
-
-@helper
-def try_entry_walls(geometry: Geometry, room: Neighbourhood, at: WallQuery) -> None:
-    """Try the walls of an entry; the certified bound of its distance is not given up for a candidate's."""
+    Its certified bound, which is that of `bound_of_point`, is not given up for a candidate's: so the lower bound of an
+    exact distance is never below the bound of a query without one.
+    """
     before, least = room.best[LOWER], 0.0
     kind, index = integer(geometry, table.ENTRY_KIND, at.entry), integer(geometry, table.ENTRY_INDEX, at.entry)
-    if kind == BALL:
-        _try_ball(geometry, room, at, index)
-    elif kind == POLYGON:
-        _try_polygon(geometry, room, at, index)
+    if kind == POLYGON:
+        least = max(near, _try_polygon(geometry, room, at, index))
     else:
-        least = entry_bound(geometry, room.gates, at.entry, at.x, at.y, at.z, limit(room))
+        least = max(near, entry_bound(geometry, room.gates, at.entry, at.x, at.y, at.z, limit(room)))
         if not least <= limit(room):
             return
         if kind == CELL:
@@ -250,7 +248,11 @@ def try_entry_walls(geometry: Geometry, room: Neighbourhood, at: WallQuery) -> N
             begin_body(room, program, integer(geometry, table.SHEET_SURFACE, index))
             if program >= 0:
                 gather_program(geometry, room, program, at.x, at.y, at.z)
-        _try_near(geometry, room, at)
+        if kind == BALL:
+            begin_body(room, -1, index)
+            try_face(geometry, room, at, 0, False)
+        else:
+            _try_near(geometry, room, at)
     room.best[OF_BODY] = math.inf
     room.best[LOWER] = min(before, max(room.best[LOWER], least))
 
@@ -279,9 +281,10 @@ def nearest_walls(
                 first, last = leaf_range(found.code)
                 at, count = leaf_at(geometry, first), last - first
                 for k in range(count):
-                    if distance_to_ball(leaf_ball(geometry, at, count, k), x, y, z) <= limit(room):
+                    near = max(found.distance, distance_to_ball(leaf_ball(geometry, at, count, k), x, y, z))
+                    if near <= limit(room):
                         item = leaf_item(geometry, at, count, k)
-                        try_entry_walls(geometry, room, WallQuery(x, y, z, item.body, item.entry))
+                        try_entry_walls(geometry, room, WallQuery(x, y, z, item.body, item.entry), near)
                 found = next_near_leaf(geometry, way, found.top, around, limit(room))
         best, who = room.best, room.who
         body[i], entry[i], place[i], turn[i] = who[BODY], who[ENTRY], who[PLACE], who[SENSE]

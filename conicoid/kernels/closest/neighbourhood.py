@@ -22,7 +22,6 @@ from ..surface.records import load_plane, load_quadric, load_sphere
 from ..tables import CELL, PLANE, REGION, SHEET, SPHERE, Floats, Geometry, Ints, integer, length
 from .form import (
     Axes,
-    Directions,
     SurfaceForm,
     form_of_plane,
     form_of_quadric,
@@ -60,15 +59,10 @@ _CENTER = 1e-150
 def secular_of(form: SurfaceForm, axes: Axes, scale: float, over: bool) -> Secular:
     """Return the secular equation of a quadric, or with `over` of -f, along its axes about a point."""
     g0, g1, g2 = parts_along(axes.along, form.gx * scale, form.gy * scale, form.gz * scale)
-    equation = Secular(form.value * scale, g0, g1, g2, axes.a0 * scale, axes.a1 * scale, axes.a2 * scale)
+    value, a0, a1, a2 = form.value * scale, axes.a0 * scale, axes.a1 * scale, axes.a2 * scale
+    # About the point itself
+    equation = Secular(value, g0, g1, g2, a0, a1, a2, value, 0.0, 0.0, 0.0, g0, g1, g2)
     return negate_secular(equation) if over else equation
-
-
-@inline
-def equation_of(form: SurfaceForm) -> tuple[Secular, Directions]:
-    """Return the secular equation of a quadric about a point, scaled to terms of about 1, and the axes of its v."""
-    axes = principal_axes(form.xx, form.yy, form.zz, form.xy, form.xz, form.yz)
-    return secular_of(form, axes, 1.0 / form.size if form.size > 0.0 else 1.0, False), axes.along
 
 
 @inline
@@ -124,14 +118,15 @@ def bisection_bound(form: SurfaceForm, axes: Axes, scale: float, plain: float) -
     value = equation.value - 4.0 * rounding_within(form, first) * scale
     if not value > 0.0:
         return plain
-    less = Secular(value, equation.g0, equation.g1, equation.g2, equation.a0, equation.a1, equation.a2)
+    _, g0, g1, g2, a0, a1, a2, _, x0, x1, x2, b0, b1, b2 = equation
+    less = Secular(value, g0, g1, g2, a0, a1, a2, value, x0, x1, x2, b0, b1, b2)
     return max(plain, _root_length(less) * LESS)
 
 
 @inline
 def _root_length(equation: Secular) -> float:
     """Return |v| of the nearest root; inf for none."""
-    w = nearest_root(equation, math.nan)
+    w = nearest_root(equation)
     if w == NONE:
         return math.inf
     x, y, z = place_above(equation, w)

@@ -5,12 +5,13 @@ v_i = -g_i / (s + a_i) for the s (one over Lagrange's multiplier) where
 
     F(s) = f(x + v(s)) = value - sum g_i² (2 s + a_i) / (s + a_i)²
 
-vanishes: six of them at most, less where some a_i or g_i are zero. Local minima have at most one s + a_i of another
-sign than s. So, s taken positive (else all signs turn), they are above the largest pole, where F rises and the only
-root is the nearest point of all, or between the two largest poles, where F falls in s. (Moré, Sorensen: Computing a
-trust region step, SIAM J. Sci. Stat. Comput. 4, 1983; Martínez: Local minimizers of quadratic functions on Euclidean
-balls and spheres, SIAM J. Optim. 4, 1994; Eberly: Distance from a point to an ellipse, an ellipsoid, or a
-hyperellipsoid.)
+vanishes: f at the displaced point. Far from the surface its terms cancel, so F is evaluated about an origin near the
+quadric (`Secular`). It has six roots at most, less where some a_i or g_i are zero. Local minima have at most one
+s + a_i of another sign than s. So, s taken positive (else all signs turn), they are above the largest pole, where F
+rises and the only root is the nearest point of all, or between the two largest poles, where F falls in s. (Moré,
+Sorensen: Computing a trust region step, SIAM J. Sci. Stat. Comput. 4, 1983; Martínez: Local minimizers of quadratic
+functions on Euclidean balls and spheres, SIAM J. Optim. 4, 1994; Eberly: Distance from a point to an ellipse, an
+ellipsoid, or a hyperellipsoid.)
 
 Where g_i is zero the root may be the pole itself, and v_i is free: a center, an axis, a plane of symmetry. There g_i is
 set to 2^-50 of the value that moving the point by its distance would give it, and the general formulas apply. The
@@ -31,12 +32,14 @@ NEAR_POLE = 2.0**-50
 _STEPS = 200
 _CLOSE = 1.0 + 2.0**-50
 NONE = -1.0  # in place of a root w: no root
-FLAT = 2.0**-40
-"""Size below which a coefficient, of terms of about 1, counts as zero."""
 
 
 class Secular(NamedTuple):
-    """The terms of a secular equation, a0 <= a1 <= a2, of about 1."""
+    """The terms of a secular equation, a0 <= a1 <= a2, of about 1.
+
+    About an origin near the quadric f(p) = constant + sum 2 b_i p_i + a_i p_i², x is the query point there, and
+    value = f(x), g_i = a_i x_i + b_i.
+    """
 
     value: float
     g0: float
@@ -45,78 +48,59 @@ class Secular(NamedTuple):
     a0: float
     a1: float
     a2: float
+    constant: float
+    x0: float
+    x1: float
+    x2: float
+    b0: float
+    b1: float
+    b2: float
 
 
 @inline
 def least_bend(equation: Secular, length: float) -> Secular:
     """Return the equation with g0 raised to its least value (`NEAR_POLE`), for a point at `length` from its surface."""
-    value, g0, g1, g2, a0, a1, a2 = equation
+    value, g0, g1, g2, a0, a1, a2, constant, x0, x1, x2, b0, b1, b2 = equation
     least = abs(a0) * length * NEAR_POLE
-    g0 = math.copysign(least, g0) if abs(g0) < least else g0
-    return Secular(value, g0, g1, g2, a0, a1, a2)
-
-
-@inline
-def flatten_secular(equation: Secular, least: float) -> Secular:
-    """Return the equation without those g_i, along axes that do not bend, which are below `least`: rounding alone."""
-    value, g0, g1, g2, a0, a1, a2 = equation
-    g0 = 0.0 if (abs(a0) <= FLAT) & (abs(g0) <= least) else g0
-    g1 = 0.0 if (abs(a1) <= FLAT) & (abs(g1) <= least) else g1
-    g2 = 0.0 if (abs(a2) <= FLAT) & (abs(g2) <= least) else g2
-    return Secular(value, g0, g1, g2, a0, a1, a2)
+    if abs(g0) < least:
+        g0 = math.copysign(least, g0)
+        x0 = (g0 - b0) / a0
+    return Secular(value, g0, g1, g2, a0, a1, a2, constant, x0, x1, x2, b0, b1, b2)
 
 
 @inline
 def negate_secular(equation: Secular) -> Secular:
     """Return the equation of -f."""
-    value, g0, g1, g2, a0, a1, a2 = equation
-    return Secular(-value, -g2, -g1, -g0, -a2, -a1, -a0)
+    value, g0, g1, g2, a0, a1, a2, constant, x0, x1, x2, b0, b1, b2 = equation
+    return Secular(-value, -g2, -g1, -g0, -a2, -a1, -a0, -constant, x2, x1, x0, -b2, -b1, -b0)
 
 
 @inline
-def _term(g: float, beyond: float, more: float) -> tuple[float, float]:
-    """Return (g² (2 s + a) / (s + a)², its derivative by s) for beyond = s + a, more = s; zero where g is zero."""
-    if g == 0.0:
-        return 0.0, 0.0
-    q = g / beyond
-    return q * q * (more + beyond), -2.0 * (q * q) * (more / beyond)
+def _part(g: float, a: float, b: float, x: float, beyond: float, s: float) -> tuple[float, float]:
+    """Return (the part of f along an axis at p = x + v(s), its derivative by s), for beyond = s + a.
 
-
-@inline
-def _far_term(g: float, a: float, beyond: float, more: float) -> tuple[float, float]:
-    """Return `_term`, less g² / a where the axis bends: the share of the value at the center."""
-    f, slope = _term(g, beyond, more)
-    if abs(a) <= FLAT:
-        return f, slope
-    q = g * (more / beyond)
-    return -q * q / a, slope
-
-
-@inline
-def _above(e: Secular, center: float, pole: float, w: float) -> tuple[float, float]:
-    """Return (F, its slope) at s = pole + w.
-
-    `center` is the value at the quadric's center for a point far away, where `value` and its terms cancel, else NaN.
-    There F = center + sum (g_i s / (s + a_i))² / a_i, over the axes that bend.
+    p = x - g / (s + a) = (s x - b) / (s + a), without the cancellation for a point far from the surface.
     """
+    r = 1.0 / beyond
+    p, q, share = (s * r) * x - b * r, g * r, s * r
+    return p * (a * p + 2.0 * b), 2.0 * (q * q) * share
+
+
+@inline
+def _above(e: Secular, pole: float, w: float) -> tuple[float, float]:
+    """Return (F, its slope) at s = pole + w."""
     s = pole + w
-    if center == center:
-        f0, d0 = _far_term(e.g0, e.a0, w + (e.a0 + pole), s)
-        f1, d1 = _far_term(e.g1, e.a1, w + (e.a1 + pole), s)
-        f2, d2 = _far_term(e.g2, e.a2, w + (e.a2 + pole), s)
-        return center - ((f0 + f1) + f2), -((d0 + d1) + d2)
-    f0, d0 = _term(e.g0, w + (e.a0 + pole), s)
-    f1, d1 = _term(e.g1, w + (e.a1 + pole), s)
-    f2, d2 = _term(e.g2, w + (e.a2 + pole), s)
-    return e.value - ((f0 + f1) + f2), -((d0 + d1) + d2)
+    f0, d0 = _part(e.g0, e.a0, e.b0, e.x0, w + (e.a0 + pole), s)
+    f1, d1 = _part(e.g1, e.a1, e.b1, e.x1, w + (e.a1 + pole), s)
+    f2, d2 = _part(e.g2, e.a2, e.b2, e.x2, w + (e.a2 + pole), s)
+    return e.constant + ((f0 + f1) + f2), (d0 + d1) + d2
 
 
 @helper
-def nearest_root(e: Secular, center: float) -> float:
+def nearest_root(e: Secular) -> float:
     """Return w of the root s = pole + w, pole = max(0, -a0), rounded so that F >= 0 holds; NONE for no root.
 
-    Relies on value > 0. |v| at that w is a lower bound of the distance: points with f < F(s) are farther away. `center`
-    is that of `_above`.
+    Relies on value > 0. |v| at that w is a lower bound of the distance: points with f < F(s) are farther away.
     """
     pole = max(0.0, -e.a0)
     slope = math.sqrt(e.g0 * e.g0 + e.g1 * e.g1 + e.g2 * e.g2)
@@ -125,11 +109,11 @@ def nearest_root(e: Secular, center: float) -> float:
     high = max(slope * (slope + math.sqrt(slope * slope + e.value)) / e.value, pole)
     # Bracket the root: F >= 0 at high, F < 0 at low
     steps = 0
-    while _above(e, center, pole, high)[0] < 0.0 and steps < _STEPS:
+    while _above(e, pole, high)[0] < 0.0 and steps < _STEPS:
         high, steps = 8.0 * high, steps + 1
     # The factor is squared each time: a root near the pole may be many orders of magnitude below
     low, factor = high, 0.5
-    while _above(e, center, pole, low)[0] >= 0.0 and steps < _STEPS:
+    while _above(e, pole, low)[0] >= 0.0 and steps < _STEPS:
         high, low, factor, steps = low, low * factor, factor * factor, steps + 1
         if low < 1e-200:
             return NONE
@@ -138,7 +122,7 @@ def nearest_root(e: Secular, center: float) -> float:
     for k in range(_STEPS):
         if high <= low * _CLOSE:
             break
-        value, slope = _above(e, center, pole, w)
+        value, slope = _above(e, pole, w)
         if value >= 0.0:
             high = w
         else:
@@ -147,7 +131,7 @@ def nearest_root(e: Secular, center: float) -> float:
         inside = (step > low) & (step < high)
         if inside & (abs(step - w) <= 2.0**-51 * w):
             w = step * (1.0 + 2.0**-50)
-            if w < high and _above(e, center, pole, w)[0] >= 0.0:
+            if w < high and _above(e, pole, w)[0] >= 0.0:
                 high = w
                 break
             w = math.sqrt(low) * math.sqrt(high)
@@ -174,22 +158,13 @@ def place_below(e: Secular, w: float) -> tuple[float, float, float]:
 
 
 @inline
-def _falling(g: float, gap: float, s: float) -> tuple[float, float]:
-    """Return (g² (2 s + a) / (s + a)², g² 2 s / (s + a)³) for gap = s + a > 0."""
-    if g == 0.0:
-        return 0.0, 0.0
-    q = g / gap
-    return q * q * (s + gap), 2.0 * (q * q) * (s / gap)
-
-
-@inline
 def _sums(e: Secular, w: float) -> tuple[float, float, float, float]:
-    """Return, at s = -a0 - w, the term of the pole, the sum of the other terms, and the absolute slopes of both."""
+    """Return, at s = -a0 - w, minus the part of the pole, minus the sum of the others, and the absolute slopes."""
     s = -e.a0 - w
-    q = e.g0 / w
-    f1, d1 = _falling(e.g1, (e.a1 - e.a0) - w, s)
-    f2, d2 = _falling(e.g2, (e.a2 - e.a0) - w, s)
-    return q * q * (s - w), f1 + f2, 2.0 * (q * q) * (s / w), d1 + d2
+    f0, d0 = _part(e.g0, e.a0, e.b0, e.x0, -w, s)
+    f1, d1 = _part(e.g1, e.a1, e.b1, e.x1, (e.a1 - e.a0) - w, s)
+    f2, d2 = _part(e.g2, e.a2, e.b2, e.x2, (e.a2 - e.a0) - w, s)
+    return -f0, -(f1 + f2), -d0, d1 + d2
 
 
 @helper
@@ -209,8 +184,8 @@ def next_root(e: Secular, start: float) -> tuple[float, float]:
         b = max(min(a * more, end - 0.25 * (end - a)), a * (1.0 + 2.0**-45))
         t0, u0, _, _ = _sums(e, a)
         t1, u1, _, _ = _sums(e, b)
-        low, high, rises = e.value - t0 - u0, e.value - t1 - u1, _least_rise(e, a, b) > 0.0
-        none = (e.value - t0 - u1 > 0.0) | (e.value - t1 - u0 < 0.0) | (_most_rise(e, a, b) < 0.0)
+        low, high, rises = e.constant - t0 - u0, e.constant - t1 - u1, _least_rise(e, a, b) > 0.0
+        none = (e.constant - t0 - u1 > 0.0) | (e.constant - t1 - u0 < 0.0) | (_most_rise(e, a, b) < 0.0)
         if none or (rises and (low >= 0.0) == (high >= 0.0)):
             a, more = b, min(more * more, 16.0)
         elif rises:
@@ -256,7 +231,7 @@ def _between(e: Secular, low: float, high: float) -> float:
             break
         w = math.sqrt(low) * math.sqrt(high)
         t, u, p, r = _sums(e, w)
-        value, slope = e.value - t - u, p - r
+        value, slope = e.constant - t - u, p - r
         step = w - value / slope if slope > 0.0 else 0.0
         if value >= 0.0:
             high = w
@@ -264,7 +239,7 @@ def _between(e: Secular, low: float, high: float) -> float:
             low = w
         if (step > low) & (step < high):
             t, u, p, r = _sums(e, step)
-            value = e.value - t - u
+            value = e.constant - t - u
             if value >= 0.0:
                 high = step
             else:
@@ -290,6 +265,7 @@ def _between(e: Secular, low: float, high: float) -> float:
 STEPS = 14
 _LAST_STEP = 2.0**-26
 """Largest change of the last step, which doubles the digits, as a share of w."""
+_LAST_STEPS = 4
 
 
 class PositiveSecular(NamedTuple):
@@ -402,6 +378,15 @@ def root_above(e: Secular) -> float:
     for _ in range(STEPS):
         at = next_step(equation, at)
         if at.done == 1.0:
-            w = safe_root(equation, at.w)
-            return w if w < math.inf else nearest_root(e, math.nan)
-    return nearest_root(e, math.nan)
+            w = at.w
+            # T cancels with f where the surface is much nearer to its center than to the point
+            for _ in range(_LAST_STEPS):
+                f, slope = _above(e, equation.pole, w)
+                step = f / slope
+                if not abs(step) < 0.5 * w:
+                    break
+                w -= step
+                if abs(step) <= _LAST_STEP * w:
+                    return w
+            break
+    return nearest_root(e)

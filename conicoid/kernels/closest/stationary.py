@@ -6,40 +6,45 @@ import math
 from typing import NamedTuple
 
 from ..._jit.decorators import helper, inline
+from .. import tables as table
 from ..numbers.vectors import dot
-from ..tables import Geometry
+from ..surface.records import anchor_of, load_quadric, load_sphere
+from ..tables import SPHERE, Geometry, integer
 from .form import (
     ROUNDED,
+    Axes,
     Directions,
     SurfaceForm,
     bend_times,
     form_at,
     jacobi_rotation,
     length_of,
+    parts_along,
     perpendicular_axes,
+    principal_axes,
     reverse_axes,
-    rounding_within,
-    value_along,
+    sort_axes,
 )
-from .neighbourhood import Neighbourhood, equation_of, limit
+from .neighbourhood import Neighbourhood, limit
 from .secular import (
-    FLAT,
     NONE,
     Secular,
-    flatten_secular,
     least_bend,
-    nearest_root,
     negate_secular,
     next_root,
     place_above,
     place_below,
     root_above,
 )
-from .walls import CERTAIN_WALL, WallQuery, try_point
+from .walls import CERTAIN_WALL, SLANTED, UNSETTLED, WallQuery, settle_point, try_point
 
 _ROOTS = 6  # most stationary points of a quadric
-_FAR = 2.0**-30  # the value at the center, as a share of that at the query point, below which the point is far away
 _NOWHERE = 2.0**-100  # least w of the search, as a share of the pole
+_POINT_SHARE = 2.0**-44  # share of its terms below which a value counts as zero: of a circle's square, at a center
+_APEX = 2.0**-30  # s, as a share of the pole, at which a stationary point counts as the apex, which is tried itself
+_ACROSS = 2.0**-50  # largest cosine between rows of a record that are its principal axes
+_NO_BEND = 2.0**-48
+"""Size of a coefficient, as a share of its terms, below which it counts as zero where it was computed from others."""
 
 
 class EquationFrame(NamedTuple):
@@ -49,7 +54,8 @@ class EquationFrame(NamedTuple):
     base_y: float
     base_z: float
     along: Directions
-    known: float  # error of a found point, as a share of the sizes of query point and displacement (`try_point`)
+    known: float  # error of a conic's plane, as a share of the sizes of query point and displacement; infinite for none
+    curved: int  # the near surface
 
 
 @inline
@@ -73,9 +79,33 @@ def _try(
     x: float,
     y: float,
     z: float,
+    slack: float,
 ) -> int:
-    """Try the point at displacement (x, y, z)."""
-    return try_point(geometry, room, at, count, x, y, z, rounding_share(at, frame.known, x, y, z), 0.0)
+    """Try the point at displacement (x, y, z); `slack` is that of `try_point`."""
+    known = conic_error(geometry, room, at, frame, x, y, z)
+    found = try_point(geometry, room, at, count, x, y, z, known, 0.0, slack)
+    if found == SLANTED:
+        x, y, z, slack = settle_point(geometry, room, at, count, x, y, z)
+        found = try_point(geometry, room, at, count, x, y, z, math.inf, 0.0, slack)
+    return found
+
+
+@inline
+def conic_error(
+    geometry: Geometry, room: Neighbourhood, at: WallQuery, frame: EquationFrame, x: float, y: float, z: float
+) -> float:
+    """Return an error bound of the point at a displacement, on the conic of a surface in a plane known so well."""
+    if not frame.known < math.inf:
+        return math.inf
+    form = form_at(geometry, room.surface[frame.curved], at.x + x, at.y + y, at.z + z)
+    e = frame.along
+    u, v = dot(e.x0, e.y0, e.z0, form.gx, form.gy, form.gz), dot(e.x1, e.y1, e.z1, form.gx, form.gy, form.gz)
+    inner = math.sqrt(u * u + v * v)
+    if not inner > 0.0:
+        return math.inf
+    plane = rounding_share(at, frame.known, x, y, z) + ROUNDED * (form.steep / form.size)
+    # The conic moves with its plane by the cotangent of the angle between plane and surface
+    return plane * (1.0 + length_of(form.gx, form.gy, form.gz) / inner) + form.off / (2.0 * inner)
 
 
 @inline
@@ -92,15 +122,14 @@ def _try_above(
     count: int,
     e: Secular,
     frame: EquationFrame,
-    center: float,
 ) -> int:
-    """Try the nearest point of the whole surface; `center` is that of `nearest_root`."""
-    w = nearest_root(e, center) if center == center else root_above(e)
+    """Try the nearest point of the whole surface."""
+    w = root_above(e)
     if w == NONE:
         return 0
     v0, v1, v2 = place_above(e, w)
     x, y, z = _place(frame, v0, v1, v2)
-    return _try(geometry, room, at, count, frame, x, y, z)
+    return _try(geometry, room, at, count, frame, x, y, z, UNSETTLED)
 
 
 @helper
@@ -113,36 +142,87 @@ def _try_below(
         return
     # A root at w moves the point by at least |g0| / w, so one within the limit has w >= |g0| / limit
     start, room_left = pole * _NOWHERE, limit(room)
+    # F vanishes at s = 0 as well, at the apex; a root so near to it is as far away
+    cone = (e.constant == 0.0) & (e.b0 == 0.0) & (e.b1 == 0.0) & (e.b2 == 0.0)
     if room_left < math.inf and room_left > 0.0:
         start = max(start, abs(e.g0) / room_left * (1.0 - 2.0**-20))
     for _ in range(_ROOTS):
         if not start < pole - max(0.0, -e.a1):
             return
         w, start = next_root(e, start)
-        if w != NONE:
+        if w != NONE and not (cone and pole - w <= _APEX * pole):
             v0, v1, v2 = place_below(e, w)
             x, y, z = _place(frame, v0, v1, v2)
             if length_of(x, y, z) * (1.0 - 2.0**-20) <= limit(room):
-                _try(geometry, room, at, count, frame, x, y, z)
+                _try(geometry, room, at, count, frame, x, y, z, UNSETTLED)
 
 
 @inline
 def _center(g: float, a: float) -> float:
     """Return the place of the extremum of a parabola; 0 for a line."""
-    return -g / a if abs(a) > FLAT else 0.0
+    return -g / a if a != 0.0 else 0.0
 
 
 @inline
-def _lies_far(e: Secular) -> bool:
-    """Return whether the value at the center seems to be tiny beside that at the query point, and the axes are clear.
+def _is_cone(e: Secular) -> bool:
+    """Return whether f vanishes, but for rounding, where its gradient does."""
+    f0, f1, f2 = e.b0 * _center(e.b0, e.a0), e.b1 * _center(e.b1, e.a1), e.b2 * _center(e.b2, e.a2)
+    return abs(e.constant + (f0 + f1 + f2)) <= _POINT_SHARE * (abs(e.constant) + abs(f0) + abs(f1) + abs(f2))
 
-    Each coefficient of these terms of about 1 is rounding alone, or far larger than what counts as zero.
+
+@helper
+def _axes_about(geometry: Geometry, surface: int, about: SurfaceForm) -> Axes:
+    """Return the principal axes of a curved surface; `about` is its form about any point.
+
+    The rows of most records are the axes, which keep the digits of eigenvalues far smaller than the others.
     """
-    b0, b1, b2 = abs(e.a0), abs(e.a1), abs(e.a2)
-    clear = ((b0 <= 2.0**-48) | (b0 >= 2.0**-20)) & ((b1 <= 2.0**-48) | (b1 >= 2.0**-20))
-    clear &= (b2 <= 2.0**-48) | (b2 >= 2.0**-20)
-    there = e.value + (_center(e.g0, e.a0) * e.g0 + _center(e.g1, e.a1) * e.g1 + _center(e.g2, e.a2) * e.g2)
-    return clear & (abs(there) < 2.0 * _FAR * abs(e.value))
+    if integer(geometry, table.SURFACE_KIND, surface) == SPHERE:
+        return Axes(1.0, 1.0, 1.0, Directions(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0))
+    quadric = load_quadric(geometry, integer(geometry, table.SURFACE_ROW, surface))
+    _, _, _, x0, y0, z0, x1, y1, z1, x2, y2, z2, s0, s1, s2, _, _, _, _ = quadric
+    n0, n1, n2 = length_of(x0, y0, z0), length_of(x1, y1, z1), length_of(x2, y2, z2)
+    across = abs(dot(x0, y0, z0, x1, y1, z1)) <= _ACROSS * (n0 * n1)
+    across &= abs(dot(x0, y0, z0, x2, y2, z2)) <= _ACROSS * (n0 * n2)
+    across &= abs(dot(x1, y1, z1, x2, y2, z2)) <= _ACROSS * (n1 * n2)
+    if across & (n0 > 0.0) & (n1 > 0.0) & (n2 > 0.0):
+        along = Directions(x0 / n0, y0 / n0, z0 / n0, x1 / n1, y1 / n1, z1 / n1, x2 / n2, y2 / n2, z2 / n2)
+        return sort_axes(s0 * (n0 * n0), s1 * (n1 * n1), s2 * (n2 * n2), along)
+    a0, a1, a2, along = principal_axes(about.xx, about.yy, about.zz, about.xy, about.xz, about.yz)
+    return Axes(_bend(a0, about.size), _bend(a1, about.size), _bend(a2, about.size), along)
+
+
+@inline
+def _bend(a: float, size: float) -> float:
+    """Return an eigenvalue; 0 for one that is rounding alone."""
+    return a if abs(a) > _NO_BEND * size else 0.0
+
+
+@inline
+def _tilt(b: float, a: float, steep: float) -> float:
+    """Return a linear coefficient; 0 for one along an axis that does not bend that is rounding alone."""
+    return b if (a != 0.0) | (abs(b) > _NO_BEND * steep) else 0.0
+
+
+@helper
+def equation_about(
+    geometry: Geometry, surface: int, form: SurfaceForm, x: float, y: float, z: float
+) -> tuple[Secular, Directions]:
+    """Return the secular equation of a curved surface, scaled to terms of about 1, and the axes of its v.
+
+    `form` is that of the surface about the query point (x, y, z). The equation is about the anchor.
+    """
+    cx, cy, cz = anchor_of(geometry, surface)
+    about, scale = form_at(geometry, surface, cx, cy, cz), 1.0 / form.size if form.size > 0.0 else 1.0
+    a0, a1, a2, along = _axes_about(geometry, surface, about)
+    x0, x1, x2 = parts_along(along, x - cx, y - cy, z - cz)
+    b0, b1, b2 = parts_along(along, about.gx, about.gy, about.gz)
+    b0, b1, b2 = _tilt(b0, a0, about.steep), _tilt(b1, a1, about.steep), _tilt(b2, a2, about.steep)
+    a0, a1, a2, b0, b1, b2 = a0 * scale, a1 * scale, a2 * scale, b0 * scale, b1 * scale, b2 * scale
+    e = Secular(
+        form.value * scale, a0 * x0 + b0, a1 * x1 + b1, a2 * x2 + b2, a0, a1, a2, about.value * scale,
+        x0, x1, x2, b0, b1, b2,
+    )  # fmt: skip
+    return e, along
 
 
 @helper
@@ -152,7 +232,6 @@ def try_stationary(
     at: WallQuery,
     count: int,
     k: int,
-    form: SurfaceForm,
     e: Secular,
     frame: EquationFrame,
     over: Secular,
@@ -160,44 +239,41 @@ def try_stationary(
 ) -> None:
     """Try all local minima of the distance on f = 0, whose points lie on the first `count` surfaces of room.chosen.
 
-    f is that of near surface k, and `form` it about the query point. `over` and `back` are the equation of -f, and its
+    f is that of near surface k. `over` and `back` are the equation of -f, and its
     frame. Besides the roots it tries the point where the gradient vanishes: the apex of a cone, or the crossing of a
     conic that is two lines.
     """
     # About the distance, for `least_bend`
     length = abs(e.value) / (length_of(e.g0, e.g1, e.g2) + math.sqrt(abs(e.value)) + 1e-300)
     plain, other, found = least_bend(e, length), least_bend(over, length), 0
-    value = error = center = math.nan
-    if _lies_far(e):
-        # Values about the query point are rounded by more than the surface is wide
-        x, y, z = _place(frame, _center(e.g0, e.a0), _center(e.g1, e.a1), _center(e.g2, e.a2))
-        about, scale = form_at(geometry, room.surface[k], at.x + x, at.y + y, at.z + z), 1.0 / form.size
-        moved = rounding_share(at, 2.0**-50, x, y, z)
-        # A cone's value is 0 there, and a slender one would count as a rod of no width
-        wide = abs(about.value) > max(64.0 * about.off, 16.0 * form.size * moved * moved)
-        if wide & (abs(about.value) * scale < _FAR * abs(e.value)):
-            steep = length_of(about.gx, about.gy, about.gz)
-            value, error = about.value, about.off + (2.0 * steep + form.size * moved) * moved
-            center, least = value * scale, ROUNDED * form.steep * scale
-            plain, other = flatten_secular(plain, least), flatten_secular(other, least)
     if e.value > 0.0:
-        found = _try_above(geometry, room, at, count, plain, frame, center)
+        found = _try_above(geometry, room, at, count, plain, frame)
     elif e.value < 0.0:
-        found = _try_above(geometry, room, at, count, other, back, -center)
+        found = _try_above(geometry, room, at, count, other, back)
     else:
-        found = _try(geometry, room, at, count, frame, frame.base_x, frame.base_y, frame.base_z)
+        found = _try(geometry, room, at, count, frame, frame.base_x, frame.base_y, frame.base_z, UNSETTLED)
     if found == CERTAIN_WALL:
         return
-    # Far outside of an ellipse there is one local minimum
-    elliptic = (e.a0 >= -FLAT) if e.value > 0.0 else (e.a2 <= FLAT)
-    if not (elliptic and center == center):
-        _try_below(geometry, room, at, count, plain, frame)
-        _try_below(geometry, room, at, count, other, back)
+    _try_below(geometry, room, at, count, plain, frame)
+    _try_below(geometry, room, at, count, other, back)
+    if count == 1 and not _is_cone(e):
+        return
     x, y, z = _place(frame, _center(e.g0, e.a0), _center(e.g1, e.a1), _center(e.g2, e.a2))
-    if center != center:
-        value, error = value_along(form, x, y, z), rounding_within(form, length_of(x, y, z))
-    if abs(value) <= 64.0 * error:
-        _try(geometry, room, at, count, frame, x, y, z)
+    # Values about the query point are rounded by more than the surface is wide where it is far
+    about, moved = (
+        form_at(geometry, room.surface[k], at.x + x, at.y + y, at.z + z),
+        rounding_share(at, 2.0**-50, x, y, z),
+    )
+    steep = length_of(about.gx, about.gy, about.gz)
+    if abs(about.value) <= 64.0 * (about.off + (2.0 * steep + about.size * moved) * moved):
+        _try(geometry, room, at, count, frame, x, y, z, 0.0)
+
+
+@inline
+def unit_along(x: float, y: float, z: float, ex: float, ey: float, ez: float) -> tuple[float, float, float]:
+    """Return the unit vector along a vector, (ex, ey, ez) for no length."""
+    length = length_of(x, y, z)
+    return (x / length, y / length, z / length) if length > 0.0 else (ex, ey, ez)
 
 
 @helper
@@ -207,14 +283,21 @@ def try_face(geometry: Geometry, room: Neighbourhood, at: WallQuery, k: int, fla
     room.chosen[0] = k
     if flat:
         h = -2.0 * form.value
-        try_point(geometry, room, at, 1, h * form.gx, h * form.gy, h * form.gz, math.inf, 0.0)
+        try_point(geometry, room, at, 1, h * form.gx, h * form.gy, h * form.gz, math.inf, 0.0, 0.0)
         return
-    e, along = equation_of(form)
+    if integer(geometry, table.SURFACE_KIND, room.surface[k]) == SPHERE:
+        # About its center all directions are as near
+        radius = load_sphere(geometry, integer(geometry, table.SURFACE_ROW, room.surface[k])).radius
+        ux, uy, uz = unit_along(form.gx, form.gy, form.gz, 1.0, 0.0, 0.0)
+        x, y, z = radius * ux - form.gx, radius * uy - form.gy, radius * uz - form.gz
+        try_point(geometry, room, at, 1, x, y, z, math.inf, 0.0, 0.0)
+        return
+    e, along = equation_about(geometry, room.surface[k], form, at.x, at.y, at.z)
     frame, back = (
-        EquationFrame(0.0, 0.0, 0.0, along, math.inf),
-        EquationFrame(0.0, 0.0, 0.0, reverse_axes(along), math.inf),
+        EquationFrame(0.0, 0.0, 0.0, along, math.inf, k),
+        EquationFrame(0.0, 0.0, 0.0, reverse_axes(along), math.inf, k),
     )
-    try_stationary(geometry, room, at, 1, k, form, e, frame, negate_secular(e), back)
+    try_stationary(geometry, room, at, 1, k, e, frame, negate_secular(e), back)
 
 
 @helper
@@ -232,9 +315,25 @@ def try_conic(
     known: float,
 ) -> None:
     """Try the local minima of the distance to the conic of near surface k, f = 0, n·v = h; n is a unit vector."""
+    # The equation is about the foot of the anchor in the plane
     bx, by, bz = h * nx, h * ny, h * nz
-    cx, cy, cz = bend_times(form, bx, by, bz)
-    gx, gy, gz = form.gx + cx, form.gy + cy, form.gz + cz
+    cx, cy, cz = anchor_of(geometry, room.surface[k])
+    dx, dy, dz = cx - at.x, cy - at.y, cz - at.z
+    above = dot(nx, ny, nz, dx, dy, dz) - h
+    if integer(geometry, table.SURFACE_KIND, room.surface[k]) == SPHERE:
+        # A circle about (ox, oy, oz), which lies in the plane within rounding
+        ox, oy, oz = dx - above * nx, dy - above * ny, dz - above * nz
+        radius = load_sphere(geometry, integer(geometry, table.SURFACE_ROW, room.surface[k])).radius
+        square = (radius - above) * (radius + above)
+        ux, uy, uz, vx, vy, vz = perpendicular_axes(nx, ny, nz)
+        frame = EquationFrame(bx, by, bz, Directions(ux, uy, uz, vx, vy, vz, 0.0, 0.0, 0.0), known, k)
+        ex, ey, ez = unit_along(bx - ox, by - oy, bz - oz, ux, uy, uz)
+        if square >= -_POINT_SHARE * radius * radius:
+            radius = math.sqrt(max(square, 0.0))
+            x, y, z = ox + radius * ex, oy + radius * ey, oz + radius * ez
+            _try(geometry, room, at, count, frame, x, y, z, 0.0)
+        return
+    about = form_at(geometry, room.surface[k], cx - above * nx, cy - above * ny, cz - above * nz)
     ux, uy, uz, vx, vy, vz = perpendicular_axes(nx, ny, nz)
     au, bu, cu = bend_times(form, ux, uy, uz)
     av, bv, cv = bend_times(form, vx, vy, vz)
@@ -247,12 +346,16 @@ def try_conic(
     )  # fmt: skip
     if q < p:
         p, q, ux, uy, uz, vx, vy, vz = q, p, vx, vy, vz, ux, uy, uz
+    p, q = _bend(p, form.size), _bend(q, form.size)
     scale = 1.0 / form.size if form.size > 0.0 else 1.0
-    value, gu, gv = value_along(form, bx, by, bz) * scale, dot(ux, uy, uz, gx, gy, gz), dot(vx, vy, vz, gx, gy, gz)
-    gu, gv, p, q = gu * scale, gv * scale, p * scale, q * scale
+    xu, xv = -dot(ux, uy, uz, dx, dy, dz), -dot(vx, vy, vz, dx, dy, dz)
+    bu = _tilt(dot(ux, uy, uz, about.gx, about.gy, about.gz), p, about.steep) * scale
+    bv = _tilt(dot(vx, vy, vz, about.gx, about.gy, about.gz), q, about.steep) * scale
+    p, q, constant = p * scale, q * scale, about.value * scale
+    value = constant + (xu * (p * xu + 2.0 * bu) + xv * (q * xv + 2.0 * bv))
     # Two terms: the third axis repeats the second one's pole, with no share in the gradient
-    e = Secular(value, gu, gv, 0.0, p, q, q)
-    over = Secular(-value, -gv, -gu, 0.0, -q, -p, -p)
-    frame = EquationFrame(bx, by, bz, Directions(ux, uy, uz, vx, vy, vz, 0.0, 0.0, 0.0), known)
-    back = EquationFrame(bx, by, bz, Directions(vx, vy, vz, ux, uy, uz, 0.0, 0.0, 0.0), known)
-    try_stationary(geometry, room, at, count, k, form, e, frame, over, back)
+    e = Secular(value, p * xu + bu, q * xv + bv, 0.0, p, q, q, constant, xu, xv, 0.0, bu, bv, 0.0)
+    over = Secular(-value, -(q * xv + bv), -(p * xu + bu), 0.0, -q, -p, -p, -constant, xv, xu, 0.0, -bv, -bu, 0.0)
+    frame = EquationFrame(bx, by, bz, Directions(ux, uy, uz, vx, vy, vz, 0.0, 0.0, 0.0), known, k)
+    back = EquationFrame(bx, by, bz, Directions(vx, vy, vz, ux, uy, uz, 0.0, 0.0, 0.0), known, k)
+    try_stationary(geometry, room, at, count, k, e, frame, over, back)

@@ -13,9 +13,10 @@ from .. import tables as table
 from ..body.cell import NO_PLACE, quadric_place
 from ..numbers.vectors import dot
 from ..programs import hold_program, leaf_decides, root_value, sense_of, turn_leaf
-from ..surface.records import load_quadric
-from ..tables import QUADRIC, Geometry, integer, real, whole
-from .form import SurfaceForm, bend_times, form_at, length_of
+from ..surface.quadric import QuadricRecord
+from ..surface.records import anchor_of, load_plane, load_quadric
+from ..tables import PLANE, QUADRIC, Geometry, integer, real, whole
+from .form import ROUNDED, SurfaceForm, bend_times, form_at, length_of, perpendicular_axes
 from .neighbourhood import (
     AT_X,
     AT_Y,
@@ -47,16 +48,6 @@ _POOR = 2.0**-40
 """Error, as a share of its size, from which on a projected point may be replaced by the apex of a cone."""
 
 
-class Touch(NamedTuple):
-    """A point on surfaces, its error bound, and the sine of the least angle between the surfaces there."""
-
-    x: float
-    y: float
-    z: float
-    off: float
-    sine: float
-
-
 class _Frame(NamedTuple):
     """A unit vector along the part of a unit gradient that is perpendicular to those before it; `sine`: its length."""
 
@@ -64,6 +55,18 @@ class _Frame(NamedTuple):
     y: float
     z: float
     sine: float
+
+
+class Touch(NamedTuple):
+    """A point on surfaces, its error bound, the sine of the least angle between them there, and their two frames."""
+
+    x: float
+    y: float
+    z: float
+    off: float
+    sine: float
+    one: _Frame
+    two: _Frame  # of no length for a single surface
 
 
 @inline
@@ -87,11 +90,24 @@ def _beyond(form: SurfaceForm, ux: float, uy: float, uz: float, vx: float, vy: f
 def surface_distance(form: SurfaceForm) -> float:
     """Return about an upper bound of the distance to f = 0, from value and gradient, or from A for small gradients."""
     value, g = abs(form.value) + form.off, length_of(form.gx, form.gy, form.gz)
-    # Newton's |f| / 2|g|, a quarter more for the curvature, where the gradient is large enough; near a double root f
-    # grows as |A| d²
+    # Newton's |f| / 2|g|, a quarter more for the curvature, where the gradient is large enough
     if g * g > 4.0 * form.size * value:
         return value / (2.0 * g) * 1.25
-    return math.sqrt(value / form.size) if form.size > 0.0 else math.inf
+    return _distance_along(form, value, g)
+
+
+@helper
+def _distance_along(form: SurfaceForm, value: float, g: float) -> float:
+    """Return about the distance to f = 0 along the gradient, for |f| = `value` and |g| = `g`; infinite for no root."""
+    sure = g - ROUNDED * form.steep
+    if sure > 0.0:
+        ax, ay, az = bend_times(form, form.gx, form.gy, form.gz)
+        bend = math.copysign(1.0, form.value) * dot(ax, ay, az, form.gx, form.gy, form.gz) / (g * g)
+        square = sure * sure - bend * value
+        if square >= 0.0:
+            return value / (sure + math.sqrt(square)) * 1.25
+    # Where f is rounding alone, at an apex, it grows as |A| d²
+    return math.sqrt(value / form.size) if (form.size > 0.0) & (abs(form.value) <= 4.0 * form.off) else math.inf
 
 
 @inline
@@ -106,7 +122,7 @@ def _step(form: SurfaceForm, frame: _Frame, done: float) -> float:
 @helper
 def project_point(geometry: Geometry, room: Neighbourhood, count: int, x: float, y: float, z: float) -> Touch:
     """Project a point onto the first `count` of room.chosen, 1 to 3 surfaces, by Newton steps of least length."""
-    off, sine = 0.0, 1.0
+    off, sine, a, b = 0.0, 1.0, _Frame(0.0, 0.0, 0.0, 0.0), _Frame(0.0, 0.0, 0.0, 0.0)
     for k in range(_ROUNDS):
         one = form_at(geometry, room.surface[room.chosen[0]], x, y, z)
         a = _beyond(one, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -133,7 +149,7 @@ def project_point(geometry: Geometry, room: Neighbourhood, count: int, x: float,
     for k in range(count):
         if off > _POOR * (abs(x) + abs(y) + abs(z)):
             x, y, z, off = _at_apex(geometry, room, count, k, x, y, z, off)
-    return Touch(x, y, z, off, sine)
+    return Touch(x, y, z, off, sine, a, b)
 
 
 @helper
@@ -254,12 +270,19 @@ def nearest_of_polygon(geometry: Geometry, polygon: int, x: float, y: float, z: 
 
 _MOST = 6
 """Most surfaces through one point whose sides are tried in all combinations."""
-_STEP_SHARE = 2.0**-42
-"""Step, as a share of a point's size, to points beside it, which decide where its surfaces touch or are many."""
-_VAGUE, _FAR = 2.0**-16, 2.0**-36
-"""Largest errors of a reported point, as shares of its size, and of its size plus its distance: with a larger error its
-surfaces need not meet at all."""
-NO_WALL, POSSIBLE_WALL, CERTAIN_WALL = 0, 1, 2
+_SHORT_STEP, _LONG_STEP = 2.0**-48, 2.0**-42
+"""Steps, as shares of a point's size, to points beside it, which decide where its surfaces touch or are many."""
+_VAGUE, _FAR, _OFFSET = 2.0**-16, 2.0**-36, 2.0**-44
+"""Largest errors of a reported point, as shares of its size, of its size plus its distance, and of the distance of its
+surface's anchor: with a larger error its surfaces need not meet at all."""
+_STILL = 2.0**-30
+"""Largest part along its surfaces, as a share, of the vector to a nearest point. Moving the point along them would gain
+about the square of this share."""
+_SETTLED = 2.0**-52
+"""Gain of a further step, as a share of the distance, at which a point counts as a local minimum of it."""
+NO_WALL, POSSIBLE_WALL, CERTAIN_WALL, SLANTED = 0, 1, 2, 3
+UNSETTLED = -1.0
+"""As a slack: the point has not been settled."""
 
 
 class WallQuery(NamedTuple):
@@ -407,7 +430,35 @@ def _straddles_wall(geometry: Geometry, room: Neighbourhood, x: float, y: float,
                 p, q, r = 1.0 if k & 1 else -1.0, 1.0 if k & 2 else -1.0, 0.5 if k & 4 else -0.5
                 dx, dy, dz = p * ux + q * vx + r * lx, p * uy + q * vy + r * ly, p * uz + q * vz + r * lz
                 found |= _side_beside(geometry, room, x + step * dx, y + step * dy, z + step * dz)
+    # A needle has these only about its axis
+    for i in range(room.sizes[SURFACES] if found != 3 else 0):
+        if integer(geometry, table.SURFACE_KIND, room.surface[i]) == QUADRIC:
+            quadric = load_quadric(geometry, integer(geometry, table.SURFACE_ROW, room.surface[i]))
+            for k in range(24):
+                ax, ay, az, square = _row(quadric, k % 3)
+                bx, by, bz, one = _row(quadric, (k + 1) % 3)
+                cx, cy, cz, two = _row(quadric, (k + 2) % 3)
+                h, u, v = step if k < 12 else -step, _narrow(square, one), _narrow(square, two)
+                u, v = u if k // 3 & 1 else -u, v if k // 6 & 1 else -v
+                dx, dy, dz = ax + u * bx + v * cx, ay + u * by + v * cy, az + u * bz + v * cz
+                found |= _side_beside(geometry, room, x + h * dx, y + h * dy, z + h * dz)
     return found == 3
+
+
+@inline
+def _row(quadric: QuadricRecord, i: int) -> tuple[float, float, float, float]:
+    """Return a row of a quadric, and its square."""
+    if i == 0:
+        return quadric.w00, quadric.w01, quadric.w02, quadric.s0
+    if i == 1:
+        return quadric.w10, quadric.w11, quadric.w12, quadric.s1
+    return quadric.w20, quadric.w21, quadric.w22, quadric.s2
+
+
+@inline
+def _narrow(square: float, other: float) -> float:
+    """Return a share of the slope of a cone about an axis, of 0.4 at most."""
+    return 0.4 * math.sqrt(min(1.0, abs(square / other))) if other != 0.0 else 0.4
 
 
 @inline
@@ -452,14 +503,17 @@ def try_point(
     vz: float,
     known: float,
     least: float,
+    slack: float,
 ) -> int:
     """Try x + v on the first `count` of room.chosen as the nearest wall; return NO_, POSSIBLE_ or CERTAIN_WALL.
 
     `known` is an error bound of the point from other sources than its projection; infinite for none. `least` is a lower
-    bound of the distance to all common points of the chosen surfaces.
+    bound of the distance to all common points of the chosen surfaces. `slack`: how much nearer these may
+    come beside the point, a local minimum of their distance. With UNSETTLED the vector is tested first, and nothing
+    is done but to return SLANTED where it slants to them.
     """
     # The point on the surfaces, with the better of two error bounds
-    x, y, z, off, sine = project_point(geometry, room, count, at.x + vx, at.y + vy, at.z + vz)
+    x, y, z, off, sine, one, two = project_point(geometry, room, count, at.x + vx, at.y + vy, at.z + vz)
     if known < off:
         x, y, z, off = at.x + vx, at.y + vy, at.z + vz, known
     distance = length_of(x - at.x, y - at.y, z - at.z)
@@ -469,6 +523,8 @@ def try_point(
         return NO_WALL
     if room.sizes[WITHIN] > 0 and not is_within(geometry, whole(room.sizes[WITHIN]) - 1, x, y, z):
         return NO_WALL
+    if slack == UNSETTLED and _slant(one, two, x - at.x, y - at.y, z - at.z) > _STILL * distance + off:
+        return SLANTED
     # A wall, if the body differs between combinations of sides of the surfaces through the point
     many = put_signs(geometry, room, count, x, y, z, off)
     sheet, turned, between = room.sizes[SHEET_OF] == 1, 0, 0
@@ -485,24 +541,30 @@ def try_point(
         between = max(_turning_sides(values, many, turned), 0)
     elif _is_wholly(geometry, room, True) or _is_wholly(geometry, room, False):
         return NO_WALL
-    room.best[LOWER] = min(room.best[LOWER], max(distance - off, min(least, distance)))
+    room.best[LOWER] = min(room.best[LOWER], max(distance - off - max(slack, 0.0), min(least, distance)))
     wall = room.chosen[turned]
+    wide = 0.0
     if count < many <= 3:
-        sine = min(sine, project_point(geometry, room, many, x, y, z).sine)
+        common = project_point(geometry, room, many, x, y, z)
+        sine, wide = min(sine, common.sine), common.off + length_of(common.x - x, common.y - y, common.z - z)
     # Tangent or many surfaces: their combinations of sides need not all occur, so points beside decide
     if many > 3 or sine < TANGENT:
         first, second, third = room.chosen[0], room.chosen[1], room.chosen[2]
-        step = max(_STEP_SHARE * (abs(x) + abs(y) + abs(z) + distance), 16.0 * off)
+        far = abs(x) + abs(y) + abs(z) + distance
+        step = max(_SHORT_STEP * far, 2.0 * off)
         proved = not sheet and _straddles_wall(geometry, room, x, y, z, step)
+        if not (proved or sheet):
+            step = max(_LONG_STEP * far, 16.0 * off)
+            proved = _straddles_wall(geometry, room, x, y, z, step)
         put_signs(geometry, room, 0, x, y, z, off)
         room.chosen[0], room.chosen[1], room.chosen[2] = first, second, third
         if not proved:
             return POSSIBLE_WALL
-        off += 2.0 * step
+        off += 2.25 * step
     elif many > count:
-        off += 4.0 * off / sine
+        off = max(off, wide)  # a wall is sure to be at the common point alone
     size = abs(x) + abs(y) + abs(z)
-    if off > max(_VAGUE * size, _FAR * (size + distance)):
+    if off > max(max(_VAGUE * size, _FAR * (size + distance)), _OFFSET * _reach(geometry, room, x, y, z)):
         return POSSIBLE_WALL
     room.best[UPPER] = min(room.best[UPPER], distance + off)
     if not sheet and many <= _MOST:  # of the point's surroundings, where the wall's own sides differ
@@ -510,6 +572,77 @@ def try_point(
             room.sign[room.chosen[i]] = 0 if i == turned else (1 if (between >> i) & 1 else -1)
     keep_wall(geometry, room, at, wall, x, y, z, distance)
     return CERTAIN_WALL
+
+
+@inline
+def _slant(one: _Frame, two: _Frame, x: float, y: float, z: float) -> float:
+    """Return the length of a vector's part along the surfaces of two frames; 0 where they touch or have no gradient."""
+    along, across = dot(one.x, one.y, one.z, x, y, z), dot(two.x, two.y, two.z, x, y, z)
+    x, y, z = x - along * one.x - across * two.x, y - along * one.y - across * two.y, z - along * one.z - across * two.z
+    return length_of(x, y, z) if (one.sine > 0.0) & ((two.sine == 0.0) | (two.sine >= TANGENT)) else 0.0
+
+
+@helper
+def settle_point(
+    geometry: Geometry, room: Neighbourhood, at: WallQuery, count: int, x: float, y: float, z: float
+) -> tuple[float, float, float, float]:
+    """Return (a displacement near another where the distance is stationary, what a further step along would gain).
+
+    Newton's method on the first `count` of room.chosen, 1 or 2: with Lagrange's function |v|² / 2 + sum m_i f_i / 2 its
+    gradient along the surfaces is r, its second derivative H = 1 + sum m_i A_i, a step H^-1 r gains r·H^-1 r / 2. The
+    gain is infinite where the method finds no local minimum.
+    """
+    gain = math.inf
+    for _ in range(_ROUNDS):
+        px, py, pz, _, _, one, two = project_point(geometry, room, count, at.x + x, at.y + y, at.z + z)
+        x, y, z = px - at.x, py - at.y, pz - at.z
+        f = form_at(geometry, room.surface[room.chosen[0]], px, py, pz)
+        g, distance = length_of(f.gx, f.gy, f.gz), length_of(x, y, z)
+        along, across, gain = dot(x, y, z, one.x, one.y, one.z), 0.0, math.inf
+        ux, uy, uz, vx, vy, vz = perpendicular_axes(one.x, one.y, one.z)
+        if not (g > 0.0 and distance > 0.0 and (count == 1 or two.sine >= TANGENT)):
+            break
+        m11, m12, m22 = 1.0, 0.0, 1.0
+        if count > 1:
+            # v becomes the tangent, u the second frame, along which no step is free
+            ux, uy, uz = two.x, two.y, two.z
+            vx, vy, vz = one.y * uz - one.z * uy, one.z * ux - one.x * uz, one.x * uy - one.y * ux
+            h = form_at(geometry, room.surface[room.chosen[1]], px, py, pz)
+            across = -dot(x, y, z, ux, uy, uz) / (length_of(h.gx, h.gy, h.gz) * two.sine)
+            along += across * dot(h.gx, h.gy, h.gz, one.x, one.y, one.z)
+            bx, by, bz = bend_times(h, vx, vy, vz)
+            m22 += across * dot(bx, by, bz, vx, vy, vz)
+        m = -along / g
+        ax, ay, az = bend_times(f, ux, uy, uz)
+        bx, by, bz = bend_times(f, vx, vy, vz)
+        m22 += m * dot(bx, by, bz, vx, vy, vz)
+        r1, r2 = 0.0, dot(x, y, z, vx, vy, vz)
+        if count == 1:
+            r1, m11, m12 = (
+                dot(x, y, z, ux, uy, uz),
+                m11 + m * dot(ax, ay, az, ux, uy, uz),
+                m * dot(ax, ay, az, vx, vy, vz),
+            )
+        square = m11 * m22 - m12 * m12
+        if not (square > 0.0 and m22 > 0.0):
+            break
+        d1, d2 = (m22 * r1 - m12 * r2) / square, (m11 * r2 - m12 * r1) / square
+        gain = (r1 * d1 + r2 * d2) / (2.0 * distance)
+        if gain <= _SETTLED * distance:
+            break
+        x, y, z = x - d1 * ux - d2 * vx, y - d1 * uy - d2 * vy, z - d1 * uz - d2 * vz
+    return x, y, z, gain
+
+
+@inline
+def _reach(geometry: Geometry, room: Neighbourhood, x: float, y: float, z: float) -> float:
+    """Return the distance of a point from the anchor of the first of room.chosen."""
+    surface = room.surface[room.chosen[0]]
+    if integer(geometry, table.SURFACE_KIND, surface) == PLANE:
+        plane = load_plane(geometry, integer(geometry, table.SURFACE_ROW, surface))
+        return length_of(x - plane.ax, y - plane.ay, z - plane.az)
+    ax, ay, az = anchor_of(geometry, surface)
+    return length_of(x - ax, y - ay, z - az)
 
 
 @inline
@@ -577,7 +710,7 @@ def _decides(geometry: Geometry, room: Neighbourhood, k: int, chosen: int) -> bo
 @inline
 def _try(geometry: Geometry, room: Neighbourhood, at: WallQuery, x: float, y: float, z: float) -> None:
     room.chosen[0] = 0
-    try_point(geometry, room, at, 1, x, y, z, math.inf, 0.0)
+    try_point(geometry, room, at, 1, x, y, z, math.inf, 0.0, 0.0)
 
 
 @helper
