@@ -399,14 +399,13 @@ def flatten_block(block: UniverseBlock[P]) -> tuple[list[P], FlatBlock]:
     pending = [block]
     while pending:  # a loop in place of recursion: universes may be many levels deep
         last = pending[-1]
-        inner = (
+        inner = [
             item.block for item in last.items if isinstance(item, BlockPlacement) and id(item.block) not in flat_blocks
-        )
-        first = next(inner, None)
-        if first is not None:
-            pending.append(first)
-            continue
-        flat_blocks[id(pending.pop())] = _flatten(last, pieces, forms, flat_blocks)
+        ]
+        if inner:
+            pending += reversed(inner)
+        elif id(pending.pop()) not in flat_blocks:
+            flat_blocks[id(last)] = _flatten(last, pieces, forms, flat_blocks)
     return pieces, flat_blocks[id(block)]
 
 
