@@ -78,7 +78,7 @@ def _shape_leaves(shape: Shape) -> _ShapeLeaves | None:
 def own_surfaces(leaf: Any) -> Sequence[Surface]:
     """List the surfaces of a primitive solid in its own frame, once for all its copies."""
     if leaf._face_count:
-        return leaf.surfaces  # type: ignore[no-any-return]
+        return leaf.surfaces
     found: list[Surface] | None = leaf.own_cache.get("surfaces")
     if found is None:
         found = leaf.own_cache["surfaces"] = _tree_surfaces(leaf.tree())
@@ -245,7 +245,7 @@ def _steps_across(steps: tuple[Step, ...], free: frozenset[int]) -> tuple[Step, 
             matrix = step.matrix
             free = frozenset(k for k in free if matrix[k][k] and not any(matrix[j][k] for j in range(3) if j != k))
         else:
-            free = free & {_rotation_axis(step)}  # type: ignore[operator]
+            free = free & {_rotation_axis(step)}
         if isinstance(step, Transform):
             a, b, c = ((*row[:3], 0.0) if k in free else row for k, row in enumerate(step.matrix[:3]))
             step = Transform((a, b, c, step.matrix[3]))
@@ -320,16 +320,19 @@ class ExactBodySurfaces:
         Empty for few surfaces, for which exact keys are as quick.
         """
         names: dict[int, Hashable] = {}
-        known: dict[tuple[int, tuple[Step, ...]], tuple[Shape, list[Hashable]]] = {}  # a volume may be part of another
+        # A volume may be part of another. What the ids belong to is held
+        known: dict[tuple[int, int], tuple[Shape, tuple[Step, ...], list[Hashable]]] = {}
         for body, numbers in surface_owners(self.first, indices).items() if len(indices) >= FEWEST_SURFACES else ():
             first, leaves = int(self.first[body]), _shape_leaves(self._single(body))
-            for number in numbers if leaves is not None else ():
+            if leaves is None:
+                continue
+            for number in numbers:
                 leaf, steps, own = leaves.of(number)
-                key = id(leaf), steps
+                key = id(leaf), id(steps)
                 if key not in known:
                     chain = *leaf.placement.steps, *steps
-                    known[key] = leaf, [surface_name(form, chain) for form in own_forms(leaf)]
-                names[first + number] = known[key][1][own]
+                    known[key] = leaf, steps, [surface_name(form, chain) for form in own_forms(leaf)]
+                names[first + number] = known[key][-1][own]
         return names
 
     def outline(self, polygon: int) -> tuple[ex.Row, ...]:

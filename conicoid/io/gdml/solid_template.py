@@ -49,9 +49,9 @@ class SolidTemplate(ABC):
 
 @dataclass(eq=False)
 class PrimitiveTemplate(SolidTemplate):
-    """A primitive: `make` builds it from its numbers, translated by a shift. `cache` holds some of the solids by placement.
+    """A primitive: `make` builds it from its numbers, translated by a shift.
 
-    Solids keep `source`, if there is one, for the exporter.
+    `cache` holds some of the solids by placement. Solids keep `source`, if there is one, for the exporter.
     """
 
     make: SolidFactory

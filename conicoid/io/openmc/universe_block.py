@@ -489,14 +489,14 @@ class BlockBodies(InstanceList, Generic[P]):
 
         Coordinates are extreme there, so building these bodies checks that the numbers of all are in range.
         """
-        ranks = [_ranks(values) for values in self.shifts.values]
-        for numbers in self.members:
-            extremes = {0}
-            if len(numbers) > 1:
-                for axis, order in enumerate(ranks):
-                    ends_of_axis = order[self.shifts.index[axis, numbers]]
-                    extremes |= {int(ends_of_axis.argmin()), int(ends_of_axis.argmax())}
-            yield from sorted(int(numbers[at]) for at in extremes)
+        found = [np.array([numbers[0] for numbers in self.members if len(numbers)], np.int64)]
+        for values, index in zip(self.shifts.values, self.shifts.index, strict=True):
+            place = _ranks(values)[index]
+            for order in (np.lexsort((place, self.kinds)), np.lexsort((-place, self.kinds))):
+                kinds = self.kinds[order]
+                found.append(order[np.flatnonzero(np.diff(kinds, prepend=-1))])
+        numbers = np.unique(np.concatenate(found))
+        yield from numbers[np.argsort(self.kinds[numbers], kind="stable")].tolist()
 
     @cached_property
     def farthest(self) -> Fraction:
