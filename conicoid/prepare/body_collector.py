@@ -314,25 +314,30 @@ class ExactBodySurfaces:
             names[own] = _body_surface(shape, own).key()
         return names[own]
 
-    def known_names(self, indices: Longs) -> dict[int, Hashable]:
+    def known_names(self, clusters: Sequence[Longs]) -> dict[int, Hashable]:
         """Return names, known without exact keys, that are equal only for surfaces that are certainly equal.
 
-        Empty for few surfaces, for which exact keys are as quick.
+        Surfaces are compared within clusters. Empty for few surfaces, for which exact keys are as quick.
         """
+        if sum(map(len, clusters)) < FEWEST_SURFACES:
+            return {}
+        parts: dict[int, tuple[Any, tuple[Step, ...], int]] = {}
+        for body, numbers in surface_owners(self.first, np.concatenate(clusters)).items():
+            leaves = _shape_leaves(self._single(body))
+            if leaves is not None:
+                parts.update((int(self.first[body]) + number, leaves.of(number)) for number in numbers)
         names: dict[int, Hashable] = {}
-        # A volume may be part of another. What the ids belong to is held
-        known: dict[tuple[int, int], tuple[Shape, tuple[Step, ...], list[Hashable]]] = {}
-        for body, numbers in surface_owners(self.first, indices).items() if len(indices) >= FEWEST_SURFACES else ():
-            first, leaves = int(self.first[body]), _shape_leaves(self._single(body))
-            if leaves is None:
-                continue
-            for number in numbers:
-                leaf, steps, own = leaves.of(number)
-                key = id(leaf), id(steps)
-                if key not in known:
-                    chain = *leaf.placement.steps, *steps
-                    known[key] = leaf, steps, [surface_name(form, chain) for form in own_forms(leaf)]
-                names[first + number] = known[key][-1][own]
+        for cluster in clusters:
+            # A volume is often a part of its mother, too: one surface of one primitive needs no name
+            some = {index: parts[index] for index in cluster.tolist() if index in parts}
+            ids = {index: (id(leaf), id(steps), own) for index, (leaf, steps, own) in some.items()}
+            is_one = len(some) == len(cluster) and len(set(ids.values())) == 1
+            named: dict[Hashable, Hashable] = {}
+            for index, (leaf, steps, own) in some.items():
+                key = ids[index]
+                if key not in named:
+                    named[key] = key if is_one else surface_name(own_forms(leaf)[own], (*leaf.placement.steps, *steps))
+                names[index] = named[key]
         return names
 
     def outline(self, polygon: int) -> tuple[ex.Row, ...]:

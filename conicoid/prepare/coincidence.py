@@ -12,7 +12,8 @@ surfaces are equal, and none of them by other rules:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterator, Sequence
+import itertools
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, Protocol, TypeAlias
@@ -176,9 +177,11 @@ class SurfaceSubset:
         """Return the exact name of a surface, and its sense."""
         return self.exact.name(int(self.numbers[index]))
 
-    def known_names(self, indices: Longs) -> dict[int, Hashable]:
+    def known_names(self, clusters: Sequence[Longs]) -> dict[int, Hashable]:
         """`ExactSurfaces.known_names`"""
-        return names_at(self.exact.known_names, self.numbers, indices)
+        names = self.exact.known_names([self.numbers[cluster].astype(np.int64) for cluster in clusters])
+        indices = itertools.chain.from_iterable(cluster.tolist() for cluster in clusters)
+        return {index: names[number] for index in indices if (number := int(self.numbers[index])) in names}
 
 
 def group_columns(group: BodyGroup, which: Ints | None, some: slice, first: int, last: int) -> Floats:
@@ -317,22 +320,12 @@ class ExactSurfaces(Protocol):
         """Return the exact name of a surface, and its sense."""
         ...
 
-    def known_names(self, indices: Longs) -> dict[int, Hashable]:
-        """Return keys that are equal only for surfaces that are certainly equal.
+    def known_names(self, clusters: Sequence[Longs]) -> dict[int, Hashable]:
+        """Return keys that within clusters are equal only for surfaces that are certainly equal.
 
         Surfaces without such a key are left out.
         """
         ...
-
-
-def names_at(
-    known: Callable[[Longs], dict[int, Hashable]], numbers: Ints | Longs, indices: Longs
-) -> dict[int, Hashable]:
-    """Return what one of the methods of `ExactSurfaces` knows of surfaces with other numbers: `numbers[indices]`."""
-    there = numbers[indices].astype(np.int64)
-    names = known(there)
-    pairs = zip(indices.tolist(), there.tolist(), strict=True)
-    return {index: names[number] for index, number in pairs if number in names}
 
 
 def merge_surfaces(surfaces: RawSurfaces) -> SurfaceTable:
@@ -424,8 +417,8 @@ class _SurfaceMerger:
             curved = np.concatenate([curved, self._balls_near(curved, first, kind, row, spheres, quadrics)])
             features = CurvedFeatures.of(kind[curved], row[curved], spheres, quadrics, rest.quadrics)
             close += find_clusters(curved, features)
+        known_names = self.exact.known_names([cluster[cluster < self.single] for cluster in close])
         candidates = np.concatenate(close) if close else np.zeros(0, np.int64)
-        known_names = self.exact.known_names(candidates[candidates < self.single])
         rank = _record_ranks(candidates, kind, row, {PLANE: planes, SPHERE: spheres, QUADRIC: quadrics})
         representatives: dict[int, tuple[int, int]] = {}
         for cluster in close:
