@@ -49,12 +49,8 @@ class PrimitiveCache:
 
     def prepare(self, shapes: Iterable[Shape]) -> None:
         """Compute the primitives of solids whose numbers are needed next."""
-        self.prepare_primitives(primitive for shape in shapes for primitive in placed_primitives(shape))
-
-    def prepare_primitives(self, moved: Iterable[tuple[Shape, tuple[Step, ...]]]) -> None:
-        """Compute primitives that steps move."""
         missing: dict[Hashable, dict[Hashable, tuple[Shape, tuple[Step, ...], Floats]]] = {}
-        for leaf, steps in moved:
+        for leaf, steps in (primitive for shape in shapes for primitive in placed_primitives(shape)):
             flat = self._flatten(leaf, steps)
             if flat is not None and flat.key not in self._cache:
                 missing.setdefault(flat.forms, {})[flat.key] = leaf, steps, flat.numbers

@@ -30,7 +30,7 @@ from ...numerics.bigfloat import fraction, is_rounded
 from .geometry import CellGeometry, UniverseCell
 from .lattices import Lattice
 from .placement import ORIGIN, UNBOUNDED, Extent, ExtentEnd, Point, UniversePlacement
-from .region import Conjunction, PartMover, RegionPart, SolidBuilder, SurfaceSide, pair_cost
+from .region import Conjunction, PlacedSurfaces, RegionPart, SolidBuilder, SurfaceSide, pair_cost
 from .surfaces import ConeSurface, FlatSurface, RoundSurface, Surface
 
 
@@ -517,7 +517,7 @@ class CellBodies(BlockBodies[CellPiece]):
     def __init__(self, whole: UniverseBlock[CellPiece], pieces: list[CellPiece], flat: FlatBlock) -> None:
         super().__init__(whole, pieces, flat)
         self._maker, self._moved = SolidBuilder(), SolidBuilder()
-        self._movers: dict[Shift, PartMover] = {}
+        self._movers: dict[Shift, PlacedSurfaces] = {}
 
     def shape_at(self, kind: int, shift: Shift) -> Solid:
         """Build a piece, translated by a shift."""
@@ -544,7 +544,7 @@ class CellBodies(BlockBodies[CellPiece]):
                 self._moved, self._movers = SolidBuilder(), {}
             mover = self._movers.get(shift)
             if mover is None:
-                mover = self._movers[shift] = PartMover(UniversePlacement(shift=shift))
+                mover = self._movers[shift] = PlacedSurfaces(UniversePlacement(shift=shift))
             maker, groups = self._moved, [(motion, tuple(map(mover.move, parts))) for motion, parts in groups]
         return maker.solid(groups)
 
