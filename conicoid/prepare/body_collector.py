@@ -116,28 +116,40 @@ def _tree_surfaces(tree: Tree) -> list[Surface]:
 FEWEST_SURFACES = 64
 """For fewer surfaces exact keys are as quick."""
 
-_AxisMap: TypeAlias = tuple[tuple[int, Fraction, Fraction], ...]
+_AxisMap: TypeAlias = tuple[tuple[int, Fraction | int, Fraction | int], ...]
 """For each axis i (k, factor, shift): x[i] becomes factor x[k] + shift."""
 
 
-def surface_name(form: SurfaceForm | Surface, steps: tuple[Step, ...]) -> Hashable:
+class StepChain(NamedTuple):
+    """Steps of a motion, and the map of each that takes axes to axes."""
+
+    steps: tuple[Step, ...]
+    maps: list[_AxisMap | None]
+
+    @classmethod
+    def of(cls, steps: tuple[Step, ...]) -> StepChain:
+        """Return a chain with its maps."""
+        return cls(steps, [_shift(step) if isinstance(step, Translate) else _axis_map(step) for step in steps])
+
+
+def surface_name(form: SurfaceForm | Surface, chain: StepChain) -> Hashable:
     """Name a surface that steps carry: equal names are equal surfaces with the same inside, or equal planes."""
+    steps, maps = chain
     if not isinstance(form, SurfaceForm):
         return form, steps
     flat, weights, center, constant = form
     count = 0
-    for step in steps:
-        if isinstance(step, Translate):
-            center = [c + Fraction(t) if w and t else c for w, c, t in zip(weights, center, step.offset, strict=True)]
-        elif (turn := _axis_map(step)) is not None:
+    for step, axes in zip(steps, maps, strict=True):
+        if axes is not None:
             center = [
                 factor * center[k] + shift if weights[k] and (shift or factor != 1) else center[k]
-                for k, factor, shift in turn
+                for k, factor, shift in axes
             ]
-            weights = [
-                weights[k] / (factor if flat else factor * factor) if weights[k] and factor != 1 else weights[k]
-                for k, factor, _ in turn
-            ]
+            if not isinstance(step, Translate):
+                weights = [
+                    weights[k] / (factor if flat else factor * factor) if weights[k] and factor != 1 else weights[k]
+                    for k, factor, _ in axes
+                ]
         elif not _is_kept(step, weights, center, flat):
             break
         count += 1
@@ -168,7 +180,7 @@ class SurfaceForm(NamedTuple):
         """Return the form of a surface, or the surface itself if its numbers are no fractions or it is not upright."""
         try:
             if isinstance(surface, PlaneSurface):
-                normal = list(map(_rational, surface.normal))
+                normal = [_rational(n) for n in surface.normal]
                 return cls(True, normal, [Fraction(0)] * 3, _rational(surface.offset))
             return cls._of_quadric(surface)
         except _NotRationalError:
@@ -195,6 +207,11 @@ def _rational(value: Any) -> Fraction:
     raise _NotRationalError
 
 
+def _shift(step: Translate) -> _AxisMap:
+    """Return the map of a translation."""
+    return tuple((k, 1, Fraction(t) if t else 0) for k, t in enumerate(step.offset))
+
+
 @lru_cache(maxsize=1 << 12)
 def _axis_map(step: Step) -> _AxisMap | None:
     """Return a step that takes axes to axes, in fractions; None for others, whose numbers may be rounded."""
@@ -205,7 +222,10 @@ def _axis_map(step: Step) -> _AxisMap | None:
     if any(x.off for x in numbers) or any(sum(map(bool, line)) != 1 for line in (*rows, *zip(*rows, strict=True))):
         return None
     sources = [next(k for k in range(3) if row[k]) for row in rows]
-    return tuple((k, ex.fraction(row[k]), ex.fraction(t)) for k, row, t in zip(sources, rows, shift, strict=True))
+    factors = [ex.fraction(row[k]) for k, row in zip(sources, rows, strict=True)]
+    return tuple(
+        (k, f if abs(f) != 1 else int(f), ex.fraction(t)) for k, f, t in zip(sources, factors, shift, strict=True)
+    )
 
 
 def _is_kept(step: Step, weights: Sequence[Fraction], center: Sequence[Fraction], flat: bool) -> bool:
@@ -238,9 +258,9 @@ def _steps_across(steps: tuple[Step, ...], free: frozenset[int]) -> tuple[Step, 
                 x, y, z = (0.0 if k in free else t for k, t in enumerate(step.offset))
                 kept.append(Translate((x, y, z)))
             continue
-        turn = _axis_map(step)
-        if turn is not None:
-            free = frozenset(axis for axis, (k, _, _) in enumerate(turn) if k in free)
+        axes = _axis_map(step)
+        if axes is not None:
+            free = frozenset(axis for axis, (k, _, _) in enumerate(axes) if k in free)
         elif isinstance(step, Transform):
             matrix = step.matrix
             free = frozenset(k for k in free if matrix[k][k] and not any(matrix[j][k] for j in range(3) if j != k))
@@ -327,6 +347,7 @@ class ExactBodySurfaces:
             if leaves is not None:
                 parts.update((int(self.first[body]) + number, leaves.of(number)) for number in numbers)
         names: dict[int, Hashable] = {}
+        chains: dict[tuple[int, int], StepChain] = {}
         for cluster in clusters:
             # A volume is often a part of its mother, too: one surface of one primitive needs no name
             some = {index: parts[index] for index in cluster.tolist() if index in parts}
@@ -335,9 +356,11 @@ class ExactBodySurfaces:
             named: dict[Hashable, Hashable] = {}
             for index, (leaf, steps, own) in some.items():
                 key = ids[index]
-                if key not in named:
-                    named[key] = key if is_one else surface_name(own_forms(leaf)[own], (*leaf.placement.steps, *steps))
-                names[index] = named[key]
+                if key not in named and not is_one:
+                    if key[:2] not in chains:
+                        chains[key[:2]] = StepChain.of((*leaf.placement.steps, *steps))
+                    named[key] = surface_name(own_forms(leaf)[own], chains[key[:2]])
+                names[index] = named.get(key, key)
         return names
 
     def outline(self, polygon: int) -> tuple[ex.Row, ...]:
