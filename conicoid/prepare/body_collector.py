@@ -85,11 +85,11 @@ def own_surfaces(leaf: Any) -> Sequence[Surface]:
     return found
 
 
-def own_forms(leaf: Any) -> Sequence[SurfaceForm | Surface]:
+def own_forms(leaf: Any) -> Sequence[UprightForm | Surface]:
     """List the surfaces of a primitive solid as `surface_name` takes them, once for all its copies."""
-    found: list[SurfaceForm | Surface] | None = leaf.own_cache.get("forms")
+    found: list[UprightForm | Surface] | None = leaf.own_cache.get("forms")
     if found is None:
-        found = leaf.own_cache["forms"] = list(map(SurfaceForm.of, own_surfaces(leaf)))
+        found = leaf.own_cache["forms"] = list(map(UprightForm.of, own_surfaces(leaf)))
     return found
 
 
@@ -132,10 +132,10 @@ class StepChain(NamedTuple):
         return cls(steps, [_shift(step) if isinstance(step, Translate) else _axis_map(step) for step in steps])
 
 
-def surface_name(form: SurfaceForm | Surface, chain: StepChain) -> Hashable:
+def surface_name(form: UprightForm | Surface, chain: StepChain) -> Hashable:
     """Name a surface that steps carry: equal names are equal surfaces with the same inside, or equal planes."""
     steps, maps = chain
-    if not isinstance(form, SurfaceForm):
+    if not isinstance(form, UprightForm):
         return form, steps
     flat, weights, center, constant = form
     count = 0
@@ -167,7 +167,7 @@ class _NotRationalError(Exception):
     """A surface has a number that is no fraction, or it is turned in its own frame."""
 
 
-class SurfaceForm(NamedTuple):
+class UprightForm(NamedTuple):
     """w·(x - c) = d if flat, else the sum of w[i] (x[i] - c[i])² = d, in fractions; c[i] = 0 where w[i] = 0."""
 
     flat: bool
@@ -176,7 +176,7 @@ class SurfaceForm(NamedTuple):
     constant: Fraction
 
     @classmethod
-    def of(cls, surface: Surface) -> SurfaceForm | Surface:
+    def of(cls, surface: Surface) -> UprightForm | Surface:
         """Return the form of a surface, or the surface itself if its numbers are no fractions or it is not upright."""
         try:
             if isinstance(surface, PlaneSurface):
@@ -187,7 +187,7 @@ class SurfaceForm(NamedTuple):
             return surface
 
     @classmethod
-    def _of_quadric(cls, surface: QuadricSurface) -> SurfaceForm:
+    def _of_quadric(cls, surface: QuadricSurface) -> UprightForm:
         """Return a quadric with squares completed."""
         constant, weights, center = _rational(surface.constant), [], []
         for axis, row in enumerate(surface.rows):
