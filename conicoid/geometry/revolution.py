@@ -47,7 +47,7 @@ class _ProfileEdge(NamedTuple):
     def radius(self, z: Any) -> Any:
         """Return its distance from the axis at a height."""
         (r, low), (end, high) = self.low, self.high
-        return r + (end - r) * (z - low) / (high - low)
+        return r if r == end else r + (end - r) * (z - low) / (high - low)
 
 
 class _ProfileRing(NamedTuple):

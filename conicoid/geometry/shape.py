@@ -121,6 +121,11 @@ class Shape(ABC):
         return {}
 
     @cached_property
+    def own_cache(self) -> dict[str, Any]:
+        """A cache like `cache` of what does not depend on the motion, which moved copies have in common."""
+        return {}
+
+    @cached_property
     def _placed(self) -> Motion:
         return self.motion.placed(self.placement)
 
@@ -134,7 +139,7 @@ class Shape(ABC):
         # The fields are those of this shape and were checked once: no constructor runs
         kind = type(self)
         shape = kind.__new__(kind)
-        vars(shape).update(pickle_state(self), motion=motion)
+        vars(shape).update(pickle_state(self), motion=motion, own_cache=self.own_cache)
         return shape
 
     def _under_steps(self, steps: tuple[Step, ...]) -> Self:

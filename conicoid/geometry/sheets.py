@@ -479,16 +479,26 @@ def twice_area(points: Sequence[Any]) -> Any:
     return sum((a[0] * b[1] - a[1] * b[0] for a, b in zip(points, following, strict=True)), Fraction(0))
 
 
+_FEW_EDGES = 16
+
+
 def check_simple(owner: str, field: str, outline: Sequence[tuple[float, float]]) -> None:
     """Raise ValueError if edges have a common point, other than the corner of neighbours."""
     count = len(outline)
-    edges = [(outline[k], outline[(k + 1) % count]) for k in range(count)]
-    ends = np.array(outline), np.roll(np.array(outline), -1, axis=0)
-    lows, highs = np.minimum(*ends), np.maximum(*ends)
-    for k in range(count):
-        # Boxes first: the pairs of 20,000 edges are many
-        near = (lows[k + 1 :] <= highs[k]).all(axis=1) & (highs[k + 1 :] >= lows[k]).all(axis=1)
-        for other in (np.flatnonzero(near) + k + 1).tolist():
+    edges = list(zip(outline, [*outline[1:], *outline[:1]], strict=True))
+    lows, highs = ([(end(a[0], b[0]), end(a[1], b[1])) for a, b in edges] for end in (min, max))
+    table = (np.array(lows), np.array(highs)) if count > _FEW_EDGES else None
+    for k, ((x0, y0), (x1, y1)) in enumerate(zip(lows, highs, strict=True)):
+        # Boxes first: the pairs of 20,000 edges are many, and of few edges NumPy's calls take most of the time
+        if table is not None:
+            near = (table[0][k + 1 :] <= highs[k]).all(axis=1) & (table[1][k + 1 :] >= lows[k]).all(axis=1)
+            others = (np.flatnonzero(near) + k + 1).tolist()
+        else:
+            others = [
+                j for j in range(k + 1, count)
+                if lows[j][0] <= x1 and lows[j][1] <= y1 and highs[j][0] >= x0 and highs[j][1] >= y0
+            ]  # fmt: skip
+        for other in others:
             if other - k == 1:
                 crosses = _goes_back(*edges[k], edges[other][1])
             elif (k - other) % count == 1:

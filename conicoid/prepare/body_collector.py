@@ -7,12 +7,12 @@ each surface is computed from the primitive alone that it belongs to.
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from functools import cache
+from functools import cache, lru_cache
 from itertools import accumulate
-from typing import Any, Protocol, TypeAlias
+from typing import Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 
@@ -21,21 +21,19 @@ from ..geometry.body import Body
 from ..geometry.bulk import Bulk, Spheres
 from ..geometry.cell import Cell, Not, Tree
 from ..geometry.instances import InstanceList
-from ..geometry.primitives import HalfSpace
 from ..geometry.shape import PrimitiveSolid, Shape
-from ..geometry.surface import Key, Surface
+from ..geometry.surface import Key, PlaneSurface, QuadricSurface, Surface
 from ..geometry.transform import IDENTITY_MOTION, Rotate, Step, Transform, Translate
-from ..kernels.tables import PLANE, PLANE_SIZE, Floats, Longs
+from ..kernels.tables import Floats, Longs
 from ..kernels.threads import run_chunks
 from ..materials.material import Material
 from ..numerics import bigfloat as ex
-from ..numerics.portable_math import power_of_two_scale
 from .batch_lowering import BatchLowering
 from .csg_plan import placed_primitives
-from .instances import PrimitiveCache, flatten_primitive, instance_rows
+from .instances import PrimitiveCache, instance_rows
 from .lower_shape import lower_shape, lower_stretched_balls
 from .motion_batch import PointPlaneMover
-from .pattern import SIZES, BodyGroup, BodyGroups, BodyPattern, BulkBalls
+from .pattern import BodyGroup, BodyGroups, BodyPattern, BulkBalls
 from .progress import AFTER_BATCH, AFTER_READING, ProgressStages
 
 
@@ -47,36 +45,51 @@ class _ShapeLeaves:
     first: list[int]
     known: dict[int, Surface] = field(default_factory=dict)
 
+    def of(self, number: int) -> tuple[Any, tuple[Step, ...], int]:
+        """Return the primitive of a surface, its steps, and the number of the surface within it."""
+        which = bisect_right(self.first, number) - 1
+        return *self.moved[which], number - self.first[which]
+
 
 def exact_surface(shape: Shape, number: int) -> Surface:
     """Return an exact surface of a body, by its number among those of all its primitives."""
-    if "part" in shape.cache:
+    leaves = None if "part" in shape.cache else _shape_leaves(shape)
+    if leaves is None:
         return lower_shape(shape).exact[number]
+    if number not in leaves.known:
+        leaf, steps, own = leaves.of(number)
+        # Without the uv maps of its faces
+        leaves.known[number] = own_surfaces(leaf)[own].moved(leaf._under_steps(steps).under())
+    return leaves.known[number]
+
+
+def _shape_leaves(shape: Shape) -> _ShapeLeaves | None:
+    """Return the primitives of a body, which caches them; None where one of them is no solid."""
     leaves: _ShapeLeaves | None = shape.cache.get("leaves")
     if leaves is None:
         moved = placed_primitives(shape)
         if not all(isinstance(leaf, PrimitiveSolid) for leaf, _ in moved):
-            return lower_shape(shape).exact[number]
-        leaves = shape.cache["leaves"] = _ShapeLeaves(moved, [0, *accumulate(surface_count(leaf) for leaf, _ in moved)])
-    if number not in leaves.known:
-        which = bisect_right(leaves.first, number) - 1
-        leaf, steps = leaves.moved[which]
-        # Without the uv maps of its faces
-        surface = _leaf_surfaces(leaf)[number - leaves.first[which]]
-        leaves.known[number] = surface.moved(leaf._under_steps(steps).under())
-    return leaves.known[number]
+            return None
+        counts = (leaf._face_count or len(own_surfaces(leaf)) for leaf, _ in moved)
+        leaves = shape.cache["leaves"] = _ShapeLeaves(moved, [0, *accumulate(counts)])
+    return leaves
 
 
-def _leaf_surfaces(leaf: Any) -> list[Surface]:
-    """List the surfaces of a primitive solid in its own frame."""
-    return leaf.surfaces if leaf._face_count else _tree_surfaces(leaf.tree())
-
-
-def surface_count(leaf: Any) -> int:
-    """Return how many surfaces a primitive solid has, by its tree at most once."""
-    found: int | None = leaf._face_count or leaf.cache.get("surface count")
+def own_surfaces(leaf: Any) -> Sequence[Surface]:
+    """List the surfaces of a primitive solid in its own frame, once for all its copies."""
+    if leaf._face_count:
+        return leaf.surfaces
+    found: list[Surface] | None = leaf.own_cache.get("surfaces")
     if found is None:
-        found = leaf.cache["surface count"] = len(_tree_surfaces(leaf.tree()))
+        found = leaf.own_cache["surfaces"] = _tree_surfaces(leaf.tree())
+    return found
+
+
+def own_forms(leaf: Any) -> Sequence[UprightForm | Surface]:
+    """List the surfaces of a primitive solid as `surface_name` takes them, once for all its copies."""
+    found: list[UprightForm | Surface] | None = leaf.own_cache.get("forms")
+    if found is None:
+        found = leaf.own_cache["forms"] = list(map(UprightForm.of, own_surfaces(leaf)))
     return found
 
 
@@ -93,165 +106,171 @@ def _tree_surfaces(tree: Tree) -> list[Surface]:
     return found
 
 
-# Coincident surfaces in the frame before a common rotation, where they compare exactly
+# Names of surfaces: exact numbers before the first step of a motion that would round them
 #
-# The walls of crystals in a rotated module, or of boxes in an oblique row, coincide by the hundred. Exact names would
-# show it, at a millisecond each. But before the rotation their numbers are exact (nothing was rounded), and surfaces
-# that are equal there are equal after the same steps of a motion.
+# The walls of crystals in a rotated module, or of boxes in an oblique row, coincide by the hundred. Keys in 3,000 bits
+# would show it, at a millisecond each. Fractions carry a surface as far as translations, scalings along the axes and
+# quarter turns lead, and rotations about an axis that leave it where it is. From there on surfaces with equal numbers
+# are equal after equal steps, without the shifts that move a surface within itself.
 
 FEWEST_SURFACES = 64
-"""For fewer surfaces exact names are as quick."""
+"""For fewer surfaces exact keys are as quick."""
 
-_PlacedPrimitive: TypeAlias = tuple[Shape, tuple[Step, ...], tuple[Step, ...]]
-"""A primitive, its leading translations, and the other steps."""
+_AxisMap: TypeAlias = tuple[tuple[int, Fraction | int, Fraction | int], ...]
+"""For each axis i (k, factor, shift): x[i] becomes factor x[k] + shift."""
 
 
-def names_before_rotation(
-    shapes: Mapping[int, Shape], requested: Mapping[int, list[int]]
-) -> dict[tuple[int, int], Hashable]:
-    """Return keys that are equal only for surfaces that are certainly equal, by (body, surface).
+class StepChain(NamedTuple):
+    """Steps of a motion, and the map of each that takes axes to axes."""
 
-    Parameters
-    ----------
-    shapes : Mapping[int, Shape]
-        The shapes of bodies, by body number.
-    requested : Mapping[int, list[int]]
-        For each body, which of its surfaces.
+    steps: tuple[Step, ...]
+    maps: list[_AxisMap | None]
 
-    Returns
-    -------
-    dict[tuple[int, int], Hashable]
-        Surfaces of unknown key are left out.
-    """
-    moved = {
-        number: list(map(_split_steps, placed_primitives(shape)))
-        for number, shape in shapes.items() if "unrotated names" not in shape.cache
-    }  # fmt: skip
-    primitives = PrimitiveCache()
-    primitives.prepare_primitives(
-        (leaf, first)
-        for parts in moved.values()
-        if _is_solid(parts)
-        for leaf, first, rest in parts
-        if rest and not leaf._face_count
+    @classmethod
+    def of(cls, steps: tuple[Step, ...]) -> StepChain:
+        """Return a chain with its maps."""
+        return cls(steps, [_shift(step) if isinstance(step, Translate) else _axis_map(step) for step in steps])
+
+
+def surface_name(form: UprightForm | Surface, chain: StepChain) -> Hashable:
+    """Name a surface that steps carry: equal names are equal surfaces with the same inside, or equal planes."""
+    steps, maps = chain
+    if not isinstance(form, UprightForm):
+        return form, steps
+    flat, weights, center, constant = form
+    count = 0
+    for step, axes in zip(steps, maps, strict=True):
+        if axes is not None:
+            center = [
+                factor * center[k] + shift if weights[k] and (shift or factor != 1) else center[k]
+                for k, factor, shift in axes
+            ]
+            if not isinstance(step, Translate):
+                weights = [
+                    weights[k] / (factor if flat else factor * factor) if weights[k] and factor != 1 else weights[k]
+                    for k, factor, _ in axes
+                ]
+        elif not _is_kept(step, weights, center, flat):
+            break
+        count += 1
+    free = frozenset(axis for axis, weight in enumerate(weights) if not weight)
+    rest = _steps_across(steps[count:], free) if free else steps[count:]
+    lead = next((weight for weight in weights if weight), Fraction(1))
+    scale = lead if flat else abs(lead)
+    ratios = ((w / scale if w != scale else 1) if w else 0 for w in weights)
+    if flat:
+        return (rest, *ratios, sum((w * c for w, c in zip(weights, center, strict=True) if c), constant) / scale)
+    return (rest, *ratios, *center, constant / scale)
+
+
+class _NotRationalError(Exception):
+    """A surface has a number that is no fraction, or it is turned in its own frame."""
+
+
+class UprightForm(NamedTuple):
+    """w·(x - c) = d if flat, else the sum of w[i] (x[i] - c[i])² = d, in fractions; c[i] = 0 where w[i] = 0."""
+
+    flat: bool
+    weights: Sequence[Fraction]
+    center: Sequence[Fraction]
+    constant: Fraction
+
+    @classmethod
+    def of(cls, surface: Surface) -> UprightForm | Surface:
+        """Return the form of a surface, or the surface itself if its numbers are no fractions or it is not upright."""
+        try:
+            if isinstance(surface, PlaneSurface):
+                normal = [_rational(n) for n in surface.normal]
+                return cls(True, normal, [Fraction(0)] * 3, _rational(surface.offset))
+            return cls._of_quadric(surface)
+        except _NotRationalError:
+            return surface
+
+    @classmethod
+    def _of_quadric(cls, surface: QuadricSurface) -> UprightForm:
+        """Return a quadric with squares completed."""
+        constant, weights, center = _rational(surface.constant), [], []
+        for axis, row in enumerate(surface.rows):
+            square, linear, factor = map(_rational, (surface.squares[axis], surface.linear[axis], row[axis]))
+            if any(row[k] for k in range(3) if k != axis) or (linear and not square):
+                raise _NotRationalError
+            weights.append(square * factor * factor)
+            center.append(_rational(surface.anchor[axis]) - linear / (square * factor) if square else Fraction(0))
+            constant += linear * linear / square if linear else 0
+        return cls(False, weights, center, constant)
+
+
+def _rational(value: Any) -> Fraction:
+    """Return a number as a fraction; raise `_NotRationalError` for one that was rounded or has derivatives."""
+    if isinstance(value, (float, Fraction, int)) or (isinstance(value, ex.BigFloat) and not value.off):
+        return ex.fraction(value)
+    raise _NotRationalError
+
+
+def _shift(step: Translate) -> _AxisMap:
+    """Return the map of a translation."""
+    return tuple((k, 1, Fraction(t) if t else 0) for k, t in enumerate(step.offset))
+
+
+@lru_cache(maxsize=1 << 12)
+def _axis_map(step: Step) -> _AxisMap | None:
+    """Return a step that takes axes to axes, in fractions; None for others, whose numbers may be rounded."""
+    if isinstance(step, Rotate) and (step.degrees % 90 or sum(map(bool, step.axis)) > 1):
+        return None
+    rows, shift = step.forth_and_back[0]
+    numbers = [*(x for row in rows for x in row), *shift]
+    if any(x.off for x in numbers) or any(sum(map(bool, line)) != 1 for line in (*rows, *zip(*rows, strict=True))):
+        return None
+    sources = [next(k for k in range(3) if row[k]) for row in rows]
+    factors = [ex.fraction(row[k]) for k, row in zip(sources, rows, strict=True)]
+    return tuple(
+        (k, f if abs(f) != 1 else int(f), ex.fraction(t)) for k, f, t in zip(sources, factors, shift, strict=True)
     )
-    counts: dict[int, int] = {}
-    for number, parts in moved.items():
-        names: list[Hashable] = []
-        for leaf, first, rest in parts if _is_solid(parts) else ():
-            planes = _plane_names(leaf, first, rest)
-            if planes:
-                names += planes
-            elif rest:
-                numbers, _, kinds = primitives.of(leaf, first)
-                names += _names_of_surfaces(numbers, kinds, rest)
-            else:
-                if id(leaf) not in counts:
-                    counts[id(leaf)] = len(_tree_surfaces(leaf.tree()))  # type: ignore[attr-defined]
-                names += [None] * counts[id(leaf)]
-        shapes[number].cache["unrotated names"] = names
-    return {
-        (number, own): names[own]
-        for number, some in requested.items() for names in (shapes[number].cache["unrotated names"],) for own in some
-        if own < len(names) and names[own] is not None
-    }  # fmt: skip
 
 
-def _is_solid(parts: list[_PlacedPrimitive]) -> bool:
-    """Return whether a shape consists of primitive solids."""
-    return all(isinstance(leaf, PrimitiveSolid) for leaf, _, _ in parts)
+def _is_kept(step: Step, weights: Sequence[Fraction], center: Sequence[Fraction], flat: bool) -> bool:
+    """Return whether a rotation about an axis leaves a surface where it is."""
+    axis = _rotation_axis(step)
+    if axis is None:
+        return False
+    i, j = (k for k in range(3) if k != axis)
+    return weights[i] == weights[j] and not (weights[i] and (flat or center[i] or center[j]))
 
 
-def _split_steps(moved: tuple[Shape, tuple[Step, ...]]) -> _PlacedPrimitive:
-    """Split the steps of a primitive after the leading translations."""
-    leaf, steps = moved
-    count = next((k for k, step in enumerate(steps) if type(step) is not Translate), len(steps))
-    return leaf, steps[:count], steps[count:]
+def _rotation_axis(step: Step) -> int | None:
+    """Return the coordinate axis that a step rotates about; None for other steps."""
+    along = [k for k in range(3) if step.axis[k]] if isinstance(step, Rotate) else []
+    return along[0] if len(along) == 1 else None
 
 
-def _names_of_surfaces(numbers: list[float], kinds: tuple[int, ...], rest: tuple[Step, ...]) -> list[Hashable]:
-    """Name each surface of a primitive before the rotation that follows; None where it was rounded."""
-    names: list[Hashable] = []
-    at = 0
-    for kind in kinds:
-        size = SIZES[kind]
-        record, lost, sense = numbers[at : at + size], numbers[at + size : at + 2 * size], numbers[at + 2 * size]
-        at += 2 * size + 1
-        if any(lost):
-            names.append(None)
-        elif kind == PLANE:
-            names.append((_steps_across(rest, record[:3]), *_anchorless_plane(record)))
-        else:
-            names.append((rest, kind, sense, *(number + 0.0 for number in record)))
-    return names
+@lru_cache(maxsize=1 << 12)
+def _steps_across(steps: tuple[Step, ...], free: frozenset[int]) -> tuple[Step, ...]:
+    """Return steps without shifts along axes that lie in a surface everywhere: they carry it to the same one.
 
-
-def _plane_names(leaf: Shape, first: tuple[Step, ...], rest: tuple[Step, ...]) -> list[Hashable]:
-    """Name the planes that a user or a file gave as `_names_of_surfaces` names them; nothing for other primitives."""
-    if isinstance(leaf, HalfSpace):
-        rows = [(leaf.normal, leaf.offset)]
-    elif leaf._hull is not None:
-        rows = [leaf.parts.planes[k][:2] for part in leaf.parts.parts for k, _ in part]  # type: ignore[attr-defined]
-    elif leaf._face_count:
-        rows = zip(leaf.normals, leaf.offsets, strict=True)  # type: ignore[attr-defined, assignment]
-    else:
-        return []
-    shifts = [tuple(map(Fraction, step.offset)) for step in first]  # type: ignore[union-attr]
-    offset: Any
-    names: list[Hashable] = []
-    for normal, offset in rows:
-        for shift in shifts:
-            offset = sum((Fraction(n) * t for n, t in zip(normal, shift, strict=True) if n), Fraction(offset))
-        along, steps = [axis for axis in range(3) if normal[axis]], _steps_across(rest, normal)
-        if len(along) == 1:
-            names.append((steps, along[0], Fraction(offset) / Fraction(normal[along[0]])))
-            continue
-        scale = power_of_two_scale(float(max(map(abs, normal)))) * (1 if normal[along[0]] > 0 else -1)
-        names.append((steps, *(_times(x, scale) for x in (*normal, offset))))
-    return names
-
-
-def _steps_across(steps: tuple[Step, ...], normal: Sequence[float]) -> tuple[Step, ...]:
-    """Return steps of a motion without their shifts along an axis that lies in a plane, where no step turns that axis.
-
-    They carry the plane to the same one: the caps of parallel wires, side by side, are one plane.
+    So the caps of parallel wires, side by side, are one plane.
     """
-    for axis in range(3):
-        if not normal[axis]:
-            kept = tuple(step for step in (_without_shift(step, axis) for step in steps) if step is not None)
-            steps = kept if len(kept) == len(steps) else steps
-    return steps
-
-
-def _without_shift(step: Step, axis: int) -> Step | None:
-    """Return a step without its shift along an axis; None if it may turn the axis."""
-    others = [k for k in range(3) if k != axis]
-    if isinstance(step, Translate):
-        x, y, z = (0.0 if k == axis else c for k, c in enumerate(step.offset))
-        return Translate((x, y, z))
-    if isinstance(step, Rotate):
-        return None if any(step.axis[k] for k in others) else step
-    if isinstance(step, Transform) and not any(step.matrix[axis][k] or step.matrix[k][axis] for k in others):
-        a, b, c = ((*row[:3], 0.0) if k == axis else row for k, row in enumerate(step.matrix[:3]))
-        return Transform((a, b, c, step.matrix[3]))
-    return None
-
-
-def _times(value: Any, scale: float) -> Any:
-    """Multiply by a power of two, exactly."""
-    product = value * scale if isinstance(value, float) else 0.0
-    return product + 0.0 if product and product / scale == value else Fraction(value) * Fraction(scale)
-
-
-def _anchorless_plane(record: list[float]) -> tuple[Hashable, ...]:
-    """Describe the plane of a record independently of its anchor."""
-    normal, height, anchor = record[:3], record[3], record[4:PLANE_SIZE]
-    along = [axis for axis in range(3) if normal[axis]]
-    if len(along) == 1 and not height:
-        return along[0], anchor[along[0]] + 0.0
-    # The offset n·a - height, exact.
-    terms = (Fraction(n) * Fraction(a) for n, a in zip(normal, anchor, strict=True) if n and a)
-    return *(number + 0.0 for number in normal), sum(terms, Fraction(-height))
+    kept: list[Step] = []
+    for number, step in enumerate(steps):
+        if not free:
+            return (*kept, *steps[number:])
+        if isinstance(step, Translate):
+            if not all(k in free or not t for k, t in enumerate(step.offset)):
+                x, y, z = (0.0 if k in free else t for k, t in enumerate(step.offset))
+                kept.append(Translate((x, y, z)))
+            continue
+        axes = _axis_map(step)
+        if axes is not None:
+            free = frozenset(axis for axis, (k, _, _) in enumerate(axes) if k in free)
+        elif isinstance(step, Transform):
+            matrix = step.matrix
+            free = frozenset(k for k in free if matrix[k][k] and not any(matrix[j][k] for j in range(3) if j != k))
+        else:
+            free = free & {_rotation_axis(step)}
+        if isinstance(step, Transform):
+            a, b, c = ((*row[:3], 0.0) if k in free else row for k, row in enumerate(step.matrix[:3]))
+            step = Transform((a, b, c, step.matrix[3]))
+        kept.append(step)
+    return tuple(kept)
 
 
 def surface_owners(first: np.ndarray, surfaces: np.ndarray) -> dict[int, list[int]]:
@@ -315,59 +334,33 @@ class ExactBodySurfaces:
             names[own] = _body_surface(shape, own).key()
         return names[own]
 
-    def known_names(self, indices: Longs) -> dict[int, Hashable]:
-        """Return keys, visible without exact names, that are equal only for surfaces that are certainly equal.
+    def known_names(self, clusters: Sequence[Longs]) -> dict[int, Hashable]:
+        """Return names, known without exact keys, that are equal only for surfaces that are certainly equal.
 
-        Empty for few surfaces, for which exact names are as quick.
+        Surfaces are compared within clusters. Empty for few surfaces, for which exact keys are as quick.
         """
-        if len(indices) < FEWEST_SURFACES:
+        if sum(map(len, clusters)) < FEWEST_SURFACES:
             return {}
-        owners = surface_owners(self.first, indices)
-        shapes = {body: self._single(body) for body in owners}
-        known = names_before_rotation(shapes, owners)
-        return {int(self.first[body]) + own: name for (body, own), name in known.items()}
-
-    def leaf_names(self, indices: Longs) -> dict[int, Hashable]:
-        """Return names that are equal for one surface of primitives with equal numbers, moved by equal steps.
-
-        A volume that others are cut from has their primitives too.
-        """
-        owners = surface_owners(self.first, indices)
-        parts = {body: placed_primitives(self._single(body)) for body in owners}
-        known: dict[tuple[int, tuple[Step, ...]], Any] = {}
-
-        def flattened(leaf: Shape, steps: tuple[Step, ...]) -> Any:
-            key = id(leaf), steps
-            if key not in known:
-                known[key] = flatten_primitive(leaf, steps)
-            return known[key]
-
-        flat = {
-            body: [flattened(*leaf) for leaf in leaves]
-            for body, leaves in parts.items()
-            if all(isinstance(leaf, PrimitiveSolid) for leaf, _ in leaves)
-        }
-        # How many surfaces a primitive has is known without its tree where it is a body of its own
-        counts: dict[Hashable, int] = {
-            only[0].key: int(self.first[body + 1] - self.first[body])
-            for body, only in flat.items()
-            if len(only) == 1 and only[0] is not None and body + 1 < len(self.first)
-        }
+        parts: dict[int, tuple[Any, tuple[Step, ...], int]] = {}
+        for body, numbers in surface_owners(self.first, np.concatenate(clusters)).items():
+            leaves = _shape_leaves(self._single(body))
+            if leaves is not None:
+                parts.update((int(self.first[body]) + number, leaves.of(number)) for number in numbers)
         names: dict[int, Hashable] = {}
-        for body, own in owners.items():
-            begin, pending = int(self.first[body]), sorted(own, reverse=True)
-            end = begin
-            for (leaf, _), one in zip(parts[body], flat.get(body, ()), strict=False):
-                if not pending:
-                    break
-                key = id(leaf) if one is None else one.key
-                if key not in counts:
-                    counts[key] = surface_count(leaf)
-                first, end = end, end + counts[key]
-                while pending and begin + pending[-1] < end:
-                    surface = begin + pending.pop()
-                    if one is not None:
-                        names[surface] = key, surface - first
+        chains: dict[tuple[int, int], StepChain] = {}
+        for cluster in clusters:
+            # A volume is often a part of its mother, too: one surface of one primitive needs no name
+            some = {index: parts[index] for index in cluster.tolist() if index in parts}
+            ids = {index: (id(leaf), id(steps), own) for index, (leaf, steps, own) in some.items()}
+            is_one = len(some) == len(cluster) and len(set(ids.values())) == 1
+            named: dict[Hashable, Hashable] = {}
+            for index, (leaf, steps, own) in some.items():
+                key = ids[index]
+                if key not in named and not is_one:
+                    if key[:2] not in chains:
+                        chains[key[:2]] = StepChain.of((*leaf.placement.steps, *steps))
+                    named[key] = surface_name(own_forms(leaf)[own], chains[key[:2]])
+                names[index] = named.get(key, key)
         return names
 
     def outline(self, polygon: int) -> tuple[ex.Row, ...]:

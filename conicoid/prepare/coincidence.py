@@ -5,14 +5,15 @@ nearly equal features (`surface_features.py`), and exact names decide among them
 surfaces are equal, and none of them by other rules:
 
 - `geometry/surface.py` gives a surface its exact name, `key`: equal surfaces have equal keys, up to the sign.
-- `prepare/body_collector.py` names surfaces that share a rotation by their numbers before it (`names_before_rotation`).
+- `prepare/body_collector.py` names surfaces by their numbers before the first rotation (`surface_name`).
 - `prepare/edits/surface_merge.py` and `prepare/edits/surface_classes.py` compare only new surfaces with the others
   after an edit; `prepare/edits/neighbour_index.py` finds the ones that are close.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterator, Sequence
+import itertools
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, Protocol, TypeAlias
@@ -21,7 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._jit.decorators import inline, kernel
-from .._util.arrays import dot_rows, unique_sorted, unique_with_inverse
+from .._util.arrays import dot_rows, unique_with_inverse
 from ..geometry.surface import ORIGIN, UPRIGHT, Key, QuadricSurface, Surface
 from ..kernels.tables import PLANE, QUADRIC, SPHERE, Floats, Ints, Longs, Signs
 from .pattern import SIZES, BodyGroup, FactoredRows, RowPlaces
@@ -176,13 +177,11 @@ class SurfaceSubset:
         """Return the exact name of a surface, and its sense."""
         return self.exact.name(int(self.numbers[index]))
 
-    def known_names(self, indices: Longs) -> dict[int, Hashable]:
+    def known_names(self, clusters: Sequence[Longs]) -> dict[int, Hashable]:
         """`ExactSurfaces.known_names`"""
-        return names_at(self.exact.known_names, self.numbers, indices)
-
-    def leaf_names(self, indices: Longs) -> dict[int, Hashable]:
-        """`ExactSurfaces.leaf_names`"""
-        return names_at(self.exact.leaf_names, self.numbers, indices)
+        names = self.exact.known_names([self.numbers[cluster].astype(np.int64) for cluster in clusters])
+        indices = itertools.chain.from_iterable(cluster.tolist() for cluster in clusters)
+        return {index: names[number] for index in indices if (number := int(self.numbers[index])) in names}
 
 
 def group_columns(group: BodyGroup, which: Ints | None, some: slice, first: int, last: int) -> Floats:
@@ -321,26 +320,12 @@ class ExactSurfaces(Protocol):
         """Return the exact name of a surface, and its sense."""
         ...
 
-    def known_names(self, indices: Longs) -> dict[int, Hashable]:
-        """Return keys that are equal only for surfaces that are certainly equal.
+    def known_names(self, clusters: Sequence[Longs]) -> dict[int, Hashable]:
+        """Return keys that within clusters are equal only for surfaces that are certainly equal.
 
         Surfaces without such a key are left out.
         """
         ...
-
-    def leaf_names(self, indices: Longs) -> dict[int, Hashable]:
-        """`known_names` by the primitives that surfaces belong to."""
-        ...
-
-
-def names_at(
-    known: Callable[[Longs], dict[int, Hashable]], numbers: Ints | Longs, indices: Longs
-) -> dict[int, Hashable]:
-    """Return what one of the methods of `ExactSurfaces` knows of surfaces with other numbers: `numbers[indices]`."""
-    there = numbers[indices].astype(np.int64)
-    names = known(there)
-    pairs = zip(indices.tolist(), there.tolist(), strict=True)
-    return {index: names[number] for index, number in pairs if number in names}
 
 
 def merge_surfaces(surfaces: RawSurfaces) -> SurfaceTable:
@@ -373,20 +358,17 @@ class _SurfaceMerger:
         first = np.arange(count, dtype=np.int32)
         if raw.repeated is not None:
             first[:single] = raw.repeated
-        is_plain, is_fresh = np.ones(count, bool), first == np.arange(count, dtype=np.int32)
-        is_plain[:single] = raw.plain
-        heads = np.arange(count, dtype=np.int32)  # of rounded surfaces the earliest with an equal record
+        plain = np.ones(count, bool)
+        plain[:single] = raw.plain
+        is_fresh = plain & (first == np.arange(count, dtype=np.int32))
         for k, table in ((PLANE, planes), (SPHERE, all_spheres), (QUADRIC, quadrics)):
             if _has_equal(table):
                 members = np.flatnonzero(kind == k)
-                fresh, plain = is_fresh[members], is_plain[members]
-                _merge_equal(first, members[fresh & plain], _rows_of(table, fresh & plain))
-                if (fresh & ~plain).any():
-                    _merge_equal(heads, members[fresh & ~plain], _rows_of(table, fresh & ~plain))
-        self._merge_leaves(first, heads)
+                fresh = is_fresh[members]
+                _merge_equal(first, members[fresh], _rows_of(table, fresh))
         first = first[first]
         # Planes across the axes are compared without exact names, which take about a millisecond each.
-        flat = np.flatnonzero((kind[:single] == PLANE) & is_plain[:single])
+        flat = np.flatnonzero((kind[:single] == PLANE) & plain[:single])
         settled = _merge_across_axes(first, flat, row, planes)
         senses = np.ones(count, np.int8)
         senses[:single] = raw.senses
@@ -407,17 +389,6 @@ class _SurfaceMerger:
                 quadrics, used = quadrics.select(rows_of[QUADRIC]).compact()
                 rest = replace(rest, quadrics=rest.quadrics[used])
         return SurfaceTable(kind, row, planes, all_spheres, quadrics, number[first], senses, rest, chosen, raw, first)
-
-    def _merge_leaves(self, first: Any, heads: Any) -> None:
-        """Point each surface to the earliest one with an equal record that is the same surface of an equal primitive.
-
-        `heads` are these earliest ones.
-        """
-        copies = np.flatnonzero(heads != np.arange(len(heads)))
-        names = self.exact.leaf_names(unique_sorted(copies, heads[copies])) if len(copies) else {}
-        for copy, lead in zip(copies.tolist(), heads[copies].tolist(), strict=True):
-            if copy in names and names[copy] == names.get(lead):
-                first[copy] = lead
 
     def _name(self, index: int, spheres: Floats, row: Ints) -> tuple[Key, int]:
         """Return the exact name of a surface or bulk ball, and its sense."""
@@ -446,14 +417,9 @@ class _SurfaceMerger:
             curved = np.concatenate([curved, self._balls_near(curved, first, kind, row, spheres, quadrics)])
             features = CurvedFeatures.of(kind[curved], row[curved], spheres, quadrics, rest.quadrics)
             close += find_clusters(curved, features)
-        tables: dict[int, Floats | QuadricTable] = {PLANE: planes, SPHERE: spheres, QUADRIC: quadrics}
-
-        def record(index: int) -> tuple[bool, Floats]:
-            at = int(row[index])
-            return kind[index] != SPHERE, *tables[kind[index]][at : at + 1][0]
-
+        known_names = self.exact.known_names([cluster[cluster < self.single] for cluster in close])
         candidates = np.concatenate(close) if close else np.zeros(0, np.int64)
-        known_names = self.exact.known_names(candidates[candidates < self.single])
+        rank = _record_ranks(candidates, kind, row, {PLANE: planes, SPHERE: spheres, QUADRIC: quadrics})
         representatives: dict[int, tuple[int, int]] = {}
         for cluster in close:
             same: dict[Any, list[int]] = {}
@@ -465,7 +431,7 @@ class _SurfaceMerger:
                 equal.setdefault(key, []).extend((index, sense) for index in some)
             for members in equal.values():
                 # The least record represents the class: this does not depend on the order of input.
-                lead, its_sense = min(members, key=lambda m: record(m[0]))
+                lead, its_sense = min(members, key=lambda member: rank[member[0]])
                 for index, sense in members:
                     representatives[index] = (lead, 1 if kind[index] == PLANE else sense * its_sense)
         if representatives:
@@ -524,6 +490,23 @@ def _mix_rows(mixed: npt.NDArray[np.uint64], table: Floats) -> npt.NDArray[np.ui
             part *= np.uint64(0x9E3779B97F4A7C15)
             part ^= part >> np.uint64(29)
     return mixed
+
+
+def _record_ranks(
+    surfaces: Longs, kind: Signs, row: Ints, tables: dict[int, Floats | QuadricTable]
+) -> dict[int, tuple[bool, int]]:
+    """Rank surfaces by their records, spheres before other quadrics; equal records have equal ranks."""
+    ranks: dict[int, tuple[bool, int]] = {}
+    for own, table in tables.items():
+        some = surfaces[kind[surfaces] == own]
+        records = table[row[some]]
+        order = np.lexsort(records.T[::-1])
+        changes = (records[order[1:]] != records[order[:-1]]).any(axis=1)
+        places = np.concatenate([np.zeros(1, np.int64), np.cumsum(changes)])
+        ranks.update(
+            (k, (own != SPHERE, place)) for k, place in zip(some[order].tolist(), places.tolist(), strict=False)
+        )
+    return ranks
 
 
 def _rows_of(table: Floats | QuadricTable, some: npt.NDArray[np.bool_]) -> Floats | QuadricTable:

@@ -57,7 +57,7 @@ class PrimitiveCache:
 
     def prepare_primitives(self, moved: Iterable[tuple[Shape, tuple[Step, ...]]]) -> None:
         """Compute primitives that steps move."""
-        missing: dict[tuple[Any, ...], dict[Hashable, tuple[Shape, tuple[Step, ...], Floats]]] = {}
+        missing: dict[Hashable, dict[Hashable, tuple[Shape, tuple[Step, ...], Floats]]] = {}
         for leaf, steps in moved:
             flat = self._flatten(leaf, steps)
             if flat is not None and flat.key not in self._cache:

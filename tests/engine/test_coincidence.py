@@ -234,6 +234,20 @@ def test_tables_are_those_of_exact_names(named: list[int], monkeypatch: pytest.M
         assert mine.tobytes() == its.tobytes(), field
 
 
+@pytest.mark.parametrize("turn", [("z", 0), ("z", 90), ("x", -90)])
+def test_surfaces_within_which_bodies_turn_or_slide_need_no_exact_name(turn, named: list[int]) -> None:
+    """40 plates turned about the normal of their faces, and 40 segments of a pipe along its axis, all tilted."""
+    plates = [co.Box((2, -0.1, 0), (3, 0.1, 1)).rotate("z", 7 * k).translate((0, 0, 0.25)) for k in range(40)]
+    pipe = [co.Revolution([(0, k), (0.3, k), (0.3, k + 1), (0, k + 1)]).translate((5, 1, 0)) for k in range(40)]
+    spun = [part.rotate("z", 11) for part in pipe]  # off its axis: another pipe
+    shapes = [part.rotate(*turn).translate((1, 2, 3)).rotate("x", 20) for part in (*plates, *pipe, *spun)]
+    tables = lower([co.Body(shape) for shape in shapes]).tables
+    assert not named
+    assert (tables.surface_kind == QUADRIC).sum() == 2
+    # Four sides of each plate, which have no two directions in common, and all ends at 0.25, at 1.25, and at 0 to 40
+    assert (tables.surface_kind == PLANE).sum() == 4 * 40 + 2 + 41
+
+
 def test_walls_an_ulp_apart_are_two() -> None:
     bodies = walls()
     tables = lower(bodies).tables

@@ -26,7 +26,7 @@ from ...geometry.primitives import Box, Sphere
 from ...geometry.quadrics import Ellipsoid
 from ...geometry.revolution import Revolution
 from ...geometry.shape import Difference, Intersection, Solid, Union
-from ...geometry.transform import IDENTITY_MOTION, Motion
+from ...geometry.transform import IDENTITY_MOTION, Motion, Translate
 from ...materials.material import Material
 from ..importers import BodyLimits, ImportOptions, ImportResult, LegendEntry, OmittedPart, limit_notes, select_bodies
 from ..openmc.placement import (
@@ -109,7 +109,7 @@ class GdmlPlacement:
         if self.is_straight:
             return UniversePlacement(self.turn, add_points(self.shift, by))
         whole = add_points(self.lift, by)
-        outer = self.outer.translate(to_floats(whole)) if any(whole) else self.outer
+        outer = self.outer.then(Motion((Translate(to_floats(whole)),))) if any(whole) else self.outer
         return UniversePlacement(self.turn, self.shift, outer)
 
 

@@ -8,18 +8,20 @@ rotations become a motion.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Literal
 
 from ...geometry.shape import Difference, Intersection, Solid, Union
-from ...geometry.transform import IDENTITY_MOTION, Motion
-from ..openmc.placement import NO_TURN, ORIGIN, CellRotation, Point, UniversePlacement
+from ...geometry.transform import IDENTITY_MOTION
+from ..openmc.placement import NO_TURN, ORIGIN, CellRotation, Point, UniversePlacement, motion_of_turn
 
 SolidFactory = Callable[[Point], Solid]
 """Builds a solid, translated by a shift in mm."""
 BooleanKind = Literal["union", "subtraction", "intersection"]
+_MOST_HELD = 1 << 11
+"""Most solids that a template holds."""
 MAX_SOLID_PARTS, MAX_BOOLEAN_DEPTH = 4_000, 100
 """Most primitives of one solid, and most levels of nested Booleans; a chain of one kind counts as one level."""
 
@@ -47,41 +49,41 @@ class SolidTemplate(ABC):
 
 @dataclass(eq=False)
 class PrimitiveTemplate(SolidTemplate):
-    """A primitive: `make` builds it from its numbers, translated by a shift. `cache` holds solids by shift.
+    """A primitive: `make` builds it from its numbers, translated by a shift.
 
-    Solids keep `source`, if there is one, for the exporter.
+    `cache` holds some of the solids by placement. Solids keep `source`, if there is one, for the exporter.
     """
 
     make: SolidFactory
     source: SourceElement | None = None
     parts: int = 1
     depth: int = 0
-    # Keys are numerators and denominators: integers hash faster than fractions.
-    cache: dict[tuple[tuple[int, int], ...], Solid] = field(default_factory=dict)
+    cache: dict[Hashable, Solid] = field(default_factory=dict)
 
     def at(self, placement: UniversePlacement) -> Solid:
-        # The shift follows the turn, so the inverse turn brings it before the turn, where it is exact.
-        x, y, z = placement.turn.inverse.apply(placement.shift)
-        key = x.as_integer_ratio(), y.as_integer_ratio(), z.as_integer_ratio()
+        # A solid stands in the body of its volume and in that of the mother, which loses it. Keys are numerators and
+        # denominators: integers hash faster than fractions
+        shift = tuple(value.as_integer_ratio() for value in placement.shift)
+        key = shift, placement.turn, placement.outer
         solid = self.cache.get(key)
         if solid is None:
-            solid = self.make((x, y, z))
-            if self.source is not None and solid.motion.is_identity:
-                vars(solid)["_source"] = replace(self.source, shift=(x, y, z))
-            if len(self.cache) < 64:
+            solid = self._made(placement)
+            if len(self.cache) < _MOST_HELD:
                 self.cache[key] = solid
-        if placement.turn is NO_TURN and placement.outer is IDENTITY_MOTION:
-            return solid
-        motion = IDENTITY_MOTION if placement.turn == NO_TURN else _motion_of(placement)
-        whole = solid.motion.then(motion).then(placement.outer)
-        if whole == solid.motion:
-            return solid
-        return solid._moved(whole)
+        return solid
 
-
-def _motion_of(placement: UniversePlacement) -> Motion:
-    rows = [(*map(float, row), 0.0) for row in placement.turn.rows]
-    return IDENTITY_MOTION.transform((*rows, (0.0, 0.0, 0.0, 1.0)))
+    def _made(self, placement: UniversePlacement) -> Solid:
+        """Build the solid at a placement."""
+        # The shift follows the turn, so the inverse turn brings it before the turn, where it is exact.
+        own = UniversePlacement(shift=placement.turn.inverse.apply(placement.shift))
+        if own != placement:
+            solid = self.at(own)
+            motion = IDENTITY_MOTION if placement.turn == NO_TURN else motion_of_turn(placement.turn)
+            return solid._moved(solid.motion.then(motion).then(placement.outer))
+        solid = self.make(own.shift)
+        if self.source is not None and solid.motion.is_identity:
+            vars(solid)["_source"] = replace(self.source, shift=own.shift)
+        return solid
 
 
 TemplateOperand = tuple[SolidTemplate, Point, CellRotation]

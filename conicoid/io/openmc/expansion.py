@@ -24,8 +24,8 @@ from . import geometry
 from .geometry import VOID as VOID_NAME, CellGeometry, UniverseCell, find_enclosure, is_bounded_with, lattice_fillings
 from .lattices import Index, Lattice
 from .placement import UNBOUNDED, AxisTurn, Extent, ExtentEnd, Point, UniversePlacement
-from .region import RegionPart, SolidBuilder, SurfaceSide, bind_surfaces, list_half_spaces
-from .surfaces import FlatSurface, Surface
+from .region import PlacedSurfaces, RegionPart, SolidBuilder, SurfaceSide, bind_surfaces, list_half_spaces
+from .surfaces import FlatSurface
 from .universe_block import (
     CellBodies,
     CellPiece,
@@ -89,6 +89,7 @@ class UniverseExpansion:
 
     def __post_init__(self) -> None:
         self.block = self.whole
+        self.unmoved = {number: numbered.surface for number, numbered in self.geometry.surfaces.items()}
 
     def run(self) -> None:
         """Expand the geometry. Raise SceneFileError for too many bodies or numbers out of the range of float64."""
@@ -112,7 +113,7 @@ class UniverseExpansion:
 
     def _universe(self, number: int, place: UniversePlacement, context: PlaceBounds, path: PlacePath) -> None:
         """Expand the cells of a universe at a place within bounds."""
-        surfaces = _PlacedSurfaces(self.geometry, place)
+        surfaces = PlacedSurfaces(place, self.unmoved)
         for cell in self.geometry.universes[number]:
             with self._reporting(cell, path):
                 self._cell(cell, place, context, path, surfaces)
@@ -123,7 +124,7 @@ class UniverseExpansion:
         place: UniversePlacement,
         context: PlaceBounds,
         path: PlacePath,
-        surfaces: _PlacedSurfaces,
+        surfaces: PlacedSurfaces,
     ) -> None:
         """Expand a cell at a place: count it as empty, add its body, or expand what fills it."""
         parts = () if cell.region is None else (bind_surfaces(cell.region, surfaces),)
@@ -381,7 +382,7 @@ class UniverseExpansion:
         if region is None:
             return
         context = PlaceBounds().and_(
-            place.outer, (bind_surfaces(region, _PlacedSurfaces(self.geometry, place)),), UNBOUNDED
+            place.outer, (bind_surfaces(region, PlacedSurfaces(place, self.unmoved)),), UNBOUNDED
         )
         solid = None if context is None else self._solid(context)
         if solid is not None and is_bounded_with(solid, lambda: self.bodies.boxes):
@@ -453,19 +454,6 @@ class ElementRoom:
 
 def _is_across_axis(part: RegionPart) -> bool:
     return isinstance(part, SurfaceSide) and isinstance(part.surface, FlatSurface) and part.surface.axis is not None
-
-
-class _PlacedSurfaces(dict[int, Surface]):
-    """The surfaces of a geometry at a place, each moved there when it is first used."""
-
-    def __init__(self, geometry: CellGeometry, place: UniversePlacement) -> None:
-        super().__init__()
-        self.geometry = geometry
-        self.place = place
-
-    def __missing__(self, number: int) -> Surface:
-        self[number] = self.geometry.surfaces[number].surface.placed(self.place)
-        return self[number]
 
 
 def is_periodic(geometry: CellGeometry, universe: int, lattice: Lattice) -> bool:

@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cached_property
+from functools import cache, cached_property
 from typing import TypeAlias
 
 from ..._util.arrays import Matrix4, Vector
@@ -169,9 +169,15 @@ class UniversePlacement:
         return motion.translate(to_floats(whole)) if any(whole) else motion
 
 
+@cache
+def motion_of_turn(turn: AxisTurn) -> Motion:
+    """Return a quarter turn as a motion."""
+    return IDENTITY_MOTION.transform(_matrix(turn.rows))
+
+
 def turn_motion(motion: Motion, turn: AxisTurn) -> Motion:
     """Return a motion followed by a quarter turn."""
-    return motion if turn == NO_TURN else motion.transform(_matrix(turn.rows))
+    return motion if turn == NO_TURN else motion.then(motion_of_turn(turn))
 
 
 def add_rounded(a: Fraction, b: Fraction) -> float:

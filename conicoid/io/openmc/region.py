@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property, reduce
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from ...geometry.general_quadric import Quadric
 from ...geometry.polyhedron import Polyhedron
@@ -247,15 +247,16 @@ def bind_surfaces(region: Region, surfaces: Mapping[int, Surface]) -> RegionPart
     return kind(tuple(bind_surfaces(part, surfaces) for part in region.parts))
 
 
-class PartMover(dict[Surface, Surface]):
-    """Moves parts by the turn and the shift of a placement: each surface once, when it is first used."""
+class PlacedSurfaces(dict[Any, Surface]):
+    """Surfaces, or those of these numbers, after the turn and the shift of a placement: each moved at its first use."""
 
-    def __init__(self, place: UniversePlacement) -> None:
+    def __init__(self, place: UniversePlacement, numbered: Mapping[int, Surface] | None = None) -> None:
         super().__init__()
-        self.place = place
+        self.place, self.numbered = place, numbered
 
-    def __missing__(self, surface: Surface) -> Surface:
-        self[surface] = surface.placed(self.place)
+    def __missing__(self, surface: Any) -> Surface:
+        unmoved = surface if self.numbered is None else self.numbered[surface]
+        self[surface] = unmoved.placed(self.place)
         return self[surface]
 
     def move(self, part: RegionPart) -> RegionPart:
@@ -313,7 +314,7 @@ class Conjunction:
     def moved(self, shift: Point) -> Conjunction:
         """Return the intersection translated by `shift`."""
         place = UniversePlacement(shift=shift)
-        return Conjunction(tuple(map(PartMover(place).move, self.parts)), self.extent.placed(place))
+        return Conjunction(tuple(map(PlacedSurfaces(place).move, self.parts)), self.extent.placed(place))
 
     @cached_property
     def size(self) -> int:

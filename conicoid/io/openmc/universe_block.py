@@ -30,7 +30,7 @@ from ...numerics.bigfloat import fraction, is_rounded
 from .geometry import CellGeometry, UniverseCell
 from .lattices import Lattice
 from .placement import ORIGIN, UNBOUNDED, Extent, ExtentEnd, Point, UniversePlacement
-from .region import Conjunction, PartMover, RegionPart, SolidBuilder, SurfaceSide, pair_cost
+from .region import Conjunction, PlacedSurfaces, RegionPart, SolidBuilder, SurfaceSide, pair_cost
 from .surfaces import ConeSurface, FlatSurface, RoundSurface, Surface
 
 
@@ -399,14 +399,13 @@ def flatten_block(block: UniverseBlock[P]) -> tuple[list[P], FlatBlock]:
     pending = [block]
     while pending:  # a loop in place of recursion: universes may be many levels deep
         last = pending[-1]
-        inner = (
+        inner = [
             item.block for item in last.items if isinstance(item, BlockPlacement) and id(item.block) not in flat_blocks
-        )
-        first = next(inner, None)
-        if first is not None:
-            pending.append(first)
-            continue
-        flat_blocks[id(pending.pop())] = _flatten(last, pieces, forms, flat_blocks)
+        ]
+        if inner:
+            pending += reversed(inner)
+        elif id(pending.pop()) not in flat_blocks:
+            flat_blocks[id(last)] = _flatten(last, pieces, forms, flat_blocks)
     return pieces, flat_blocks[id(block)]
 
 
@@ -494,14 +493,14 @@ class BlockBodies(InstanceList, Generic[P]):
 
         Coordinates are extreme there, so building these bodies checks that the numbers of all are in range.
         """
-        ranks = [_ranks(values) for values in self.shifts.values]
-        for numbers in self.members:
-            extremes = {0}
-            if len(numbers) > 1:
-                for axis, order in enumerate(ranks):
-                    ends_of_axis = order[self.shifts.index[axis, numbers]]
-                    extremes |= {int(ends_of_axis.argmin()), int(ends_of_axis.argmax())}
-            yield from sorted(int(numbers[at]) for at in extremes)
+        found = [np.array([numbers[0] for numbers in self.members if len(numbers)], np.int64)]
+        for values, index in zip(self.shifts.values, self.shifts.index, strict=True):
+            place = _ranks(values)[index]
+            for order in (np.lexsort((place, self.kinds)), np.lexsort((-place, self.kinds))):
+                kinds = self.kinds[order]
+                found.append(order[np.flatnonzero(np.diff(kinds, prepend=-1))])
+        numbers = np.unique(np.concatenate(found))
+        yield from numbers[np.argsort(self.kinds[numbers], kind="stable")].tolist()
 
     @cached_property
     def farthest(self) -> Fraction:
@@ -522,7 +521,7 @@ class CellBodies(BlockBodies[CellPiece]):
     def __init__(self, whole: UniverseBlock[CellPiece], pieces: list[CellPiece], flat: FlatBlock) -> None:
         super().__init__(whole, pieces, flat)
         self._maker, self._moved = SolidBuilder(), SolidBuilder()
-        self._movers: dict[Shift, PartMover] = {}
+        self._movers: dict[Shift, PlacedSurfaces] = {}
 
     def shape_at(self, kind: int, shift: Shift) -> Solid:
         """Build a piece, translated by a shift."""
@@ -549,7 +548,7 @@ class CellBodies(BlockBodies[CellPiece]):
                 self._moved, self._movers = SolidBuilder(), {}
             mover = self._movers.get(shift)
             if mover is None:
-                mover = self._movers[shift] = PartMover(UniversePlacement(shift=shift))
+                mover = self._movers[shift] = PlacedSurfaces(UniversePlacement(shift=shift))
             maker, groups = self._moved, [(motion, tuple(map(mover.move, parts))) for motion, parts in groups]
         return maker.solid(groups)
 
