@@ -148,6 +148,11 @@ def test_ties_on_outlines_and_tips() -> None:
         assert marks[0].all()
         assert marks[1][[0, 1, 2, 6, 7]].all()  # corners, and the middles of the edges between them
         assert marks[2][[2, 3, 4, 8, 9]].all()
+    patch = co.Scene([co.CylinderPatch((0, 0, 0), (0, 0, 1), 1, 0, 180, (1, 0, 0))])
+    for direction in itertools.product((-3, -1, 1, 3), (-2, 2), (-1, 1)):  # through its corners, across all its edges
+        corners = np.array([(x, 0, z) for x in (-1, 1) for z in (0, 1)]) - 4 * np.array(direction)
+        hits = patch.first_hit(corners, direction)
+        assert (hits.doubtful == (hits.t > 3.9)).all()
     cone = co.Scene([co.Cone((0, 0, 0), (0, 0, 1), 1, 0)])
     hits = cone.first_hit([(0, 0, 5), (5, 0, 1), (0.25, 0, 5)], [(0, 0, -1), (-1, 0, 0), (0, 0, -1)])
     assert hits.doubtful.tolist() == [True, True, False]

@@ -20,7 +20,16 @@ import numpy as np
 from ..._jit.decorators import allocator, helper, inline, record_shapes
 from ...kernels import tables as table
 from ...kernels.body.boolean import collect_leaves, put_crossing, read_crossing
-from ...kernels.body.cell import FIRST_GROUPS, groups_of, is_beside, margin_of, next_group, plane_of_group, slab_of_many
+from ...kernels.body.cell import (
+    FIRST_GROUPS,
+    NO_PLACE,
+    groups_of,
+    is_beside,
+    margin_of,
+    next_group,
+    plane_of_group,
+    slab_of_many,
+)
 from ...kernels.body.crossing_rows import (
     ENTER,
     ENTER_CLIPPED,
@@ -541,17 +550,17 @@ def _count_orders(geometry: Geometry, scratch: Scratch, ranks: Ranks, count: int
 
 @helper
 def _break_ties(
-    geometry: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, count: int, hit: int, members: int, apart: bool
+    geometry: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, count: int, between: int, members: int, apart: bool
 ) -> None:
     """Give each crossing a rank of its own; `ranks.error` holds the ranks with ties.
 
-    At each place those whose bit is in `members` come first, in the order of the list, then that of the surface `hit`,
-    then the others against the list. Both crossings of a touch are around them, or with `apart` before them. The
+    At each place those whose bit is in `members` come first, in the order of the list, then that of the surface
+    `between`, then the others against the list. Both crossings of a touch are around them, or with `apart` before them. The
     crossing on which the ray starts stays at the origin.
     """
     crossings, order, rank, tied, first = ranks.size[CROSSINGS], ranks.order, ranks.rank, ranks.error, 0
     while first < crossings:
-        last, bit, between = first, 0, -1
+        last, bit, middle = first, 0, -1
         while last < crossings and tied[order[last]] == tied[order[first]]:
             last += 1
         low, high = first, last
@@ -563,15 +572,15 @@ def _break_ties(
                 rank[this] = float(first) - 0.25 if other > this else end
             elif not _is_own_place(geometry, ranks, this):
                 rank[this] = rank[other]
-            elif ranks.owner[this] == hit:
-                between = this
+            elif ranks.owner[this] == between:
+                middle = this
             elif members >> bit % _MOST_ORDERED & 1:
                 rank[this], low, bit = float(low), low + 1, bit + 1
             else:
                 high, bit = high - 1, bit + 1
                 rank[this] = float(high)
-        if between >= 0:
-            rank[between] = float(low)
+        if middle >= 0:
+            rank[middle] = float(low)
         first = last
     zero, start = rank[0], ray.start
     for k in range(crossings):
@@ -594,14 +603,22 @@ def hangs_on_tie(
     """Return True if the first hit of a ray hangs on a tie. The ranks are lost."""
     sets, ways = _count_orders(geometry, scratch, ranks, count)
     surface = hit_surface(geometry, hit) if hit.body >= 0 else -1
-    for trial in range(sets * ways):
-        _break_ties(geometry, scratch, ranks, ray, count, surface, trial // ways, trial % ways == 1)
-        put_canonical_surfaces(geometry, stand, scratch, ranks, ray.start, count)
-        other = first_of_ranks(geometry, stand, scratch, ranks, ray, count)
-        if other.body != hit.body or other.enters != hit.enters:
-            return True
-        if hit.body >= 0 and hit_surface(geometry, other) != surface:
-            return True
+    # A sheet that solids cut is hit by what precedes it, as the hit is
+    for k in range(-1, count if sets > 0 else -1):
+        between = surface
+        if k >= 0:
+            entry = scratch.found[k]
+            if is_solid(geometry, entry) or entry_program(geometry, entry) < 0:
+                continue
+            between = crossing_face(geometry, entry, NO_PLACE, 1)[0]
+        for trial in range(sets * ways):
+            _break_ties(geometry, scratch, ranks, ray, count, between, trial // ways, trial % ways == 1)
+            put_canonical_surfaces(geometry, stand, scratch, ranks, ray.start, count)
+            other = first_of_ranks(geometry, stand, scratch, ranks, ray, count)
+            if other.body != hit.body or other.enters != hit.enters:
+                return True
+            if hit.body >= 0 and hit_surface(geometry, other) != surface:
+                return True
     return False
 
 
