@@ -148,6 +148,7 @@ def test_ties_on_outlines_and_tips() -> None:
         assert marks[0].all()
         assert marks[1][[0, 1, 2, 6, 7]].all()  # corners, and the middles of the edges between them
         assert marks[2][[2, 3, 4, 8, 9]].all()
+        assert scenes[0].first_hit(on_edges, direction).doubtful.all()  # starts on the polygon and on its edge
     patch = co.Scene([co.CylinderPatch((0, 0, 0), (0, 0, 1), 1, 0, 180, (1, 0, 0))])
     for direction in itertools.product((-3, -1, 1, 3), (-2, 2), (-1, 1)):  # through its corners, across all its edges
         corners = np.array([(x, 0, z) for x in (-1, 1) for z in (0, 1)]) - 4 * np.array(direction)

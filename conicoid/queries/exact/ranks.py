@@ -527,8 +527,8 @@ def _is_own_place(geometry: Geometry, ranks: Ranks, k: int) -> bool:
 
 @helper
 def _count_orders(geometry: Geometry, scratch: Scratch, ranks: Ranks, count: int) -> tuple[int, int]:
-    """Sort the crossings by rank, and make touches crossings. Return how many sets come first, and ways of touches."""
-    crossings, order, ties, touches, most, tied = ranks.size[CROSSINGS], ranks.order, False, False, 0, 0
+    """Sort the crossings by rank, and make touches crossings. Return how many sets come first, and ways of the rest."""
+    crossings, order, ties, ways, most, tied = ranks.size[CROSSINGS], ranks.order, False, 1, 0, 0
     for k in range(crossings):
         order[k], ranks.error[k] = k, ranks.rank[k]
     _sort_ties(order, crossings, ranks)
@@ -538,14 +538,13 @@ def _count_orders(geometry: Geometry, scratch: Scratch, ranks: Ranks, count: int
         most, ties = max(most, min(tied, _MOST_ORDERED)), ties or tied > 0
     for k in range(ranks.size[SURFACES]):
         at = 2 * ranks.surfaces[k]
-        touches |= ranks.verdict[at] == TOUCHES
+        ways = 2 if ranks.verdict[at] == TOUCHES else ways
         ranks.verdict[at] = CROSSES if ranks.verdict[at] == TOUCHES else ranks.verdict[at]
     for k in range(count):
         entry = scratch.found[k]
         if integer(geometry, table.ENTRY_KIND, entry) == POLYGON:
-            if ranks.loops[integer(geometry, table.ENTRY_INDEX, entry)] >= EDGE:
-                most, ties = max(most, 1), True
-    return 1 << most if ties or touches else 0, 2 if touches else 1
+            ways = 2 if ranks.loops[integer(geometry, table.ENTRY_INDEX, entry)] >= EDGE else ways
+    return 1 << most if ties or ways > 1 else 0, ways
 
 
 @helper
@@ -555,8 +554,8 @@ def _break_ties(
     """Give each crossing a rank of its own; `ranks.error` holds the ranks with ties.
 
     At each place those whose bit is in `members` come first, in the order of the list, then that of the surface
-    `between`, then the others against the list. Both crossings of a touch are around them, or with `apart` before them. The
-    crossing on which the ray starts stays at the origin.
+    `between`, then the others against the list. Both crossings of a touch are around them, or with `apart` before them;
+    edges of polygons are passed outside, or with it inside. The crossing on which the ray starts stays at the origin.
     """
     crossings, order, rank, tied, first = ranks.size[CROSSINGS], ranks.order, ranks.rank, ranks.error, 0
     while first < crossings:
@@ -593,7 +592,7 @@ def _break_ties(
         if integer(geometry, table.ENTRY_KIND, entry) == POLYGON:
             polygon = integer(geometry, table.ENTRY_INDEX, entry)
             if ranks.loops[polygon] >= EDGE:
-                ranks.loops[polygon] = EDGE + (members & 1)
+                ranks.loops[polygon] = EDGE + (1 if apart else 0)
 
 
 @helper
