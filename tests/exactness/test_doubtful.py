@@ -142,7 +142,9 @@ def test_ties_on_outlines_and_tips() -> None:
     assert down.doubtful.tolist() == [True, True, False]
     loop = np.array([(0, 0, 0), (2, 0, 0), (2, 2, 0), (1, 1, 0), (0, 2, 0)], float)
     on_edges = np.concatenate([loop, (loop + np.roll(loop, 1, axis=0)) / 2])
-    scenes = [co.Scene([shape(loop)]) for shape in (co.Polygon, lambda p: co.Triangle(*p[:3]), lambda p: co.Triangle(*p[2:]))]
+    scenes = [
+        co.Scene([shape(loop)]) for shape in (co.Polygon, lambda p: co.Triangle(*p[:3]), lambda p: co.Triangle(*p[2:]))
+    ]
     for direction in [d for d in itertools.product((-2, -1, 0, 1, 2), repeat=3) if d[2]]:
         marks = [scene.first_hit(on_edges - 4 * np.array(direction), direction).doubtful for scene in scenes]
         assert marks[0].all()

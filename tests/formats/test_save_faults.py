@@ -109,7 +109,7 @@ def test_a_name_that_no_disk_takes(tmp_path):
         lambda: co.save(scene, f"{path}.yaml"), lambda: co.save(scene, f"{path}/a.yaml"), lambda: hits.save(f"{path}.npz"),
         lambda: scene.render(2, 2).save(f"{path}.png"), lambda: scene.slice("z", pixels=4).save(f"{path}.svg"),
     ):  # fmt: skip
-        with pytest.raises((OSError, ValueError), match="is no name that a file can have here.*ud800|ud800.*is no name"):
+        with pytest.raises((OSError, ValueError), match="is no name that a file can have"):
             use()
 
 
