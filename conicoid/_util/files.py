@@ -131,11 +131,20 @@ def resolve_output(path: str | os.PathLike[str]) -> Path:
 
 
 def resolve_links(path: str | os.PathLike[str]) -> Path:
-    """Return a path with links followed; raise OSError for links in a circle."""
+    """Return a path with links followed; raise OSError for links in a circle, and names that no file can have."""
+    check_name(path)
     try:
         return Path(path).resolve()
     except RuntimeError:
         raise OSError(errno.ELOOP, os.strerror(errno.ELOOP), os.fspath(path)) from None
+
+
+def check_name(path: str | os.PathLike[str]) -> None:
+    """Raise OSError for a name that this system cannot write, such as half a surrogate pair."""
+    try:
+        os.fsencode(path)
+    except UnicodeEncodeError:
+        raise OSError(errno.EILSEQ, "is no name that a file can have here", os.fspath(path)) from None
 
 
 @contextlib.contextmanager
@@ -178,6 +187,7 @@ _READ_ONLY = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC
 
 def open_regular(path: str | os.PathLike[str]) -> BufferedReader:
     """Open a regular file, or a link to one, for reading; raise OSError at once for anything else."""
+    check_name(path)
     _check_regular(os.stat(path).st_mode, path)  # before `open`, which some devices react to
     descriptor = os.open(path, _READ_ONLY)
     try:  # again, since the file may have been replaced meanwhile

@@ -291,5 +291,7 @@ def side_of_loop(corners: Sequence[ex.Row], origin: Sequence[float], direction: 
             side = ex.dot((ua, -ub), (vb, va))
             odd ^= side > 0 if vb > va else side < 0
             edge |= side == 0
+        elif vb == 0:
+            edge |= ub == 0 or (va == 0 and (ua < 0) != (ub < 0))
         ua, va = ub, vb
     return odd, edge

@@ -213,7 +213,8 @@ class Cylinder(PrimitiveSolid):
 
     Faces: 0 side, 1 start cap, 2 end cap, 3 wall at start_angle, 4 wall at end_angle (half a turn
     has one plane for both walls: face 3). uv: (angle / 360, height in [0, 1]) on the side,
-    (x, y) / radius on the caps, (distance from the axis / radius, height in [0, 1]) on the walls.
+    (x, y) / radius on the caps, (distance from the axis / radius, height in [0, 1]) on the walls; where both walls are
+    one plane the distance is below 0 on the side of end_angle.
     Sources: Sasaki 2021 and the graphics textbook (CILIND).
     """
 

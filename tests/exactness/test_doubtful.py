@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -118,10 +119,43 @@ def test_ties_of_a_box_without_a_ball_in_it(name: str) -> None:
     assert ties(scene, rays)[1][0] == tied
 
 
+@pytest.mark.parametrize("seed", range(40))
+def test_a_corner_of_three_walls_is_a_tie_if_rays_beside_it_hit_others(seed: int) -> None:
+    """Rays beside it cross the walls x = y = z = 0 in each of the six orders, and have no ties themselves."""
+    random = np.random.default_rng(seed)
+    walls = [co.HalfSpace(-np.eye(3)[k], 0.0) for k in random.permutation(3)]
+    shape = walls[0] & co.Sphere(1, (0, 5, 50))  # it has the number of the first wall, and the ray does not come near
+    for k in random.integers(0, 3, 5):
+        operand = walls[k] if random.random() < 0.7 else ~walls[k]
+        shape = shape | operand if random.random() < 0.5 else operand & shape
+    scene = co.Scene([shape])
+    beside = 1e-9 * np.array(list(itertools.permutations((-1, 0, 1)))) - 1
+    hits, hit = scene.first_hit(beside, (1, 1, 1)), scene.first_hit((-1, -1, -1), (1, 1, 1))
+    assert not hits.doubtful.any()
+    others = {(bool(h.hit), int(h.surface), bool(h.entering)) for h in hits}
+    assert hit.doubtful == (len(others | {(bool(hit.hit), int(hit.surface), bool(hit.entering))}) > 1)
+
+
 def test_ties_on_outlines_and_tips() -> None:
     halves = co.Scene([co.Triangle((0, 0, 0), (1, 0, 0), (0, 1, 0)), co.Triangle((1, 1, 0), (1, 0, 0), (0, 1, 0))])
     down = halves.first_hit([(0.5, 0.5, 1), (0, 0.5, 1), (0.25, 0.5, 1)], (0, 0, -1))
     assert down.doubtful.tolist() == [True, True, False]
+    loop = np.array([(0, 0, 0), (2, 0, 0), (2, 2, 0), (1, 1, 0), (0, 2, 0)], float)
+    on_edges = np.concatenate([loop, (loop + np.roll(loop, 1, axis=0)) / 2])
+    scenes = [
+        co.Scene([shape(loop)]) for shape in (co.Polygon, lambda p: co.Triangle(*p[:3]), lambda p: co.Triangle(*p[2:]))
+    ]
+    for direction in [d for d in itertools.product((-2, -1, 0, 1, 2), repeat=3) if d[2]]:
+        marks = [scene.first_hit(on_edges - 4 * np.array(direction), direction).doubtful for scene in scenes]
+        assert marks[0].all()
+        assert marks[1][[0, 1, 2, 6, 7]].all()  # corners, and the middles of the edges between them
+        assert marks[2][[2, 3, 4, 8, 9]].all()
+        assert scenes[0].first_hit(on_edges, direction).doubtful.all()  # starts on the polygon and on its edge
+    patch = co.Scene([co.CylinderPatch((0, 0, 0), (0, 0, 1), 1, 0, 180, (1, 0, 0))])
+    for direction in itertools.product((-3, -1, 1, 3), (-2, 2), (-1, 1)):  # through its corners, across all its edges
+        corners = np.array([(x, 0, z) for x in (-1, 1) for z in (0, 1)]) - 4 * np.array(direction)
+        hits = patch.first_hit(corners, direction)
+        assert (hits.doubtful == (hits.t > 3.9)).all()
     cone = co.Scene([co.Cone((0, 0, 0), (0, 0, 1), 1, 0)])
     hits = cone.first_hit([(0, 0, 5), (5, 0, 1), (0.25, 0, 5)], [(0, 0, -1), (-1, 0, 0), (0, 0, -1)])
     assert hits.doubtful.tolist() == [True, True, False]

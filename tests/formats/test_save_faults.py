@@ -100,6 +100,19 @@ def test_any_name_that_a_disk_takes(stem, tmp_path):
     assert co.load(tmp_path / f"{stem}.yaml") == OLD
 
 
+def test_a_name_that_no_disk_takes(tmp_path):
+    """Half a surrogate pair cannot be written in UTF-8."""
+    scene, path = co.Scene([co.Sphere()]), str(tmp_path / "\ud800")
+    hits = scene.first_hit((0, 0, 5), (0, 0, -1))
+    for use in (
+        lambda: co.load(f"{path}.yaml"), lambda: co.load(f"{path}.gdml"), lambda: co.Hits.load(f"{path}.npz"),
+        lambda: co.save(scene, f"{path}.yaml"), lambda: co.save(scene, f"{path}/a.yaml"), lambda: hits.save(f"{path}.npz"),
+        lambda: scene.render(2, 2).save(f"{path}.png"), lambda: scene.slice("z", pixels=4).save(f"{path}.svg"),
+    ):  # fmt: skip
+        with pytest.raises((OSError, ValueError), match="is no name that a file can have"):
+            use()
+
+
 def test_through_a_link(tmp_path):
     path = prepared(tmp_path / "a")
     (tmp_path / "b").mkdir()

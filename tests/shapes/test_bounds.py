@@ -205,6 +205,16 @@ def test_bounds_at_the_edge_of_the_domain(slope: float) -> None:
     assert np.isinf(DoubleCone(slope).bounds).all()
 
 
+@pytest.mark.parametrize(
+    ("degrees", "scale"), [(1e-75, 1e-90), (1e-90, 1.0), (1e-98, 1e-90), (1e-60, 1e60), (30, 1e-90)]
+)
+def test_bounds_of_paraboloids_that_hardly_lean(degrees: float, scale: float) -> None:
+    """y cos a - z sin a over z = y² is most at y = cos a / (2 sin a); squares of the sine are below the least float."""
+    angle = math.radians(degrees)
+    bowl = EllipticParaboloid(1, 1).rotate((1, 0, 0), degrees).scale(scale)
+    assert bowl.bounds.high[1] == pytest.approx(scale * math.cos(angle) ** 2 / (4 * math.sin(angle)), rel=1e-13)
+
+
 def elliptic_solids(rng: np.random.Generator) -> list[EllipticSolid]:
     """One of each kind, some thin, and some whose lower end is where the surface begins."""
     a, e, h, c = (float(x) for x in rng.uniform(0.1, 2, 4))
@@ -230,7 +240,9 @@ def test_supports_of_elliptic_solids_are_those_of_50_digits(seed: int) -> None:
     """
     rng = np.random.default_rng(seed)
     for solid in elliptic_solids(rng):
-        direction = [float(x) for x in rng.normal(size=3) * rng.choice([1.0, 1e-3, 0.0], 3, p=[0.6, 0.2, 0.2])]
+        direction = [
+            float(x) for x in rng.normal(size=3) * rng.choice([1.0, 1e-3, 1e-160, 0.0], 3, p=[0.5, 0.2, 0.1, 0.2])
+        ]
         with mp.workdps(50):
             sx, sy = (mp.mpf(Fraction(s).numerator) / Fraction(s).denominator for s in solid.squares)
             g0, g1, g2 = (mp.mpf(Fraction(g).numerator) / Fraction(g).denominator for g in solid.profile)

@@ -70,13 +70,13 @@ def elliptic_support(
 
 
 def _stationary_heights(w: Any, uz: Any, g0: Any, g1: Any, g2: Any) -> tuple[float, float, float]:
-    """Return the coefficients, highest power first, of w² g'² = 4 u_z² g, scaled if float64 overflows."""
+    """Return the coefficients, highest power first, of w² g'² = 4 u_z² g, scaled if floats may not hold them."""
     steep = w * w * g2 - uz * uz
     a, b, c = 4 * g2 * steep, 4 * g1 * steep, w * w * g1 * g1 - 4 * uz * uz * g0
     if isinstance(a, Fraction):
-        largest = max(abs(a), abs(b), abs(c), Fraction(1))
+        largest = max(abs(a), abs(b), abs(c)) or Fraction(1)
         return float(a / largest), float(b / largest), float(c / largest)
-    if math.isfinite(a) and math.isfinite(b) and math.isfinite(c):
+    if all(factor == 0 or 1 / _LARGE < abs(factor) < _LARGE for factor in (w, uz, g0, g1, g2)):
         return a, b, c
     return _stationary_heights(*map(Fraction, (w, uz, g0, g1, g2)))
 
@@ -140,16 +140,20 @@ def _limit_at_infinity(w: float, uz: float, g0: float, g1: float, g2: float) -> 
 
 def real_roots(a: float, b: float, c: float) -> Iterator[float]:
     """Yield the real roots of a z² + b z + c, by the formula without cancellation; none if all of it vanishes."""
-    scale = -math.frexp(max(abs(a), abs(b), abs(c)))[1]
-    a, b, c = math.ldexp(a, scale), math.ldexp(b, scale), math.ldexp(c, scale)
+    # z in a unit in which a and c are of one size: the discriminant does not underflow
+    unit = (math.frexp(c)[1] - math.frexp(a)[1]) // 2 if a != 0 and c != 0 else 0
+    sizes = zip((a, b, c), (2 * unit, unit, 0), strict=True)
+    scale = -max((math.frexp(x)[1] + more for x, more in sizes if x != 0), default=0)
+    a, b, c = math.ldexp(a, scale + 2 * unit), math.ldexp(b, scale + unit), math.ldexp(c, scale)
     d = b * b - 4 * a * c
     if d < 0:
         return
-    q = -(b + math.copysign(math.sqrt(d), b)) / 2
+    q = -(b + math.copysign(math.sqrt(d) if a * c != 0 else abs(b), b)) / 2
+    half, rest = math.ldexp(1.0, unit // 2), math.ldexp(1.0, unit - unit // 2)
     if a != 0:
-        yield q / a
+        yield q / a * half * rest
     if q != 0:
-        yield c / q
+        yield c / q * half * rest
 
 
 # Supports of many shapes at once, each in several directions
@@ -174,7 +178,9 @@ def _roots(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
     """Return `real_roots` of many equations along a last axis of two; NaN for none."""
     scale = np.ldexp(1.0, -np.frexp(np.maximum(np.maximum(np.abs(a), np.abs(b)), np.abs(c)))[1])
     a, b, c = a * scale, b * scale, c * scale
-    q = -(b + np.copysign(np.sqrt(b * b - 4 * a * c), b)) / 2
+    # A discriminant that underflows: one of its terms alone would not, as a root of it
+    root = np.where(a * c == 0, np.abs(b), np.sqrt(b * b - 4 * a * c))
+    q = -(b + np.copysign(root, b)) / 2
     return np.stack([np.where(a != 0, q / a, np.nan), np.where(q != 0, c / q, np.nan)], axis=-1)
 
 

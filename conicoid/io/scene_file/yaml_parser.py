@@ -16,7 +16,7 @@ from typing import Any
 
 import yaml  # type: ignore[import-untyped]
 
-from ..._util.files import Problem, SceneFileError, read_regular, unreadable_error
+from ..._util.files import Problem, SceneFileError, check_name, read_regular, unreadable_error
 from .nodes import MappingNode, Node, ScalarNode, SequenceNode, shorten
 
 # The text before it is parsed.
@@ -277,6 +277,7 @@ def _read_bytes(path: Path) -> bytes:
     """Return the bytes of a regular file of at most `MAX_SCENE_BYTES`."""
     if "\0" in str(path):
         raise _TextError("cannot be read: a path cannot hold a zero character")
+    check_name(path)
     status = path.stat()
     if stat.S_ISDIR(status.st_mode):
         raise _TextError("is a directory, not a scene file")

@@ -78,8 +78,9 @@ def inside_loop(geometry: Geometry, first: int, last: int, ray: Ray) -> tuple[bo
     ua, va, su, sv = project_row_vertex(geometry, last - 1, axis, ray)
     for k in range(first, last):
         ub, vb, tu, tv = project_row_vertex(geometry, k, axis, ray)
-        # tv = 0 is an exact zero, which the rule below decides
+        # tv = 0 is an exact zero, which the rule below decides, but for a ray through the corner or an edge with v = 0
         unsure |= (abs(vb) <= LOOP * tv) & (tv > 0.0)
+        unsure |= (vb == 0.0) & ((abs(ub) <= LOOP * tu) | ((va == 0.0) & ((ua < 0.0) != (ub < 0.0))))
         # v = 0 counts as positive for every polygon, so a vertex on the half-line counts once
         if (va < 0.0) != (vb < 0.0):
             # u where the edge crosses v = 0, times vb - va: its sign needs no division
@@ -149,5 +150,11 @@ def decide_loop(geometry: Geometry, rest: RoundingRest, polygon: int, ray: Ray) 
             rises = after > before
             edge = EDGE if side == 0 else edge
             odd ^= 1 if (side > 0 if rises else side < 0) else 0
+        elif after == 0:
+            # Through the corner, or an edge with v = 0: the rule above does not see edges of one side
+            left, right = sign(ua), sign(ub)
+            if left == OPEN or right == OPEN:
+                return OPEN
+            edge = EDGE if right == 0 or (before == 0 and left != right) else edge
         ua, va = ub, vb
     return odd + edge

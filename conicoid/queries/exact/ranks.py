@@ -20,7 +20,16 @@ import numpy as np
 from ..._jit.decorators import allocator, helper, inline, record_shapes
 from ...kernels import tables as table
 from ...kernels.body.boolean import collect_leaves, put_crossing, read_crossing
-from ...kernels.body.cell import FIRST_GROUPS, groups_of, is_beside, margin_of, next_group, plane_of_group, slab_of_many
+from ...kernels.body.cell import (
+    FIRST_GROUPS,
+    NO_PLACE,
+    groups_of,
+    is_beside,
+    margin_of,
+    next_group,
+    plane_of_group,
+    slab_of_many,
+)
 from ...kernels.body.crossing_rows import (
     ENTER,
     ENTER_CLIPPED,
@@ -491,7 +500,13 @@ def first_of_ranks(geometry: Geometry, stand: Geometry, scratch: Scratch, ranks:
 #
 # A ray may cross several surfaces at one place, touch one, start on one that is not its own, or pass through an edge of
 # a polygon. Its first hit hangs on the tie if it changes where the crossings of each place come one after the other, in
-# the order of the list or against it, and where a touch becomes two crossings. That is a property of the exact ray.
+# some order, and where a touch becomes two crossings. That is a property of the exact ray.
+#
+# Which bodies a ray is in depends on the set of surfaces that it has crossed, not on their order. So it is enough that
+# each set of the other crossings of its place comes once before that of the hit: 2^(n - 1) orders of n crossings.
+
+_MOST_ORDERED = 6
+"""Of places with more than 7 crossings the members of a set repeat, so that it has at most 64 orders."""
 
 
 @inline
@@ -503,47 +518,70 @@ def _comes_after(ranks: Ranks, i: int, j: int) -> bool:
 _sort_ties = make_sort(_comes_after)
 
 
+@inline
+def _is_own_place(geometry: Geometry, ranks: Ranks, k: int) -> bool:
+    """Return True if crossing k is not the second one of its plane or touch, which is where the first is."""
+    tied = ranks.error
+    return k == 0 or k & 1 == 1 or (is_curved(geometry, ranks.owner[k]) and tied[k] != tied[k - 1])
+
+
 @helper
-def _find_ties(geometry: Geometry, scratch: Scratch, ranks: Ranks, count: int) -> bool:
-    """Sort the crossings by rank, and make touches crossings. Return whether anything ties."""
-    crossings, order, ties = ranks.size[CROSSINGS], ranks.order, False
+def _count_orders(geometry: Geometry, scratch: Scratch, ranks: Ranks, count: int) -> tuple[int, int]:
+    """Sort the crossings by rank, and make touches crossings. Return how many sets come first, and ways of the rest."""
+    crossings, order, ties, ways, most, tied = ranks.size[CROSSINGS], ranks.order, False, 1, 0, 0
     for k in range(crossings):
         order[k], ranks.error[k] = k, ranks.rank[k]
     _sort_ties(order, crossings, ranks)
     for k in range(1, crossings):
         i, j = order[k - 1], order[k]
-        ties |= ranks.rank[i] == ranks.rank[j] and ranks.owner[i] != ranks.owner[j]
+        tied = 0 if ranks.rank[i] != ranks.rank[j] else tied + (1 if _is_own_place(geometry, ranks, j) else 0)
+        most, ties = max(most, min(tied, _MOST_ORDERED)), ties or tied > 0
     for k in range(ranks.size[SURFACES]):
         at = 2 * ranks.surfaces[k]
-        ties |= ranks.verdict[at] == TOUCHES
+        ways = 2 if ranks.verdict[at] == TOUCHES else ways
         ranks.verdict[at] = CROSSES if ranks.verdict[at] == TOUCHES else ranks.verdict[at]
     for k in range(count):
         entry = scratch.found[k]
         if integer(geometry, table.ENTRY_KIND, entry) == POLYGON:
-            ties |= ranks.loops[integer(geometry, table.ENTRY_INDEX, entry)] >= EDGE
-    return ties
+            ways = 2 if ranks.loops[integer(geometry, table.ENTRY_INDEX, entry)] >= EDGE else ways
+    return 1 << most if ties or ways > 1 else 0, ways
 
 
 @helper
-def _break_ties(geometry: Geometry, scratch: Scratch, ranks: Ranks, start: int, count: int, backwards: bool) -> None:
+def _break_ties(
+    geometry: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, count: int, between: int, members: int, apart: bool
+) -> None:
     """Give each crossing a rank of its own; `ranks.error` holds the ranks with ties.
 
-    Equal ones follow the list, or its reverse, between both crossings of a touch. The crossing on which the ray starts
-    stays at the origin.
+    At each place those whose bit is in `members` come first, in the order of the list, then that of the surface
+    `between`, then the others against the list. Both crossings of a touch are around them, or with `apart` before them;
+    edges of polygons are passed outside, or with it inside. The crossing on which the ray starts stays at the origin.
     """
     crossings, order, rank, tied, first = ranks.size[CROSSINGS], ranks.order, ranks.rank, ranks.error, 0
     while first < crossings:
-        last = first
+        last, bit, middle = first, 0, -1
         while last < crossings and tied[order[last]] == tied[order[first]]:
             last += 1
+        low, high = first, last
         for k in range(first, last):
             this = order[k]
-            rank[this] = float(first + last - 1 - k if backwards else k)
             other = this - 1 if this & 1 == 0 else this + 1  # the other crossing of the surface
             if this > 0 and tied[other] == tied[this] and is_curved(geometry, ranks.owner[this]):
-                rank[this] = float(first) - 0.5 if other > this else float(last) - 0.5
+                end = float(first) - 0.125 if apart else float(last) - 0.75
+                rank[this] = float(first) - 0.25 if other > this else end
+            elif not _is_own_place(geometry, ranks, this):
+                rank[this] = rank[other]
+            elif ranks.owner[this] == between:
+                middle = this
+            elif members >> bit % _MOST_ORDERED & 1:
+                rank[this], low, bit = float(low), low + 1, bit + 1
+            else:
+                high, bit = high - 1, bit + 1
+                rank[this] = float(high)
+        if middle >= 0:
+            rank[middle] = float(low)
         first = last
-    zero = rank[0]
+    zero, start = rank[0], ray.start
     for k in range(crossings):
         rank[k] -= zero
     if start >= 0 and ranks.listed[start] == 1 and ranks.verdict[2 * start] == CROSSES:
@@ -554,7 +592,7 @@ def _break_ties(geometry: Geometry, scratch: Scratch, ranks: Ranks, start: int, 
         if integer(geometry, table.ENTRY_KIND, entry) == POLYGON:
             polygon = integer(geometry, table.ENTRY_INDEX, entry)
             if ranks.loops[polygon] >= EDGE:
-                ranks.loops[polygon] = EDGE if backwards else EDGE + 1
+                ranks.loops[polygon] = EDGE + (1 if apart else 0)
 
 
 @helper
@@ -562,16 +600,24 @@ def hangs_on_tie(
     geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, count: int, hit: Hit
 ) -> bool:
     """Return True if the first hit of a ray hangs on a tie. The ranks are lost."""
-    if not _find_ties(geometry, scratch, ranks, count):
-        return False
-    for backwards in range(2):
-        _break_ties(geometry, scratch, ranks, ray.start, count, backwards == 1)
-        put_canonical_surfaces(geometry, stand, scratch, ranks, ray.start, count)
-        other = first_of_ranks(geometry, stand, scratch, ranks, ray, count)
-        if other.body != hit.body or other.enters != hit.enters:
-            return True
-        if hit.body >= 0 and hit_surface(geometry, other) != hit_surface(geometry, hit):
-            return True
+    sets, ways = _count_orders(geometry, scratch, ranks, count)
+    surface = hit_surface(geometry, hit) if hit.body >= 0 else -1
+    # A sheet that solids cut is hit by what precedes it, as the hit is
+    for k in range(-1, count if sets > 0 else -1):
+        between = surface
+        if k >= 0:
+            entry = scratch.found[k]
+            if is_solid(geometry, entry) or entry_program(geometry, entry) < 0:
+                continue
+            between = crossing_face(geometry, entry, NO_PLACE, 1)[0]
+        for trial in range(sets * ways):
+            _break_ties(geometry, scratch, ranks, ray, count, between, trial // ways, trial % ways == 1)
+            put_canonical_surfaces(geometry, stand, scratch, ranks, ray.start, count)
+            other = first_of_ranks(geometry, stand, scratch, ranks, ray, count)
+            if other.body != hit.body or other.enters != hit.enters:
+                return True
+            if hit.body >= 0 and hit_surface(geometry, other) != surface:
+                return True
     return False
 
 
