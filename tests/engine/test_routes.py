@@ -92,29 +92,6 @@ def test_rays_that_start_on_surfaces_agree_too(width):
     assert np.array_equal(scene.occluded(reordered(shadow, order), t_max=1), (lit.t < np.inf).ravel()[order])
 
 
-def test_crossings_begin_with_the_packets_first_hit():
-    scene, rays = crowded_scene(), camera(48)
-    hits, crossings = scene.first_hit(rays), scene.crossings(rays)
-    first = crossings.offsets[:-1]
-    some = np.diff(crossings.offsets) > 0
-    assert np.array_equal(some, hits.body.ravel() >= 0)
-    assert np.array_equal(crossings.t[first[some]], hits.t.ravel()[some])
-    assert np.array_equal(crossings.face[first[some]], hits.face.ravel()[some])
-
-
-@pytest.mark.parametrize("threads", [1, 2, 5])
-def test_any_number_of_threads_gives_the_same(threads):
-    scene, rays = crowded_scene(), camera(64)
-    expected = scene.first_hit(rays)
-    co.set_threads(threads)
-    try:
-        hits = scene.first_hit(rays)
-        for field in FIELDS:
-            assert np.array_equal(getattr(hits, field), getattr(expected, field))
-    finally:
-        co.set_threads(None)
-
-
 @pytest.mark.parametrize("shape", [(1, 1), (7, 3), (8, 8), (9, 17), (1, 200), (200, 1)])
 def test_pictures_of_any_size(shape):
     """Tiles that stick out over the edge of the picture hold idle lanes."""
