@@ -18,9 +18,7 @@ import pytest
 from hypothesis import strategies as st
 
 import conicoid as co
-from conicoid.io.export import csg_pieces as lowered
 from conicoid.io.export.exporters import EXPORT_FORMATS, ExportOptions, find_export_format
-from conicoid.io.export.openmc_regions import EmptinessTest, ExportSurfaceTable, RegionWriter
 from conicoid.io.openmc.values import read_title
 
 from ...command_line import done, refused, run
@@ -395,17 +393,6 @@ def test_planes_that_readers_get_from_corners_are_told(tmp_path: Path, caplog: p
     assert_close_answers(scene, again, 1e-12)
 
 
-def test_many_bodies_that_are_one_moved_take_the_time_of_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where it is known again, and cut out of planes, once for all."""
-    calls = []
-    worked_out = lowered._polyhedron_faces
-    monkeypatch.setattr(lowered, "_polyhedron_faces", lambda *given: calls.append(1) or worked_out(*given))
-    one = co.Polyhedron(((1, 2, 0), (-1, 2, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)), (1, 1, 1, 1.5, 1.25))
-    scene = co.Scene([one.rotate((0, 0, 1), 7.0 * k).translate((9.0 * k, 0, 0)) for k in range(20)])
-    co.export(scene, tmp_path / "out.gdml")
-    assert len(calls) <= 1
-
-
 def test_another_order_is_told(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     """A hole of the first body is the third, which a volume's daughter comes before the second."""
     hole = co.Box((-1, -1, -1), (1, 1, 1))
@@ -498,30 +485,6 @@ def test_written_in_another_format(
     np.testing.assert_array_equal(a.offsets, b.offsets)
     np.testing.assert_array_equal(a.t_enter, b.t_enter)
     np.testing.assert_array_equal(a.t_exit, b.t_exit)
-
-
-def test_regions_that_are_translated_are_as_empty_as_each_by_itself():
-    """Pairs of cells of a lattice, near and far, with surfaces that are disjoint, nested or the same."""
-    table = ExportSurfaceTable()
-    regions, tests = RegionWriter(table), EmptinessTest(table)
-    solids = [
-        solid.translate((1.25 * x, 0.1 * y, 0))
-        for x, y in itertools.product(range(3), range(3))
-        for solid in (
-            co.Cylinder((0, 0, -1), (0, 0, 1), 0.4),
-            co.Cylinder((0, 0, -1), (0, 0, 1), 0.6) - co.Cylinder((0, 0, -2), (0, 0, 2), 0.5),
-            co.Box((-0.625, -0.625, -1), (0.625, 0.625, 1)) - co.Sphere(0.6),
-            co.HalfSpace((1, 1, 0), 0.3) & co.Sphere(0.5),
-        )
-    ]
-    found = {
-        (i, j): tests.are_disjoint(regions.of(solids[i]), regions.of(solids[j]))
-        for i, j in itertools.combinations(range(len(solids)), 2)
-    }
-    assert {True, False} == set(found.values())
-    for (i, j), disjoint in found.items():
-        assert disjoint == EmptinessTest(table).are_disjoint(regions.of(solids[i]), regions.of(solids[j]))
-    assert len(tests._known) < len(found) / 2
 
 
 # --- Units of length
