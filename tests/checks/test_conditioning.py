@@ -7,7 +7,6 @@ import math
 from fractions import Fraction
 from pathlib import Path
 
-import mpmath
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
@@ -242,51 +241,6 @@ def test_instances_are_named_as_if_each_were_tested(pitch, tmp_path, monkeypatch
 
 
 # --- Digits that remain, against brute force in exact arithmetic: every number up or down, and every combination of them
-
-
-def ball_coefficients(center, radius) -> dict[str, float]:
-    x, y, z = center
-    constant = x * x + y * y + z * z - radius * radius
-    return dict(xx=1.0, yy=1.0, zz=1.0, x=-2.0 * x, y=-2.0 * y, z=-2.0 * z, constant=constant)
-
-
-def distance_after(values: dict[str, float], signs: tuple[int, ...], point, normal) -> mpmath.mpf:
-    """How far along the normal the surface lies whose numbers have changed by u, with these signs."""
-    mp = mpmath.mp
-    changed = {name: mp.mpf(v) * (1 + s * mp.mpf(U)) for (name, v), s in zip(values.items(), signs, strict=True)}
-
-    def at(t):
-        x, y, z = (p + t * n for p, n in zip(point, normal, strict=True))
-        terms = dict(xx=x * x, yy=y * y, zz=z * z, x=x, y=y, z=z, constant=mp.mpf(1))
-        return mp.fsum(changed[name] * terms[name] for name in changed)
-
-    c, a_plus_b, a_minus_b = at(0), at(1) - at(0), at(-1) - at(0)
-    a, b = (a_plus_b + a_minus_b) / 2, (a_plus_b - a_minus_b) / 2
-    disc = b * b - 4 * a * c
-    return mp.inf if disc < 0 else abs(2 * c / (b + (mp.sqrt(disc) if b > 0 else -mp.sqrt(disc))))
-
-
-@pytest.mark.parametrize("center", [(10.0, 0.0, 0.0), (300.0, -400.0, 125.0), (4096.0, 4096.0, 4096.0)])
-def test_a_ball_by_coefficients_against_all_signs_of_all_changes(center):
-    """Every number up or down: what the worst combination does at the place that is named, and nowhere much more."""
-    radius = 2.0
-    values = ball_coefficients(center, radius)
-    values = {name: value for name, value in values.items() if value}
-    found = only(co.Quadric(coefficients=values))
-    with mpmath.workdps(60):
-        rng = np.random.default_rng(1)
-        places = [found.point - np.array(center), *rng.normal(size=(4, 3))]
-        worst = []
-        for direction in places:
-            normal = [mpmath.mpf(float(c)) for c in direction]
-            length = mpmath.sqrt(mpmath.fsum(c * c for c in normal))
-            normal = [c / length for c in normal]
-            point = [mpmath.mpf(c) + radius * n for c, n in zip(center, normal, strict=True)]
-            every = itertools.product((1, -1), repeat=len(values))
-            worst.append(float(max(distance_after(values, signs, point, normal) for signs in every)) / (2 * radius))
-    assert worst[0] / math.sqrt(3) * 0.999 <= found.movement <= worst[0] * 1.001
-    assert max(worst[1:]) <= 2 * math.sqrt(3) * found.movement
-    assert found.digits == pytest.approx(-math.log10(found.movement))
 
 
 def test_nearly_parallel_planes_move_their_edge():

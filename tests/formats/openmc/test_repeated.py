@@ -22,6 +22,9 @@ from .evaluator import Evaluator, same_place
 from .models import put
 from .repeated_models import BALL, MODELS
 
+SLANTED = {"hexagons", "core at an angle", "cubes at an angle", "hexagons at an angle"}
+"""Where walls slant, the record that stands for equal planes may be another one."""
+
 Both = tuple[LoweredScene, LoweredScene, list[bool]]
 
 
