@@ -6,7 +6,6 @@ import copy
 import ctypes
 import gc
 import inspect
-import os
 import pickle
 import sys
 import types
@@ -86,13 +85,6 @@ def test_pictures_lists_and_single_rays(card):
     same_answers(scene, rays[3], np.linspace(2, 5, 48))
     same_answers(scene, rays[3, 4])
     same_answers(scene, rays[:0])
-
-
-def test_rays_that_start_on_surfaces(card):
-    scene = crowded_scene()
-    hits = scene.first_hit(camera(48))
-    shadow = hits.spawn(np.where(hits.hit[..., None], np.array([3.0, 5.0, -6.0]) - hits.point, 1.0))
-    same_answers(scene, shadow, 1.0)
 
 
 def test_doubtful_rays_go_to_the_exact_route_and_come_back(card):
@@ -185,15 +177,6 @@ def test_a_scene_without_bodies_and_what_is_pickled(card):
     same_answers(copy.deepcopy(scene), rays)
 
 
-def test_queries_of_several_threads_take_turns(card):
-    scenes = [crowded_scene(), co.Scene([carved(40)]), co.Scene([carved(150)])]
-    expected = [scene.first_hit(camera(32)) for scene in scenes]
-    with ThreadPoolExecutor(3) as pool:
-        found = list(pool.map(lambda scene: scene.first_hit(camera(32), device="cuda"), scenes))
-    for one, other in zip(found, expected, strict=True):
-        same_hits(one, other)
-
-
 def test_tables_are_sent_once_and_again_after_an_edit(card):
     balls = co.Spheres(np.random.default_rng(1).uniform(-1, 1, (2000, 3)), 0.02)
     scene = co.Scene([co.Body(balls, name="balls")])
@@ -230,11 +213,6 @@ def test_a_card_without_memory_says_how_many_bytes(card):
     card._size = 4096
     with pytest.raises(MemoryError, match=r"bytes are needed, [\d,]+ are free on emulation"):
         crowded_scene(301).first_hit(camera(8), device="cuda")
-
-
-@pytest.mark.parametrize("bodies", [[], [co.HalfSpace((0, 0, 1), 0.25)], [co.Sphere(1)]])
-def test_scenes_without_nodes_or_with_one(card, bodies):
-    same_answers(co.Scene(bodies), camera(16))
 
 
 def test_steep_rays_meet_bodies_that_have_no_end(card):
@@ -354,24 +332,6 @@ def test_doubtful_and_far_rays_on_the_card(card):
     assert 0 < np.asarray(found.doubtful).sum() < 160
     far = same_there(card, co.Scene([co.Sphere(1)]), np.array([[3e8, 0.1, 0.2]]), np.array([[-1.0, 0, 0]]))
     assert np.asarray(far.hit).all()
-
-
-def test_small_whole_numbers_on_the_card(card):
-    r = np.random.default_rng(3)
-    scene = co.Scene([co.Box((0, 0, 0), (2, 2, 2)) - co.Sphere(1), co.Sphere(2).translate((1, 1, 0))])
-    origins = r.integers(-3, 4, (300, 3)).astype(float)
-    directions = r.integers(-2, 3, (300, 3)).astype(float)
-    directions[(directions == 0).all(axis=1)] = 1
-    same_there(card, scene, origins, directions)
-
-
-def test_a_body_beyond_the_memory_of_a_card_and_arrays_there(card):
-    scene, rays = co.Scene([carved(150)]), camera(16)
-    scene.first_hit(rays, device="cuda")
-    device_choice._devices[os.getpid()]._scratch = None
-    card._size, launches = sum(map(len, card._rooms.values())) + (1 << 20), len(card.launches)
-    same_there(card, scene, rays.origins, rays.directions)
-    assert not any(name.startswith(("first_hits", "any_hits", "first_bodies")) for name, _ in card.launches[launches:])
 
 
 def test_dlpack_in_and_out(card, monkeypatch):

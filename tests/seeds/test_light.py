@@ -1,4 +1,4 @@
-"""Seed 000: reflection, Phong's two highlights, refraction with the inner normal reversed, total reflection."""
+"""The light of the source documents: reflection, Phong's two highlights, refraction with the inner normal reversed, total reflection."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 import conicoid as co
 
-# --- Seed 000, reflection, Phong's two highlights, refraction with the inner normal reversed, total reflection
+# --- Directions
 
 
 NORMAL = np.array([0.0, 0.0, 1.0])
@@ -55,7 +55,7 @@ def test_total_reflection_beyond_the_critical_angle():
     assert mirrored == pytest.approx([math.sin(above), 0.0, -math.cos(above)], **CLOSE)
 
 
-# --- Seed 000, the two highlights, in a picture of one pixel: (R·E)^n and (H·N)^n
+# --- The two highlights, in a picture of one pixel: (R·E)^n and (H·N)^n
 
 
 def pixel(material, theta, offset=0.0):
