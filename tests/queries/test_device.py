@@ -13,15 +13,21 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import ClassVar
 
+import llvmlite.binding as llvm
 import numpy as np
 import pytest
 
 import conicoid as co
 from conicoid.queries import device, device_arrays, device_choice, nvidia_driver
-from native import ptx
+from native import objects, ptx
 
-from ..emulation import Card, device_kernels
+from ..emulation import Card, Kernels, device_kernels, device_module, sources_of, stored
 from ..engine.test_routes import camera, crowded_scene
+from ..reference import aimed_rays
+from ..reference.quadratics import Table
+from ..reference.random_items import KINDS, extreme, ordinary
+from ..reference.random_shapes import generator
+from ..reference.solids import bodies
 from ..reference.suite import whole_score
 from ..reference.whole_items import SCENES
 from ..samples import sampled
@@ -96,9 +102,11 @@ def test_doubtful_rays_go_to_the_exact_route_and_come_back(card):
     same_answers(scene, co.Rays(origins, directions))
 
 
-@pytest.mark.parametrize("leaves", [3, 40, 150])
-def test_points_in_bodies_of_all_sizes(card, leaves, monkeypatch):
-    scene, size = co.Scene([carved(leaves), co.Sphere(0.4)]), {3: "few", 40: "many", 150: "any"}[leaves]
+@pytest.mark.parametrize(
+    ("leaves", "size"), [(3, "few"), (8, "few"), (9, "many"), (40, "many"), (64, "many"), (65, "any"), (150, "any")]
+)
+def test_points_in_bodies_of_all_sizes(card, leaves, size, monkeypatch):
+    scene = co.Scene([carved(leaves), co.Sphere(0.4)])
     r = np.random.default_rng(5)
     points = np.concatenate([r.uniform(-1.2, 1.2, (1200, 3)), [[1, 1, 1], [0, 0, 0.4], [1, 0, 0]]])
     for query in (scene.body_at, scene.contains):
@@ -118,6 +126,53 @@ def test_points_in_bodies_of_all_sizes(card, leaves, monkeypatch):
     assert scene.contains((0, 0, 0.2), device="cuda")
     same_answers(scene, co.Rays(points, r.normal(size=points.shape)))
     assert f"list_rows_{size}" in dict(card.launches)
+
+
+@pytest.mark.parametrize("sort", [ordinary, extreme])
+@pytest.mark.parametrize("kind", KINDS)
+def test_bodies_of_all_kinds(card, kind, sort):
+    """On the rays that are hard for each, as in tests/exactness/test_random_bodies.py."""
+    r = generator(f"device {kind}", 0)
+    item = sort(kind, r)
+    scene = co.Scene([item.shape(co)])
+    rays = co.Rays(*aimed_rays.rays(aimed_rays.Aim(Table(bodies([item])), item.world_center, item.world_size, r), 120))
+    same_answers(scene, rays)
+    hits = scene.first_hit(rays)
+    met = hits[hits.body >= 0]
+    assert np.array_equal(scene.body_at(met.point, device="cuda"), scene.body_at(met.point, device="cpu"))
+    spawned = met.spawn(np.array([3.0, 5.0, -6.0]) - met.point)
+    same_answers(scene, spawned, np.linspace(0.1, 1.0, len(spawned.origins)))
+
+
+def test_copies_that_share_their_tables(card):
+    r = np.random.default_rng(6)
+    places = r.uniform(-3, 3, (40, 3))
+    scene = co.Scene([carved(12).scale(0.3).translate(place) for place in places])
+    same_answers(scene, co.Rays(r.uniform(-4, 4, (400, 3)), r.normal(size=(400, 3))))
+    assert np.array_equal(scene.body_at(places + 0.1, device="cuda"), scene.body_at(places + 0.1, device="cpu"))
+
+
+def test_what_llvm_optimises_for_a_gpu(monkeypatch):
+    """The last form of the code before PTX."""
+    module, target = device_module(), objects.machine_for(ptx.TRIPLE, ptx.LEVEL)
+    names = "shorten_nodes_each", "first_hits_few", "any_hits_few", "list_rows_few"
+
+    def optimize() -> bytes:
+        whole, kept = llvm.parse_bitcode(module), [ptx.PREFIX + name for name in names]
+        for each in (*whole.functions, *whole.global_variables):
+            if not each.is_declaration:
+                each.linkage = "external" if each.name in kept else "internal"
+        objects.optimize(whole, target, is_short=True)
+        return whole.as_bitcode()
+
+    emulated = Card(Kernels(stored(f"optimised {sources_of(module)}", optimize)))
+    monkeypatch.setattr(nvidia_driver, "NvidiaDriver", lambda: emulated)
+    monkeypatch.setattr(device_choice, "_devices", {})
+    scene, rays = crowded_scene(), camera(48)
+    same_hits(scene.first_hit(rays, device="cuda"), scene.first_hit(rays, device="cpu"))
+    assert np.array_equal(scene.occluded(rays, device="cuda"), scene.occluded(rays, device="cpu"))
+    there, here = (scene.spans(rays, device=name) for name in ("cuda", "cpu"))
+    assert there.t_enter.tobytes() == here.t_enter.tobytes()
 
 
 def test_what_is_said_of_overlaps(card, caplog):

@@ -32,7 +32,6 @@ from .evaluate import faces, gradient, uv, value
 
 HERE, Z, X = (0, 0, 0), (0, 0, 1), (1, 0, 0)
 R2, R3 = math.sqrt(2), math.sqrt(3)
-HALF = R2 / 2
 TUBE = Cylinder(HERE, (0, 0, 2), 1, 30, 240, X)
 
 # shape, point in its own frame, face, uv, direction of the outward normal
@@ -132,36 +131,6 @@ def test_cells_have_one_quadric_first_and_rising_numbers(sample: Sample) -> None
     for cell in [tree] if hasattr(tree, "faces") else [part for part in tree.parts if hasattr(part, "faces")]:
         quadrics = [i for i, face in enumerate(cell.faces) if hasattr(face.surface, "squares")]
         assert quadrics in ([], [0])
-
-
-@pytest.mark.parametrize("sample", SAMPLES, ids=lambda sample: sample.name)
-def test_normals_point_out(sample: Sample) -> None:
-    """Just beyond a face along its outward normal is outside, just before it inside."""
-    rng = np.random.default_rng(3)
-    points = rng.uniform(-sample.reach, sample.reach, (4000, 3))
-    inner, outer = (points[sample.inside(*points.T) == side][:200] for side in (True, False))
-    count = min(len(inner), len(outer))
-    inner, outer = inner[:count], outer[:count]
-    for _ in range(60):
-        middle = (inner + outer) / 2
-        inside = sample.inside(*middle.T)[:, None]
-        inner, outer = np.where(inside, middle, inner), np.where(inside, outer, middle)
-    back = sample.shape.under()
-    own = (outer - back.matrix[:3, 3]) @ back.inverse_matrix[:3, :3].T
-    candidates = faces(sample.shape.tree()).values()
-    values = np.array(
-        [abs(value(f.surface, own)) / np.linalg.norm(gradient(f.surface, own), axis=1) for f in candidates]
-    )
-    seen = values.argmin(axis=0)
-    assert values.min(axis=0).max() < 1e-12
-    for i, face in enumerate(candidates):
-        mine = np.flatnonzero(seen == i)
-        if len(mine):
-            normal = face.inside * gradient(face.surface, own[mine]) @ back.inverse_matrix[:3, :3]
-            step = 1e-9 * normal / np.linalg.norm(normal, axis=1)[:, None]
-            assert not sample.inside(*(outer[mine] + step).T).any()
-            # All but the odd point within 1e-9 of an edge
-            assert sample.inside(*(inner[mine] - step).T).mean() > 0.95
 
 
 # --- One surface has one name, however it is written and whatever moved it there
