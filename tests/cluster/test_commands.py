@@ -349,14 +349,18 @@ def test_every_query_streams(processes):
 
 def test_what_cannot_be_streamed():
     scene = subject.scene()
-    with pytest.raises(ValueError, match=r"stream: query must be one of first_hit.*\(did you mean 'spans'\?\)"):
-        scene.stream(subject.rays(3), "span")
-    with pytest.raises(TypeError, match="stream: line_integral needs values="):
-        scene.stream(subject.rays(3), "line_integral")
-    with pytest.raises(TypeError, match="stream: rays must be Rays, arrays or an iterable of such"):
-        list(scene.stream(5))
-    with pytest.raises(ValueError, match=r"rays: origins must be an array of shape \(n, 6\)"):
-        list(scene.stream(np.zeros((4, 5))))
+    for call, error, told in (
+        (
+            lambda: scene.stream(subject.rays(3), "span"),
+            ValueError,
+            r"stream: query must be one of first_hit.*\(did you mean 'spans'\?\)",
+        ),
+        (lambda: scene.stream(subject.rays(3), "line_integral"), TypeError, "stream: line_integral needs values="),
+        (lambda: list(scene.stream(5)), TypeError, "stream: rays must be Rays, arrays or an iterable of such"),
+        (lambda: list(scene.stream(np.zeros((4, 5)))), ValueError, r"rays: origins must be an array of shape \(n, 6\)"),
+    ):
+        with pytest.raises(error, match=told):
+            call()
 
 
 def test_numbers_that_are_not_aligned():

@@ -159,12 +159,13 @@ def test_shapes_of_arrays_and_refusals():
     assert found[0, 0].distance == found.distance[0, 0]
     assert len(found) == 2
     assert [one.shape for one in found] == [(3,), (3,)]
-    with pytest.raises(ValueError, match=r"distance: points\[1\] must be finite"):
-        scene.distance([(0, 0, 0), (math.nan, 0, 0)])
-    with pytest.raises(ValueError, match="max_distance must be positive, got -1.0"):
-        scene.distance((0, 0, 0), max_distance=-1)
-    with pytest.raises(ValueError, match="max_distance must be a positive number"):
-        scene.distance((0, 0, 0), max_distance="far")
+    for call, told in (
+        (lambda: scene.distance([(0, 0, 0), (math.nan, 0, 0)]), r"distance: points\[1\] must be finite"),
+        (lambda: scene.distance((0, 0, 0), max_distance=-1), "max_distance must be positive, got -1.0"),
+        (lambda: scene.distance((0, 0, 0), max_distance="far"), "max_distance must be a positive number"),
+    ):
+        with pytest.raises(ValueError, match=told):
+            call()
     with pytest.raises(AttributeError, match="read-only"):
         found.distance = 1
 

@@ -152,6 +152,7 @@ def test_copies_that_share_their_tables(card):
     assert np.array_equal(scene.body_at(places + 0.1, device="cuda"), scene.body_at(places + 0.1, device="cpu"))
 
 
+@pytest.mark.deep
 def test_what_llvm_optimises_for_a_gpu(monkeypatch):
     """The last form of the code before PTX."""
     module, target = device_module(), objects.machine_for(ptx.TRIPLE, ptx.LEVEL)

@@ -369,9 +369,14 @@ def test_a_face_on_several_surfaces_is_no_wall():
 
 
 def test_what_has_no_such_wall_is_refused():
-    with pytest.raises(ValueError, match=r"Wall: face must be one of Box's, 0, 1, 2, 3, 4, 5, got 6"):
-        co.Wall(co.Box(), 6)
-    with pytest.raises(TypeError, match=r"Wall: solid must be a primitive, got Union; Wall\(part, face\) & others"):
-        co.Wall(co.Box() | co.Sphere(), 0)
-    with pytest.raises(TypeError, match=r"Wall: solid must be a solid, got Disc"):
-        co.Wall(co.Disc((0, 0, 0), (0, 0, 1), 1), 0)
+    for call, error, told in (
+        (lambda: co.Wall(co.Box(), 6), ValueError, r"Wall: face must be one of Box's, 0, 1, 2, 3, 4, 5, got 6"),
+        (
+            lambda: co.Wall(co.Box() | co.Sphere(), 0),
+            TypeError,
+            r"Wall: solid must be a primitive, got Union; Wall\(part, face\) & others",
+        ),
+        (lambda: co.Wall(co.Disc((0, 0, 0), (0, 0, 1), 1), 0), TypeError, r"Wall: solid must be a solid, got Disc"),
+    ):
+        with pytest.raises(error, match=told):
+            call()

@@ -520,12 +520,13 @@ def test_lengths_are_converted_to_the_unit_of_the_file(tmp_path, unit, suffix):
 def test_scenes_of_two_units_are_not_mixed():
     inches = co.Scene([co.Body(co.Box((0, 0, 0), (1, 1, 1)), name="box")], lights=[co.AmbientLight()], unit="in")
     metres = co.Scene([co.Body(co.Sphere(1), name="ball")], unit="m")
-    with pytest.raises(ValueError, match=r"a scene in m does not go into one in in: .*shape.scale\(39.37"):
-        inches.added(metres)
-    with pytest.raises(ValueError, match=r"a scene in in does not go into one in m"):
-        metres.added(inches, before="ball")
-    with pytest.raises(TypeError, match=r"put together by a.added\(b\)"):
-        inches + metres
+    for call, error, told in (
+        (lambda: inches.added(metres), ValueError, r"a scene in m does not go into one in in: .*shape.scale\(39.37"),
+        (lambda: metres.added(inches, before="ball"), ValueError, r"a scene in in does not go into one in m"),
+        (lambda: inches + metres, TypeError, r"put together by a.added\(b\)"),
+    ):
+        with pytest.raises(error, match=told):
+            call()
     for other in (metres.replace(unit=None), metres.replace(unit="in")):
         both = inches.added(other)
         assert (both.unit, [body.name for body in both.bodies], both.lights) == ("in", ["box", "ball"], inches.lights)

@@ -211,14 +211,18 @@ def test_names_stay_different(core: co.Scene) -> None:
     assert edited.bodies[5] == PROBE
     assert edited[taken].name == taken
     assert edited.bodies.index(taken) == 8
-    with pytest.raises(ValueError, match=r"bodies\[5\] and bodies\[6\] are both named 'probe'"):
-        edited.added(PROBE, before=6)
-    with pytest.raises(ValueError, match=r"bodies\[0\] and bodies\[8\] are both named "):
-        core.added(Body(co.Sphere(), name=taken), before=0)
-    with pytest.raises(ValueError, match="are both named"):
-        core.replace(0, name=taken)
-    with pytest.raises(KeyError, match="no body named"):
-        edited.without("nobody")
+    for call, error, told in (
+        (lambda: edited.added(PROBE, before=6), ValueError, r"bodies\[5\] and bodies\[6\] are both named 'probe'"),
+        (
+            lambda: core.added(Body(co.Sphere(), name=taken), before=0),
+            ValueError,
+            r"bodies\[0\] and bodies\[8\] are both named ",
+        ),
+        (lambda: core.replace(0, name=taken), ValueError, "are both named"),
+        (lambda: edited.without("nobody"), KeyError, "no body named"),
+    ):
+        with pytest.raises(error, match=told):
+            call()
 
 
 def test_some_of_the_bodies_of_a_list_keep_what_they_have_in_common(core: co.Scene) -> None:
