@@ -170,36 +170,6 @@ def test_replicas(tmp_path):
     assert at(scene, (3, 0, 0), (0, 5, 0), (-7, 0, 0)) == [f"world/m/part[{k}]" for k in range(3)]
 
 
-@pytest.mark.parametrize(
-    ("rule", "points", "expected"),
-    [
-        ('axis="kXAxis" number="4" width="0" offset="0" unit="mm"', [(-5, 0, 0), (5, 0, 0)], [0, 3]),
-        ('axis="kYAxis" number="0" width="1" offset="1" unit="mm"', [(0, -0.5, 0), (0, 1.5, 0)], [0, 2]),
-        ('axis="kZAxis" number="2" width="1" offset="0.5" unit="mm"', [(0, 0, -1), (0, 0, 0.2)], [0, 1]),
-    ],
-)
-def test_divisions_of_a_box(tmp_path, rule, points, expected):
-    division = f'<divisionvol {rule}><volumeref ref="part"/></divisionvol>'
-    solids = WORLD + '<box name="m" x="12" y="4" z="4"/><box name="any" x="1" y="1" z="1"/>'
-    structure = volume("part", "any") + volume("m", "m", division) + volume("world", "w", placed("m"))
-    scene = scene_of(tmp_path, text_of(solids, structure))
-    assert at(scene, *points) == [f"world/m/part[{k}]" for k in expected]
-
-
-def test_divisions_of_a_tube(tmp_path):
-    for rule, points in (
-        ('axis="kPhi" number="4" width="0" offset="0" unit="deg"', [(5, 1, 0), (-1, 5, 0), (-5, -1, 0), (1, -5, 0)]),
-        ('axis="kPhi" number="4" width="90" offset="-90" unit="deg"', [(1, -5, 0), (5, 1, 0), (-1, 5, 0), (-5, -1, 0)]),
-        ('axis="kRho" number="3" width="2" offset="0" unit="mm"', [(3, 0, 0), (5, 0, 0), (7, 0, 0)]),
-        ('axis="kZAxis" number="2" width="0" offset="0" unit="mm"', [(5, 0, -1), (5, 0, 1)]),
-    ):
-        division = f'<divisionvol {rule}><volumeref ref="part"/></divisionvol>'
-        solids = WORLD + '<tube name="m" rmin="2" rmax="8" z="4" deltaphi="2*pi"/><box name="any" x="1" y="1" z="1"/>'
-        structure = volume("part", "any") + volume("m", "m", division) + volume("world", "w", placed("m"))
-        scene = scene_of(tmp_path, text_of(solids, structure))
-        assert at(scene, *points) == [f"world/m/part[{k}]" for k in range(len(points))]
-
-
 def test_parameterised_volumes(tmp_path):
     rule = (
         '<paramvol ncopies="2"><volumeref ref="part"/><parameterised_position_size>'
