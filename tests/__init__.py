@@ -1,1 +1,1 @@
-"""The tests: the package's own tree, and the proofs (`oracle`, `contract`, `seeds`, `adversarial`)."""
+"""The tests: the package's own tree, and the proofs (`reference`, `exactness`, `contract`, `seeds`)."""

@@ -356,14 +356,19 @@ def test_scene_replace_in_part():
     assert scene.replace("box", co.Body(co.Sphere(2), "white")).bodies[1] == co.Body(co.Sphere(2), "white", "box")
     assert scene.replace("box", co.Sphere(2), name="big")["big"] == co.Body(co.Sphere(2), "blue", "big")
     assert hits.name == "ball"
-    with pytest.raises(TypeError, match="item must be a shape or a Body, got Material; material= and name= change"):
-        scene.replace("ball", co.mirror())
-    with pytest.raises(
-        TypeError, match="replace: item must be a shape or a Body, got None; material= and name= change these alone$"
+    for call, told in (
+        (
+            lambda: scene.replace("ball", co.mirror()),
+            "item must be a shape or a Body, got Material; material= and name= change",
+        ),
+        (
+            lambda: scene.replace("ball"),
+            "replace: item must be a shape or a Body, got None; material= and name= change these alone$",
+        ),
+        (lambda: scene.replace("ball", material=5), "Body: material must be"),
     ):
-        scene.replace("ball")
-    with pytest.raises(TypeError, match="Body: material must be"):
-        scene.replace("ball", material=5)
+        with pytest.raises(TypeError, match=told):
+            call()
 
 
 def test_scene_materials_by_name():

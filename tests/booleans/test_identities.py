@@ -13,7 +13,7 @@ import conicoid as co
 
 from ..reference.random_shapes import generator
 from ..reference.whole_items import tree
-from ..samples import deep, drawn
+from ..samples import deep
 from .intervals import same, table
 from .rays import grid_rays, mixed_rays
 
@@ -114,26 +114,6 @@ def test_box_minus_cylinder(moved: bool, scale: float):
 
 
 @pytest.mark.parametrize("scale", SCALES)
-def test_a_slanted_plate_with_flush_holes(scale: float):
-    """Everything turned by the same steps stays flush."""
-
-    def turned(shape: Any) -> Any:
-        return shape.scale(scale).rotate((1, 2, 3), 37).translate((3 * scale, -scale, 0))
-
-    plate, long, short = (
-        turned(shape)
-        for shape in (
-            co.Box((-2, -2, 0), (2, 2, 0.3)),
-            co.Cylinder((0, 0, -1), (0, 0, 2), 0.7),
-            co.Cylinder((0, 0, 0), (0, 0, 0.3), 0.7),
-        )
-    )
-    rays = rays_for(4, 8000, scale)
-    assert_same_spans(plate - short, plate - long, rays)
-    assert_same_spans((plate - short) | short, plate | short, rays)
-
-
-@pytest.mark.parametrize("scale", SCALES)
 def test_nested_boxes_that_share_faces(scale: float):
     big, flat, corner = (
         co.Box(tuple(scale * c for c in low), tuple(scale * c for c in high))
@@ -198,19 +178,3 @@ def test_a_cube_taken_apart(moved: bool, across: int):
     last = np.concatenate([first[1:] - 1, [len(ray[~whole]) - 1]])
     assert np.array_equal(spans.t_enter[~whole][first], spans.t_enter[whole])
     assert np.array_equal(spans.t_exit[~whole][last], spans.t_exit[whole])
-
-
-@pytest.mark.deep
-@pytest.mark.parametrize("scale", SCALES)
-def test_many_rays(scale: float):
-    """Three scales, four cases each."""
-    for seed in drawn(range(17), 2, str(scale)):
-        assert_same_spans(*unit_cells(scale, moved=seed % 2 == 0), cube_rays(100 + seed, 50_000, scale))
-    s = scale
-    box = co.Box((-s, -s, -s), (s, s, s))
-    flush, long = (box - co.Cylinder((0, 0, -k * s), (0, 0, k * s), 0.5 * s) for k in (1, 3))
-    shell = co.Box((-s, -s, 0), (s, s, s))
-    for seed in drawn(range(13), 2, str(scale)):
-        rays = rays_for(200 + seed, 200_000, scale)
-        assert_same_spans(flush, long, rays)
-        assert_same_spans(box - shell, co.Box((-s, -s, -s), (s, s, 0)), rays)

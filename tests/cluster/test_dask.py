@@ -79,16 +79,27 @@ def test_spans_as_a_bag():
 def test_mistakes_are_named_before_anything_is_computed():
     scene, rays = subject.scene(), subject.rays(40)
     origins = da.from_array(rays.origins, chunks=10)
-    with pytest.raises(TypeError, match="first_hit: directions are missing"):
-        scene.first_hit(origins)
-    with pytest.raises(ValueError, match=r"occluded: directions must be an array \(..., 3\) of known chunks"):
-        scene.occluded(origins, np.zeros((40, 2)))
-    with pytest.raises(ValueError, match="spans: origins, directions, t_min and t_max do not fit together"):
-        scene.spans(origins, rays.directions[:7])
-    with pytest.raises(TypeError, match="first_hit: executor must be left out for Dask's arrays"):
-        scene.first_hit(origins, rays.directions, executor=ThreadPoolExecutor(1))
-    with pytest.raises(AttributeError, match="LazyHits has no field 'normals'"):
-        _ = scene.first_hit(origins, rays.directions).normals
+    for call, error, told in (
+        (lambda: scene.first_hit(origins), TypeError, "first_hit: directions are missing"),
+        (
+            lambda: scene.occluded(origins, np.zeros((40, 2))),
+            ValueError,
+            r"occluded: directions must be an array \(..., 3\) of known chunks",
+        ),
+        (
+            lambda: scene.spans(origins, rays.directions[:7]),
+            ValueError,
+            "spans: origins, directions, t_min and t_max do not fit together",
+        ),
+        (
+            lambda: scene.first_hit(origins, rays.directions, executor=ThreadPoolExecutor(1)),
+            TypeError,
+            "first_hit: executor must be left out for Dask's arrays",
+        ),
+        (lambda: scene.first_hit(origins, rays.directions).normals, AttributeError, "LazyHits has no field 'normals'"),
+    ):
+        with pytest.raises(error, match=told):
+            call()
 
 
 def test_a_scheduler_and_its_workers():

@@ -46,54 +46,12 @@ def test_pools_of_the_standard_library():
             assert subject.differing(local, subject.answers(scene, rays, executor=workers)) == []
 
 
-@pytest.mark.deep
-@pytest.mark.parametrize("workers", [1, 2, 3, 4])
-@pytest.mark.parametrize("threads", [1, 2])
-def test_any_number_of_workers_threads_and_chunks(workers, threads):
-    scene, rays = subject.scene(), subject.rays(25, 400)
-    local, picture = subject.answers(scene, rays), scene.render(130, 70)
-    with co.parallel.Processes(workers) as pool:
-        for chunk in (1, 7, 4096, rays.size):
-            some = rays if chunk > 7 else rays[:2, :50]
-            wanted = local if chunk > 7 else subject.answers(scene, some)
-            how = co.parallel.Workers(pool, chunk=chunk, threads=threads)
-            assert subject.differing(wanted, subject.answers(scene, some, executor=how)) == []
-            assert np.array_equal(scene.render(130, 70, executor=how).pixels, picture.pixels)
-
-
-@pytest.mark.deep
-@pytest.mark.parametrize("method", multiprocessing.get_all_start_methods())
-def test_every_way_to_start_processes(method):
-    scene, rays = subject.scene(), subject.rays(25, 40)
-    local = subject.answers(scene, rays)
-    with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context(method)) as pool:
-        assert subject.differing(local, subject.answers(scene, rays, executor=pool)) == []
-
-
 def test_answers_know_the_scene(processes):
     scene, rays = subject.scene(), subject.rays(50)
     hits = scene.first_hit(rays, executor=processes)
     assert "ball" in hits.name
     again = scene.first_hit(hits.spawn((0.0, 0.0, 1.0)), executor=processes)  # they know the surface that they start on
     assert again == scene.first_hit(scene.first_hit(rays).spawn((0.0, 0.0, 1.0)))
-
-
-def test_no_rays_and_one(processes):
-    scene = subject.scene()
-    for rays in (co.Rays(np.zeros((0, 3)), np.zeros((0, 3))), co.Rays((0, 0, 5), (0, 0, -1))):
-        for query in ("first_hit", "occluded", "spans", "crossings", "lengths"):
-            local, far = getattr(scene, query)(rays), getattr(scene, query)(rays, executor=processes)
-            assert np.all(local == far)
-            assert np.shape(local) == np.shape(far) if query in ("occluded", "lengths") else local.shape == far.shape
-
-
-def test_large_scenes_travel_once(processes):
-    scene, rays = subject.large_scene(), subject.rays(600)
-    made = recipe.shared_scene(scene)
-    assert len(made.data) > recipe.INLINE_BYTES
-    assert len(pickle.dumps(made.reference())) < 300  # bytes of the scene in each task
-    far = scene.first_hit(rays, executor=co.parallel.Workers(processes, chunk=50))
-    assert far == scene.first_hit(rays)
 
 
 def test_without_a_shared_disk_a_recipe_is_sent_on_demand(processes, monkeypatch):
@@ -354,14 +312,6 @@ def test_every_query():
     rays = subject.rays(700)
     wanted = subject.answers(scene, rays)
     assert subject.differing(wanted, subject.answers(scene, rays, executor=Messenger())) == []
-
-
-def test_streams():
-    scene, rays = subject.scene(), subject.rays(700)
-    for query in ("first_hit", "spans", "crossings", "occluded"):
-        parts = list(scene.stream(rays, query, executor=Messenger(), chunk=150))
-        wanted = [getattr(scene, query)(rays[k : k + 150]) for k in range(0, 700, 150)]
-        assert all(subject.same(a, b) for a, b in zip(parts, wanted, strict=True)), query
 
 
 # --- Notes of workers are logged once, in the process that asks; nobody reads the logs of workers

@@ -76,7 +76,7 @@ def _run(program: str, *arguments: object) -> subprocess.CompletedProcess[str]:
         "CONICOID_THREADS": "1",
         "CONICOID_JIT": "own",
     }  # or another process compiles it
-    return subprocess.run(command, capture_output=True, text=True, env=environment, timeout=300)
+    return subprocess.run(command, capture_output=True, text=True, env=environment, timeout=3000)
 
 
 def before_optimization(program: str, path: Path) -> Path:

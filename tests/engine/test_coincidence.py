@@ -4,72 +4,29 @@ from __future__ import annotations
 
 import math
 import random
-from collections import Counter
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.geometry.cell import Cell
 from conicoid.geometry.shape import Solid
-from conicoid.geometry.transform import Rotate, Scale, Translate
-from conicoid.kernels.tables import PLANE, QUADRIC, SPHERE
+from conicoid.kernels.tables import PLANE, QUADRIC
 from conicoid.prepare import body_collector as contents, coincidence, lowering
-from conicoid.prepare.body_collector import ExactBodySurfaces, exact_surface
-from conicoid.prepare.coincidence import put_across_axes, put_first_across_axes
-from conicoid.prepare.lower_shape import lower_shape
+from conicoid.prepare.body_collector import ExactBodySurfaces
 from conicoid.prepare.lowering import lower
-from conicoid.prepare.motion_batch import MotionBatch, MotionChains
-from conicoid.prepare.pytree import flatten, flatten_all
 from conicoid.prepare.surface_features import (
     FIRST_DIRECTION,
-    SECOND_DIRECTION,
     CurvedFeatures,
     PlaneFeatures,
     QuadricTable,
     coefficients,
-    find_clusters,
 )
 
 from .tapes.test_recorded import KINDS
 from .test_tables import solids_of
 
 # --- Where surfaces lie side by side, and which planes across axes are one: kernels against formulas on whole arrays
-
-
-def planes_of(rng, count):
-    """Normals of any size and sign, anchors on or beside the planes."""
-    planes = rng.normal(size=(count, 7)) * 2.0 ** rng.integers(-3, 4, (count, 1))
-    planes[::2, 3] = 0.0
-    return planes
-
-
-def place(features, leading, along):
-    """The sign is that by which what leads lies before `ALONG`."""
-    sign = np.where(features[:, :leading] @ FIRST_DIRECTION[:leading] < 0, -1.0, 1.0)
-    return sign * (features @ along[: features.shape[1]])
-
-
-def offsets_of(planes):
-    """Of planes n·(x - anchor) + height = 0 from the mean of their anchors."""
-    size = np.linalg.norm(planes[:, :3], axis=1)
-    away = planes[:, 4:] - planes[:, 4:].mean(axis=0)
-    return (np.einsum("ij,ij->i", away, planes[:, :3]) - planes[:, 3]) / size
-
-
-def test_places_of_planes():
-    planes = planes_of(np.random.default_rng(1), 200)
-    offsets = offsets_of(planes)
-    normals = planes[:, :3] / np.linalg.norm(planes[:, :3], axis=1)[:, None]
-    features = np.column_stack([normals, offsets / np.abs(offsets).max()])
-    flat = PlaneFeatures.of(np.arange(200, dtype=np.int32), planes, 0 * planes)
-    assert flat.unit == pytest.approx(np.abs(offsets).max(), rel=1e-13)
-    for along in (FIRST_DIRECTION, SECOND_DIRECTION):
-        expected = place(features, 3, along)
-        assert flat.places(along, slice(None)) == pytest.approx(expected, abs=1e-13)
-        assert flat.places(along, np.array([7, 3])) == pytest.approx(expected[[7, 3]], abs=1e-13)
 
 
 def test_copies_of_a_far_plane_move_nothing():
@@ -86,88 +43,6 @@ def test_copies_of_a_far_plane_move_nothing():
     copied = co.HalfSpace((1, 2, 3), 0.7).translate((27 * far, 0, -9 * far))
     lowered = lower([co.Body(shape) for shape in [*same, *[copied] * 1000]])
     assert len(lowered.tables.surface_kind) == 4 + 1
-
-
-def test_a_plane_has_one_place_however_it_is_written():
-    """Another point of it as anchor, the normal longer and turned over."""
-    rng = np.random.default_rng(2)
-    planes = planes_of(rng, 50)
-    planes[:, 3] = 0
-    others = planes.copy()
-    others[:, 4:] += np.cross(planes[:, :3], rng.normal(size=(50, 3)))
-    others[:, :3] *= -rng.uniform(0.5, 2, (50, 1))
-    flat = PlaneFeatures.of(np.arange(100, dtype=np.int32), np.concatenate([planes, others]), np.zeros((100, 7)))
-    places = flat.places(FIRST_DIRECTION, slice(None))
-    assert places[:50] == pytest.approx(places[50:], abs=1e-13)
-    assert np.diff(np.sort(places[:50])).min() > 1e-6
-
-
-def matrices_of(kinds, rows, spheres, quadrics, middle):
-    """(n, 4, 4) the symmetric forms of what is curved about a point: of s y² + 2 b y - k with y = W (x - anchor)."""
-    forms = np.zeros((len(kinds), 4, 4))
-    for form, kind, row in zip(forms, kinds, rows, strict=True):
-        if kind == SPHERE:
-            anchor, w, s, b, k = spheres[row, :3], np.eye(3), np.ones(3), np.zeros(3), spheres[row, 3] ** 2
-        else:
-            q = quadrics[row]
-            anchor, w, s, b, k = q[:3], q[3:12].reshape(3, 3), q[12:15], q[15:18], q[18]
-        to_own = np.eye(4)
-        to_own[:3, :3], to_own[:3, 3] = w, w @ (middle - anchor)
-        own = np.diag([*s, -k])
-        own[:3, 3] = own[3, :3] = b
-        form[...] = to_own.T @ own @ to_own
-    return forms
-
-
-def test_coefficients_and_places_of_what_is_curved():
-    rng = np.random.default_rng(3)
-    spheres, quadrics = rng.uniform(0.5, 2, (30, 4)), rng.normal(size=(60, 19))
-    kinds = np.repeat(np.array([SPHERE, QUADRIC], np.int8), [30, 60])
-    rows = np.concatenate([rng.permutation(30), rng.permutation(60)]).astype(np.int32)
-    curved = CurvedFeatures.of(kinds, rows, spheres, QuadricTable.of(quadrics, quadrics[:, 3:]), 0 * quadrics)
-    forms = matrices_of(kinds, rows, spheres, quadrics, np.array(curved.middle))
-    numbers = forms[:, (0, 1, 2, 0, 0, 1, 0, 1, 2, 3), (0, 1, 2, 1, 2, 2, 3, 3, 3, 3)]
-    numbers /= np.abs(numbers[:, :6]).max(axis=1, keepdims=True)
-    found = coefficients(kinds, rows, spheres, curved.quadrics, np.array(curved.middle))
-    assert np.array_equal(found, coefficients(kinds, rows, spheres, quadrics, np.array(curved.middle)))
-    assert found == pytest.approx(numbers, rel=1e-11, abs=1e-12)
-    most = max(np.abs(numbers[:, 6:9]).max(), np.sqrt(np.abs(numbers[:, 9]).max()))
-    assert curved.unit == pytest.approx(most, rel=1e-12)
-    numbers[:, 6:9] /= most
-    numbers[:, 9] /= most**2
-    for along in (FIRST_DIRECTION, SECOND_DIRECTION):
-        expected = place(numbers, 6, along)
-        assert curved.places(along, slice(None)) == pytest.approx(expected, abs=1e-12)
-        assert curved.places(along, np.array([40, 3])) == pytest.approx(expected[[40, 3]], abs=1e-12)
-
-
-@pytest.mark.parametrize("seed", range(8))
-def test_the_first_of_planes_across_an_axis(seed):
-    """By sorting axis, place and record at once; records are often equal, and some planes lie across no axis."""
-    rng = np.random.default_rng(seed)
-    planes, count = np.zeros((400, 7)), 300
-    planes[np.arange(400), rng.integers(0, 3, 400)] = rng.choice([0.5, 1.0], 400)
-    planes[:, 4:] = rng.integers(-2, 3, (400, 3))
-    planes[:, 4:] *= rng.choice([1.0, -1.0], (400, 3))  # zeros of both signs
-    planes[::7, 3], planes[::5, 1] = 0.25, 0.25
-    rows = rng.permutation(400)[:count].astype(np.int32)
-    axes, places = np.empty(count, np.int8), np.empty(count)
-    put_across_axes(planes, rows, axes, places)
-    records = planes[rows]
-    along = records[:, :3] != 0
-    assert (axes >= 0).tolist() == ((along.sum(axis=1) == 1) & (records[:, 3] == 0)).tolist()
-    which = np.flatnonzero(axes >= 0)
-    rows, axes, places, records = rows[which], axes[which], places[which], records[which]
-    assert axes.tolist() == along[which].argmax(axis=1).tolist()
-    assert places.tolist() == records[np.arange(len(which)), 4 + axes].tolist()
-    first = np.empty(len(which), np.int64)
-    put_first_across_axes(planes, rows, axes, places, np.argsort(places), first)
-    order = np.lexsort((*records.T[::-1], places, axes))
-    new = np.concatenate([[True], (np.diff(places[order]) != 0) | (np.diff(axes[order]) != 0)])
-    expected = np.empty(len(which), np.int64)
-    expected[order] = order[np.maximum.accumulate(np.where(new, np.arange(len(order)), 0))]
-    assert first.tolist() == expected.tolist()
-    assert len(set(first.tolist())) < len(which) / 3
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -258,36 +133,6 @@ def test_walls_an_ulp_apart_are_two() -> None:
     assert len(near & at) == 3  # x = 2, y = 3.5 and y = 4, but not x = 1
 
 
-def test_single_surfaces_are_those_of_the_whole_body() -> None:
-    shapes = [body.shape for body in walls()]
-    shapes.append(co.Union(tuple(shapes[::5])).translate((0.1, 0.2, 0.3)) - shapes[1])
-    shapes.append(co.Box((-9, -9, -9), (9, 9, 9)) - shapes[-1].rotate("y", 3))
-    rings = co.Revolution([(0.5, 0), (2, 0), (1, 1), (1.5, 2), (0.75, 2.5), (0.5, 1)], 30, 200).translate((0.1, 0, 3))
-    shapes.append((rings - co.Cylinder((0, 0, 0), (1, 2, 3), 0.7)).rotate((1, 2, 3), 20))
-    for shape in shapes:
-        count = len(lower_shape(shape).exact)
-        shape.cache.pop("part")
-        alone = [exact_surface(shape, number).key() for number in range(count)]
-        assert "part" not in shape.cache
-        assert alone == [surface.key() for surface in lower_shape(shape).exact]
-
-
-def test_primitives_of_one_form_are_asked_once_whether_their_outside_is_unbounded(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Forty wires in a block are one form, of any size and place; each of their trees would give the same answer."""
-    wires = [
-        co.Revolution([(0, 0), (0.1 + k / 512, 0), (0.1 + k / 512, 1 + k), (0, 1 + k)]).translate((k, 0, 0))
-        for k in range(40)
-    ]
-    expected = [isinstance(tree := wire.tree(), Cell) and len(tree.faces) > 1 for wire in wires]
-    asked: list[bool] = []
-    own = co.Revolution.has_unbounded_outside
-    monkeypatch.setattr(co.Revolution, "has_unbounded_outside", lambda wire: asked.append(own(wire)) or asked[-1])
-    lower([co.Body(co.Box((-1, -1, 0), (41, 1, 50)) - co.Union(tuple(wires[:20])) - co.Union(tuple(wires[20:])))])
-    assert asked == expected[:1]
-
-
 def test_crystals_of_modules_are_prepared_without_a_name_for_each(named: list[int]) -> None:
     """Five modules of 10 × 5 crystals: 2 × 10 planes across each, 2 × 5 along, and two that all have in common."""
     crystal = co.Box((-0.45, -0.45, -0.5), (0.45, 0.45, 0.5))
@@ -312,28 +157,6 @@ def test_caps_of_parallel_wires_are_one_plane_where_the_wires_lie_side_by_side(n
     tables = lower([co.Body(body) for body in bodies]).tables
     assert (tables.surface_kind == PLANE).sum() == caps
     assert not named
-
-
-def test_volumes_cut_from_another_share_its_walls_without_exact_names(named: list[int]) -> None:
-    """As detectors are written: 40 turned frustums, and the block that they are cut from."""
-    rng = np.random.default_rng(3)
-    places = np.stack(np.meshgrid(np.arange(5), np.arange(8), indexing="ij"), axis=-1).reshape(-1, 2) * 6.0
-
-    def frustum(place: np.ndarray, radii: np.ndarray, axis: np.ndarray) -> Solid:
-        own = co.Cone((0, 0, 0), (0, 0, 1), *radii.tolist())
-        return own.rotate(axis.tolist(), 33).translate((*place.tolist(), 0))
-
-    numbers = list(zip(places, rng.uniform(0.5, 1.5, (40, 2)), rng.normal(size=(40, 3)), strict=True))
-    block: Solid = co.Box((-9, -9, -9), (60, 60, 9))
-    world = co.Difference((block, *(frustum(*each) for each in numbers)))
-    scene = co.Scene([world, *(frustum(*each) for each in numbers)])
-    centers = np.column_stack([places, np.zeros(40)])
-    spans = scene.crossings(centers - (0, 0, 20), np.broadcast_to((0.01, 0.02, 1.0), (40, 3)))
-    assert not named
-    inner = spans.surface[(spans.point[:, 2] > -8.9) & (spans.point[:, 2] < 8.9)]
-    assert len(inner) >= 80
-    # A ray crosses each wall twice: it leaves the block and enters the frustum, by one surface
-    assert (np.unique(inner, return_counts=True)[1] % 2 == 0).all()
 
 
 def slanted_cells(factor: float) -> list[co.Body]:
@@ -379,41 +202,6 @@ def test_flat_solids_whose_planes_floats_do_not_fit(size, count):
 # --- What is read of many shapes at once is what is read of each; surfaces that are near by chance are not named
 
 
-def some(rng: random.Random) -> list[Any]:
-    """Shapes of all kinds, several forms of some, and some of them more than once."""
-    shapes = [KINDS[rng.choice(list(KINDS))](rng) for _ in range(rng.randint(1, 60))]
-    shapes += [co.Polygon([(0, 0, 0), (4, 0, 0), (4, 3, 0), (0, 2, 0), (-1, 1, 0)][:k]) for k in (3, 4, 5, 4)]
-    shapes += [co.Polyhedron([(0, 0, 1.0), (1.0, 0, 0)], [1.0, 2.0]), co.Union((co.Sphere(1), co.Sphere(2)))]
-    shapes += rng.choices(shapes, k=rng.choice((0, 5, 300)))
-    rng.shuffle(shapes)
-    return shapes
-
-
-@pytest.mark.parametrize("seed", range(20))
-def test_many_are_read_as_each(seed):
-    shapes = some(random.Random(seed))
-    found: dict[int, Any] = {}
-    for alike in flatten_all(shapes):
-        for which, numbers in zip(alike.which.tolist(), alike.numbers.tolist(), strict=True):
-            assert which not in found
-            found[which] = alike.form, numbers
-    for which, shape in enumerate(shapes):
-        told = flatten(shape)
-        assert found.get(which) == (None if told is None else (told.form, told.numbers))
-
-
-def test_every_motion_has_one_number():
-    rng = random.Random(1)
-    few = [
-        (Rotate((0.0, 0.0, 1.0), float(k)), Translate((1.0, rng.choice((0.0, -0.0)), 2.0))) for k in range(5)
-    ] + [(Scale((2.0, 2.0, 2.0)),), (Translate((1.0, 2.0, 3.0)), Translate((1.0, 2.0, 3.0)))]  # fmt: skip
-    motions, chains = MotionBatch(), [(*rng.choice(few),) for _ in range(200)]
-    rows = motions.rows(MotionChains(chains), np.arange(200)).tolist()
-    again = [motions.row(steps) for steps in chains]
-    assert rows == again
-    assert len(set(zip(rows, chains, strict=True))) == len(set(rows)) == len(set(chains))
-
-
 def test_frames_of_bodies_that_are_turned_or_only_moved():
     block = co.Box() - co.Sphere(0.5)
     moved = {
@@ -427,33 +215,6 @@ def test_frames_of_bodies_that_are_turned_or_only_moved():
     for number, body in enumerate(bodies):
         expected = body.shape.motion.inverse_matrix[:3]
         assert lowered.frames[lowered.body_frame[number]].tolist() == expected.tolist()
-
-
-class Rows:
-    """Features that are given."""
-
-    def __init__(self, rows):
-        self.rows = rows
-
-    def places(self, along, which):
-        return self.rows[which] @ along
-
-    def bounded_places(self, which, leads):
-        return np.column_stack([self.rows[which] @ FIRST_DIRECTION, np.zeros(len(which)), np.full(len(which), 1e-13)])
-
-
-def test_surfaces_that_agree_along_one_direction_by_chance_are_parted():
-    """Rows with one place along `ALONG`: equal ones stay together, in whatever order, and others do not."""
-    rng = np.random.default_rng(3)
-    rows = rng.uniform(-1, 1, (40, 10))
-    rows[:, -1] += (0.5 - rows @ FIRST_DIRECTION) / FIRST_DIRECTION[-1]
-    assert np.ptp(rows @ FIRST_DIRECTION) < 1e-14
-    which = rng.integers(0, 40, 200)
-    noise = 1e-14 * rng.uniform(-1, 1, (200, 10))
-    found = [group.tolist() for group in find_clusters(np.arange(200), Rows(rows[which] + noise))]
-    sizes = Counter(which.tolist())
-    assert sorted(len(group) for group in found) == sorted(size for size in sizes.values() if size > 1)
-    assert all(len({int(which[member]) for member in group}) == 1 for group in found)
 
 
 def exact_place(kind, row, middle, scale, pivot):

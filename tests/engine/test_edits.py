@@ -12,7 +12,7 @@ from conicoid.prepare.edits import column_splice as columns, in_place as exchang
 from conicoid.prepare.edits.scene_splice import find_runs
 
 from ..samples import in_turn, many, sampled
-from .edits import KINDS, UNIT, WORLDS, chain, checked, content, note_memory_taken, same, same_answers, same_tables
+from .edits import KINDS, UNIT, WORLDS, chain, checked, content, note_memory_taken, same_answers, same_tables
 from .nodes import Nodes
 
 # --- An edited scene and the scene prepared from the beginning: the same tables to the bit, and the same answers
@@ -274,25 +274,6 @@ def test_items_of_leaves_in_a_tree_that_stays(exchanged):
     assert len(exchanged) == count
 
 
-def test_a_wall_that_stays_goes_from_one_wall_of_a_body_to_the_other():
-    """The plane x = 1 is the high side of what is moved, and then its low side: the same records lead before and after."""
-    moved, stays = co.Body(co.Box((0, 0, 0), (1, 1, 1)), name="moved"), co.Body(co.Box((1, 2, 2), (4, 3, 3)))
-    scene = co.Scene([moved, stays])
-    scene.first_hit((-5, 0, 0), (1, 0, 0))
-    scene = scene.moved("moved", (1, 0, 0))
-    assert scene.first_hit((-5, 2.5, 2.5), (1, 0, 0)).t == 6.0
-    assert scene.contains((1.5, 2.5, 2.5))
-    anew = co.Scene(list(scene.bodies))
-    for name, table, other in zip(
-        scene._prepared.lowered.tables._fields,
-        scene._prepared.lowered.tables,
-        anew._prepared.lowered.tables,
-        strict=True,
-    ):
-        if name in ("cell_quadric", "plane_surface", "plane_face", "surface_kind", "surface_row", "planes"):
-            assert table.tobytes() == other.tobytes(), name
-
-
 def test_walls_that_are_all_in_one_oblique_plane_stay_one():
     """Of what is looked at again all is in one plane, so that rounding alone tells these walls from one another."""
     for number in range(6):
@@ -314,54 +295,3 @@ def test_sheets_in_one_oblique_plane_are_one_surface():
         for k in range(5)
     ]
     assert (co.Scene(discs)._prepared.lowered.tables.surface_kind == PLANE).sum() == 1
-
-
-# --- Bodies moved together that have walls in common, before or after: the same tables as from the beginning, to the bit
-
-
-def two(a, b):
-    """Boxes a and b with a ball between them, and more behind, so that at most half of the bodies are moved."""
-    ball, *others = (co.Sphere(0.25, (20 + 5 * k, 9, 9)) for k in range(3))
-    return co.Scene([co.Body(co.Box(*a), name="a"), ball, co.Body(co.Box(*b), name="b"), *others])
-
-
-def test_a_wall_that_was_ones_high_side_and_is_its_low_side(taken):
-    old = two(((0, 0, 0), (1, 1, 1)), ((3, 1, 4), (4.7, 2.7, 5.7)))
-    old.prepare()
-    new = old.moved("a", (0.2, 1, 0.3)).moved("b", (2, 0, 3))
-    assert new.spans((0.7, -5, 0.7), (0, 1, 0)).t_enter.tolist() == [6.0]  # from y = -5 to y = 0 + 1
-    same(new)
-    assert taken == [False]
-
-
-def test_a_wall_of_one_behind_that_was_its_low_side_and_is_its_high_side(taken):
-    """A wall of b holds the record of a's wall before and after; it lies one place further on after the edit."""
-    old = two(((4, 0, 0), (5, 1, 1)), ((3, 1, 4), (4.5, 2.5, 5.5)))
-    old.prepare()
-    new = old.moved("a", (0, 0, 8)).moved("b", (0, -1.5, -4))  # b ends where a does, at y = 1
-    same(new)
-    same_answers(new, co.Scene(new.bodies), np.random.default_rng(1))
-    assert taken == [False]
-
-
-def test_a_wall_that_stays_in_common_with_one_of_another_piece(taken):
-    """Its record stays where it is. The row follows from the shift of the piece that holds the record."""
-    others = [co.Box((0, 0, 0), (1, 1, 1)).translate(at) for at in
-              ((5.3, 5.1, 5.7), (8.3, 8.1, 8.7), (11.3, 12.1, 13.7), (21.3, 22.1, 23.7))]  # fmt: skip
-    a, b = (co.Body(co.Box((0, 0, 0), (1, 1, 1)).translate((x, 0, 0)), name=str(x)) for x in (0, 1))
-    old = co.Scene([a, *others[:2], b, *others[2:]])
-    old.prepare()
-    new = old.moved("0", (0.1, 0.2, 0.3)).moved("1", (0.1, 0.2, 0.3))
-    same(new)
-    assert taken == [False]
-
-
-def test_a_wall_that_stays_in_common_with_the_next_body(taken):
-    """Bodies that come one after the other are one piece: of these the memory of scenes that are gone is taken."""
-    a, b = (co.Body(co.Box((0, 0, 0), (1, 1, 1)).translate((x, 0, 0)), name=str(x)) for x in (0, 1))
-    scene = co.Scene([a, b, *(co.Sphere(0.25, (5 + k, 5, 5)) for k in range(4))])
-    scene.prepare()
-    for step in range(1, 6):
-        scene = scene.moved("0", (0.1, 0.2 * step, 0.3)).moved("1", (0.1, 0.2 * step, 0.3))
-        same(scene)
-    assert taken == 5 * [True]

@@ -8,7 +8,6 @@ import itertools
 import os
 import pickle
 import sys
-import threading
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from types import FrameType
@@ -22,7 +21,6 @@ from conicoid.kernels.bvh.walk import ROWS
 from conicoid.parallel.shared_state import open_scene_tables, source_version, write_tables
 from conicoid.prepare.edits import buffer_pool as stores, in_place as exchange
 from conicoid.prepare.edits.buffer_pool import BufferPool, EditState, FullEditState, SceneBuffer
-from conicoid.prepare.edits.in_place import InPlaceEdit
 from conicoid.prepare.edits.scene_edit import prepare_edit
 
 from ..samples import deep, in_turn, many
@@ -84,77 +82,6 @@ def test_whatever_is_left_of_a_scene_keeps_its_memory(holder):
     del held
     again = first.moved("1", (0, 0, 0.1)).moved("2", (0, 0, 0.1))
     assert content(again)[:30] == numbers[:30]
-
-
-def test_hits_of_a_scene_that_is_gone_say_what_they_said():
-    rng = np.random.default_rng(2)
-    scene = bodies(40)
-    rays = rng.normal(size=(300, 3)) * 6, rng.normal(size=(300, 3))
-    kept = []
-    for number in range(12):
-        scene = scene.moved(str(number), (0, 0.3, 0))
-        hits = scene.first_hit(*rays)
-        kept.append((hits, co.Scene(scene.bodies).first_hit(*rays)))
-    scene = scene.moved("0", (0, 0, 2))
-    scene.prepare()
-    for hits, others in kept:  # worked out only now
-        for name in ("point", "normal", "uv", "local_point", "entering", "t_error", "before", "after"):
-            assert np.array_equal(getattr(hits, name), getattr(others, name), equal_nan=True), name
-
-
-def test_threads_that_exchange_in_one_scene_at_once():
-    scene, failed = bodies(60), []
-    scene.prepare()
-    before = content(scene)
-
-    def work(seed):
-        try:
-            rng = np.random.default_rng(seed)
-            for _ in range(2):
-                mine = scene
-                for _ in range(2):
-                    mine = moved(mine, rng)
-                    same_tables(mine, co.Scene(mine.bodies))
-                same_answers(mine, co.Scene(mine.bodies), rng, 40)
-        except BaseException as error:
-            failed.append(error)
-
-    threads = [threading.Thread(target=work, args=(seed,)) for seed in range(4)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert not failed, failed[0]
-    assert content(scene) == before
-
-
-def test_a_thread_that_asks_while_scenes_come_and_go():
-    scene, rays = bodies(200), (np.random.default_rng(3).normal(size=(20_000, 3)) * 5, (0.1, 0.2, 1.0))
-    scene = scene.moved("0", (0, 0, 0.1)).moved("1", (0, 0, 0.1))
-    expected = [co.Scene(scene.bodies).first_hit(*rays).t]
-    for number in range(2, 8):
-        expected.append(co.Scene(moved_by(scene, number).bodies).first_hit(*rays).t)
-    told, wrong = threading.Barrier(2), []
-
-    def ask(one, number):
-        told.wait()
-        wrong.extend(number for _ in range(3) if not np.array_equal(one.first_hit(*rays).t, expected[number]))
-
-    for number in range(8):
-        now = scene if number in (0, 1) else moved_by(scene, number)
-        now.prepare()
-        thread = threading.Thread(target=ask, args=(now, 0 if number < 2 else number - 1))
-        thread.start()
-        del now
-        told.wait()
-        for other in range(10, 16):
-            moved_by(scene, other).prepare()
-        thread.join()
-    assert wrong == []
-
-
-def moved_by(scene, number):
-    return scene.moved(str(number), (0, 0.01 * number, 0))
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="there are no forks")
@@ -290,29 +217,6 @@ def test_a_scene_that_comes_back_out_of_a_cycle_that_was_gone():
     del scene
     gc.collect()
     assert content(back[0]) == expected
-
-
-@pytest.mark.parametrize("last", ["fill", "close"])
-def test_an_edit_that_is_broken_off_leaves_nothing_behind(monkeypatch, last):
-    scene = bodies(30).moved("0", (0, 0, 0.1)).moved("1", (0, 0, 0.1)).moved("2", (0, 0, 0.1))
-    scene.prepare()
-    before = content(scene)
-    step = getattr(InPlaceEdit, last)
-
-    def broken(self, *arguments):
-        step(self, *arguments)
-        raise KeyboardInterrupt
-
-    edited = scene.moved("3", (1, 0, 0)).moved("4", (1, 0, 0))
-    monkeypatch.setattr(InPlaceEdit, last, broken)
-    with pytest.raises(KeyboardInterrupt):
-        edited.prepare()
-    monkeypatch.undo()
-    assert content(scene) == before
-    same_tables(edited, co.Scene(edited.bodies))
-    for number in range(5, 9):
-        scene = scene.moved(str(number), (1, 0, 0))
-        same_tables(scene, co.Scene(scene.bodies))
 
 
 def test_memory_is_given_up_with_the_last_scene(monkeypatch):

@@ -1,9 +1,8 @@
-"""Packets of pictures: crowds of small bodies, samples of a square, scan lines; to the bit of single rays."""
+"""Pictures: crowds of small bodies, samples of a square, scan lines; to the bit of single rays."""
 
 from __future__ import annotations
 
 import functools
-import math
 from fractions import Fraction
 
 import numba
@@ -11,18 +10,11 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.kernels.body.hit import is_doubtful
-from conicoid.kernels.body.scratch import new_scratch
 from conicoid.kernels.bvh.culling import lanes_in_ball, lanes_in_ball_from_one
-from conicoid.kernels.first_hits import HitBuffers, trace_first_alone
-from conicoid.kernels.packet.crowd import is_crowded
-from conicoid.kernels.packet.frontier import new_tile, open_quarter, open_tile, tile_packet
-from conicoid.kernels.packet.lanes import BEST, BODY, DOUBT, SIZE, close_lanes, fill_lanes, put_ray
-from conicoid.kernels.packet.packet import new_packet
-from conicoid.kernels.packet.traversal import _FOUND, _MOST, new_square, trace_packet, trace_square
+from conicoid.kernels.packet.lanes import SIZE, close_lanes, put_ray
 from conicoid.kernels.ray import Ray
 from conicoid.queries import ray_queries as queries
-from conicoid.queries.ray_queries import arrays_of, row_length
+from conicoid.queries.ray_queries import row_length
 from conicoid.render import sampling
 
 from ..compiled import compiled
@@ -32,28 +24,7 @@ from .test_routes import assert_same, camera, crowded_scene, reordered
 # --- Packets before which many small bodies lie meet them in pairs, others side by side: to the same bits
 
 
-deep = pytest.mark.deep  # what looks into packets is compiled; that answers are the same is fast
 WIDTH = 128
-ACROSS = WIDTH // 8
-
-
-@numba.njit(error_model="numpy")
-def trace_tiles(geometry, rays, width, blocks, any_hit, crowded, best, bodies, doubts):
-    """What the packets of a picture meet, as `trace_first` traces them, and which are taken for crowds."""
-    scratch, packet, memory = new_scratch(geometry), new_packet(geometry), new_tile()
-    lanes, count = packet.lanes, len(rays.origins)
-    for tile in range((width // 32) ** 2):
-        shared = open_tile(geometry, memory, lanes, rays, tile, width)
-        for number in range(16):
-            if number & 3 == 0:
-                open_quarter(memory, number >> 2, packet.items)
-            k = tile_packet(tile, number, width, count)
-            fill_lanes(lanes, rays, k, width, shared)
-            trace_packet(geometry, scratch, packet, blocks, any_hit)
-            crowded[k] = is_crowded(packet.crowd)
-            for i in range(64):
-                lane, at = np.uint64(i), (8 * (k // (width // 8)) + i // 8) * width + 8 * (k % (width // 8)) + i % 8
-                best[at], bodies[at], doubts[at] = lanes[BEST + lane], lanes[BODY + lane], lanes[DOUBT + lane]
 
 
 @functools.cache
@@ -79,72 +50,6 @@ def rays_of(view):
     origin, target, angle = VIEWS[view]
     up = (0, 1, 0) if view != "both" else (0, 0, 1)
     return co.Camera(origin, target, up=up, field_of_view=angle).rays(WIDTH, WIDTH)
-
-
-@functools.cache
-def traced(view, any_hit=False, without=()):
-    """(which packets are crowds, t, body, doubt of each ray of a picture)."""
-    scene, rays = field()._prepared, rays_of(view)
-    arrays = arrays_of("first_hit", scene, rays, 0.0, math.inf)
-    blocks = np.ones(len(field().bodies) if without else 0, np.int8)
-    blocks[list(without)] = 0
-    best, bodies, doubts = (np.empty(WIDTH * WIDTH) for _ in range(3))
-    crowded = np.zeros(ACROSS**2, np.bool_)
-    trace_tiles(scene.geometry, arrays, WIDTH, blocks, any_hit, crowded, best, bodies, doubts)
-    return crowded.reshape(ACROSS, ACROSS), best, bodies, doubts != 0
-
-
-@functools.cache
-def alone(view):
-    """The same of single rays: (t, body, doubt)."""
-    scene, rays = field()._prepared, rays_of(view)
-    arrays, found = arrays_of("first_hit", scene, rays, 0.0, math.inf), HitBuffers.new(WIDTH * WIDTH)
-    trace_first_alone(scene.geometry, arrays, 0, WIDTH * WIDTH, found)
-    return found.t, found.body, is_doubtful(found.turn)
-
-
-@deep
-def test_what_is_a_crowd_is_decided_packet_by_packet():
-    # Of the near view a pipe's pitch takes up WIDTH / (2 * 4.5 tan 30°) = 25 pixels, three packets; of the far one
-    # WIDTH / (2 * 125 tan 12°) = 2.4, so that a packet sees (8 / 2.4)² = 11 whole ones, and twenty in all.
-    assert not traced("near")[0].any()
-    assert traced("far")[0].mean() > 0.5  # most: those that begin a row of packets go by the end of the one before
-    crowded = traced("both")[0]
-    below, above = crowded[ACROSS // 2 + 4 :], crowded[ACROSS // 4 : ACROSS // 2]
-    assert below.mean() < 0.2
-    assert above.any()
-
-
-@deep
-@pytest.mark.parametrize("view", VIEWS)
-def test_packets_meet_what_single_rays_do(view):
-    _, best, bodies, doubts = traced(view)
-    t, body, unsure = alone(view)
-    sure = ~doubts & ~unsure
-    assert sure.mean() > 0.9
-    assert best[sure].tobytes() == t[sure].tobytes()
-    assert np.array_equal(bodies[sure], body[sure])
-
-
-@deep
-@pytest.mark.parametrize("view", VIEWS)
-def test_any_hit_says_whether_there_is_one(view):
-    best, doubts = traced(view, True)[1], traced(view, True)[3]
-    t, _, unsure = alone(view)
-    sure = ~doubts & ~unsure
-    assert sure.mean() > 0.9
-    assert np.array_equal(best[sure] < np.inf, t[sure] < np.inf)
-
-
-@deep
-def test_bodies_left_out_are_not_met():
-    body = alone("far")[1]
-    without = tuple(range(0, len(field().bodies), 10))
-    crowded, best, bodies, doubts = traced("far", False, without)
-    assert crowded.mean() > 0.5
-    assert not np.isin(bodies[bodies >= 0], without).any()
-    same = ~doubts & ~alone("far")[2] & (body % 10 != 0)
-    assert best[same].tobytes() == alone("far")[0][same].tobytes()
 
 
 @pytest.mark.parametrize("view", VIEWS)
@@ -207,18 +112,6 @@ def test_balls_that_rays_of_one_origin_graze_are_met(far):
     assert left_out > 6 * count
 
 
-@numba.njit
-def traced_squares(geometry, origins, directions, numbers, any_hit, best, bodies):
-    """Where the rays of packets end, and how often a frontier was looked for."""
-    scratch, packet, square, found = new_scratch(geometry), new_packet(geometry), new_square(), 0
-    for k in range(len(numbers)):
-        put_rays(packet.lanes, origins[k], directions[k])
-        trace_square(geometry, scratch, packet, square, numbers[k], scratch.nothing, any_hit)
-        found = max(found, int(square.known[_FOUND]))
-        best[k], bodies[k] = packet.lanes[BEST : BEST + 64], packet.lanes[BODY : BODY + 64]
-    return found
-
-
 def scene_of(kind):
     rng = np.random.default_rng(3)
     if kind == "balls":
@@ -228,20 +121,6 @@ def scene_of(kind):
         for k, low in enumerate(rng.uniform(-1, 1, (300, 3)))
     ]
     return co.Scene([*shapes, co.Box((-2, -2, 1), (2, 2, 1.1)) - co.Sphere(0.5, (0, 0, 1))])
-
-
-def packets_of(rng, kind, count):
-    """Rays of some samples of a square of 8 x 8 pixels, by a camera that looks along z."""
-    x, y = np.meshgrid(np.arange(8.0), np.arange(8.0))
-    corner, size = rng.uniform(-0.4, 0.3, 2), 0.01
-    places = np.stack([x.ravel(), y.ravel()], axis=1) + rng.uniform(0, 1, (count, 64, 2))
-    ends = np.concatenate([corner + size * places, np.ones((count, 64, 1))], axis=2)
-    origins = np.broadcast_to([0.1, 0.2, -3.0], ends.shape)
-    if kind == "lens":
-        origins = origins + rng.uniform(-0.05, 0.05, ends.shape) * (1, 1, 0)
-    elif kind == "straying":
-        ends = ends + rng.uniform(-0.2, 0.2, (count, 1, 3)) * (1, 1, 0)
-    return np.ascontiguousarray(origins), ends / np.linalg.norm(ends, axis=2, keepdims=True)
 
 
 @pytest.mark.parametrize("bodies", ["balls", "others"])
@@ -260,29 +139,6 @@ def test_samples_of_a_picture_meet_what_each_meets_alone(bodies):
     expected = np.where(np.isnan(hits.normal), 0, 0.5 + 0.5 * hits.normal).mean(axis=1)
     assert np.abs(pixels.reshape(-1, 3) - expected).max() < 1e-6
     assert 0.5 < np.isfinite(hits.t).mean() < 1
-
-
-@pytest.mark.deep
-@pytest.mark.parametrize("any_hit", [False, True])
-@pytest.mark.parametrize("kind", ["pinhole", "lens", "straying"])
-@pytest.mark.parametrize("bodies", ["balls", "others"])
-def test_packets_of_a_square_meet_what_each_meets_alone(bodies, kind, any_hit):
-    rng, scene = np.random.default_rng(4), scene_of(bodies)
-    count, hits, most = 9, 0, []
-    for _ in range(12):
-        one, other = packets_of(rng, kind, count), packets_of(rng, kind, count)
-        origins, directions = (np.concatenate(pair) for pair in zip(one, other, strict=True))
-        numbers, best, met = np.repeat([7, 70], count), np.empty((2 * count, 64)), np.empty((2 * count, 64))
-        most.append(traced_squares(scene._prepared.geometry, origins, directions, numbers, any_hit, best, met))
-        first = scene.first_hit(origins, directions)
-        alone = first.t
-        assert np.array_equal(best < np.inf, alone < np.inf)
-        if not any_hit:
-            assert best.tobytes() == alone.tobytes()
-            assert np.array_equal(met, first.body)
-        hits += int((best < np.inf).sum())
-    assert 12 * 18 * 64 > hits > 500
-    assert max(most) == _MOST if kind == "straying" else 1 <= max(most) < _MOST
 
 
 # --- Rows of a picture are found in a flat list of rays; a list that has none, or a wrong guess, changes no hit

@@ -39,7 +39,7 @@ print(json.dumps([sorted(names), called, odd]), flush=True)
 @pytest.fixture(scope="module")
 def kernels():
     with child(PROGRAM) as running:
-        names, called, odd = json.loads(running.line(1200))
+        names, called, odd = json.loads(running.line(3000))
         assert running.end(60)[0] == 0
     return names, called, odd
 

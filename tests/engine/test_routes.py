@@ -1,4 +1,4 @@
-"""Every route of a query gives the same bits: packets, streams, lists and single rays, of every kind of body."""
+"""Every route of a query gives the same bits: packets, tiles, streams, lists and single rays, of every kind of body."""
 
 from __future__ import annotations
 
@@ -17,6 +17,9 @@ from ..reference.random_shapes import generator
 from ..reference.routes import in_doubt
 from ..reference.whole_items import tree
 from ..samples import deep
+
+# --- Every route of a query gives the same bits: packets, streams, lists and single rays, of every kind of body
+
 
 # --- A ray has the same answer to the bit in a packet and by itself, in any order and on any number of threads
 
@@ -90,29 +93,6 @@ def test_rays_that_start_on_surfaces_agree_too(width):
     assert_same(lit, scene.first_hit(reordered(shadow, order), t_max=1), order)
     assert np.array_equal(scene.occluded(shadow, t_max=1), lit.t < np.inf)
     assert np.array_equal(scene.occluded(reordered(shadow, order), t_max=1), (lit.t < np.inf).ravel()[order])
-
-
-def test_crossings_begin_with_the_packets_first_hit():
-    scene, rays = crowded_scene(), camera(48)
-    hits, crossings = scene.first_hit(rays), scene.crossings(rays)
-    first = crossings.offsets[:-1]
-    some = np.diff(crossings.offsets) > 0
-    assert np.array_equal(some, hits.body.ravel() >= 0)
-    assert np.array_equal(crossings.t[first[some]], hits.t.ravel()[some])
-    assert np.array_equal(crossings.face[first[some]], hits.face.ravel()[some])
-
-
-@pytest.mark.parametrize("threads", [1, 2, 5])
-def test_any_number_of_threads_gives_the_same(threads):
-    scene, rays = crowded_scene(), camera(64)
-    expected = scene.first_hit(rays)
-    co.set_threads(threads)
-    try:
-        hits = scene.first_hit(rays)
-        for field in FIELDS:
-            assert np.array_equal(getattr(hits, field), getattr(expected, field))
-    finally:
-        co.set_threads(None)
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (7, 3), (8, 8), (9, 17), (1, 200), (200, 1)])
@@ -403,3 +383,40 @@ def test_any_number_of_threads(threads):
             assert np.array_equal(getattr(spans, name), getattr(expected, name))
     finally:
         co.set_threads(None)
+
+
+# --- Tiles of pictures that see more bodies than they can hold, or further than the one before: the hits are the same
+
+
+def deep_scene():
+    """20,000 balls in a long corridor, and parallel rays along it: one tile sees all of them, more than it can hold."""
+    rng = np.random.default_rng(1)
+    scene = co.Scene([co.Spheres(rng.uniform(0, 1, (20_000, 3)) * (1, 1, 100), np.full(20_000, 0.006))])
+    x, y = np.meshgrid((np.arange(32) + 0.5) / 32, (np.arange(32) + 0.5) / 32)
+    origins = np.stack([x, y, np.full_like(x, -1.0)], axis=-1)
+    return scene, co.Rays(origins, np.broadcast_to((0.0, 0.0, 1.0), origins.shape).copy())
+
+
+def test_hits_are_the_same_where_a_tile_holds_nodes():
+    scene, rays = deep_scene()
+    order = np.random.default_rng(2).permutation(1024)
+    together = scene.first_hit(rays)
+    apart = scene.first_hit(rays.origins.reshape(-1, 3)[order], rays.directions.reshape(-1, 3)[order])
+    assert np.array_equal(together.t.ravel()[order], apart.t)
+    assert 0.3 < np.isfinite(apart.t).mean() < 1.0
+
+
+def test_hits_are_the_same_where_a_tile_sees_further_than_the_one_before():
+    """A wall with slots before a deep lattice: beside tiles that end at the wall lie others that see through it."""
+    x, y, z = (part.ravel() for part in np.meshgrid(np.arange(40.0), np.arange(20.0), np.arange(40.0)))
+    slots = [co.Box((a, -9, -3), (a + 1.0, 9, -2)) for a in (-7.3, 0.4, 6.8)]
+    wall = co.Box((-40, -20, -3), (40, 20, -2)) - slots[0] - slots[1] - slots[2]
+    scene = co.Scene([co.Spheres(np.stack([x - 19.5, y - 9.5, z + 4.0], axis=1), np.full(len(x), 0.35)), wall])
+    rays = co.Camera((0.3, 0.2, -30), (0, 0, 0), up=(0, 1, 0), field_of_view=34).rays(288, 96)
+    order = np.random.default_rng(3).permutation(288 * 96)
+    together, apart = scene.first_hit(rays), scene.first_hit(rays[np.unravel_index(order, rays.shape)])
+    for field in ("t", "body", "face", "surface", "entering"):
+        assert np.array_equal(getattr(together, field).ravel()[order], getattr(apart, field)), field
+    seen = np.isin(np.arange(32_001), together.body)
+    assert seen[:-1].sum() > 300, "balls through the slots"
+    assert 0.5 < (together.body == 32_000).mean() < 0.95

@@ -17,8 +17,7 @@ from conicoid._util import process as beside
 from conicoid.kernels import threads
 from conicoid.kernels.crossings import trace_rows
 from conicoid.kernels.first_hits import HitBuffers, trace_first
-from conicoid.kernels.programs import new_counts
-from conicoid.kernels.tables import GATE_START, GATES, HALT, LEAVES, LENGTHS, STEPS
+from conicoid.kernels.tables import GATES, HALT, LEAVES
 from conicoid.queries.hit_fields import first_invalid, hit_points
 from conicoid.queries.ray_queries import arrays_of
 
@@ -398,11 +397,6 @@ def test_chunks_grow_while_they_are_short_and_shrink_when_they_are_long():
     assert threads.next_size(32, 0.08, 32) == 4  # as many as take 10 ms
 
 
-def test_steps_are_counted():
-    assert SCENE._prepared.geometry.places[STEPS] == STEPS_OF_SCENE
-    assert co.Scene([co.Polygon([(0, 0, 0), (1, 0, 0), (0, 1, 0)])])._prepared.geometry.places[STEPS] == 1 + 3
-
-
 def test_memory_of_a_thread_is_for_the_largest_body():
     one, two = co.Sphere(1.0) - co.Box(), co.Sphere(1.0, (5, 0, 0)) - co.Box((4, 0, 0), (5, 1, 1)) - co.Sphere(0.2)
     three = two | (co.Sphere(1.0, (9, 0, 0)) & co.Box((8, 0, 0), (9, 1, 1)))
@@ -417,18 +411,6 @@ def test_memory_of_a_thread_is_for_the_largest_body():
     scene = co.Scene([co.Body(one, name="one"), co.Body(two, name="two")])
     scene.prepare()
     assert most(scene.replace("one", three)) == [5, 3]
-
-
-def test_bodies_of_several_programs_are_asked_in_turn():
-    halves = [co.Sphere(1.0, (3 * k, 0, 0)) & co.HalfSpace((0, 0, 1), 0) for k in range(2)]
-    shells = [co.Sphere(1.0, (3 * k, 0, 0)) - co.Sphere(0.5, (3 * k, 0, 0)) for k in range(2, 4)]
-    scene = co.Scene([halves[0], shells[0], halves[1], shells[1]])
-    for _ in range(2):
-        for k, (z, inside) in enumerate([(-0.2, True), (0.2, False), (-0.7, True), (0.2, False)]):
-            x = (0, 3, 6, 9)[k]
-            assert scene.contains((x, 0.0, z)) == inside
-    points = [(x, 0.0, z) for z in (-0.7, 0.2, 0.7) for x in (0, 6, 3, 9)]
-    assert scene.contains(points).tolist() == [True] * 4 + [False] * 4 + [False, True, False, True]
 
 
 def test_bodies_of_a_scene_with_many_gates_are_met_in_turn():
@@ -456,14 +438,3 @@ def test_what_may_take_long_is_not_done_by_the_thread_that_hears_of_control_c(ra
     workers = []
     threads.run_on(SCENE._prepared.geometry, lambda *_: workers.append(threading.current_thread()), 1, 1, rays)
     assert (workers[0] is not threading.main_thread()) == elsewhere
-
-
-@pytest.mark.parametrize(("largest", "held"), [(20_000, 40_000), (5_000, 5_000)])
-def test_counts_of_all_gates_are_held_where_one_program_has_many_of_them(largest, held):
-    """Of 40,000 gates: all, if they are at most four times those of the largest program, else as many as that has."""
-    places = SCENE._prepared.geometry.places.copy()
-    places[LENGTHS + GATE_START], places[GATES] = 40_000, largest
-    geometry = SCENE._prepared.geometry._replace(
-        places=places, integers=np.zeros(places[GATE_START] + 40_000, np.int32)
-    )
-    assert len(new_counts(geometry)) == held + 2

@@ -124,3 +124,11 @@ def test_a_wall_far_from_a_primitive_is_not_its_own():
     assert hit.face == scene.distance((0.2, -3, 0.3), exact=True).face == 7
     assert hit.uv == pytest.approx([0.6, 0.65], abs=1e-15)
     assert scene.first_hit(np.tile([0.2, -3, 0.3], (256, 1)), (0, 1, 0)).face.tolist() == [7] * 256
+
+
+def test_walls_in_common_have_one_surface_however_they_are_written():
+    """Four bodies at one t, in the order of listing."""
+    planes = co.HalfSpace((4, 0, 0), 4), co.Plane((-1, 0, 0), -1), co.Box((1, -1, -1), (2, 1, 1))
+    crossings = co.Scene([co.Box(), *planes]).crossings((-5, 0.1, 0.2), (1, 0, 0))
+    assert crossings.body[crossings.t == 6].tolist() == [0, 1, 2, 3]
+    assert len(set(crossings.surface[crossings.t == 6].tolist())) == 1

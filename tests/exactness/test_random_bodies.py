@@ -6,17 +6,10 @@ corners, along axes, rulings and asymptotes, start on surfaces and far away.
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
-import conicoid as co
-
-from ..reference import aimed_rays
-from ..reference.quadratics import Table
 from ..reference.random_items import KINDS, extreme, ordinary
-from ..reference.random_shapes import generator
 from ..reference.score import Score
-from ..reference.solids import bodies
 from ..reference.suite import random_score, total
 from ..samples import drawn
 
@@ -55,22 +48,3 @@ def test_more_bodies(kind):
         score = total([random_score(kind, sort, number, 500) for number in numbers])
         score.check()
         assert sort is extreme or score.slackness <= LOOSEST
-
-
-@pytest.mark.parametrize("kind", ["Cone", "NestedBooleans", "Polygon", "Quadric", "Sphere"])
-def test_threads_agree(kind):
-    r = generator(f"threads {kind}", 0)
-    item = ordinary(kind, r)
-    scene = co.Scene([item.shape(co)])
-    aim = aimed_rays.Aim(Table(bodies([item])), item.world_center, item.world_size, r)
-    o, d = (np.tile(x, (8, 1)) for x in aimed_rays.rays(aim, 1600))
-    answers = []
-    try:
-        for threads in (1, 2, 4):
-            co.set_threads(threads)
-            hits = scene.first_hit(o, d)
-            fields = ("t", "t_error", "point", "point_error", "body", "face", "surface", "entering", "normal")
-            answers.append(np.column_stack([getattr(hits, name) for name in fields]).tobytes())
-    finally:
-        co.set_threads(None)
-    assert len(set(answers)) == 1

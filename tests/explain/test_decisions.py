@@ -299,12 +299,13 @@ def test_degenerate_quadrics(matrix, kind):
 
 def test_numbers_that_are_none():
     scene = co.Scene([co.Sphere()])
-    with pytest.raises(IndexError, match="-1 stands for a miss"):
-        scene.surface(-1)
-    with pytest.raises(IndexError, match="below 1, got 1"):
-        scene.surface(1)
-    with pytest.raises(TypeError, match="number must be one integer"):
-        scene.surface(np.array([0, 0]))
+    for call, error, told in (
+        (lambda: scene.surface(-1), IndexError, "-1 stands for a miss"),
+        (lambda: scene.surface(1), IndexError, "below 1, got 1"),
+        (lambda: scene.surface(np.array([0, 0])), TypeError, "number must be one integer"),
+    ):
+        with pytest.raises(error, match=told):
+            call()
     assert scene.surface(np.int32(0)).number == 0
 
 

@@ -10,9 +10,7 @@ import pytest
 
 import conicoid as co
 
-from ..seeds.test_000_shapes import CENTER, CORNERS, DIRECTION, POINT, RADIUS, start
-from ..seeds.test_001_quadrics import CYLINDER, GENERAL
-from ..seeds.test_002_cylinder import P1, P2, P3
+from ..seeds.test_shapes import CENTER, CORNERS, CYLINDER, DIRECTION, GENERAL, P1, P2, P3, POINT, RADIUS, start
 
 CLOSE = dict(rel=1e-14, abs=1e-14)
 

@@ -361,17 +361,6 @@ def test_damaged_texts(seed, form, inserted):
     check_pattern(text)
 
 
-@pytest.mark.deep
-@settings(max_examples=2000, deadline=None, suppress_health_check=list(HealthCheck))
-@given(st.integers(0, 2**32), st.sampled_from(sorted(FORMS)), st.text("-[]{}:, \n\t'\"#&*!|>%?abe10.\\\r", max_size=4))
-def test_damaged_texts_at_length(seed, form, inserted):
-    draw, text = random.Random(seed), scene(FORMS[form], rows(30, seed), after="lights: []\n")
-    for _ in range(draw.randint(1, 3)):
-        at = draw.randrange(len(text))
-        text = text[:at] + inserted + text[at + draw.randint(0, 3) :]
-    check_pattern(text)
-
-
 def test_lines_that_only_look_like_bodies():
     """The same lines in a block of text, in quotes, in a comment, under another key, and once more behind."""
     many = "".join(FLOW.format(*row) for row in rows(40))

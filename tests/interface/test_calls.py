@@ -246,14 +246,14 @@ def test_values_out_of_range_are_told():
 def test_queries_say_what_they_were_given():
     scene = co.Scene(co.Sphere())
     hits = scene.first_hit((0, 0, 5), (0, 0, -1))
-    with pytest.raises(TypeError, match=r"got Hits; use its \.rays, or hits\.spawn"):
-        scene.first_hit(hits)
-    with pytest.raises(TypeError, match="must be arrays or a Rays, got Scene"):
-        scene.spans(scene)
-    with pytest.raises(ValueError, match="^contains: points must be finite"):
-        scene.contains((0, 0, np.nan))
-    with pytest.raises(TypeError, match=r"^Scene\.first_hit\(\) missing"):
-        scene.first_hit()
+    for call, error, told in (
+        (lambda: scene.first_hit(hits), TypeError, r"got Hits; use its \.rays, or hits\.spawn"),
+        (lambda: scene.spans(scene), TypeError, "must be arrays or a Rays, got Scene"),
+        (lambda: scene.contains((0, 0, np.nan)), ValueError, "^contains: points must be finite"),
+        (lambda: scene.first_hit(), TypeError, r"^Scene\.first_hit\(\) missing"),
+    ):
+        with pytest.raises(error, match=told):
+            call()
 
 
 def test_scene_attributes_are_read_only():

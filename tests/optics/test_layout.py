@@ -150,12 +150,23 @@ def test_what_cannot_be_drawn_is_named(tmp_path):
     assert len(paths_of(drawing)) == 1
     drawing.save(tmp_path / "x.svg")
     assert (tmp_path / "x.svg").read_text(encoding="utf-8") == drawing.svg == drawing._repr_svg_()
-    with pytest.raises(ValueError, match="Layout.save: path must end with .svg"):
-        drawing.save(tmp_path / "x.png")
-    with pytest.raises(ValueError, match="layout: system must have bodies of finite size"):
-        co.optics.layout(co.Scene([co.HalfSpace((0, 0, 1), 0)]))
-    with pytest.raises(TypeError, match="layout: rays must be a number for a Prescription"):
-        co.optics.layout(co.optics.prescription([(50, 6, 1.5, 20), (-50, None)], 5), rays=co.Rays((0, 0, 0), (0, 0, 1)))
+    for call, error, told in (
+        (lambda: drawing.save(tmp_path / "x.png"), ValueError, "Layout.save: path must end with .svg"),
+        (
+            lambda: co.optics.layout(co.Scene([co.HalfSpace((0, 0, 1), 0)])),
+            ValueError,
+            "layout: system must have bodies of finite size",
+        ),
+        (
+            lambda: co.optics.layout(
+                co.optics.prescription([(50, 6, 1.5, 20), (-50, None)], 5), rays=co.Rays((0, 0, 0), (0, 0, 1))
+            ),
+            TypeError,
+            "layout: rays must be a number for a Prescription",
+        ),
+    ):
+        with pytest.raises(error, match=told):
+            call()
 
 
 @pytest.mark.parametrize("faces", [(0,), (1,), (0, 1)])

@@ -6,7 +6,6 @@ import copy
 import ctypes
 import gc
 import inspect
-import os
 import pickle
 import sys
 import types
@@ -14,15 +13,21 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import ClassVar
 
+import llvmlite.binding as llvm
 import numpy as np
 import pytest
 
 import conicoid as co
 from conicoid.queries import device, device_arrays, device_choice, nvidia_driver
-from native import ptx
+from native import objects, ptx
 
-from ..emulation import Card, device_kernels
+from ..emulation import Card, Kernels, device_kernels, device_module, sources_of, stored
 from ..engine.test_routes import camera, crowded_scene
+from ..reference import aimed_rays
+from ..reference.quadratics import Table
+from ..reference.random_items import KINDS, extreme, ordinary
+from ..reference.random_shapes import generator
+from ..reference.solids import bodies
 from ..reference.suite import whole_score
 from ..reference.whole_items import SCENES
 from ..samples import sampled
@@ -88,13 +93,6 @@ def test_pictures_lists_and_single_rays(card):
     same_answers(scene, rays[:0])
 
 
-def test_rays_that_start_on_surfaces(card):
-    scene = crowded_scene()
-    hits = scene.first_hit(camera(48))
-    shadow = hits.spawn(np.where(hits.hit[..., None], np.array([3.0, 5.0, -6.0]) - hits.point, 1.0))
-    same_answers(scene, shadow, 1.0)
-
-
 def test_doubtful_rays_go_to_the_exact_route_and_come_back(card):
     scene = co.Scene([co.Box((0, 0, 0), (1, 1, 1)), co.Sphere(1).translate((3, 0, 0))])
     origins = np.array([[2.0, 0.25, 2.0], [0.5, 0.5, 3.0], [2.0, 0.0, 5.0]] * 400)
@@ -104,9 +102,11 @@ def test_doubtful_rays_go_to_the_exact_route_and_come_back(card):
     same_answers(scene, co.Rays(origins, directions))
 
 
-@pytest.mark.parametrize("leaves", [3, 40, 150])
-def test_points_in_bodies_of_all_sizes(card, leaves, monkeypatch):
-    scene, size = co.Scene([carved(leaves), co.Sphere(0.4)]), {3: "few", 40: "many", 150: "any"}[leaves]
+@pytest.mark.parametrize(
+    ("leaves", "size"), [(3, "few"), (8, "few"), (9, "many"), (40, "many"), (64, "many"), (65, "any"), (150, "any")]
+)
+def test_points_in_bodies_of_all_sizes(card, leaves, size, monkeypatch):
+    scene = co.Scene([carved(leaves), co.Sphere(0.4)])
     r = np.random.default_rng(5)
     points = np.concatenate([r.uniform(-1.2, 1.2, (1200, 3)), [[1, 1, 1], [0, 0, 0.4], [1, 0, 0]]])
     for query in (scene.body_at, scene.contains):
@@ -126,6 +126,54 @@ def test_points_in_bodies_of_all_sizes(card, leaves, monkeypatch):
     assert scene.contains((0, 0, 0.2), device="cuda")
     same_answers(scene, co.Rays(points, r.normal(size=points.shape)))
     assert f"list_rows_{size}" in dict(card.launches)
+
+
+@pytest.mark.parametrize("sort", [ordinary, extreme])
+@pytest.mark.parametrize("kind", KINDS)
+def test_bodies_of_all_kinds(card, kind, sort):
+    """On the rays that are hard for each, as in tests/exactness/test_random_bodies.py."""
+    r = generator(f"device {kind}", 0)
+    item = sort(kind, r)
+    scene = co.Scene([item.shape(co)])
+    rays = co.Rays(*aimed_rays.rays(aimed_rays.Aim(Table(bodies([item])), item.world_center, item.world_size, r), 120))
+    same_answers(scene, rays)
+    hits = scene.first_hit(rays)
+    met = hits[hits.body >= 0]
+    assert np.array_equal(scene.body_at(met.point, device="cuda"), scene.body_at(met.point, device="cpu"))
+    spawned = met.spawn(np.array([3.0, 5.0, -6.0]) - met.point)
+    same_answers(scene, spawned, np.linspace(0.1, 1.0, len(spawned.origins)))
+
+
+def test_copies_that_share_their_tables(card):
+    r = np.random.default_rng(6)
+    places = r.uniform(-3, 3, (40, 3))
+    scene = co.Scene([carved(12).scale(0.3).translate(place) for place in places])
+    same_answers(scene, co.Rays(r.uniform(-4, 4, (400, 3)), r.normal(size=(400, 3))))
+    assert np.array_equal(scene.body_at(places + 0.1, device="cuda"), scene.body_at(places + 0.1, device="cpu"))
+
+
+@pytest.mark.deep
+def test_what_llvm_optimises_for_a_gpu(monkeypatch):
+    """The last form of the code before PTX."""
+    module, target = device_module(), objects.machine_for(ptx.TRIPLE, ptx.LEVEL)
+    names = "shorten_nodes_each", "first_hits_few", "any_hits_few", "list_rows_few"
+
+    def optimize() -> bytes:
+        whole, kept = llvm.parse_bitcode(module), [ptx.PREFIX + name for name in names]
+        for each in (*whole.functions, *whole.global_variables):
+            if not each.is_declaration:
+                each.linkage = "external" if each.name in kept else "internal"
+        objects.optimize(whole, target, is_short=True)
+        return whole.as_bitcode()
+
+    emulated = Card(Kernels(stored(f"optimised {sources_of(module)}", optimize)))
+    monkeypatch.setattr(nvidia_driver, "NvidiaDriver", lambda: emulated)
+    monkeypatch.setattr(device_choice, "_devices", {})
+    scene, rays = crowded_scene(), camera(48)
+    same_hits(scene.first_hit(rays, device="cuda"), scene.first_hit(rays, device="cpu"))
+    assert np.array_equal(scene.occluded(rays, device="cuda"), scene.occluded(rays, device="cpu"))
+    there, here = (scene.spans(rays, device=name) for name in ("cuda", "cpu"))
+    assert there.t_enter.tobytes() == here.t_enter.tobytes()
 
 
 def test_what_is_said_of_overlaps(card, caplog):
@@ -185,15 +233,6 @@ def test_a_scene_without_bodies_and_what_is_pickled(card):
     same_answers(copy.deepcopy(scene), rays)
 
 
-def test_queries_of_several_threads_take_turns(card):
-    scenes = [crowded_scene(), co.Scene([carved(40)]), co.Scene([carved(150)])]
-    expected = [scene.first_hit(camera(32)) for scene in scenes]
-    with ThreadPoolExecutor(3) as pool:
-        found = list(pool.map(lambda scene: scene.first_hit(camera(32), device="cuda"), scenes))
-    for one, other in zip(found, expected, strict=True):
-        same_hits(one, other)
-
-
 def test_tables_are_sent_once_and_again_after_an_edit(card):
     balls = co.Spheres(np.random.default_rng(1).uniform(-1, 1, (2000, 3)), 0.02)
     scene = co.Scene([co.Body(balls, name="balls")])
@@ -230,11 +269,6 @@ def test_a_card_without_memory_says_how_many_bytes(card):
     card._size = 4096
     with pytest.raises(MemoryError, match=r"bytes are needed, [\d,]+ are free on emulation"):
         crowded_scene(301).first_hit(camera(8), device="cuda")
-
-
-@pytest.mark.parametrize("bodies", [[], [co.HalfSpace((0, 0, 1), 0.25)], [co.Sphere(1)]])
-def test_scenes_without_nodes_or_with_one(card, bodies):
-    same_answers(co.Scene(bodies), camera(16))
 
 
 def test_steep_rays_meet_bodies_that_have_no_end(card):
@@ -354,24 +388,6 @@ def test_doubtful_and_far_rays_on_the_card(card):
     assert 0 < np.asarray(found.doubtful).sum() < 160
     far = same_there(card, co.Scene([co.Sphere(1)]), np.array([[3e8, 0.1, 0.2]]), np.array([[-1.0, 0, 0]]))
     assert np.asarray(far.hit).all()
-
-
-def test_small_whole_numbers_on_the_card(card):
-    r = np.random.default_rng(3)
-    scene = co.Scene([co.Box((0, 0, 0), (2, 2, 2)) - co.Sphere(1), co.Sphere(2).translate((1, 1, 0))])
-    origins = r.integers(-3, 4, (300, 3)).astype(float)
-    directions = r.integers(-2, 3, (300, 3)).astype(float)
-    directions[(directions == 0).all(axis=1)] = 1
-    same_there(card, scene, origins, directions)
-
-
-def test_a_body_beyond_the_memory_of_a_card_and_arrays_there(card):
-    scene, rays = co.Scene([carved(150)]), camera(16)
-    scene.first_hit(rays, device="cuda")
-    device_choice._devices[os.getpid()]._scratch = None
-    card._size, launches = sum(map(len, card._rooms.values())) + (1 << 20), len(card.launches)
-    same_there(card, scene, rays.origins, rays.directions)
-    assert not any(name.startswith(("first_hits", "any_hits", "first_bodies")) for name, _ in card.launches[launches:])
 
 
 def test_dlpack_in_and_out(card, monkeypatch):

@@ -27,7 +27,6 @@ half_vector, phong = compiled(highlights.half_vector), compiled(highlights.phong
 reflect, refract = compiled(mirrors.reflect), compiled(lenses.refract)
 
 UP = (0.0, 0.0, 1.0)
-ROOT = math.sqrt(0.5)
 
 
 def test_normal_incidence():
@@ -96,41 +95,6 @@ def test_critical_angle_of_glass():
         cosine = refract(math.sin(angle), 0.0, -math.cos(angle), *UP, n)[3]
         assert (cosine < 0) == total
         assert cosine < 1e-3
-
-
-def test_refraction_and_reflection_of_the_source():
-    """sin θ₁ = 3/5, η = 5/6: sin θ₂ = 1/2."""
-    assert refract(0.6, 0.0, -0.8, *UP, 5 / 6) == pytest.approx((0.5, 0, -math.sqrt(0.75), math.sqrt(0.75)), rel=1e-15)
-    assert reflect(0.6, 0.0, -0.8, *UP) == pytest.approx((0.6, 0, 0.8), rel=1e-15)
-
-
-def test_highlights_by_hand():
-    """L at 45° to N, E along N: R·E = cos 45°, so (R·E)^10 = 1/32; H·N = cos 22.5°."""
-    towards_light = (ROOT, 0.0, ROOT)
-    assert phong(towards_light, UP, UP, 10.0) == pytest.approx(1 / 32, rel=1e-14)
-    assert half_vector(towards_light, UP, UP, 10.0) == pytest.approx(math.cos(math.pi / 8) ** 10, rel=1e-14)
-
-
-def test_highlights_are_full_along_the_mirror_direction_and_none_behind():
-    eye = (-ROOT, 0.0, ROOT)
-    assert phong((ROOT, 0.0, ROOT), eye, UP, 100.0) == pytest.approx(1, rel=1e-13)
-    assert half_vector((ROOT, 0.0, ROOT), eye, UP, 100.0) == pytest.approx(1, rel=1e-13)
-    assert phong((0.8, 0.0, 0.6), (0.8, 0.0, -0.6), UP, 3.0) == 0
-    assert half_vector((0.8, 0.0, -0.6), (0.0, 0.6, -0.8), UP, 3.0) == 0
-
-
-@pytest.mark.parametrize(
-    ("point", "even"),
-    [
-        ((0.5, 0.5, 0.5), True),
-        ((1.5, 0.5, 0.5), False),
-        ((-0.5, 0.5, 0.5), False),
-        ((-0.5, -0.5, 0.5), True),
-        ((2, 3, 0), False),
-    ],
-)
-def test_checker_parity(point, even):
-    assert is_even(*map(float, point)) == even
 
 
 # --- reflect and refract on arrays: shapes, lengths, misses, and Snell's law to 50 digits

@@ -95,46 +95,6 @@ def test_a_sided_ball_reaches_to_its_corners(sides: int):
     assert ball.bounds[1] == pytest.approx(np.max(corners, axis=0), abs=1e-14)
 
 
-@pytest.mark.parametrize("name", ["ball", "turned", "rough", "unbounded"])
-def test_rays_meet_the_faces_of_the_half_spaces(name: str):
-    """The ray enters at the last plane that it enters, if it leaves none before."""
-    shape, rng = SHAPES[name], np.random.default_rng(9)
-    origins = 30 * rng.normal(size=(400, 3))
-    directions = rng.uniform(-12, 12, (400, 3)) - origins
-    turn = shape.motion.matrix
-    own_origins = (origins - turn[:3, 3]) @ np.linalg.inv(turn[:3, :3]).T
-    own = directions @ np.linalg.inv(turn[:3, :3]).T
-    height = own_origins @ np.array(shape.normals).T - np.array(shape.offsets)
-    rate = own @ np.array(shape.normals).T
-    with np.errstate(all="ignore"):
-        t = -height / rate
-    enters = np.where(rate < 0, t, -np.inf)
-    first, last = enters.max(axis=1), np.where(rate > 0, t, np.inf).min(axis=1)
-    last = np.where(((rate == 0) & (height > 0)).any(axis=1), -np.inf, last)
-    sure = np.abs(last - first) > 1e-9
-    scene = co.Scene([shape])
-    expected = np.where(first < last, np.where(first > 0, first, np.where(last > 0, last, np.inf)), np.inf)
-    assert scene.first_hit(origins, directions).t[sure] == pytest.approx(expected[sure], rel=1e-12)
-
-
-@pytest.mark.parametrize("seed", sampled([1, 2, 3], 3))
-def test_rays_through_edges_and_corners_meet_what_they_meet_of_half_spaces(seed: int):
-    """Planes with few digits meet in edges and corners that rays of few digits hit: the order of faces decides."""
-    shape, rng = rough(seed), np.random.default_rng(seed)
-    apart = co.Intersection(tuple(co.HalfSpace(n, d) for n, d in zip(shape.normals, shape.offsets, strict=True)))
-    origins = rng.integers(-6, 7, (600, 3)).astype(float)
-    directions = rng.integers(-4, 5, (600, 3)) / 4 - origins
-    some = directions.any(axis=1)
-    scene, rays = co.Scene([shape]), (origins[some], directions[some])
-    one, other = scene.first_hit(*rays), co.Scene([apart]).first_hit(*rays)
-    assert np.isfinite(one.t).sum() > 100
-    assert one.t == pytest.approx(other.t, rel=1e-15)  # planes have other anchors
-    assert np.array_equal(one.face, other.face)
-    for k in range(60):  # single rays take another route
-        single = scene.first_hit(rays[0][k], rays[1][k])
-        assert (single.t, single.face) == (one.t[k], one.face[k])
-
-
 # Polyhedra of few faces, many at once
 
 

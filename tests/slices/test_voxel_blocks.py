@@ -120,12 +120,20 @@ def test_workers_write_the_same(path):
 
 
 def test_paths_that_cannot_be(tmp_path, monkeypatch):
-    with pytest.raises(ValueError, match=r"path must end in \.npy or \.zarr, got '.*voxels\.vti'"):
-        SCENE.voxels(WINDOW, SHAPE, path=tmp_path / "voxels.vti")
-    with pytest.raises(FileNotFoundError, match="no such folder"):
-        SCENE.voxels(WINDOW, SHAPE, path=tmp_path / "none" / "voxels.npy")
-    with pytest.raises(OSError, match="GiB"):
-        SCENE.voxels(WINDOW, (1 << 20, 1 << 20, 1 << 20), path=tmp_path / "voxels.npy")
-    with pytest.raises(ValueError, match=r"path='voxels\.zarr'"):
-        SCENE.voxels(WINDOW, (1 << 11, 1 << 10, 1 << 10))
+    for call, error, told in (
+        (
+            lambda: SCENE.voxels(WINDOW, SHAPE, path=tmp_path / "voxels.vti"),
+            ValueError,
+            r"path must end in \.npy or \.zarr, got '.*voxels\.vti'",
+        ),
+        (
+            lambda: SCENE.voxels(WINDOW, SHAPE, path=tmp_path / "none" / "voxels.npy"),
+            FileNotFoundError,
+            "no such folder",
+        ),
+        (lambda: SCENE.voxels(WINDOW, (1 << 20, 1 << 20, 1 << 20), path=tmp_path / "voxels.npy"), OSError, "GiB"),
+        (lambda: SCENE.voxels(WINDOW, (1 << 11, 1 << 10, 1 << 10)), ValueError, r"path='voxels\.zarr'"),
+    ):
+        with pytest.raises(error, match=told):
+            call()
     assert list(tmp_path.iterdir()) == []

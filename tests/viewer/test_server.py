@@ -1,4 +1,4 @@
-"""The page's server: this machine only, its own page only, the scene's data only."""
+"""The page's server: this machine only, its own page only, the scene's data only; picks of what is shown."""
 
 from __future__ import annotations
 
@@ -18,10 +18,14 @@ import numpy as np
 import pytest
 
 import conicoid as co
+from conicoid.viewer.picks import pick
 from conicoid.viewer.server import Server
 from conicoid.viewer.session import Session, stamp_of
 
 from .browser import served
+
+# --- The page's server: this machine only, its own page only, the scene's data only
+
 
 BARREL = Path(__file__).resolve().parents[2] / "examples" / "scenes" / "barrel.yaml"
 SCENE = co.Scene([co.Body(co.Sphere(1), name="ball"), co.Box((2, -1, -1), (3, 1, 1)) - co.Sphere(1, (2, 0, 0))])
@@ -270,3 +274,28 @@ def test_control_c_ends_it():
 def _hear_control_c():
     """A shell makes what it runs in the background deaf to it, and that is handed down."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
+# --- What the engine says about a ray of the page: only of what is shown
+
+
+FUEL = co.Body(co.Cylinder((0, 0, -1), (0, 0, 1), 1), name="fuel")
+CLAD = co.Body(co.Cylinder((0, 0, -1), (0, 0, 1), 2) - co.Cylinder((0, 0, -1), (0, 0, 1), 1), name="clad")
+
+
+@pytest.mark.parametrize("order", [(FUEL, CLAD), (CLAD, FUEL)])
+def test_a_hidden_body_does_not_answer_for_the_wall_it_shares(order):
+    """From the axis, the fuel's wall and the bore of the clad are one surface at t = 1; the clad ends at t = 2."""
+    scene = co.Scene(list(order))
+    hidden = [body.name for body in order].index("fuel")
+    found = pick(scene, {"origin": [0, 0, 0], "direction": [1, 0, 0], "hidden": [hidden]})["found"]
+    assert (found["name"], found["t"], found["entering"]) == ("clad", 1.0, True)
+    assert found["point"] == [1.0, 0.0, 0.0]
+    assert found["normal"] == [-1.0, 0.0, 0.0]  # out of the clad: towards the axis
+    assert [(row["name"], row["t"]) for row in found["crossings"]] == [("clad", 1.0), ("clad", 2.0)]
+    assert [(row["name"], row["enter"], row["exit"]) for row in found["spans"]] == [("clad", 1.0, 2.0)]
+
+
+def test_nothing_is_found_where_everything_is_hidden():
+    scene = co.Scene([FUEL, CLAD])
+    assert pick(scene, {"origin": [0, 0, 0], "direction": [1, 0, 0], "hidden": [0, 1]}) == {"found": None}

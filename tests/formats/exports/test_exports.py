@@ -18,9 +18,7 @@ import pytest
 from hypothesis import strategies as st
 
 import conicoid as co
-from conicoid.io.export import csg_pieces as lowered
 from conicoid.io.export.exporters import EXPORT_FORMATS, ExportOptions, find_export_format
-from conicoid.io.export.openmc_regions import EmptinessTest, ExportSurfaceTable, RegionWriter
 from conicoid.io.openmc.values import read_title
 
 from ...command_line import done, refused, run
@@ -395,17 +393,6 @@ def test_planes_that_readers_get_from_corners_are_told(tmp_path: Path, caplog: p
     assert_close_answers(scene, again, 1e-12)
 
 
-def test_many_bodies_that_are_one_moved_take_the_time_of_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where it is known again, and cut out of planes, once for all."""
-    calls = []
-    worked_out = lowered._polyhedron_faces
-    monkeypatch.setattr(lowered, "_polyhedron_faces", lambda *given: calls.append(1) or worked_out(*given))
-    one = co.Polyhedron(((1, 2, 0), (-1, 2, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)), (1, 1, 1, 1.5, 1.25))
-    scene = co.Scene([one.rotate((0, 0, 1), 7.0 * k).translate((9.0 * k, 0, 0)) for k in range(20)])
-    co.export(scene, tmp_path / "out.gdml")
-    assert len(calls) <= 1
-
-
 def test_another_order_is_told(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     """A hole of the first body is the third, which a volume's daughter comes before the second."""
     hole = co.Box((-1, -1, -1), (1, 1, 1))
@@ -500,30 +487,6 @@ def test_written_in_another_format(
     np.testing.assert_array_equal(a.t_exit, b.t_exit)
 
 
-def test_regions_that_are_translated_are_as_empty_as_each_by_itself():
-    """Pairs of cells of a lattice, near and far, with surfaces that are disjoint, nested or the same."""
-    table = ExportSurfaceTable()
-    regions, tests = RegionWriter(table), EmptinessTest(table)
-    solids = [
-        solid.translate((1.25 * x, 0.1 * y, 0))
-        for x, y in itertools.product(range(3), range(3))
-        for solid in (
-            co.Cylinder((0, 0, -1), (0, 0, 1), 0.4),
-            co.Cylinder((0, 0, -1), (0, 0, 1), 0.6) - co.Cylinder((0, 0, -2), (0, 0, 2), 0.5),
-            co.Box((-0.625, -0.625, -1), (0.625, 0.625, 1)) - co.Sphere(0.6),
-            co.HalfSpace((1, 1, 0), 0.3) & co.Sphere(0.5),
-        )
-    ]
-    found = {
-        (i, j): tests.are_disjoint(regions.of(solids[i]), regions.of(solids[j]))
-        for i, j in itertools.combinations(range(len(solids)), 2)
-    }
-    assert {True, False} == set(found.values())
-    for (i, j), disjoint in found.items():
-        assert disjoint == EmptinessTest(table).are_disjoint(regions.of(solids[i]), regions.of(solids[j]))
-    assert len(tests._known) < len(found) / 2
-
-
 # --- Units of length
 
 _SIZES_IN_MM = dict(angstrom=1e-7, nm=1e-6, um=1e-3, mm=1, cm=10, m=1000, km=1e6) | {"in": 25.4}
@@ -557,12 +520,13 @@ def test_lengths_are_converted_to_the_unit_of_the_file(tmp_path, unit, suffix):
 def test_scenes_of_two_units_are_not_mixed():
     inches = co.Scene([co.Body(co.Box((0, 0, 0), (1, 1, 1)), name="box")], lights=[co.AmbientLight()], unit="in")
     metres = co.Scene([co.Body(co.Sphere(1), name="ball")], unit="m")
-    with pytest.raises(ValueError, match=r"a scene in m does not go into one in in: .*shape.scale\(39.37"):
-        inches.added(metres)
-    with pytest.raises(ValueError, match=r"a scene in in does not go into one in m"):
-        metres.added(inches, before="ball")
-    with pytest.raises(TypeError, match=r"put together by a.added\(b\)"):
-        inches + metres
+    for call, error, told in (
+        (lambda: inches.added(metres), ValueError, r"a scene in m does not go into one in in: .*shape.scale\(39.37"),
+        (lambda: metres.added(inches, before="ball"), ValueError, r"a scene in in does not go into one in m"),
+        (lambda: inches + metres, TypeError, r"put together by a.added\(b\)"),
+    ):
+        with pytest.raises(error, match=told):
+            call()
     for other in (metres.replace(unit=None), metres.replace(unit="in")):
         both = inches.added(other)
         assert (both.unit, [body.name for body in both.bodies], both.lights) == ("in", ["box", "ball"], inches.lights)

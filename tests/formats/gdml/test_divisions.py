@@ -20,6 +20,8 @@ from .test_solids import (
 
 CONE = '<cone name="m" rmin1="1" rmax1="4" rmin2="3" rmax2="8" z="12" startphi="30" deltaphi="240" aunit="deg"/>'
 TRD = '<trd name="m" x1="4" x2="12" y1="10" y2="5" z="14"/>'
+BOX = '<box name="m" x="12" y="4" z="4"/>'
+TUBE = '<tube name="m" rmin="2" rmax="8" z="4" deltaphi="2*pi"/>'
 PARA = '<para name="m" x="6" y="8" z="12" alpha="15" theta="20" phi="30" aunit="deg"/>'
 POLYCONE = f'<polycone name="m" startphi="0" deltaphi="360" aunit="deg">{planes(STEPS)}</polycone>'
 POLYHEDRA = f'<polyhedra name="m" startphi="20" deltaphi="250" numsides="4" aunit="deg">{planes(STEPS)}</polyhedra>'
@@ -27,6 +29,19 @@ POLYHEDRA = f'<polyhedra name="m" startphi="20" deltaphi="250" numsides="4" auni
 
 def in_cone_of_240(p):
     return in_cone(p, 1, 4, 3, 8, 6) & in_phi(p, 30, 240)
+
+
+def in_box_of_12(p):
+    return in_box(p, 12, 4, 4)
+
+
+def in_tube(p):
+    return (radius(p) >= 2) & (radius(p) <= 8) & (abs(p[:, 2]) <= 2)
+
+
+def from_to(x, low, high):
+    """Lengths from the first slice of width 1; -1 where there is none."""
+    return np.where((x >= low) & (x <= high), x - low, -1)
 
 
 def phi(p, start):
@@ -58,6 +73,13 @@ def across_para(p):
 
 
 CASES = {
+    "box, x": (BOX, "kXAxis", 'number="4" width="0" offset="0"', in_box_of_12, lambda p: (p[:, 0] + 6) / 3, 4),
+    "box, y": (BOX, "kYAxis", 'number="0" width="1" offset="1"', in_box_of_12, lambda p: from_to(p[:, 1], -1, 2), 3),
+    "box, z": (BOX, "kZAxis", 'number="2" width="1" offset="0.5"', in_box_of_12, lambda p: from_to(p[:, 2], -1.5, 0.5), 2),
+    "tube, phi": (TUBE, "kPhi", 'number="4" width="0" offset="0"', in_tube, lambda p: phi(p, 0) / 90, 4),
+    "tube, phi from -90": (TUBE, "kPhi", 'number="4" width="90" offset="-90"', in_tube, lambda p: phi(p, -90) / 90, 4),
+    "tube, rho": (TUBE, "kRho", 'number="3" width="2" offset="0"', in_tube, lambda p: (radius(p) - 2) / 2, 3),
+    "tube, z": (TUBE, "kZAxis", 'number="2" width="0" offset="0"', in_tube, lambda p: (p[:, 2] + 2) / 2, 2),
     "cone, z": (CONE, "kZAxis", 'number="4"', in_cone_of_240, lambda p: (p[:, 2] + 6) / 3, 4),
     "cone, phi": (CONE, "kPhi", 'number="3"', in_cone_of_240, lambda p: phi(p, 30) / 80, 3),
     "cone, rho": (CONE, "kRho", 'number="3"', in_cone_of_240, lambda p: across_cone(p) * 3, 3),

@@ -170,36 +170,6 @@ def test_replicas(tmp_path):
     assert at(scene, (3, 0, 0), (0, 5, 0), (-7, 0, 0)) == [f"world/m/part[{k}]" for k in range(3)]
 
 
-@pytest.mark.parametrize(
-    ("rule", "points", "expected"),
-    [
-        ('axis="kXAxis" number="4" width="0" offset="0" unit="mm"', [(-5, 0, 0), (5, 0, 0)], [0, 3]),
-        ('axis="kYAxis" number="0" width="1" offset="1" unit="mm"', [(0, -0.5, 0), (0, 1.5, 0)], [0, 2]),
-        ('axis="kZAxis" number="2" width="1" offset="0.5" unit="mm"', [(0, 0, -1), (0, 0, 0.2)], [0, 1]),
-    ],
-)
-def test_divisions_of_a_box(tmp_path, rule, points, expected):
-    division = f'<divisionvol {rule}><volumeref ref="part"/></divisionvol>'
-    solids = WORLD + '<box name="m" x="12" y="4" z="4"/><box name="any" x="1" y="1" z="1"/>'
-    structure = volume("part", "any") + volume("m", "m", division) + volume("world", "w", placed("m"))
-    scene = scene_of(tmp_path, text_of(solids, structure))
-    assert at(scene, *points) == [f"world/m/part[{k}]" for k in expected]
-
-
-def test_divisions_of_a_tube(tmp_path):
-    for rule, points in (
-        ('axis="kPhi" number="4" width="0" offset="0" unit="deg"', [(5, 1, 0), (-1, 5, 0), (-5, -1, 0), (1, -5, 0)]),
-        ('axis="kPhi" number="4" width="90" offset="-90" unit="deg"', [(1, -5, 0), (5, 1, 0), (-1, 5, 0), (-5, -1, 0)]),
-        ('axis="kRho" number="3" width="2" offset="0" unit="mm"', [(3, 0, 0), (5, 0, 0), (7, 0, 0)]),
-        ('axis="kZAxis" number="2" width="0" offset="0" unit="mm"', [(5, 0, -1), (5, 0, 1)]),
-    ):
-        division = f'<divisionvol {rule}><volumeref ref="part"/></divisionvol>'
-        solids = WORLD + '<tube name="m" rmin="2" rmax="8" z="4" deltaphi="2*pi"/><box name="any" x="1" y="1" z="1"/>'
-        structure = volume("part", "any") + volume("m", "m", division) + volume("world", "w", placed("m"))
-        scene = scene_of(tmp_path, text_of(solids, structure))
-        assert at(scene, *points) == [f"world/m/part[{k}]" for k in range(len(points))]
-
-
 def test_parameterised_volumes(tmp_path):
     rule = (
         '<paramvol ncopies="2"><volumeref ref="part"/><parameterised_position_size>'
@@ -226,12 +196,17 @@ def test_options(tmp_path):
     assert names(scene_of(tmp_path, text, void=False)) == ["world", "world/bar/core"]
     assert at(scene_of(tmp_path, text, void=False), (0.9, 0, 0)) == [None]
     assert names(scene_of(tmp_path, text, only="*/core")) == ["world/bar/core"]
-    with pytest.raises(ValueError, match="only 'none' names none of 3 bodies"):
-        scene_of(tmp_path, text, only="none")
-    with pytest.raises(SceneFileError, match=r"expands into 3 bodies; the limit is 2 \(max_bodies\)"):
-        scene_of(tmp_path, text, max_bodies=2)
-    with pytest.raises(ValueError, match="smooth means nothing for a GDML file"):
-        scene_of(tmp_path, text, smooth=True)
+    for call, error, told in (
+        (lambda: scene_of(tmp_path, text, only="none"), ValueError, "only 'none' names none of 3 bodies"),
+        (
+            lambda: scene_of(tmp_path, text, max_bodies=2),
+            SceneFileError,
+            r"expands into 3 bodies; the limit is 2 \(max_bodies\)",
+        ),
+        (lambda: scene_of(tmp_path, text, smooth=True), ValueError, "smooth means nothing for a GDML file"),
+    ):
+        with pytest.raises(error, match=told):
+            call()
 
 
 def test_volumes_that_are_no_others_moved_have_a_limit_of_their_own(tmp_path, monkeypatch):

@@ -226,22 +226,3 @@ XML = """\
   <cell id="20" fill="5" region="5 -6 7 -8 9 -10"/>
 </geometry>
 """
-
-
-def test_the_same_spans(tmp_path: Path) -> None:
-    rows = [" ".join("2" if (i, j) in GUIDES else "1" for i in range(PINS)) for j in range(PINS)]
-    deck = loaded(tmp_path, DECK.format(rows="\n".join("     " + row for row in rows)))
-    path = tmp_path / "geometry.xml"
-    path.write_text(XML.format(rows=" ".join(reversed(rows))), encoding="utf-8")
-    model = co.load(path)
-    assert len(deck.bodies) == len(model.bodies) == 75
-    points, ends = chosen(3, 3000, 4.0), chosen(4, 3000, 4.0)
-    mine, other = (scene.spans(points, ends - points) for scene in (deck, model))
-    assert len(mine.t_enter) > 10_000
-    np.testing.assert_array_equal(mine.t_enter, other.t_enter)
-    np.testing.assert_array_equal(mine.t_exit, other.t_exit)
-    cells = [
-        [body.name.split(" @ ")[0] for body in (scene.bodies[int(n)] for n in spans.body[:2000])]
-        for scene, spans in ((deck, mine), (model, other))
-    ]
-    assert cells[0] == cells[1]

@@ -141,12 +141,13 @@ def test_bonds_and_cells_that_cannot_be(options, message):
 
 def test_styles_that_there_are_not():
     water = co.molecule(*WATER)
-    with pytest.raises(ValueError, match="style must be one of space filling, ball and stick, licorice, got 'balls'"):
-        water.scene("balls")
-    with pytest.raises(ValueError, match="radii must be by symbols such as 'C', got 'oxygen'"):
-        water.scene(radii=dict(oxygen=1))
-    with pytest.raises(ValueError, match=r"radii\['O'\] must be > 0"):
-        water.scene(radii=dict(O=-1))
+    for call, told in (
+        (lambda: water.scene("balls"), "style must be one of space filling, ball and stick, licorice, got 'balls'"),
+        (lambda: water.scene(radii=dict(oxygen=1)), "radii must be by symbols such as 'C', got 'oxygen'"),
+        (lambda: water.scene(radii=dict(O=-1)), r"radii\['O'\] must be > 0"),
+    ):
+        with pytest.raises(ValueError, match=told):
+            call()
 
 
 def test_a_molecule_travels():

@@ -164,14 +164,6 @@ def test_bodies_of_other_materials_are_lowered_with_their_like(core: co.Scene, m
     assert back.bodies is core.bodies
 
 
-def test_bodies_of_its_own_change_their_looks_for_nothing(core: co.Scene) -> None:
-    first = core.added(PROBE, before=5)
-    first.prepare()
-    edited = first.replace("probe", material="blue", name="other")
-    assert edited._prepared.geometry is first._prepared.geometry
-    assert edited.body(5).name == edited.first_hit((0.2, 0.1, -20), (0.002, 0.001, 1)).name == "other"
-
-
 def test_all_bodies_may_go(core: co.Scene) -> None:
     nothing = core.without(range(len(core.bodies)))
     assert len(nothing.bodies) == nothing.body_count == 0
@@ -192,15 +184,6 @@ def test_bodies_that_were_changed_are_bodies_like_others(core: co.Scene) -> None
     moved = core.moved(0, (0.1, 0, 0))
     assert co.Scene([body for body in moved.bodies if body.name]).bodies == moved.bodies
     assert isinstance(core.moved(0, (0.1, 0, 0)).moved(0, (0.1, 0, 0)).bodies, EditedInstances)
-
-
-def test_answers_by_material_where_one_has_no_bodies_any_more(core: co.Scene) -> None:
-    first = core.bodies[0].material
-    edited = core.without([number for number, body in enumerate(core.bodies) if body.material == first])
-    other = co.Scene(written_out(edited))
-    rays = co.Rays(np.random.default_rng(1).uniform(-3, 3, (50, 3)), (0.1, 0.2, 1))
-    assert np.allclose(edited.lengths(rays, by="material"), other.lengths(rays, by="material"), rtol=1e-12, atol=1e-12)
-    assert (edited.slice("z", pixels=16).material == other.slice("z", pixels=16).material).all()
 
 
 def test_few_imported_bodies_among_others_are_no_list_of_theirs(core: co.Scene) -> None:
@@ -228,14 +211,18 @@ def test_names_stay_different(core: co.Scene) -> None:
     assert edited.bodies[5] == PROBE
     assert edited[taken].name == taken
     assert edited.bodies.index(taken) == 8
-    with pytest.raises(ValueError, match=r"bodies\[5\] and bodies\[6\] are both named 'probe'"):
-        edited.added(PROBE, before=6)
-    with pytest.raises(ValueError, match=r"bodies\[0\] and bodies\[8\] are both named "):
-        core.added(Body(co.Sphere(), name=taken), before=0)
-    with pytest.raises(ValueError, match="are both named"):
-        core.replace(0, name=taken)
-    with pytest.raises(KeyError, match="no body named"):
-        edited.without("nobody")
+    for call, error, told in (
+        (lambda: edited.added(PROBE, before=6), ValueError, r"bodies\[5\] and bodies\[6\] are both named 'probe'"),
+        (
+            lambda: core.added(Body(co.Sphere(), name=taken), before=0),
+            ValueError,
+            r"bodies\[0\] and bodies\[8\] are both named ",
+        ),
+        (lambda: core.replace(0, name=taken), ValueError, "are both named"),
+        (lambda: edited.without("nobody"), KeyError, "no body named"),
+    ):
+        with pytest.raises(error, match=told):
+            call()
 
 
 def test_some_of_the_bodies_of_a_list_keep_what_they_have_in_common(core: co.Scene) -> None:
@@ -317,50 +304,3 @@ def test_bodies_are_exchanged_in_the_tables_of_others(tmp_path: Path, monkeypatc
     assert str(co.check(scene, rays=300)) == str(co.check(co.Scene(scene.bodies), rays=300))
     assert numbered(scene) == numbered(same)
     assert numbered(held[0]) == numbered(co.Scene(held[0].bodies))
-
-
-def test_a_surface_with_another_lead_has_its_number_in_all_cells(tmp_path: Path) -> None:
-    """A cladding goes that leads the cylinder of the water around it: a ball gets the number that this had."""
-    scene = co.load_openmc(put(core_xml(1), tmp_path), void=False)
-    scene.prepare()
-    ball = co.Sphere(0.3, (1.0, 0, 0))
-    held = [scene, scene.replace(145, ball)]
-    held.append(held[-1].moved(159, (100, 0, 3)).replace(399, ball))
-    held.append(held[-1].replace(400, ball).moved(282, lambda shape: shape.rotate("z", 20)))
-    for edited in held:
-        edited.prepare()
-    assert all(one._prepared.edit_state.loose for one in held[1:])
-    assert all(numbered(one) == numbered(co.Scene(one.bodies)) for one in held)
-
-
-def test_bodies_are_exchanged_that_came_in_another_order(core: co.Scene) -> None:
-    """Bodies of one form, prepared together: the later one in the list came first."""
-    first = core.replace(60, co.Box((0, 0, 0), (0.2, 0.3, 0.4))).replace(20, co.Box((0, 0, 0), (0.5, 0.3, 0.6)))
-    scene = co.Scene(first.bodies)
-    scene.prepare()
-    for number in (20, 60):
-        scene = scene.moved(number, (0.1, 0, 0))
-        assert numbered(scene) == numbered(co.Scene(scene.bodies))
-
-
-def test_more_bodies_are_added_than_there_were(core: co.Scene) -> None:
-    more = [co.Body(co.Sphere(0.01, (0.1 * k, 0, 50))) for k in range(len(core.bodies) + 3)]
-    edited = core.added(more, before=2)
-    assert isinstance(edited.bodies, EditedInstances)
-    hits = edited.first_hit(co.Rays([(0.1 * k, 0, 60) for k in (0, 7, len(more) - 1)], (0, 0, -1)))
-    assert hits.body.tolist() == [2, 9, len(more) + 1]
-    assert edited.without(range(2, 2 + len(more))).bodies is core.bodies
-
-
-def test_an_edit_makes_few_bodies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of 18,113 bodies some dozens: what is new, and one for each different place along an axis, of each kind."""
-    scene = co.load_openmc(put(core_xml(4), tmp_path))
-    scene.prepare()
-    made = []
-    kind = type(scene.bodies)
-    work = kind.shape_at
-    monkeypatch.setattr(kind, "shape_at", lambda *of: made.append(of[1]) or work(*of))
-    edited = scene.moved(inside(scene), (0, 0, 0.1)).without(3)
-    edited.prepare()
-    assert len(edited.bodies) == 18_112
-    assert len(made) < 1500

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import importlib
-import itertools
 import math
 from pathlib import Path
 
@@ -15,7 +14,6 @@ import conicoid as co
 from conicoid.io import openmc
 from conicoid.io.importers import oklch_to_linear, palette_color
 from conicoid.io.scene_file import scene_file, yaml_parser
-from conicoid.materials.color import linear_rgb
 
 from ...command_line import done, refused, run
 from .broken import CASES
@@ -80,32 +78,6 @@ def test_the_same_material_has_the_same_colour_everywhere(tmp_path: Path) -> Non
     assert scene.bodies[0].material.color == pin.bodies[0].material.color == co.matte(palette_color(1)).color
 
 
-def test_colours_are_far_apart() -> None:
-    """Their distance in OKLab is above 0.02, about the least that eyes see side by side."""
-    places = np.array([oklab(palette_color(number)) for number in range(1, 25)])
-    distances = [float(np.linalg.norm(a - b)) for a, b in itertools.combinations(places, 2)]
-    assert min(distances) > 0.04
-    neighbours = np.linalg.norm(np.diff(places, axis=0), axis=1)
-    assert neighbours.min() > 0.15
-    for number in (*range(1, 300), 10**9, 10**17):
-        assert len(palette_color(number)) == 7
-
-
-def oklab(color: str) -> tuple[float, float, float]:
-    """The inverse of the palette's OKLCH colours, by Newton's method on its definition."""
-    target = np.array(linear_rgb(color))
-    point = np.array([0.6, 0.0, 0.0])
-
-    def rgb(p: np.ndarray) -> np.ndarray:
-        return np.array(oklch_to_linear(p[0], math.hypot(p[1], p[2]), math.atan2(p[2], p[1])))
-
-    for _ in range(60):
-        slopes = np.column_stack([(rgb(point + 1e-6 * e) - rgb(point - 1e-6 * e)) / 2e-6 for e in np.eye(3)])
-        point = point - np.linalg.solve(slopes, rgb(point) - target)
-    assert rgb(point) == pytest.approx(target, abs=1e-9)
-    return float(point[0]), float(point[1]), float(point[2])
-
-
 def test_oklab_of_white_and_of_red_are_the_published_ones() -> None:
     """Björn Ottosson's page: white is (1, 0, 0); sRGB red is L 0.628, a 0.225, b 0.126."""
     assert oklch_to_linear(1, 0, 0) == pytest.approx((1, 1, 1), abs=1e-6)
@@ -151,13 +123,6 @@ def test_the_legend_reads_well() -> None:
     lines = [str(entry) for entry in assembly().legend]
     assert lines[0] == f"{palette_color(1)}    material 1           264 bodies  uranium dioxide"
     assert lines[-1] == "invisible  void                 264 bodies"
-
-
-def test_it_renders(tmp_path: Path) -> None:
-    """The pin cell has no end along z; a camera that fits is found all the same."""
-    image = co.load_openmc(EXAMPLE_FILES["pin"]).render(32, 24, 1)
-    assert np.isfinite(image.pixels).all()
-    assert image.pixels.std() > 0.01
 
 
 @pytest.mark.deep
@@ -496,11 +461,6 @@ def test_without_a_list_the_number_is_known(tmp_path: Path) -> None:
         "material 2",
     ]
     assert openmc.read(path).bodies[0].material.properties == {"id": 1}
-
-
-def test_the_example() -> None:
-    densities = [body.material.properties["density"] for body in co.load_openmc(EXAMPLE_FILES["pin"]).bodies]
-    assert densities == [10.3, 0.0016, 6.55, 0.74]
 
 
 @pytest.mark.parametrize(

@@ -125,63 +125,12 @@ def test_hexagonal_universes_are_listed_as_in_the_documentation() -> None:
     assert turned == [3, 4, 5, 4, 3]
 
 
-def test_levels_rise() -> None:
-    lattice = hexagonal(4, "x", 3)
-    order = list(lattice.universes)
-    assert [order[k * 37][2] for k in range(3)] == [0, 1, 2]
-    assert [float(lattice.center((0, 0, k))[2]) for k in range(3)] == pytest.approx([0.2 - 0.7, 0.2, 0.2 + 0.7])
-
-
-@pytest.mark.parametrize("lattice", LATTICES, ids=str)
-def test_a_point_is_in_the_element_with_the_nearest_center_and_in_no_other(lattice: Lattice) -> None:
-    points = around(lattice, np.random.default_rng(1), 3000)
-    extent = Extent(*(tuple(Fraction(v) for v in side) for side in (points.min(axis=0), points.max(axis=0))))  # type: ignore[arg-type]
-    tiles = lattice.tiles_around(extent)
-    assert tiles is not None
-    indices = list(tiles.indices)
-    assert len(indices) <= tiles.count
-    assert set(lattice.universes) <= set(indices)
-    assert len(indices) == len(set(indices))
-    centers = np.array([[float(c) for c in lattice.center(index)] for index in indices])
-    flat = isinstance(lattice, HexagonalLattice)
-    used = slice(0, 3 if len(indices[0]) == 3 else 2)
-    pitch = np.array([float(step) for step in lattice.pitch]) if isinstance(lattice, RectangularLattice) else np.ones(3)
-    if flat and len(indices[0]) == 3:
-        pitch = np.array([1.1, 1.1, 0.7])
-    offsets = np.abs(points[:, None, used] - centers[None, :, used])
-    if flat:
-        near = (offsets[..., :2] ** 2).sum(axis=2)
-        if len(indices[0]) == 3:
-            near += 1e3 * (offsets[..., 2] > 0.35)
-    else:
-        near = (offsets / pitch[used]).max(axis=2)
-    nearest = near.argmin(axis=1)
-    held = np.array([inside(lattice.prism(index), points) for index in indices])
-    assert (held.sum(axis=0) == 1).all()
-    assert (held.argmax(axis=0) == nearest).all()
-
-
 @pytest.mark.parametrize("lattice", LATTICES, ids=str)
 def test_the_hull_covers_the_elements_and_no_more(lattice: Lattice) -> None:
     points = around(lattice, np.random.default_rng(2), 20_000)
     elements = np.any([inside(lattice.prism(index), points) for index in lattice.universes], axis=0)
     hull = np.any([inside(prism, points) for prism in lattice.hull], axis=0)
     assert (elements == hull).all()
-
-
-@pytest.mark.parametrize("lattice", LATTICES, ids=str)
-def test_extents_are_around_the_prisms_and_tight(lattice: Lattice) -> None:
-    points = around(lattice, np.random.default_rng(3), 40_000)
-    for prism in [*lattice.hull, lattice.prism(next(iter(lattice.universes)))]:
-        held = points[inside(prism, points)]
-        for i in range(3):
-            low, high = prism.extent.low[i], prism.extent.high[i]
-            if low is None or high is None:
-                continue
-            assert held[:, i].min() == pytest.approx(float(low), abs=0.4)
-            assert held[:, i].max() == pytest.approx(float(high), abs=0.4)
-            assert held[:, i].min() >= float(low)
-            assert held[:, i].max() <= float(high)
 
 
 @pytest.mark.parametrize("lattice", LATTICES, ids=str)
@@ -201,16 +150,6 @@ def test_neighbours_share_their_planes(lattice: Lattice) -> None:
     ]  # fmt: skip
     assert not close
     assert len(floats) == len(found)
-
-
-@pytest.mark.parametrize("lattice", LATTICES, ids=str)
-def test_steps_lead_to_neighbours(lattice: Lattice) -> None:
-    first = lattice.center((0,) * len(next(iter(lattice.universes))))
-    tiles = lattice.tiles_around(Extent(*[tuple(c + s for c in first) for s in (-3, 3)]))  # type: ignore[arg-type]
-    assert tiles is not None
-    near = {lattice.center(index) for index in tiles.indices}
-    for step in lattice.steps:
-        assert tuple(a + b for a, b in zip(first, step, strict=True)) in near
 
 
 @pytest.mark.parametrize("lattice", LATTICES, ids=str)

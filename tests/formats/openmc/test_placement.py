@@ -13,28 +13,25 @@ import pytest
 
 import conicoid as co
 from conicoid._util.arrays import FloatArray
-from conicoid.geometry.transform import IDENTITY_MOTION, Motion
+from conicoid.geometry.transform import IDENTITY_MOTION
 from conicoid.io import openmc
 from conicoid.io.openmc.placement import (
-    AxisTurn,
     CellRotation,
     Extent,
     Point,
-    UniversePlacement,
     rotation_by_angles,
     rotation_by_matrix,
-    rotation_error,
     to_floats,
 )
 from conicoid.io.openmc.region import Conjunction, PartIntersection, PartUnion, RegionPart, SurfaceSide
 from conicoid.io.openmc.surfaces import ConeSurface, FlatSurface, RoundSurface
-from conicoid.io.openmc.universe_block import PlaceBounds, _carry_extent
+from conicoid.io.openmc.universe_block import _carry_extent
 from conicoid.numerics import bigfloat as ex
 
 from ...samples import sampled
 from .broken import geometry
 from .evaluator import rotation_matrix
-from .models import EXAMPLE_FILES, NAMES, put, written
+from .models import NAMES, put, written
 
 # --- Turns, rotations and placements, against plain matrices
 
@@ -68,83 +65,7 @@ def test_right_angles_are_exact_also_as_a_matrix(angles: tuple[float, ...]) -> N
     assert rotation_by_matrix(tuple(point(*row) for row in rows)) == rotation
 
 
-def test_a_turn_about_z_takes_x_to_y() -> None:
-    assert rotation_by_angles(point(0, 0, 90)).turn.apply(point(1, 0, 0)) == point(0, 1, 0)
-
-
-def test_matrices_are_inverted() -> None:
-    rows = [[0.8, 0.6, 0.0], [-0.6, 0.8, 0.0], [0.0, 0.0, 1.0]]
-    rotation = rotation_by_matrix(tuple(point(*row) for row in rows))
-    assert rotation is not None
-    assert np.array(rows) @ carried(rotation, point(1, 2, 3)) == pytest.approx([1, 2, 3], abs=1e-15 * 8)
-    assert rotation_by_matrix((point(1, 0, 0), point(2, 0, 0), point(0, 0, 1))) is None
-    assert rotation_error(tuple(point(*row) for row in rows)) < 1e-15
-    assert rotation_error((point(1, 0, 0), point(0, 1.01, 0), point(0, 0, 1))) == pytest.approx(0.0201)
-
-
-def test_turns_are_a_group() -> None:
-    turns = [rotation_by_angles(point(*angles)).turn for angles in itertools.product((0, 90, 180, 270), repeat=3)]
-    assert len(set(turns)) == 24
-    p = point(1, 2, 4)
-    for a, b in itertools.product(set(turns), repeat=2):
-        assert a.after(b).apply(p) == a.apply(b.apply(p))
-        assert a.inverse.apply(a.apply(p)) == p
-        assert tuple(sum(r * v for r, v in zip(row, p, strict=True)) for row in a.rows) == a.apply(p)
-
-
-def test_placements_nest_like_matrices() -> None:
-    """Outer first: translation (1, 2, 3); then a turn and a shift; a rotation and a shift; a shift."""
-    steps = [
-        (point(1, 2, 3), CellRotation()),
-        (point(0.5, 0, -1), rotation_by_angles(point(90, 0, 180))),
-        (point(0, 0.25, 0), rotation_by_angles(point(10, 20, 30))),
-        (point(-2, 1, 0.5), rotation_by_angles(point(0, 0, 90))),
-    ]
-    place, p = UniversePlacement(), point(0.3, 0.7, -0.2)
-    for shift, rotation in steps:
-        place = place.inner(shift, rotation)
-    expected = np.array(to_floats(p))
-    for shift, rotation in reversed(steps):
-        expected = carried(rotation, point(*expected)) + to_floats(shift)
-    found = place.outer.matrix[:3] @ [*to_floats(place.point(p)), 1.0]
-    assert found == pytest.approx(expected, abs=1e-14)
-    assert place.back.point(place.point(p)) == p
-
-
-def test_extents_move_with_their_corners() -> None:
-    box = Extent(point(-1, 2, 3), (Fraction(4), None, Fraction(5)))
-    place = UniversePlacement(AxisTurn((2, 0, 1), (-1, 1, 1)), point(10, 20, 30))
-    assert box.placed(place) == Extent((Fraction(5), Fraction(19), Fraction(32)), (Fraction(7), Fraction(24), None))
-    assert box.placed(place).placed(place.back) == box
-
-
 # --- Cells without volume are left out, with a remark for each kind
-
-CLADDING = re.compile(r'(<cell id="3" name="cladding".*region=")[^"]*')
-ENDS = {
-    "a smaller cylinder": ("z-cylinder", "0 0 0.3"),
-    "the same cylinder": ("z-cylinder", "0 0 0.418"),
-    "a plane below": ("z-plane", "-30"),
-    "a slanted plane beyond": ("plane", "1 1 0 -30"),
-    "a ball within": ("sphere", "0 0 0 0.2"),
-    "a cylinder far away": ("x-cylinder", "30 0 0.1"),
-}
-
-
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[] if "cylinder" in name else [pytest.mark.deep]) for name in ENDS]
-)
-def test_an_empty_cell_at_264_places_is_noted(name: str, tmp_path: Path) -> None:
-    """The cladding of the assembly's 264 rods, outside of cylinder 2 and inside of something that is all within it."""
-    kind, numbers = ENDS[name]
-    text = EXAMPLE_FILES["assembly"].read_text(encoding="utf-8")
-    text = CLADDING.sub(r"\g<1>2 -3 -15", text)
-    text = text.replace("</geometry>", f'<surface id="15" type="{kind}" coeffs="{numbers}"/></geometry>')
-    imported = openmc.read(put(text, tmp_path))
-    assert len(imported.bodies) == 1133 - 264
-    assert "869 bodies; 264 places without volume left out" in imported.notes
-    assert "cell 3 'cladding': has no volume in any of its 264 places, left out there" in imported.notes
-    assert 2 not in [entry.material for entry in imported.legend]
 
 
 @pytest.mark.parametrize("twice", ["1 -1", "-2 2", "3 -3", "4 -4", "5 -5", "4 -6", "-4 -7"])
@@ -321,11 +242,6 @@ def test_a_pin_in_its_element_needs_no_walls() -> None:
     assert kept(pin, *planes(0, "-0.63", "0.63"), *planes(1, "-0.63", "0.63")) == {(pin.surface, False)}
 
 
-def test_walls_that_touch_stay() -> None:
-    pin = SurfaceSide(cylinder("0.63"), False)
-    assert len(kept(pin, *planes(0, "-0.63", "0.63")) or ()) == 3
-
-
 def test_a_vessel_around_an_element_vanishes_and_one_that_cuts_it_stays() -> None:
     walls = [*planes(0, "-1", "1"), *planes(1, "-1", "1")]
     assert len(kept(*walls, SurfaceSide(cylinder("1.5"), False)) or ()) == 4
@@ -333,20 +249,6 @@ def test_a_vessel_around_an_element_vanishes_and_one_that_cuts_it_stays() -> Non
     assert kept(*walls, SurfaceSide(cylinder("1.5"), True)) is None
     assert kept(*walls, SurfaceSide(cylinder("0.5", "1.6"), False)) is None
     assert len(kept(*walls, SurfaceSide(cylinder("0.5", "1.6"), True)) or ()) == 4
-
-
-def test_a_vessel_that_hides_a_wall_vanishes_around_what_lies_within_it() -> None:
-    """An assembly that it cuts has no outer wall any more; the pins inside do not meet it."""
-    vessel = SurfaceSide(cylinder("10"), False)
-    assembly = Conjunction().and_([vessel, *planes(0, "5", "12"), *planes(1, "-1", "1"), *planes(2, "-3", "3")])
-    assert assembly is not None
-    assert SurfaceSide(FlatSurface((ONE, ZERO, ZERO), Fraction(12)), False) not in assembly.parts
-    inner = assembly.and_([*planes(0, "6", "7"), *planes(1, "0", "1")])
-    outer = assembly.and_([*planes(0, "9", "10"), *planes(1, "0", "1")])
-    assert inner is not None
-    assert outer is not None
-    assert vessel not in inner.parts
-    assert vessel in outer.parts
 
 
 def test_round_solids_beside_planes_are_as_fractions_say() -> None:
@@ -365,27 +267,7 @@ def test_round_solids_beside_planes_are_as_fractions_say() -> None:
     assert touching > 10
 
 
-def test_balls_that_are_apart_or_within() -> None:
-    a, b = cylinder("1", "0", None), cylinder("0.25", "1.5", None)
-    assert kept(SurfaceSide(a, False), SurfaceSide(b, False)) is None
-    assert kept(SurfaceSide(a, False), SurfaceSide(b, True)) == {(a, False)}
-    c = cylinder("2", "0.5", None)
-    assert kept(SurfaceSide(a, False), SurfaceSide(c, False)) == {(a, False)}
-    assert kept(SurfaceSide(a, False), SurfaceSide(c, True)) is None
-
-
-def test_equal_planes_are_kept_once_and_opposite_sides_have_no_volume() -> None:
-    low, high = planes(0, "0", "1")
-    assert kept(low, high, *planes(0, "-1", "1")) == {(low.surface, True), (high.surface, False)}
-    assert kept(low, SurfaceSide(low.surface, False)) is None
-
-
 # --- What is known of places that are turned: boxes around them are never too narrow, and what they leave out is counted
-
-
-def wall(axis: int, end: Fraction, above: bool) -> SurfaceSide:
-    normal = tuple(ONE if i == axis else ZERO for i in range(3))
-    return SurfaceSide(FlatSurface(normal, end), above)  # type: ignore[arg-type]
 
 
 def ball(x: int) -> SurfaceSide:
@@ -407,28 +289,6 @@ def test_boxes_carried_between_turns_hold_their_corners(far: float) -> None:
             assert a is not None
             assert b is not None
             assert ex.exact(a) <= place <= ex.exact(b)
-
-
-def test_parts_of_other_groups_count_as_work() -> None:
-    turn = Motion().rotate("z", 30)
-    around = PlaceBounds().and_(IDENTITY_MOTION, [ball(0), wall(0, ZERO, True)])
-    assert around is not None
-    parts = [ball(1)]
-    assert around.cost(turn, parts) == PlaceBounds().cost(turn, parts) + 2
-
-
-def test_what_is_about_the_axis_of_a_turn_is_said_before_it() -> None:
-    """A ball on the axis and a wall across it; a wall along it stays outside."""
-    entry = Motion().rotate("z", 30).translate((0.0, 0.0, 0.5))
-    height, along = wall(2, ONE / 2, False), wall(0, ONE / 2, False)
-    around = PlaceBounds().and_(IDENTITY_MOTION, [ball(0), height, along])
-    assert around is not None
-    groups = dict(around.entering(entry, IDENTITY_MOTION, entry).groups)
-    assert groups[IDENTITY_MOTION].parts == (along,)
-    shifted = RoundSurface(None, (ZERO, ZERO, Fraction(-1, 2)), ONE)
-    assert set(groups[entry].parts) == {SurfaceSide(shifted, False), wall(2, ZERO, False)}
-    beside = dict(around.entering(Motion().rotate("x", 30), IDENTITY_MOTION, Motion().rotate("x", 30)).groups)
-    assert along in beside[Motion().rotate("x", 30)].parts
 
 
 def test_bounds_of_turned_places_hold_every_body(tmp_path: Path) -> None:
