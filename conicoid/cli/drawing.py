@@ -6,10 +6,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
+from .._util.dataclass import dataclass
 from ..render.integrators import INTEGRATORS
 from ..render.options import MOST_SAMPLES, Filter, Tone
 from .resources import (

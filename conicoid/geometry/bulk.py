@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from typing import Any, ClassVar, NoReturn, Self
 
 import numpy as np
 
 from .._util.arrays import BoxEnds, FloatArray, ignore_fp_errors, matmul_rows
+from .._util.dataclass import dataclass
 from .._util.validation import DOMAIN, as_integer, format_value, is_outside_domain, real_array
 from .bounds.aabb import EVERYWHERE
 from .primitives import Sphere

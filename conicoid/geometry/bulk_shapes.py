@@ -5,13 +5,13 @@ Solids: cylinders, capsules, cones, ellipsoids and boxes. Sheets: discs and tria
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 from .._util.arrays import FloatArray, matmul_rows
+from .._util.dataclass import dataclass
 from .._util.validation import real_array
 from .bulk import Bulk, balls_reach, discs_reach, points_reach
 from .primitives import Box, Cone, Cylinder, Sphere

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
@@ -18,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from .._util.arrays import FloatArray, Vector, ignore_fp_errors
+from .._util.dataclass import dataclass
 from .._util.validation import check_fields, check_nonnegative, check_number, check_positive, format_value
 from ..numerics import bigfloat as ex
 from ..numerics.portable_math import hypot, is_finite

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cmp_to_key
 from typing import Any
 
+from .._util.dataclass import dataclass
 from ..numerics import bigfloat as ex
 from ..numerics.rational import ZERO, IntegerQuadratic, Root, compare_roots, dot, exact_real_roots, is_certain, sign
 from .surface import PlaneSurface, QuadricSurface, Surface

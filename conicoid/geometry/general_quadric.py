@@ -5,12 +5,12 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from .._util.arrays import BoxEnds, Matrix4, Vector
+from .._util.dataclass import dataclass
 from .._util.validation import check_matrix4
 from ..numerics import bigfloat as ex
 from .bounds.quadric_extent import dual_support, quadric_ends

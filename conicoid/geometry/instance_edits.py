@@ -6,12 +6,13 @@ The base list keeps its caches, so an edit costs one number for each body and th
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._util.dataclass import dataclass
 from .body import Body
 from .bulk import Bulk
 from .instances import (

@@ -11,7 +11,6 @@ import operator
 from abc import ABC, abstractmethod
 from collections import OrderedDict
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeAlias, overload
@@ -20,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._util.arrays import BoxEnds, FloatArray
+from .._util.dataclass import dataclass
 from .._util.validation import format_value
 from .body import Body, bodies_table
 from .shape import Solid

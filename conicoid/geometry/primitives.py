@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from operator import sub
 from typing import Any, ClassVar
 
 from .._util.arrays import BoxEnds, Vector, VectorLike
+from .._util.dataclass import dataclass
 from .._util.validation import (
     check_angle_range,
     check_direction,

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
 from typing import Any, Literal, NamedTuple
 
 from .._util.arrays import Interval, Vector, VectorLike
+from .._util.dataclass import dataclass
 from .._util.validation import (
     check_degrees,
     check_fields,

@@ -6,12 +6,12 @@ The file also checks the named coefficients of a quadric. `principal_axes.py` co
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import Any, NoReturn
 
 from .._util.arrays import Vector
+from .._util.dataclass import dataclass
 from .._util.validation import check_number, format_value
 from ..numerics import bigfloat as ex, rational
 from .principal_axes import Symmetric, eigen_decomposition

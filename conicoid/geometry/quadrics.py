@@ -13,7 +13,7 @@ import itertools
 import math
 from abc import abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from functools import cached_property
 from typing import Any, ClassVar, TypeAlias
@@ -21,6 +21,7 @@ from typing import Any, ClassVar, TypeAlias
 import numpy as np
 
 from .._util.arrays import FloatArray, Interval, Vector, VectorLike, ignore_fp_errors
+from .._util.dataclass import dataclass
 from .._util.validation import check_fields, check_interval, check_positive, check_vector, format_value
 from ..numerics import bigfloat as ex
 from ..numerics.portable_math import (

@@ -8,11 +8,12 @@ from __future__ import annotations
 import functools
 import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any, NamedTuple
 
 from .._util.arrays import Interval, Vector, VectorLike
+from .._util.dataclass import dataclass
 from .._util.validation import (
     check_angle_range,
     check_degrees,

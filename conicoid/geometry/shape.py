@@ -14,13 +14,14 @@ import dataclasses
 import functools
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, NoReturn, Self, overload
 
 import numpy as np
 
 from .._util.arrays import BoxEnds, FloatArray, Vector, VectorLike, ignore_fp_errors
+from .._util.dataclass import dataclass
 from .._util.text import unknown_attribute
 from .._util.validation import check_integer, describe_kind, format_value
 from .._util.value_objects import pickle_state, restore_state
@@ -548,7 +549,7 @@ def _rebuild_tree(nodes: Sequence[Any], sources: Mapping[int, Any]) -> Solid:
     return done[0]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclasses.dataclass(frozen=True, slots=True)
 class _BoundsNode:
     """The inside or the outside of a solid under a motion, cut by planes of nodes above it."""
 

@@ -6,7 +6,7 @@ import dataclasses
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from operator import sub
 from typing import Any
@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from .._util.arrays import BoxEnds, Vector, VectorLike
+from .._util.dataclass import dataclass
 from .._util.validation import (
     check_direction,
     check_fields,

@@ -7,12 +7,12 @@ share s of the time). Before the first key and after the last nothing moves.
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
 
 from .._util.arrays import Vector
+from .._util.dataclass import dataclass
 from .._util.text import check_choice, format_count
 from .._util.validation import (
     as_integer,

@@ -13,7 +13,6 @@ import os
 import shutil
 import zipfile
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import IO, Any, Protocol
@@ -21,6 +20,7 @@ from typing import IO, Any, Protocol
 import numpy as np
 
 from .._util.arrays import FloatArray
+from .._util.dataclass import dataclass
 from .._util.files import create_partial, open_regular, printable, refuse_devices, release_partial, replace_file
 from .data_files import MAX_DATA_BYTES, check_heading, match_columns, read_csv_chunks
 from .npz import ArrayHeader, ArrayRows, NpyFormatError, NpzArchive, read_npy_header

@@ -12,11 +12,12 @@ import os
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import field, fields, replace
 from fnmatch import fnmatchcase
 from itertools import islice
 from typing import Any, NamedTuple
 
+from .._util.dataclass import dataclass
 from .._util.files import MAX_LISTED_PROBLEMS, open_regular, printable
 from .._util.text import check_choice, format_count
 from .._util.validation import check_callback, check_flag, check_integer, check_path, format_value

@@ -16,12 +16,13 @@ import sys
 import zipfile
 import zlib
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import IO, Any, BinaryIO
 
 import numpy as np
 
 from .._util.arrays import FloatArray
+from .._util.dataclass import dataclass
 from .._util.files import check_memory, printable
 
 # .npy files.

@@ -11,13 +11,13 @@ import dataclasses
 import os
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
+from .._util.dataclass import dataclass
 from .._util.files import SceneFileError, open_regular, printable
 from .._util.validation import format_list, format_value
 from ..geometry.body import Body

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,6 +14,7 @@ import numpy.typing as npt
 
 from .._jit.decorators import allocator, helper, inline, kernel, record_shapes
 from .._util.arrays import FloatArray
+from .._util.dataclass import dataclass
 from . import tables as table
 from .body.boolean import put_event, sort_events, sweep_events
 from .body.cell import CellSpans

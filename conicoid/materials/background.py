@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
 from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
 from .._util.arrays import FloatArray, VectorLike, ignore_fp_errors
+from .._util.dataclass import dataclass
 from .._util.validation import (
     as_integer,
     check_degrees,

@@ -6,13 +6,13 @@ The formulas take arrays, and give reflected and transmitted power and amplitude
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .._util.arrays import ignore_fp_errors
+from .._util.dataclass import dataclass
 from .._util.validation import check_fields, check_number, check_positive, format_value, real_array
 from .dispersion import Index, check_index, check_light, index_at
 

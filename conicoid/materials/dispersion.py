@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, TypeAlias
 
 import numpy as np
 
+from .._util.dataclass import dataclass
 from .._util.text import closest_name
 from .._util.validation import check_number, format_value, is_complex, real_array
 

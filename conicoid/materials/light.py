@@ -5,10 +5,10 @@ A light of intensity I on a matte surface of reflectance c at angle θ gives c I
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias, get_args
 
 from .._util.arrays import VectorLike
+from .._util.dataclass import dataclass
 from .._util.validation import check_degrees, check_fields, check_list, check_vector, format_value, warn
 from .color import BRIGHT, Amount, bytes_hint, check_amount, look_like_bytes
 

@@ -6,10 +6,10 @@ import dataclasses
 import functools
 import inspect
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any, Literal, NoReturn, TypeAlias, get_args
 
 from .._util.arrays import Vector
+from .._util.dataclass import dataclass
 from .._util.validation import (
     check_fields,
     check_nonnegative,

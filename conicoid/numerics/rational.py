@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from functools import cached_property
 from math import gcd, inf, isqrt, nextafter
 from typing import TypeAlias
+
+from .._util.dataclass import dataclass
 
 FractionRow: TypeAlias = Sequence[Fraction]
 FractionMatrix: TypeAlias = Sequence[FractionRow]

@@ -17,11 +17,11 @@ import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import BrokenExecutor, CancelledError, Future
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from .._util.dataclass import dataclass
 from .._util.value_objects import align_array
 from .._util.version import __version__
 from ..kernels.threads import limit_threads

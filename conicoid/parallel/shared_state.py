@@ -14,7 +14,7 @@ import tempfile
 import weakref
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from hashlib import blake2b
 from pathlib import Path
@@ -22,6 +22,7 @@ from typing import Any
 
 import numpy as np
 
+from .._util.dataclass import dataclass
 from .._util.files import open_regular, replace_file
 from .._util.process import fork_safe_lock
 from .._util.version import __version__

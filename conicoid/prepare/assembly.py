@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from typing import Any, NamedTuple
 
+from .._util.dataclass import dataclass
 from ..geometry.bounds.linear_program import are_ratios, integer_row
 from ..geometry.cell import All, Any_, Cell, Not, PolygonSheet, SurfaceSheet, Tree
 from ..geometry.surface import UPRIGHT, PlaneSurface, QuadricSurface, Surface
@@ -21,7 +23,7 @@ CENTER_TOLERANCE = 2.0**-46
 """A sphere whose center is rounded by more than this share of its radius becomes a quadric with its own bounds."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclasses.dataclass(frozen=True, slots=True)
 class SurfaceRecord:
     """A surface as kernels read it, and the remainders that rounding removed from its numbers."""
 

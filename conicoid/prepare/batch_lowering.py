@@ -20,13 +20,14 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Container, Hashable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from .._util.arrays import unique_first_with_inverse, unique_sorted, unique_with_inverse
+from .._util.dataclass import dataclass
 from ..geometry.bulk import Bulk
 from ..geometry.cell import Cell, Not, Tree
 from ..geometry.shape import Boolean, Painted, Primitive, Shape, region_bounds

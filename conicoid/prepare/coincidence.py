@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Hashable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any, Protocol, TypeAlias
 
@@ -23,6 +23,7 @@ import numpy.typing as npt
 
 from .._jit.decorators import inline, kernel
 from .._util.arrays import dot_rows, unique_with_inverse
+from .._util.dataclass import dataclass
 from ..geometry.surface import ORIGIN, UPRIGHT, Key, QuadricSurface, Surface
 from ..kernels.tables import PLANE, QUADRIC, SPHERE, Floats, Ints, Longs, Signs
 from .pattern import SIZES, BodyGroup, FactoredRows, RowPlaces

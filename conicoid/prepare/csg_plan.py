@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 from collections.abc import Callable, Hashable, Sequence
-from dataclasses import dataclass
 from functools import cache
 from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
+from .._util.dataclass import dataclass
 from ..geometry.bounds.intersection import BoundsKind, are_balls_or_boxes, bound_ball_intersections
 from ..geometry.cell import All, Any_, Cell, Not, Tree
 from ..geometry.shape import Boolean, Complement, Difference, Intersection, Painted, PrimitiveSolid, Shape, Solid, Union
@@ -20,7 +21,7 @@ from .pattern import BOX_NUMBERS, FRAME_NUMBERS, BodyPattern, RowTable, row_bloc
 from .region_extent import MAX_PLANES, SIDES, narrow_csg_boxes
 
 
-@dataclass(slots=True)
+@dataclasses.dataclass(slots=True)
 class CsgPlan:
     """The structure of a Boolean body, and its primitives from left to right with the steps that move each."""
 

@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from .._jit.decorators import inline, kernel, record_shapes
+from .._util.dataclass import dataclass
 from ..kernels.faces import rows_of_cells
 from ..kernels.programs import cells_of_leaves, leaves_of_programs, rows_of_programs
 from ..kernels.surface.doubt import FAR, KAPPA, KAPPA_OF_BALLS, KAPPA_OF_PLANES, RELATIVE

@@ -8,7 +8,7 @@ surface bounds several bodies, and copies have primitives in common: each primit
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property
 from typing import Any, NamedTuple, Protocol, TypeAlias
@@ -16,6 +16,7 @@ from typing import Any, NamedTuple, Protocol, TypeAlias
 import numpy as np
 
 from .._util.arrays import unique_with_inverse
+from .._util.dataclass import dataclass
 from ..geometry.cell import Cell
 from ..geometry.instances import Coordinates, InstanceList, Ints, Shift, ShiftTable, round_sums
 from ..geometry.polyhedron import Polyhedron
@@ -53,12 +54,8 @@ class PrimitiveCache:
 
     def prepare(self, shapes: Iterable[Shape]) -> None:
         """Compute the primitives of solids whose numbers are needed next."""
-        self.prepare_primitives(primitive for shape in shapes for primitive in placed_primitives(shape))
-
-    def prepare_primitives(self, moved: Iterable[tuple[Shape, tuple[Step, ...]]]) -> None:
-        """Compute primitives that steps move."""
-        missing: dict[Hashable, dict[Hashable, tuple[Shape, tuple[Step, ...], Floats]]] = {}
-        for leaf, steps in moved:
+        missing: dict[tuple[Any, ...], dict[Hashable, tuple[Shape, tuple[Step, ...], Floats]]] = {}
+        for leaf, steps in (primitive for shape in shapes for primitive in placed_primitives(shape)):
             flat = self._flatten(leaf, steps)
             if flat is not None and flat.key not in self._cache:
                 missing.setdefault(flat.forms, {})[flat.key] = leaf, steps, flat.numbers

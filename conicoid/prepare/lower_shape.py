@@ -10,12 +10,13 @@ import dataclasses
 import itertools
 import operator
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from .._util.dataclass import dataclass
 from ..geometry.bulk import Spheres
 from ..geometry.cell import PLAIN_UV, UV, All, Any_, Cell, Face, Not, PolygonSheet, SurfaceSheet, Tree
 from ..geometry.shape import (

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from .._util.dataclass import dataclass
 from ..geometry.body import Body
 from ..geometry.instances import InstanceList
 from ..geometry.shape import Shape

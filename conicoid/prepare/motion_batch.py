@@ -6,12 +6,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from .._util.dataclass import dataclass
 from ..geometry.surface import PlaneSurface
 from ..geometry.transform import Affine, Motion, Step, Translate
 from ..kernels.tables import PLANE_SIZE, Floats, Ints, Longs, Signs

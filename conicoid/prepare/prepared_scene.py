@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._jit.machine_code import SHIPPED, single_call
+from .._util.dataclass import dataclass
 from ..geometry.body import Body
 from ..geometry.labels import Labels, body_labels
 from ..kernels.surface.exact_crossing import RoundingRest

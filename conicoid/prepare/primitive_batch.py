@@ -12,13 +12,14 @@ import dataclasses
 import itertools
 import math
 from collections.abc import Callable, Hashable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 import numpy as np
 
 from .._util.arrays import unique_sorted
+from .._util.dataclass import dataclass
 from ..geometry.bulk import Bulk
 from ..geometry.cell import Any_, Cell, Face, Tree
 from ..geometry.facets import PlaneSide

@@ -8,19 +8,19 @@ from __future__ import annotations
 import dataclasses
 import operator
 from collections.abc import Callable, Hashable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache
 from itertools import chain
 from typing import Any, cast
 
 import numpy as np
 
+from .._util.dataclass import dataclass
 from ..geometry.shape import Shape
 from ..kernels.tables import Floats, Longs
 from ..numerics.tracing import Tape
 
 
-@dataclass(slots=True)
+@dataclasses.dataclass(slots=True)
 class ShapeParameters:
     """A shape or step flattened: the structure of its fields, and their numbers in order."""
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
+from .._util.dataclass import dataclass
 from ..kernels.tables import BALL, CELL, PLANE, POLYGON, QUADRIC, REGION, SHEET, SPHERE, Ints, Longs, Signs
 from .coincidence import SurfaceTable
 from .pattern import BodyGroups, BodyPattern

@@ -12,13 +12,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 
 from .._jit.decorators import inline, kernel
 from .._util.arrays import unique_with_inverse
+from .._util.dataclass import dataclass
 from ..kernels.numbers.double_double import (
     BoundedPair,
     bounded_pair,

@@ -5,12 +5,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from .._util.arrays import FloatArray, ignore_fp_errors
+from .._util.dataclass import dataclass
 from .rays import lines_of
 from .result import extension
 from .weights import weights_of

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from .._util.arrays import FloatArray
+from .._util.dataclass import dataclass
 from .._util.text import closest_name, describe_names
 from .._util.validation import format_value, real_array
 from ..materials.properties import Properties

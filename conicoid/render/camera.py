@@ -12,13 +12,13 @@ projection of directions onto the picture, is `optics` (see `camera_rays.CameraV
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
 
 import numpy as np
 
 from .._util.arrays import BoxEnds, FloatArray, Vector, VectorLike, dot_rows, ignore_fp_errors, matmul_rows, row_lengths
+from .._util.dataclass import dataclass
 from .._util.text import check_choice
 from .._util.validation import (
     LARGEST,

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from .._util.arrays import FloatArray
+from .._util.dataclass import dataclass
 from .._util.text import check_choice
 from .._util.validation import as_integer, check_numbers, check_positive, format_value
 from ..geometry.labels import body_material_table

@@ -7,12 +7,12 @@ and the numbers of shapes give lost digits; neither needs a ray.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ..._util.arrays import FloatArray, ignore_fp_errors
+from ..._util.dataclass import dataclass
 from ..._util.validation import check_callback, check_integer
 from ...geometry.body import Body
 from ...geometry.shape import Shape

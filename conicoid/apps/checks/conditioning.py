@@ -11,7 +11,6 @@ import itertools
 import math
 import re
 from collections.abc import Callable, Iterator, Sequence, Set
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -19,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._util.arrays import FloatArray, Vector
+from ..._util.dataclass import dataclass
 from ...geometry.bulk import Bulk, Spheres
 from ...geometry.instances import InstanceList, transform_offsets
 from ...geometry.primitives import Sphere

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ..._util.arrays import FloatArray, cross_rows, unit_rows
+from ..._util.dataclass import dataclass
 from .perturbation import LocalCell, LocalShape, MotionFields
 
 _LINES = 48

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from html import escape
 from typing import TYPE_CHECKING, Any
 
 from ..._util.arrays import FloatArray
+from ..._util.dataclass import dataclass
 from ..._util.value_objects import compare_by_value
 
 if TYPE_CHECKING:

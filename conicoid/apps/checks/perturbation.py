@@ -10,12 +10,12 @@ import dataclasses
 import math
 import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 import numpy as np
 
 from ..._util.arrays import FloatArray
+from ..._util.dataclass import dataclass
 from ...geometry.cell import Cell, Not, PolygonSheet, Tree
 from ...geometry.general_quadric import Quadric
 from ...geometry.polyhedron import Polyhedron

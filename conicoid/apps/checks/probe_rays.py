@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -17,6 +17,7 @@ import numpy.typing as npt
 
 from ..._jit.decorators import kernel
 from ..._util.arrays import FloatArray
+from ..._util.dataclass import dataclass
 from ...kernels.crossings import row_owners
 from ...kernels.tables import Flags, Floats, Ints, Longs
 from ...kernels.threads import run_rows

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ..._util.arrays import FloatArray, unique_sorted
+from ..._util.dataclass import dataclass
 from ..._util.text import format_count
 from ...kernels.crossings import row_owners
 from ...queries.result import extension

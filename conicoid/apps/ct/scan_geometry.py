@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._util.arrays import FloatArray, ignore_fp_errors
+from ..._util.dataclass import dataclass
 from ..._util.validation import (
     check_flag,
     check_integer,

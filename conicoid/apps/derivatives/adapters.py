@@ -5,13 +5,13 @@ Each has a forward pass and a backward pass (vector-Jacobian product) over the p
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from ..._util.arrays import FloatArray
+from ..._util.dataclass import dataclass
 from ..._util.validation import describe_kind
 from .parameters import Parameters
 

@@ -7,12 +7,12 @@ Each product checks its arguments, builds the walls of the crossings once per re
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ..._util.arrays import BoxEnds, FloatArray, ignore_fp_errors
+from ..._util.dataclass import dataclass
 from ..._util.validation import check_integer, describe_kind, format_value, real_array
 from ...geometry.bulk import Bulk
 from ...kernels.crossings import row_owners

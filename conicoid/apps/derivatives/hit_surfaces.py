@@ -5,7 +5,7 @@ The data are stored once per distinct wall, which many crossings may share.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from typing import Any
 
@@ -13,6 +13,7 @@ import numpy as np
 
 from ..._jit.decorators import kernel
 from ..._util.arrays import FloatArray
+from ..._util.dataclass import dataclass
 from ...geometry.bulk import Bulk, Spheres
 from ...kernels.body.uv import rows_of_maps
 from ...kernels.tables import Ints, Longs

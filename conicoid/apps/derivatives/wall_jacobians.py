@@ -12,12 +12,12 @@ import itertools
 import math
 import operator
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any, NoReturn
 
 import numpy as np
 
 from ..._util.arrays import FloatArray
+from ..._util.dataclass import dataclass
 from ...geometry.bounds.support import plane_through, plane_uv
 from ...geometry.bulk import Bulk
 from ...geometry.cell import UV, Cell, Face, Not, PolygonSheet, Tree, transform_uv

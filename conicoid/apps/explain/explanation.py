@@ -5,12 +5,12 @@ from __future__ import annotations
 import html
 import math
 import os
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from ..._util.dataclass import dataclass
 from ..._util.files import write_text
 from ..._util.validation import check_path as checked_path, format_value
 from ...geometry.entries import as_index, find_entry

@@ -9,12 +9,13 @@ import html
 import math
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
 
 from ..._util.arrays import FloatArray
+from ..._util.dataclass import dataclass
 from ..._util.validation import check_integer, check_path as checked_path
 from ...geometry.quadric_classification import PLANE, SPHERE
 from ...prepare.prepared_scene import PreparedScene

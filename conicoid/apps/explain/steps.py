@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
 from ..._util.arrays import Vector
+from ..._util.dataclass import dataclass
 from ...geometry.quadric_classification import PLANE
 from ...queries.hits import Hits
 from ...queries.scene_protocol import SceneLike

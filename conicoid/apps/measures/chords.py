@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ..._jit.decorators import inline, kernel
 from ..._util.arrays import FloatArray
+from ..._util.dataclass import dataclass
 from ..._util.validation import SMALLEST
 from ...geometry.shape import Shape
 from ...kernels.surface.records import normal_at

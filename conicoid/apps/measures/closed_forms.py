@@ -9,13 +9,13 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from functools import singledispatch
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..._util.arrays import FloatArray
+from ..._util.dataclass import dataclass
 from ...geometry.bounds.support import real_roots
 from ...geometry.primitives import Box, Cone, Cylinder, Sphere, Tube
 from ...geometry.prismatoids import (

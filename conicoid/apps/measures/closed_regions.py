@@ -10,12 +10,12 @@ import contextlib
 import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ..._util.arrays import FloatArray
+from ..._util.dataclass import dataclass
 from ...geometry.body import Body
 from ...geometry.bounds.support import real_roots
 from ...geometry.shape import Shape

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy.typing as npt
 
 from ..._jit.decorators import kernel
 from ..._util.arrays import BoxEnds, FloatArray
+from ..._util.dataclass import dataclass
 from ...geometry.polyhedron import Polyhedron
 from ...geometry.shape import Boolean, ClippedSheet, Complement, Difference, Primitive, Shape, Union
 from ...geometry.transform import IDENTITY_MOTION, Motion, Transform

@@ -8,13 +8,13 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NoReturn, overload
 
 import numpy as np
 
 from ..._util.arrays import FloatArray, ignore_fp_errors
+from ..._util.dataclass import dataclass
 from ..._util.text import NameTuple, closest_name, describe_names, html_table
 from ..._util.validation import check_callback, check_integer, describe_kind, format_value
 from ..._util.value_objects import compare_by_value

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
+from ..._util.dataclass import dataclass
 from ..._util.validation import describe_kind
 from ...materials.dispersion import LINE_D
 from ...queries.rays import Rays

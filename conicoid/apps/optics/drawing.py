@@ -10,13 +10,13 @@ import itertools
 import math
 import os
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from html import escape
 from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
+from ..._util.dataclass import dataclass
 from ..._util.validation import check_integer, check_number, check_path, describe_kind
 from ...geometry.conic import Conic, ConicSheet, ConicWall, Stop
 from ...geometry.optical_elements import FlatGlass, Lens, Mirror

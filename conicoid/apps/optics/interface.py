@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from ..._util.dataclass import dataclass
 from ...kernels import tables as table
 from ...kernels.body.media import AFTER, BEFORE, BLOCKER, CLEAR, OPAQUE
 from ...materials.coating import Coating, Fresnel, fresnel

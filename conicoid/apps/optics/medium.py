@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
+from ..._util.dataclass import dataclass
 from ..._util.validation import check_number, check_positive, describe_kind, format_value
 from ...materials.dispersion import LINE_C, LINE_D, LINE_F, Dispersion, check_light
 from ...materials.material import Material

@@ -8,10 +8,11 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import field, fields
 from functools import cached_property
 from typing import Any, TypeAlias
 
+from ..._util.dataclass import dataclass
 from ..._util.text import check_choice, html_table
 from ..._util.validation import (
     check_fields,

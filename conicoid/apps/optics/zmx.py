@@ -9,11 +9,12 @@ import math
 import os
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
+from ..._util.dataclass import dataclass
 from ..._util.files import Problem, SceneFileError, read_regular
 from ..._util.text import format_count
 from ..._util.validation import check_path as checked_path, describe_kind, format_value

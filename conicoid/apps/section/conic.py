@@ -9,13 +9,14 @@ coincident conics compare as equal.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from math import isqrt
 from typing import Any, TypeAlias
 
 import numpy as np
 
+from ..._util.dataclass import dataclass
 from ...geometry.exact_crossings import IntegerForm
 from ...kernels.tables import PLANE, SPHERE
 from ...numerics.rational import is_certain

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
 from ..._util.arrays import FloatArray
+from ..._util.dataclass import dataclass
 
 Floats6: TypeAlias = tuple[float, float, float, float, float, float]
 Pair: TypeAlias = tuple[float, float]

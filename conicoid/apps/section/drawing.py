@@ -8,13 +8,13 @@ import html
 import math
 import zlib
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from ..._util.arrays import FloatArray
+from ..._util.dataclass import dataclass
 from ..._util.text import format_count
 from ...io.image import Image
 from ...io.image_codecs import png_bytes, srgb_bytes

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar, Literal, Protocol, TypeAlias
 
@@ -15,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._util.arrays import BoxEnds, FloatArray
+from ..._util.dataclass import dataclass
 from ..cell import All, Any_, Cell, Face, Not, Tree
 from ..surface import PlaneSurface, QuadricSurface
 from ..transform import Motion, Step

@@ -9,7 +9,7 @@ import importlib
 import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import field
 from decimal import Context, Decimal
 from fractions import Fraction
 from typing import Any
@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from ..._util.arrays import BoxEnds
+from ..._util.dataclass import dataclass
 from ..._util.files import MAX_LISTED_PROBLEMS, printable, write_text
 from ..._util.text import format_count
 from ..._util.validation import check_callback, check_flag

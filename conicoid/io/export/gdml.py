@@ -9,10 +9,11 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
+from ..._util.dataclass import dataclass
 from ..._util.files import printable
 from ..._util.text import format_count
 from ...geometry.shape import Difference, Solid

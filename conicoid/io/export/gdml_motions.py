@@ -9,10 +9,10 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeAlias
 
+from ..._util.dataclass import dataclass
 from ...geometry.transform import AxisFrame, Motion, Rotate, Scale, Step, Transform, Translate
 from ...numerics import bigfloat as ex
 from ..gdml.values import operand_rotation, placement_rotation

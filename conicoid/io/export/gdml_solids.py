@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from functools import lru_cache
 
 from ..._util.arrays import VectorLike
+from ..._util.dataclass import dataclass
 from ...geometry.polyhedron import Polyhedron
 from ...geometry.shape import Solid
 from ...numerics import bigfloat as ex

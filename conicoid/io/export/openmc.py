@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from itertools import count, pairwise
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
+from ..._util.dataclass import dataclass
 from ..._util.files import printable
 from ..._util.text import format_count
 from ...geometry.general_quadric import Quadric

@@ -7,10 +7,11 @@ Morgan).
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from typing import TypeAlias
 
+from ..._util.dataclass import dataclass
 from ...geometry.cell import All, Cell, Not, Tree
 from ...geometry.general_quadric import Quadric
 from ...geometry.shape import Boolean, Complement, Difference, Painted, PrimitiveSolid, Solid, Union

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
+from ..._util.dataclass import dataclass
 from ..._util.files import printable
 from ..._util.text import format_count
 from ..._util.validation import SMALLEST

@@ -7,11 +7,11 @@ Unbounded parts of a body are cut by a box around the body, beyond it, so that n
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Literal, TypeAlias
 
 from ..._util.arrays import Matrix4, Vector
+from ..._util.dataclass import dataclass
 from ...geometry.transform import Step, Transform, Translate
 
 PieceBooleanKind: TypeAlias = Literal["union", "intersection", "difference"]

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import MutableMapping
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
+from ..._util.dataclass import dataclass
 from ...materials.material import Material
 from ...materials.presets import matte
 from ...materials.properties import Properties

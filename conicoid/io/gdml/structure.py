@@ -6,11 +6,13 @@ times by a rule: replicas, parameterised volumes and divisions.
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from fractions import Fraction
 from itertools import pairwise
 
+from ..._util.dataclass import dataclass
 from ..importers import OmittedPart
 from ..openmc.placement import NO_ROTATION, ORIGIN, CellRotation, Point
 from ..scene_file.nodes import shorten
@@ -60,7 +62,7 @@ class LogicalVolume:
         return self.is_assembly or self.is_container
 
 
-@dataclass(eq=False, slots=True)
+@dataclasses.dataclass(eq=False, slots=True)
 class PhysicalVolume:
     """A volume placed in another: rotated, then shifted (mm)."""
 

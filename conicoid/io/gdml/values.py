@@ -13,10 +13,11 @@ import itertools
 import os
 import re
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from typing import Any
 
+from ..._util.dataclass import dataclass
 from ..._util.files import MAX_PROBLEMS, Problem, SceneFileError, Suggestions, printable
 from ...geometry.transform import IDENTITY_MOTION
 from ..importers import OmittedPart

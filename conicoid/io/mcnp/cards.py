@@ -8,13 +8,15 @@ ValueError; the importer adds the line.
 
 from __future__ import annotations
 
+import dataclasses
 import os
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from fractions import Fraction
 from types import MappingProxyType
 
+from ..._util.dataclass import dataclass
 from ..._util.files import Problem, SceneFileError, read_regular, resolve_part, unreadable_error
 from ..._util.text import suggest_name
 from ...materials.properties import Properties
@@ -32,7 +34,7 @@ MAX_COLUMNS = 128
 _COMMENT = re.compile(r" {0,4}c(?: |$)")
 
 
-@dataclass(frozen=True, slots=True)
+@dataclasses.dataclass(frozen=True, slots=True)
 class Card:
     """A card: its text in lower case, joined into one line, and the number of its first line."""
 

@@ -9,8 +9,9 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
+from ..._util.dataclass import dataclass
 from ..._util.files import MAX_PROBLEMS, Problem, SceneFileError, printable
 from ..importers import ImportOptions, ImportResult, LegendEntry, OmittedPart, limit_notes, palette_color, select_bodies
 from ..openmc import geometry

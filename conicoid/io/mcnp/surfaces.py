@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 
+from ..._util.dataclass import dataclass
 from ..._util.text import suggest_name
 from ...numerics.portable_math import portable_sqrt
 from ..importers import OmittedPart

@@ -7,10 +7,10 @@ surface. Lengths are in cm, angles in degrees.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 
+from ..._util.dataclass import dataclass
 from ...numerics.portable_math import portable_sqrt, sin_cos_degrees
 from ..openmc.placement import (
     NO_ROTATION,

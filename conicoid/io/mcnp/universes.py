@@ -9,10 +9,11 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from fractions import Fraction
 from itertools import product
 
+from ..._util.dataclass import dataclass
 from ..openmc.geometry import UniverseCell
 from ..openmc.lattices import Index, Lattice, LatticePrism, LatticeTiles, grid_indices
 from ..openmc.placement import NO_ROTATION, ORIGIN, Extent, ExtentEnd, Point, UniversePlacement

@@ -8,12 +8,12 @@ three.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
 
 from ..._util.arrays import FloatArray
+from ..._util.dataclass import dataclass
 from ...geometry.body import Body
 from ...geometry.bulk import Spheres
 from ...geometry.bulk_shapes import Capsules, Cylinders

@@ -11,10 +11,11 @@ import math
 import os
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 
 from ..._util.arrays import BoxEnds
+from ..._util.dataclass import dataclass
 from ..._util.files import Problem, SceneFileError
 from ..._util.text import format_bytes, format_count
 from ...geometry.bounds.aabb import enclose_boxes

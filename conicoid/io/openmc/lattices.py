@@ -7,15 +7,17 @@ The last part reads OpenMC's <lattice> and <hex_lattice> elements. Lengths are i
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from functools import cached_property
 from itertools import product
 
+from ..._util.dataclass import dataclass
 from ..xml_tree import XmlElement
 from .placement import Extent, Point, UniversePlacement
 from .region import PartUnion, SurfaceSide
@@ -33,7 +35,7 @@ HALF_ROOT3 = 3 / (2 * ROOT3)
 lattice is the exact image of a regular one."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclasses.dataclass(frozen=True, slots=True)
 class LatticePrism:
     """A convex prism: the inside of planes, with a box around it."""
 

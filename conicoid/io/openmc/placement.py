@@ -7,14 +7,15 @@ exact to 3000 bits of its input. GDML and MCNP use the same placements.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, cached_property
 from typing import TypeAlias
 
 from ..._util.arrays import Matrix4, Vector
+from ..._util.dataclass import dataclass
 from ...geometry.transform import IDENTITY_MOTION, Motion
 
 Point: TypeAlias = tuple[Fraction, Fraction, Fraction]
@@ -23,7 +24,7 @@ Rows: TypeAlias = tuple[Point, Point, Point]
 ORIGIN: Point = (Fraction(0), Fraction(0), Fraction(0))
 
 
-@dataclass(frozen=True, slots=True)
+@dataclasses.dataclass(frozen=True, slots=True)
 class AxisTurn:
     """A rotation or mirror that only exchanges axes: new[i] = signs[i] old[sources[i]]."""
 
@@ -81,7 +82,7 @@ def add_points(a: Point, b: Point) -> Point:
     return x, y, z
 
 
-@dataclass(frozen=True, slots=True)
+@dataclasses.dataclass(frozen=True, slots=True)
 class CellRotation:
     """The rotation that a cell applies to its filling: the quarter turn `turn`, or else `motion`."""
 

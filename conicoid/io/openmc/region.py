@@ -7,13 +7,15 @@ unmistakably. Complements are pushed down to the half-spaces while the text is p
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from fractions import Fraction
 from functools import cached_property, reduce
 from typing import Any, NamedTuple, TypeAlias
 
+from ..._util.dataclass import dataclass
 from ...geometry.general_quadric import Quadric
 from ...geometry.polyhedron import Polyhedron
 from ...geometry.primitives import Box, HalfSpace
@@ -32,7 +34,7 @@ LONGEST_REGION = 200_000
 _TOKEN = re.compile(r"\s*(?:([-+]?)([0-9]{1,18})(?![0-9])|([()|&~]))")
 
 
-@dataclass(frozen=True, slots=True)
+@dataclasses.dataclass(frozen=True, slots=True)
 class HalfSpaceNode:
     """One side of a surface, by the number that the file gives it."""
 
@@ -40,14 +42,14 @@ class HalfSpaceNode:
     positive: bool
 
 
-@dataclass(frozen=True, slots=True)
+@dataclasses.dataclass(frozen=True, slots=True)
 class IntersectionNode:
     """The points in every part."""
 
     parts: tuple[Region, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclasses.dataclass(frozen=True, slots=True)
 class UnionNode:
     """The points in at least one part."""
 
@@ -222,14 +224,14 @@ class SurfaceSide(NamedTuple):
         return -side if self.positive else side
 
 
-@dataclass(frozen=True, slots=True)
+@dataclasses.dataclass(frozen=True, slots=True)
 class PartIntersection:
     """The points that are in every part."""
 
     parts: tuple[RegionPart, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclasses.dataclass(frozen=True, slots=True)
 class PartUnion:
     """The points that are in at least one part."""
 

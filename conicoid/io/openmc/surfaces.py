@@ -8,13 +8,15 @@ The last part reads OpenMC's <surface> elements. Lengths are in cm.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property
 
 from ..._util.arrays import Vector
+from ..._util.dataclass import dataclass
 from ...geometry.general_quadric import Quadric
 from ...geometry.primitives import HalfSpace, Sphere
 from ...geometry.quadrics import EllipticCone, EllipticCylinder
@@ -277,7 +279,7 @@ class RoundSurface:
         )
 
 
-@dataclass(frozen=True, slots=True)
+@dataclasses.dataclass(frozen=True, slots=True)
 class ConeSurface:
     """A cone of two nappes: f = (distance from the axis)² - square × (height over the apex)²."""
 
@@ -311,7 +313,7 @@ class ConeSurface:
         )
 
 
-@dataclass(frozen=True, slots=True)
+@dataclasses.dataclass(frozen=True, slots=True)
 class GeneralSurface:
     """A general quadric: f is the sum of `coefficients` times `TERMS` of x - shift."""
 
@@ -421,7 +423,7 @@ BOUNDARIES = {
 _ZERO, _ONE = Fraction(0), Fraction(1)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclasses.dataclass(frozen=True, slots=True)
 class OpenmcSurface:
     """A surface of a file, with its boundary condition."""
 

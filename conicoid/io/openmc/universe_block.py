@@ -8,11 +8,12 @@ motion of its own and where fractions show how it lies to the other parts.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from bisect import bisect_right
 from collections import Counter
 from collections.abc import Hashable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from fractions import Fraction
 from functools import cached_property
 from itertools import accumulate, pairwise
@@ -22,6 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._util.arrays import matmul_rows
+from ..._util.dataclass import dataclass
 from ...geometry.instances import Coordinates, InstanceBlock, InstanceList, Ints, Shift, ShiftTable
 from ...geometry.shape import Solid
 from ...geometry.transform import IDENTITY_MOTION, Motion
@@ -98,7 +100,7 @@ class AxialMotion:
 # Bounds of a place
 
 
-@dataclass(frozen=True, slots=True)
+@dataclasses.dataclass(frozen=True, slots=True)
 class PlaceBounds:
     """The intersection of groups of parts; each group stands before one motion to the world."""
 
@@ -291,7 +293,7 @@ class CellPiece(BlockPiece):
 P = TypeVar("P", bound=BlockPiece)
 
 
-@dataclass(eq=False, slots=True)
+@dataclasses.dataclass(eq=False, slots=True)
 class BlockPlacement(Generic[P]):
     """A block within another, translated by a shift."""
 

@@ -7,14 +7,15 @@ file, so words are counted piece by piece.
 from __future__ import annotations
 
 import ast
+import dataclasses
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from typing import Any, TypeVar
 
+from ..._util.dataclass import dataclass
 from ..._util.files import Problem
 from ..._util.text import suggest_name
 from ...materials.properties import Properties
@@ -301,7 +302,7 @@ VACUUM_DENSITIES = {"density": 0.0, "atom_density": 0.0}
 """The properties of void."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclasses.dataclass(frozen=True, slots=True)
 class OpenmcMaterial:
     """A material of a file.
 

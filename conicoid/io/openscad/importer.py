@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from ..._util.arrays import BoxEnds
+from ..._util.dataclass import dataclass
 from ..._util.text import format_count
 from ...geometry.body import Body
 from ...geometry.shape import Difference, Intersection, Solid, Union

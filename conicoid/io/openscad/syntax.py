@@ -10,13 +10,14 @@ import math
 import re
 from bisect import bisect_left
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 
+from ..._util.dataclass import dataclass
 from ..._util.files import Problem, SceneFileError, read_regular
 from ..._util.validation import format_value
 from ..scene_file.nodes import shorten

@@ -20,12 +20,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
+from ..._util.dataclass import dataclass
 from ..._util.validation import SuppressedWarning, raise_warnings
 from ..._util.value_objects import construct_many
 from ...geometry.body import Body

@@ -11,13 +11,13 @@ import dataclasses
 import inspect
 import types
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 
 from ..._util.arrays import Matrix4
+from ..._util.dataclass import dataclass
 from ...geometry.registry import REGISTRY
 from ...geometry.shape import REGISTERED, Shape
 from ...geometry.tracks import TRACKS

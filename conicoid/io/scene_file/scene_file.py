@@ -10,12 +10,12 @@ import contextlib
 import os
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import repeat
 from pathlib import Path
 from typing import Any, Protocol, TypeAlias
 
 from ..._util.arrays import FloatArray
+from ..._util.dataclass import dataclass
 from ..._util.files import Problem, SceneFileError, resolve_links, write_text
 from ..._util.process import pause_gc
 from ..._util.text import describe_names

@@ -10,12 +10,13 @@ import os
 import re
 import stat
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any
 
 import yaml  # type: ignore[import-untyped]
 
+from ..._util.dataclass import dataclass
 from ..._util.files import Problem, SceneFileError, check_name, read_regular, unreadable_error
 from .nodes import MappingNode, Node, ScalarNode, SequenceNode, shorten
 

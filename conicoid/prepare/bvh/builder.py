@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..._jit.decorators import helper, inline, kernel, record_shapes
 from ..._util.arrays import row_lengths
+from ..._util.dataclass import dataclass
 from ...geometry.instances import InstanceBlock
 from ...kernels.bvh.culling_constants import ORIGIN_SLACK, WALL
 from ...kernels.tables import Floats, Ints, Longs, Signs

@@ -6,7 +6,6 @@ I. Wald: On fast construction of SAH-based bounding volume hierarchies, RT 2007.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -14,6 +13,7 @@ import numpy.typing as npt
 
 from ..._jit.decorators import allocator, inline, instructions, kernel, record_shapes
 from ..._jit.machine_code import SHIPPED
+from ..._util.dataclass import dataclass
 from ...kernels.tables import Floats
 from ...kernels.threads import run_calls
 

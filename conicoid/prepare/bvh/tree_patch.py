@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, Protocol
 
 import numpy as np
 
 from ..._util.arrays import is_member_sorted, unique_sorted
+from ..._util.dataclass import dataclass
 from ...kernels.bvh.walk import ROWS
 from ...kernels.tables import Floats, Geometry, Ints, Tables
 from ..edits.scene_splice import SceneSplice, SplicePieces

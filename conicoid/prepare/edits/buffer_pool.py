@@ -18,13 +18,14 @@ import math
 import weakref
 from collections import deque
 from collections.abc import Mapping
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import KW_ONLY, field
 from itertools import count
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from ..._util.dataclass import dataclass
 from ...kernels.tables import (
     CELL_GROUPS,
     EXTENT,

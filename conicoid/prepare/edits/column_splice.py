@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from ..._util.dataclass import dataclass
 from ...kernels.tables import PLANE, QUADRIC, SPHERE, Ints, Longs, Signs, Tables
 from ..row_layout import (
     BALL_FRAMES,

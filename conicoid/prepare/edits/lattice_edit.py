@@ -17,12 +17,12 @@ from __future__ import annotations
 import dataclasses
 import math
 import sys
-from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from ..._util.arrays import unique_with_inverse
+from ..._util.dataclass import dataclass
 from ...geometry.instance_edits import InstanceOrigins
 from ...geometry.instances import InstanceList, transform_offsets
 from ...geometry.shape import Shape

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from ..._util.arrays import unique_sorted, unique_with_inverse
+from ..._util.dataclass import dataclass
 from ...kernels.tables import BALL, PLANE, QUADRIC, Floats, Longs, Tables
 from ..error_limits import (
     RecordTables,

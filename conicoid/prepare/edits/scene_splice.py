@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from itertools import compress, count
 from typing import Any, NamedTuple
@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from ..._util.dataclass import dataclass
 from ...geometry.body import Body
 from ...kernels.tables import Floats, Ints, Longs
 from ..row_layout import AXES_OF_ROWS, BALLS, ENTRIES, FACES, SPHERES, SURFACES, RowLayout

@@ -21,12 +21,13 @@ the others
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
 
 from ..._util.arrays import unique_sorted
+from ..._util.dataclass import dataclass
 from ...kernels.tables import SPHERE, Ints, Longs, Signs
 from ..body_collector import ExactBodySurfaces
 from ..row_layout import PLANES, QUADRICS, SPHERES, SURFACES, RowLayout

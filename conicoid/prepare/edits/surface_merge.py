@@ -7,13 +7,13 @@ class is recomputed where a new surface may belong to it, or where the surface w
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from ..._util.arrays import is_member_sorted, unique_sorted
+from ..._util.dataclass import dataclass
 from ...kernels.tables import PLANE, QUADRIC, SPHERE, Floats, Ints, Longs, Signs
 from ..body_collector import ExactBodySurfaces
 from ..coincidence import RawSurfaces, SurfaceSubset, merge_surfaces

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache
 
 import numpy as np
 import numpy.typing as npt
 
+from ..._util.dataclass import dataclass
 from ...kernels.numbers.quad_double import LEAST
 from ...kernels.tables import Floats, Ints, Signs
 from ...numerics import bigfloat

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
 
+from ..._util.dataclass import dataclass
 from ..._util.process import fork_safe_lock
 from ...kernels.tables import Floats, Ints, Longs
 from ...numerics.tracing import Tape

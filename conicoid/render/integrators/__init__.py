@@ -6,7 +6,7 @@ docs/dev/add-an-integrator.md shows all that a file needs.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from ..._util.dataclass import dataclass
 
 
 @dataclass(frozen=True)
