@@ -6,11 +6,14 @@ import copy
 import dataclasses
 import inspect
 import pickle
+import re
 import sys
 import types
+from pathlib import Path
 
 import pytest
 
+import conicoid
 from conicoid._util.dataclass import dataclass
 
 SOURCE = """
@@ -138,3 +141,13 @@ def test_both_decorators_take_classes_of_the_other():
         assert [field.name for field in dataclasses.fields(Child)] == ["x", "y", "z", "more"]
         with pytest.raises(dataclasses.FrozenInstanceError):
             Child(1.0).more = 2.0
+
+
+def test_the_package_uses_the_standards_decorator_only_for_slots_and_order():
+    folder = Path(conicoid.__file__).parent
+    ours = r"@dataclass\b(?!.*(slots|order)=True)"
+    for path in folder.rglob("*.py"):
+        text = path.read_text()
+        if re.search(rf"^\s*{ours}", text, re.MULTILINE):
+            assert re.search(r"^from \.+_util\.dataclass import dataclass$", text, re.MULTILINE), path
+        assert not re.search(r"@dataclasses\.dataclass\b(?!.*(slots|order)=True)", text), path

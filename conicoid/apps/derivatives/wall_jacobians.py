@@ -363,7 +363,7 @@ def _axis_jump_parameters(axis: Iterable[Any]) -> set[int]:
 # They are cached with the shape, as its lowered form is: an edit of one body evaluates that body alone.
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclass(frozen=True)
 class WallJacobian:
     """The form of a face with its derivatives. Parameters are numbered within the shape."""
 
