@@ -39,6 +39,8 @@ from .values import OpenmcValues, format_title, quote_word
 
 _CLEAR_MARGIN = 2.0**-40
 """Margin for sums in floats, as a share of their terms; rounding loses far less."""
+_LARGEST_INTEGER = 2**53
+"""The largest integer up to which floats hold each."""
 _CROSS_AXES: dict[int | None, tuple[int, ...]] = {None: (0, 1, 2), 0: (1, 2), 1: (0, 2), 2: (0, 1)}
 TERMS = ("xx", "yy", "zz", "xy", "yz", "xz", "x", "y", "z", "constant")
 """The terms of OpenMC's quadric, in the order of its coefficients."""
@@ -62,9 +64,17 @@ class FlatSurface:
     def floats(self) -> tuple[Vector, float] | None:
         """The normal and the offset, each number rounded once; None if they are too large.
 
-        A plane across an axis has a normal of length 1: 0.3 x = 0.21 is the plane x = 0.7.
+        The normal consists of integers without a common factor where floats hold these. So the multiples of a plane are
+        one plane, and 0.3 x = 0.21 is the plane x = 0.7.
         """
-        size = 1 if self.axis is None else abs(self.normal[self.axis])
+        if self.axis is None:
+            size = Fraction(
+                math.gcd(*(n.numerator for n in self.normal)), math.lcm(*(n.denominator for n in self.normal))
+            )
+            if max(abs(n) for n in self.normal) > size * _LARGEST_INTEGER:
+                size = Fraction(1)
+        else:
+            size = abs(self.normal[self.axis])
         if size == 1:
             return try_floats(self.normal, self.offset)
         x, y, z = (n / size for n in self.normal)

@@ -101,8 +101,11 @@ def test_what_is_said_of_a_box_is_true_of_its_points(kind: str, coefficients: st
 
 
 def test_what_is_written_is_what_stands_in_the_scene() -> None:
-    """The user's numbers to the last bit, as fields of the shapes."""
-    assert surface("plane", "1 -2 0.5 1.3").solid() == co.HalfSpace((1, -2, 0.5), 1.3)
+    """The user's numbers to the last bit, as fields of the shapes; a plane's as integers."""
+    assert surface("plane", "1 -2 0.5 1.3").solid() == co.HalfSpace((2, -4, 1), 2.6)
+    assert surface("plane", "0.123456789012345678 -2 0.5 1.3").solid() == co.HalfSpace(
+        (0.123456789012345678, -2, 0.5), 1.3
+    )
     assert surface("x-plane", "-10.71").solid(positive=True) == co.HalfSpace((-1, 0, 0), 10.71)
     assert surface("sphere", "0.1 0.2 0.3 1.7").solid() == co.Sphere(1.7, (0.1, 0.2, 0.3))
     upright = co.EllipticCylinder(1, 1).scale((0.4095, 0.4095, 1))
@@ -135,6 +138,15 @@ def test_a_quadric_without_squares_is_its_plane() -> None:
     assert surface("quadric", "0 0 0 0 0 0 0 1 0 -2").solid() == co.HalfSpace((0, 1, 0), 2)
     assert surface("quadric", "0 0 0 0 0 0 0 -0.3 0 0.21").solid() == co.HalfSpace((0, -1, 0), -0.7)
     assert surface("plane", "0.3 0 0 0.21").solid() == surface("x-plane", "0.7").solid()
+
+
+@pytest.mark.parametrize("factor", ["3", "0.7", "1e-3", "123.45", "1e12"])
+def test_multiples_of_a_plane_are_one(factor: str) -> None:
+    """In decimals, whose products with most factors are no floats; those with the opposite sign face the other way."""
+    numbers = [Fraction(number) for number in ("0.1", "-0.25", "0.3", "0.7")]
+    one, other = (FlatSurface((a, b, c), d) for a, b, c, d in (numbers, [Fraction(factor) * n for n in numbers]))
+    assert one.solid() == other.solid() == co.HalfSpace((2, -5, 6), 14)
+    assert FlatSurface((-numbers[0], -numbers[1], -numbers[2]), -numbers[3]).solid() == one.solid(True)
 
 
 @pytest.mark.parametrize(
