@@ -204,7 +204,7 @@ def test_a_slider_changes_one_body_as_the_whole_file_would():
     for item in (1, 3, 7):
         for number in numbers.numbers_of(scene, item)[:3]:
             changed = numbers.with_number(scene, number["path"], number["value"] + 0.25)
-            assert changed == numbers._changed(scene, number["path"], number["value"] + 0.25)
+            assert changed == numbers._replace_number(scene, number["path"], number["value"] + 0.25)
             assert [new is old for new, old in zip(changed.bodies, scene.bodies, strict=True)].count(False) == (
                 1 if number["path"][0] == "bodies" else 2
             )

@@ -19,7 +19,6 @@ from .._util.arrays import unique_with_inverse
 from .._util.dataclass import dataclass
 from ..geometry.cell import Cell
 from ..geometry.instances import Coordinates, InstanceList, Ints, Shift, ShiftTable, round_sums
-from ..geometry.polyhedron import Polyhedron
 from ..geometry.shape import Shape, Solid
 from ..geometry.surface import ORIGIN, PlaneSurface, QuadricSurface
 from ..geometry.transform import IDENTITY_MOTION, Motion, Step
@@ -143,6 +142,8 @@ def _play_primitives(
 
     `primitive` builds one of them, with its steps. Those that the tapes leave undecided are in no item.
     """
+    from ..geometry.polyhedron import Polyhedron  # here, since a start does not need it
+
     if forms[0][0] is Polyhedron and len(forms) == 1:
         return _play_polyhedra(numbers)
 
@@ -169,6 +170,8 @@ def _play_primitives(
 
 def _play_polyhedra(numbers: Floats) -> list[_PrimitiveRows]:
     """`_play_primitives` for polyhedra of equally many faces, which are lowered as solids."""
+    from ..geometry.polyhedron import Polyhedron
+
     count, own = len(numbers), numbers.shape[1] // 4
     planes = np.concatenate([numbers[:, : 3 * own].reshape(count, own, 3), numbers[:, 3 * own :, None]], axis=2)
     shapes = [
