@@ -101,6 +101,8 @@ def test_classes_of_both_decorators_behave_alike(call):
         kind = getattr(module, name)
         one, two = (observe(lambda: kind(*arguments, **named)) for _ in range(2))  # noqa: B023
         found = [str(inspect.signature(kind)), kind.__match_args__, [f.name for f in dataclasses.fields(kind)]]
+        found += [sorted(vars(kind)), repr(kind.__dataclass_params__)]
+        found += [vars(kind)[method].__name__ for method in ("__eq__", "__hash__") if callable(vars(kind).get(method))]
         if not isinstance(one, kind):
             seen.append((found, one))
             continue

@@ -92,6 +92,11 @@ def unique_first_with_inverse(numbers: npt.NDArray[Any]) -> tuple[IndexArray, In
     return order[begins], _inverse_indices(order, begins)
 
 
+def row_ends(counts: Any) -> npt.NDArray[np.int32]:
+    """Return where the rows of each begin, with the end of the last: (n + 1,)."""
+    return np.concatenate([np.zeros(1, np.int32), np.cumsum(counts, dtype=np.int32)])
+
+
 def is_member_sorted(numbers: npt.NDArray[Any], ordered: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
     """Return which numbers are in an array of distinct numbers in rising order."""
     if not len(ordered):

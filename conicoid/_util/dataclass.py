@@ -34,24 +34,26 @@ class _Factory:
 
 
 _FACTORY = _Factory()
-_PARAMETERS: dict[tuple[bool, ...], Any] = {}
-"""The `__dataclass_params__` of a class of the standard's, by the options."""
+_SHARED: dict[tuple[bool, ...], dict[str, Any]] = {}
+"""The attributes that all classes of the standard's have in common, by the options."""
 
 
 def _decorate(cls: type[Any], *options: bool) -> type[Any]:
     """Give a class its fields and methods."""
     own, (frozen, is_compared, is_shown) = dict(vars(cls)), options
-    if options not in _PARAMETERS:
-        standard = dataclasses.dataclass(init=False, frozen=frozen, eq=is_compared, repr=is_shown)
-        _PARAMETERS[options] = vars(standard(type("Empty", (), {})))["__dataclass_params__"]
-    methods: dict[str, Any] = {"__dataclass_params__": _PARAMETERS[options]}
+    if options not in _SHARED:
+        standard = dataclasses.dataclass(frozen=frozen, eq=is_compared, repr=is_shown)
+        empty = vars(standard(type("Empty", (), {})))
+        # `__replace__` is that of `copy.replace`, from Python 3.13 on
+        _SHARED[options] = {name: empty[name] for name in ("__dataclass_params__", "__replace__") if name in empty}
+    methods = dict(_SHARED[options])
     _put_fields(cls)
     fields = dataclasses.fields(cls)
     values = _getter([field.name for field in fields if field.compare])
     if "__match_args__" not in own:
         methods["__match_args__"] = tuple(field.name for field in fields if field.init and not field.kw_only)
     if is_compared and own.get("__hash__") is None and ("__hash__" not in own or "__eq__" in own):
-        methods["__hash__"] = (lambda self: hash(values(self))) if frozen else None
+        methods["__hash__"] = _hash(values) if frozen else None
     if is_compared and "__eq__" not in own:
         methods["__eq__"] = _equality(values)
     if is_shown and "__repr__" not in own:
@@ -95,10 +97,19 @@ def _getter(names: Sequence[str]) -> Callable[[Any], tuple[Any, ...]]:
 def _equality(values: Callable[[Any], tuple[Any, ...]]) -> Callable[[Any, object], Any]:
     """Return `__eq__` of a class."""
 
-    def equal(self: Any, other: object) -> Any:
+    def __eq__(self: Any, other: object) -> Any:
         return values(self) == values(other) if other.__class__ is self.__class__ else NotImplemented
 
-    return equal
+    return __eq__
+
+
+def _hash(values: Callable[[Any], tuple[Any, ...]]) -> Callable[[Any], int]:
+    """Return `__hash__` of a frozen class."""
+
+    def __hash__(self: Any) -> int:
+        return hash(values(self))
+
+    return __hash__
 
 
 @recursive_repr()
@@ -111,25 +122,28 @@ def _represent(self: Any) -> str:
 def _refusals(cls: type[Any]) -> tuple[Callable[..., None], Callable[..., None]]:
     """Return `__setattr__` and `__delattr__` of a frozen class; subclasses without a decorator may add attributes."""
 
-    def assign(self: Any, name: str, value: Any) -> None:
+    def __setattr__(self: Any, name: str, value: Any) -> None:
         if type(self) is cls or name in cls.__dataclass_fields__:
             raise dataclasses.FrozenInstanceError(f"cannot assign to field {name!r}")
         super(cls, self).__setattr__(name, value)
 
-    def delete(self: Any, name: str) -> None:
+    def __delattr__(self: Any, name: str) -> None:
         if type(self) is cls or name in cls.__dataclass_fields__:
             raise dataclasses.FrozenInstanceError(f"cannot delete field {name!r}")
         super(cls, self).__delattr__(name)
 
-    return assign, delete
+    return __setattr__, __delattr__
 
 
 def _initializer(cls: type[Any], fields: Sequence[dataclasses.Field[Any]], frozen: bool) -> Callable[..., None]:
     """Compile `__init__` of a class."""
-    names: dict[str, Any] = {"FACTORY": _FACTORY, "put": object.__setattr__}
+    names: dict[str, Any] = {"FACTORY": _FACTORY, "PUT": object.__setattr__}
+    # Checks of fields write to the dictionary in any case: a store in it takes a fifth of `object.__setattr__`
+    is_checked = hasattr(cls, "__post_init__")
+    store = "FIELDS['{}'] = {}" if frozen and is_checked else "PUT(self, '{}', {})" if frozen else "self.{} = {}"
     positional: list[str] = []
     named: list[str] = []
-    lines: list[str] = []
+    lines = ["FIELDS = self.__dict__"] if frozen and is_checked else []
     for field in fields:
         value, argument, has_factory = field.name, field.name, field.default_factory is not dataclasses.MISSING
         if has_factory:
@@ -140,8 +154,8 @@ def _initializer(cls: type[Any], fields: Sequence[dataclasses.Field[Any]], froze
         if field.init:
             (named if field.kw_only else positional).append(argument)
         if field.init or has_factory:
-            lines.append(f"put(self, {field.name!r}, {value})" if frozen else f"self.{field.name} = {value}")
-    if hasattr(cls, "__post_init__"):
+            lines.append(store.format(field.name, value))
+    if is_checked:
         lines.append("self.__post_init__()")
     arguments = ", ".join(("self", *positional, *(["*", *named] if named else [])))
     body = "\n  ".join(lines or ["pass"])

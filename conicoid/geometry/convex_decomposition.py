@@ -19,6 +19,7 @@ import numpy.typing as npt
 
 from .._util.arrays import FloatArray
 from .._util.dataclass import dataclass
+from .bounds.linear_program import cross, dot
 from .facets import (
     PROBES,
     SIGN_MARGIN,
@@ -28,8 +29,6 @@ from .facets import (
     Point,
     Probe,
     WindingNumbers,
-    cross,
-    dot,
     minus,
     newell_normal,
     side_of_plane,

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._util.arrays import FloatArray, IndexArray, ignore_fp_errors
-from .bounds.linear_program import integer_row
+from .bounds.linear_program import cross, dot, integer_row
 
 Point = tuple[Any, Any, Any]
 SIGN_MARGIN = 2.0**-40
@@ -83,10 +83,6 @@ def _sum_crosses(corners: Sequence[Point]) -> Point:
 
 def minus(a: Point, b: Point) -> Point:
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
-
-
-def dot(a: Point, b: Point) -> Any:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def side_of_plane(plane: FlatPlane, point: Point) -> int:
@@ -242,7 +238,3 @@ _MOST_PAIRS = 1 << 17
 
 def _determinant(a: Point, b: Point, c: Point) -> Any:
     return dot(a, cross(b, c))
-
-
-def cross(a: Point, b: Point) -> Point:
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]

@@ -127,7 +127,6 @@ class InstanceList(Sequence[Body], ABC):
         Each number in the shapes of the kind before its motion depends on no shift, or is one of these coordinates plus
         the shift along its axis, with either sign, rounded once.
         """
-        del kind
         return None
 
     def blocks(self) -> list[InstanceBlock]:

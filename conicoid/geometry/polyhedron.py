@@ -27,11 +27,11 @@ from .._util.validation import (
 from ..numerics import bigfloat as ex
 from .bounds.aabb import enclose_boxes
 from .bounds.intersection import BoundingSurfaces
-from .bounds.linear_program import half_spaces_bounds, integer_row, integer_support, round_fraction_up
+from .bounds.linear_program import dot, half_spaces_bounds, integer_row, integer_support, round_fraction_up
 from .bounds.support import half_space_bounds, plane_through, plane_uv, points_support, sum_up
 from .cell import UV, Any_, Cell, Face, Tree
 from .convex_decomposition import convex_parts
-from .facets import SIGN_MARGIN, Facet, FlatPlane, PlaneSide, dot, fit_plane, minus, newell_normal, side_of_plane
+from .facets import SIGN_MARGIN, Facet, FlatPlane, PlaneSide, fit_plane, minus, newell_normal, side_of_plane
 from .shape import PrimitiveSolid, Shape
 from .sheets import check_outline, check_simple
 from .surface import PlaneSurface

@@ -99,11 +99,11 @@ class Box(PrimitiveSolid):
 
     def tree(self) -> Cell:
         faces, edges = [], [b - a for a, b in zip(self.low, self.high, strict=True)]
-        rows = [component_row(_axis_row(i, edge), self.low) for i, edge in enumerate(edges)]
+        rows = [component_row(axis_row(i, edge), self.low) for i, edge in enumerate(edges)]
         for i in range(3):
             first, second = (row for k, row in enumerate(rows) if k != i)
-            up, uv = _axis_row(i, 1.0), UV(False, (first, second, NO_ROW))
-            faces.append(Face(PlaneSurface(_axis_row(i, -1.0), -self.low[i], self.low), 2 * i, uv))
+            up, uv = axis_row(i, 1.0), UV(False, (first, second, NO_ROW))
+            faces.append(Face(PlaneSurface(axis_row(i, -1.0), -self.low[i], self.low), 2 * i, uv))
             faces.append(Face(PlaneSurface(up, self.high[i], self.high), 2 * i + 1, uv))
         return Cell(tuple(faces))
 
@@ -111,7 +111,8 @@ class Box(PrimitiveSolid):
         return sum_up(portable_max(u * a, u * b) for u, a, b in zip(direction, self.low, self.high, strict=True) if u)
 
 
-def _axis_row(index: int, length: float) -> Vector:
+def axis_row(index: int, length: float) -> Vector:
+    """Return a vector along a coordinate axis."""
     x, y, z = (length if i == index else 0.0 for i in range(3))
     return x, y, z
 

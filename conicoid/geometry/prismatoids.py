@@ -24,9 +24,9 @@ from .._util.validation import (
     optional,
 )
 from ..numerics import bigfloat as ex
+from .bounds.linear_program import cross, dot
 from .bounds.support import corners_support
 from .cell import NO_ROW, UV, Cell, Face
-from .facets import cross, dot
 from .shape import PrimitiveSolid
 from .surface import PlaneSurface
 
@@ -57,9 +57,9 @@ class Prismatoid(PrimitiveSolid, abstract=True):
     """
 
     @property
-    @abstractmethod
     def heights(self) -> tuple[Any, Any]:
-        """z of the lower and of the upper plane, exact."""
+        """z of the lower and of the upper plane, exact: by default the ends of `z_range`."""
+        return ex.rational(self.z_range[0]), ex.rational(self.z_range[1])  # type: ignore[attr-defined]
 
     @abstractmethod
     def flanks(self) -> list[PrismatoidSide]:
@@ -148,10 +148,6 @@ class RegularSides(Prismatoid, abstract=True):
     @abstractmethod
     def radii(self) -> tuple[float, float]:
         """The radii at the lower end and at the upper, to corners or sides by `radius_to`."""
-
-    @property
-    def heights(self) -> tuple[Any, Any]:
-        return ex.rational(self.z_range[0]), ex.rational(self.z_range[1])
 
     def _directions(self, first: Fraction) -> list[tuple[ex.BigFloat, ex.BigFloat]]:
         """Return for each side k (cosine, sine) of start_angle + 360 (k + first) / sides."""
@@ -339,10 +335,6 @@ class Trapezoid(BetweenRectangles):
             if self.bottom[k] == self.top[k] == 0:
                 raise ValueError(f"Trapezoid: bottom[{k}] and top[{k}], its sizes in {axis}, must not both be 0")
         check_fields(self, z_range=check_finite_range, shift=_check_pair)
-
-    @property
-    def heights(self) -> tuple[Any, Any]:
-        return ex.rational(self.z_range[0]), ex.rational(self.z_range[1])
 
     def rectangles(self) -> tuple[Rectangle, Rectangle]:
         (x, y), (a, b) = self.bottom, self.top

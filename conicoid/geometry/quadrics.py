@@ -36,7 +36,7 @@ from ..numerics.portable_math import (
 from .bounds.intersection import BoundsKind
 from .bounds.support import boxed_supports, elliptic_support, elliptic_supports, inverse_root, sum_up
 from .cell import PLAIN_UV, UV, Cell, Face, cartesian_uv, cylindrical_uv, transform_uv
-from .primitives import Box
+from .primitives import Box, axis_row
 from .shape import PrimitiveSolid
 from .surface import PlaneSurface, QuadricSurface
 from .transform import IDENTITY_MOTION, Motion, Translate
@@ -549,14 +549,9 @@ def _coordinates(axes: tuple[int, int], box: Box | None = None) -> UV:
     """Return the uv map of two coordinates, scaled over the box if there is one."""
     first, second = axes
     if box is None:
-        return cartesian_uv(_unit_row(first, 1.0), _unit_row(second, 1.0))
+        return cartesian_uv(axis_row(first, 1.0), axis_row(second, 1.0))
     edges = [b - a for a, b in zip(box.low, box.high, strict=True)]
-    return cartesian_uv(_unit_row(first, edges[first]), _unit_row(second, edges[second]), box.low)
-
-
-def _unit_row(index: int, length: float) -> Vector:
-    x, y, z = (length if i == index else 0.0 for i in range(3))
-    return x, y, z
+    return cartesian_uv(axis_row(first, edges[first]), axis_row(second, edges[second]), box.low)
 
 
 @dataclass(frozen=True)

@@ -137,7 +137,7 @@ class Polygon(PrimitiveSheet):
         # The first corners may coincide
         edge = next(e for e in edges if any(e))
         across = ex.cross(ex.unit(newell_sum(points)), edge)
-        return cartesian_uv(_floats(edge), _floats(across), self.vertices[0])
+        return cartesian_uv(ex.rounded_row(edge), ex.rounded_row(across), self.vertices[0])
 
     def support(self, direction: Vector) -> float:
         return points_support(self.vertices, direction)
@@ -203,10 +203,6 @@ def _middle(points: Sequence[ex.Row]) -> ex.Row:
 
 def _minus(a: ex.Row, b: ex.Row) -> ex.Row:
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
-
-
-def _floats(row: ex.Row) -> Vector:
-    return ex.rounded(row[0]), ex.rounded(row[1]), ex.rounded(row[2])
 
 
 CLEAR_AREA = 2.0**-45

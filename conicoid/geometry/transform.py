@@ -55,6 +55,10 @@ IDENTITY_REACH = Reach(1.0, 1.0, 0.0)
 class _Step:
     """The base class of steps. Many motions share a step, so it caches its maps."""
 
+    def similarity(self) -> ex.BigFloat | None:
+        """Return the factor by which all lengths grow, 1 unless a subclass says more; None if there is none."""
+        return ex.ONE
+
     def __getstate__(self) -> dict[str, Any]:
         return pickle_state(self)
 
@@ -85,9 +89,6 @@ class Translate(_Step):
         x, y, z = ex.exact_row(self.offset)
         return ex.IDENTITY, (-x, -y, -z)
 
-    def similarity(self) -> ex.BigFloat | None:
-        return ex.ONE
-
     def reach(self) -> Reach:
         return Reach(1.0, 1.0, _sum_magnitudes(self.offset))
 
@@ -105,9 +106,6 @@ class Rotate(_Step):
     def inverse(self) -> Affine:
         # The inverse of a rotation, without a division
         return ex.transpose(self._rows()), ZERO_SHIFT
-
-    def similarity(self) -> ex.BigFloat | None:
-        return ex.ONE
 
     def reach(self) -> Reach:
         return IDENTITY_REACH
@@ -202,9 +200,6 @@ class AxisFrame(_Step):
         rows = self._axes()
         x, y, z = ex.apply(rows, ex.exact_row(self.origin))
         return rows, (-x, -y, -z)
-
-    def similarity(self) -> ex.BigFloat | None:
-        return ex.ONE
 
     def reach(self) -> Reach:
         return Reach(1.0, 1.0, _sum_magnitudes(self.origin))

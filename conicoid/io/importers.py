@@ -286,35 +286,9 @@ def _is_gdml(head: str, suffix: str) -> bool:
     return find_root_element(head) == "gdml" or (suffix == ".gdml" and find_root_element(head) is not None)
 
 
-def _is_molecule(head: str, suffix: str) -> bool:
-
-    return is_molecule(head, suffix)
-
-
-def _is_csg(head: str, suffix: str) -> bool:
-
-    return is_csg(head, suffix)
-
-
 def _is_zemax(head: str, suffix: str) -> bool:
     text = head.replace("\0", "")  # UTF-16 has a zero byte in each of these characters
     return suffix == ".zmx" or re.search(r"(?:\A|[\r\n])SURF 0[^\S\r\n]*+(?:[\r\n]|\Z)", text) is not None
-
-
-def _is_mcnp(head: str, suffix: str) -> bool:
-
-    return is_mcnp(head, suffix)
-
-
-IMPORT_FORMATS: tuple[ImportFormat, ...] = (
-    ImportFormat("OpenMC geometries", ".openmc.importer", _is_openmc),
-    ImportFormat("OpenSCAD's .csg", ".openscad.importer", _is_csg),
-    ImportFormat("GDML", ".gdml.importer", _is_gdml),
-    ImportFormat("molecules (XYZ, PDB, mmCIF, CIF)", ".molecules.importer", _is_molecule),
-    ImportFormat("Zemax lens files", "..apps.optics.zmx", _is_zemax),
-    ImportFormat("MCNP decks", ".mcnp.importer", _is_mcnp),
-)  # fmt: skip
-"""In the order in which detection tries them."""
 
 
 def detect_format(path: str | os.PathLike[str]) -> ImportFormat | None:
@@ -438,3 +412,14 @@ _CSG_FIRST_CALL = re.compile(rf"\A\ufeff?(?:\s++|//[^\n]*+\n|(?>/\*.*?\*/))*+[%#
 def is_csg(head: str, suffix: str) -> bool:
     """Return True for a file of OpenSCAD, by its suffix or its first call."""
     return suffix in (".csg", ".scad") or _CSG_FIRST_CALL.match(head) is not None
+
+
+IMPORT_FORMATS: tuple[ImportFormat, ...] = (
+    ImportFormat("OpenMC geometries", ".openmc.importer", _is_openmc),
+    ImportFormat("OpenSCAD's .csg", ".openscad.importer", is_csg),
+    ImportFormat("GDML", ".gdml.importer", _is_gdml),
+    ImportFormat("molecules (XYZ, PDB, mmCIF, CIF)", ".molecules.importer", is_molecule),
+    ImportFormat("Zemax lens files", "..apps.optics.zmx", _is_zemax),
+    ImportFormat("MCNP decks", ".mcnp.importer", is_mcnp),
+)  # fmt: skip
+"""In the order in which detection tries them."""

@@ -83,8 +83,7 @@ def root_of(geometry: Geometry, program: int) -> int:
 def rows_of_programs(tables: Tables) -> Ints:
     """Return (programs,) the row of each program in `program_gate` and `program_limits`."""
     if len(tables.program_shifts):
-        rows: Ints = tables.program_shifts[:, MODEL_ROW]
-        return rows
+        return tables.program_shifts[:, MODEL_ROW]
     return np.arange(len(tables.program_leaf) - 1, dtype=np.int32)
 
 

@@ -376,8 +376,7 @@ def _run_in_pool(
         _drop_ended(0)
         raise
     assert done == count
-    outcomes: Outcomes = pieces.results()
-    return outcomes
+    return pieces.results()
 
 
 def _run_on_threads(state: _Work, progress: Progress | None = None, halt: Callable[[], None] = _no_halt) -> Outcomes:

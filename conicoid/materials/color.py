@@ -97,7 +97,7 @@ def check_color(owner: str, field: str, value: Any, *, most: float = 1.0) -> Col
     if isinstance(value, str):
         linear_rgb(value, owner, field)
         return value
-    if _is_one_number(value):
+    if isinstance(value, int | float | np.number) and not isinstance(value, bool):
         raise ValueError(f"{owner}: {field} must be 3 numbers, got the number {format_value(value)}{grey_hint(value)}")
     rgb = check_numbers(owner, field, value, 3)
     # Without an upper bound a byte is a valid brightness, so no hint.
@@ -118,12 +118,7 @@ def bytes_hint(rgb: Sequence[float]) -> str:
     return f"a colour from 0 to 255 is '#{red:02x}{green:02x}{blue:02x}' here, or divided by 255 for linear light"
 
 
-def _is_one_number(value: Any) -> bool:
-    """Return whether a value is one number; truth values are not."""
-    return isinstance(value, int | float | np.number) and not isinstance(value, bool)
-
-
-def grey_hint(value: float) -> str:
+def grey_hint(value: Any) -> str:
     """Return a hint for one number in place of a colour: a grey, or all its bytes in one number."""
     if not -1 < value <= 0xFFFFFF:  # integers beyond float64 among them
         return ""

@@ -509,6 +509,11 @@ CANCELLED = 2200
 IDENTITY: Rows = ((ONE, ZERO, ZERO), (ZERO, ONE, ZERO), (ZERO, ZERO, ONE))
 
 
+def rounded_row(row: Row) -> tuple[float, float, float]:
+    """Return the floats nearest to three numbers."""
+    return rounded(row[0]), rounded(row[1]), rounded(row[2])
+
+
 def exact_row(values: Iterable[Writable]) -> Row:
     """Return three numbers as a row."""
     x, y, z = values

@@ -197,10 +197,10 @@ def render_tiles(
     if resume is None:
         if not (keeps or job.keeps_sums):
             film = np.zeros((job.height, job.width, 3), np.float32)
-            _render_on_workers(scene, job, executor, recipes, progress, film, None)
+            _render_on_workers(job, executor, recipes, progress, film, None)
             return FilmResult(film, None)
         sums = empty_sums(job)
-        _render_on_workers(scene, job, executor, recipes, progress, sums, None)
+        _render_on_workers(job, executor, recipes, progress, sums, None)
         return FilmResult(mean_pixels(sums), sums)
     checkpoint = TileCheckpoint(resume, recipes[0].key + SharedObject(_job_identity(job)).key, job)
     try:
@@ -208,7 +208,7 @@ def render_tiles(
             return _render_in_process(scene, job, progress, preview, checkpoint, gpu)
         sums = empty_sums(job)
         checkpoint.read(sums)
-        _render_on_workers(scene, job, executor, recipes, progress, sums, checkpoint)
+        _render_on_workers(job, executor, recipes, progress, sums, checkpoint)
         return FilmResult(mean_pixels(sums), sums)
     finally:
         checkpoint.close()
@@ -239,7 +239,7 @@ def _render_shutter(
         for moment, part in stills(scene, job, fixed, sums):
             moment_progress = progress and _of_moment(progress, first_tile, part.samples, job.samples)
             _render_on_workers(
-                moment, part, executor, (shared_scene(moment), SharedObject(part)), moment_progress, sums, checkpoint
+                part, executor, (shared_scene(moment), SharedObject(part)), moment_progress, sums, checkpoint
             )
             first_tile = part.samples
         return FilmResult(mean_pixels(sums), sums)
@@ -265,7 +265,6 @@ def _render_in_process(
 
 
 def _render_on_workers(
-    scene: SceneLike,
     job: RenderJob,
     executor: Any,
     recipes: tuple[SharedObject, SharedObject],

@@ -152,8 +152,7 @@ def bound_bodies(
 
 def box_columns(rows: RowTable) -> Floats:
     """Return the boxes in rows of primitives without polygons: these rows end with box and frame."""
-    boxes: Floats = rows[:, -BOX_NUMBERS - FRAME_NUMBERS : -FRAME_NUMBERS]
-    return boxes
+    return rows[:, -BOX_NUMBERS - FRAME_NUMBERS : -FRAME_NUMBERS]
 
 
 @dataclass

@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._jit.decorators import inline, kernel, record_shapes
+from .._util.arrays import row_ends
 from .._util.dataclass import dataclass
 from ..kernels.faces import rows_of_cells
 from ..kernels.programs import cells_of_leaves, leaves_of_programs, rows_of_programs
@@ -428,7 +429,7 @@ def _entries_of_cells(tables: Tables) -> Whole:
     own = np.flatnonzero(kind == CELL)
     cell_entry[index[own]] = own
     of_programs, (first, count) = _entries_of_programs(tables), leaves_of_programs(tables)
-    ends = _ends(count)
+    ends = row_ends(count)
     for begin, end in _parts(ends):
         some = count[begin:end]
         entries = np.repeat(of_programs[begin:end], some)
@@ -436,11 +437,6 @@ def _entries_of_cells(tables: Tables) -> Whole:
         has_entry = entries >= 0
         cell_entry[cells_of_leaves(tables, leaves[has_entry])] = entries[has_entry]
     return cell_entry
-
-
-def _ends(counts: Whole) -> Whole:
-    """Return where the rows of each begin, with the end of the last: (n + 1,)."""
-    return np.concatenate([np.zeros(1, np.int32), np.cumsum(counts, dtype=np.int32)])
 
 
 def _uses(tables: Tables, cell_entry: Whole) -> Iterator[tuple[Whole, Whole, Whole]]:
@@ -530,7 +526,7 @@ def _merge_leaf_limits(tables: Tables, cells: Floats) -> Floats:
     """Merge the limits of leaves to those of programs: the widest."""
     models = _model_programs(tables)
     first, count = (each[models] for each in leaves_of_programs(tables))
-    ends = _ends(count)
+    ends = row_ends(count)
     merged = mapped_zeros((len(models), 2), np.float64)
     for begin, end in _parts(ends):
         program = np.repeat(np.arange(end - begin, dtype=np.int32), np.diff(ends[begin : end + 1]))

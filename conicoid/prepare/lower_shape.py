@@ -370,8 +370,7 @@ def _box(shape: Shape, faces: BodyFaces, assembly: Assembly) -> list[float]:
         leaves = [leaf for leaf, _ in plan.leaves]
         boxes, certain = bound_bodies(plan.key, leaves, [form for form, _ in parts], [rows for _, rows in parts])
         if certain[0]:
-            found: list[float] = boxes[0].tolist()
-            return found
+            return boxes[0].tolist()
     low, high = shape.bounds
     return [*low.tolist(), *high.tolist()]
 

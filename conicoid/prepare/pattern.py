@@ -201,8 +201,7 @@ def _take_columns(table: Floats, some: Any, columns: Ints) -> Floats:
     """Take some columns of some rows; columns that follow each other are a slice."""
     first, count = int(columns[0]), len(columns)
     if int(columns[-1]) == first + count - 1 and (columns[1:] > columns[:-1]).all():
-        found: Floats = table[some, first : first + count]
-        return found
+        return table[some, first : first + count]
     return table[some].take(columns, axis=1)
 
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from .._jit.decorators import kernel
+from .._util.arrays import row_ends
 from ..kernels.faces import as_bytes, cell_faces, deduplicate_rows
 from ..kernels.programs import MODEL_ROW
 from ..kernels.tables import (
@@ -113,11 +114,6 @@ class TableColumns:
         values = self.columns[column]
         values *= senses
         return values
-
-
-def row_ends(counts: Ints) -> Ints:
-    """Return where the rows of each begin, with the end of the last: (n + 1,)."""
-    return np.concatenate([np.zeros(1, np.int32), np.cumsum(counts, dtype=np.int32)])
 
 
 # Affine maps of bodies: from the world to uv of each face, and to a body's local coordinates

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property
 from struct import Struct
 from typing import TYPE_CHECKING, Any
@@ -370,8 +370,7 @@ class Hits(QueryResult, HitDerivatives):
         OSError
             If the file cannot be read.
         """
-        hits: Hits = extension("hits.read")(check_npz_path("load", "hits", path))
-        return hits
+        return extension("hits.read")(check_npz_path("load", "hits", path))
 
     @staticmethod
     def concatenate(parts: Iterable[Hits]) -> Hits:
@@ -402,10 +401,6 @@ class Hits(QueryResult, HitDerivatives):
                 f"Hits: the truth value of {count} hits is ambiguous; use hits.hit.any() or hits.hit.all()"
             )
         return bool(np.ravel(self.body)[0] >= 0)
-
-    def __iter__(self) -> Iterator[Hits]:
-        for i in range(len(self)):
-            yield self[i]
 
     def __getitem__(self, index: Any) -> Hits:
         """Return the hits that an index or mask over the rays' shape selects."""

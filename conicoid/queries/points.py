@@ -386,10 +386,6 @@ class Distances(QueryResult):
             raise TypeError("Distances: those of a single point have no length")
         return self.shape[0]
 
-    def __iter__(self) -> Iterator[Distances]:
-        for i in range(len(self)):
-            yield self[i]
-
     def __getitem__(self, index: Any) -> Distances:
         """Return the distances that an index or mask over the points' shape selects."""
         rows = np.arange(self.size).reshape(self.shape)[index]

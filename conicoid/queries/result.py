@@ -6,7 +6,7 @@ Functions format one-ray results, join results for `concatenate`, and resolve na
 from __future__ import annotations
 
 import importlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, Self, TypeVar
 
@@ -69,6 +69,10 @@ class QueryResult(ArrayRecord):
     _scene: PreparedScene
     _views: ClassVar[tuple[str, ...]] = ()
     """Fields that another attribute holds in another form; pickles leave them out."""
+
+    def __iter__(self) -> Iterator[Self]:
+        for i in range(len(self)):  # type: ignore[arg-type]
+            yield self[i]  # type: ignore[index]
 
     @cached_property
     def _home(self) -> bytes:

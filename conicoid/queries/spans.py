@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
@@ -192,10 +192,6 @@ class RayLists:
                 "np.diff(offsets) > 0 has the value for each ray"
             )
         return bool(self.offsets[1] > 0)
-
-    def __iter__(self) -> Iterator[Self]:
-        for i in range(len(self)):
-            yield self[i]
 
     def __getitem__(self, index: Any) -> Self:
         """Return the rows of one ray, or of several."""

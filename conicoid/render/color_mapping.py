@@ -64,17 +64,15 @@ def apply_tone(pixels: Any, exposure: float, tone: Tone) -> Any:
     light = np.maximum(light, 0.0)
     if tone == "srgb":
         return light
-    return _filmic(light) if tone == "filmic" else _agx(light)
+    if tone == "agx":
+        return _agx(light)
+    return np.minimum(_hable(2.0 * np.minimum(light, 1e6)) / _hable(11.2), 1.0)
 
 
 def _hable(x: FloatArray | float) -> Any:
     """Return h(x) of Hable's curve."""
     a, b, c, d, e, f = 0.15, 0.50, 0.10, 0.20, 0.02, 0.30
     return (x * (a * x + c * b) + d * e) / (x * (a * x + b) + d * f) - e / f
-
-
-def _filmic(light: FloatArray) -> Any:
-    return np.minimum(_hable(2.0 * np.minimum(light, 1e6)) / _hable(11.2), 1.0)
 
 
 def _agx(light: FloatArray) -> Any:

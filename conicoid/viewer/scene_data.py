@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .._util.arrays import row_ends
 from ..geometry.labels import body_material_table
 from ..kernels import tables as table
 from ..kernels.body.uv import maps_of_faces
@@ -66,12 +67,12 @@ def expand_programs(tables: Tables) -> dict[str, npt.NDArray[Any]]:
     """Return the leaves and gates of every program, without shared rows."""
     rows, (leaf_of, leaves) = rows_of_programs(tables), leaves_of_programs(tables)
     gates = np.diff(tables.program_gate)[rows]
-    first = _ends(gates)
+    first = row_ends(gates)
     shift = first[:-1] - tables.program_gate[rows]
     of_gates, of_leaves = np.repeat(shift, gates), np.repeat(shift, leaves)
     gate = np.arange(first[-1], dtype=np.int32) - of_gates
     programs = np.repeat(np.arange(len(rows)), leaves)
-    begins = _ends(leaves)
+    begins = row_ends(leaves)
     number = np.repeat(leaf_of - begins[:-1], leaves) + np.arange(len(programs), dtype=np.int32)
     leaf = row_of_leaf(tables, programs, number)
     parent = tables.gate_parent[gate]
@@ -103,7 +104,7 @@ def _trees(tables: Tables) -> dict[str, npt.NDArray[Any]]:
     Bodies of a few leaves have no tree; here each gets a tree of one leaf, and their places come last.
     """
     leaf_of, leaves = leaves_of_programs(tables)
-    first = _ends(leaves)
+    first = row_ends(leaves)
     few = np.flatnonzero((leaves > 0) & (leaves <= FEW))
     tree_leaves = _known_order(tables, leaf_of, leaves, first)
     if not len(few):
@@ -111,12 +112,12 @@ def _trees(tables: Tables) -> dict[str, npt.NDArray[Any]]:
     root_counts = np.diff(tables.tree_root, prepend=np.zeros(len(first) + 1 - len(tables.tree_root), np.int32))
     # A body of a few leaves gets one root; those of other bodies keep their order
     root_counts[few] = 1
-    ends = _ends(root_counts)
+    ends = row_ends(root_counts)
     roots = np.zeros(ends[-1], np.int32)
     in_trees = np.ones(len(roots), bool)
     in_trees[ends[few]] = False
     roots[in_trees] = tables.roots
-    places = len(tables.tree_order) + _ends(leaves[few])
+    places = len(tables.tree_order) + row_ends(leaves[few])
     roots[ends[few]] = -(places[:-1] << 4 | leaves[few]) - 1
     few_leaves = np.repeat(first[few] - places[:-1], leaves[few]) + np.arange(len(tables.tree_order), places[-1])
     order = np.concatenate([tree_leaves, few_leaves]).astype(np.int32)
@@ -133,11 +134,6 @@ def _known_order(tables: Tables, leaf_of: Ints, leaves: Ints, first: Ints) -> In
     order, of_bodies = tables.tree_order.copy(), len(tables.tree_order) - len(tables.leaf_items) // ROWS
     order[:of_bodies] = renumbered[order[:of_bodies]]
     return order
-
-
-def _ends(counts: Any) -> Ints:
-    """Return offsets (n + 1) of runs of some lengths (n): the begin of each, and the end of the last."""
-    return np.concatenate([np.zeros(1, np.int32), np.cumsum(counts, dtype=np.int32)])
 
 
 # --- The data of a scene

@@ -324,7 +324,7 @@ def _has_cotangent(cotangents: CrossingCotangents, i: int) -> bool:
 
 
 @inline
-def _normal_cotangent(walls: WallRows, k: int, at: WallPoint, cotangent: Vector, side: float) -> Vector:
+def _normal_cotangent(at: WallPoint, cotangent: Vector, side: float) -> Vector:
     """Return the cotangent of d∇f / 2 from that of the normal."""
     size = math.sqrt(inner(at.g, at.g))
     n = scale_vector(1.0 / size, at.g)
@@ -400,7 +400,7 @@ def _pull_back_crossing(
     if len(cotangents.points) > 0:
         of_x = row_of(cotangents.points, i)
     if len(cotangents.normals) > 0:
-        of_gradient = _normal_cotangent(walls, k, at, row_of(cotangents.normals, i), crossings.side[i])
+        of_gradient = _normal_cotangent(at, row_of(cotangents.normals, i), crossings.side[i])
         of_x = add_vectors(of_x, multiply_matrix(walls.numbers, k, of_gradient))
     if len(cotangents.uv) > 0:
         of_rows = _uv_cotangent(walls, k, at, cotangents.uv[i, 0], cotangents.uv[i, 1])

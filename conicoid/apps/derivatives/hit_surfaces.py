@@ -63,7 +63,7 @@ def find_hit_surfaces(prepared: PreparedScene, body: Any, face: Any, surface: An
     body, face, surface = body[first], face[first], surface[first]
     tables = prepared.lowered.tables
     forms, anchors = forms_of(tables, surface)
-    maps, angular = _maps(prepared, body, face, anchors, forms)
+    maps, angular = _maps(prepared, body, face, anchors)
     return HitSurfaces(place, body, face, forms, anchors, maps, angular)
 
 
@@ -103,9 +103,7 @@ def number_walls(keys: Longs, known: Ints, place: Longs, first: Longs) -> int:
     return count
 
 
-def _maps(
-    prepared: PreparedScene, body: Any, face: Any, anchors: FloatArray, forms: FloatArray
-) -> tuple[FloatArray, Any]:
+def _maps(prepared: PreparedScene, body: Any, face: Any, anchors: FloatArray) -> tuple[FloatArray, Any]:
     """Return (maps to uv (w, 12), whether u is an angle) of walls. Maps of `Spheres` are built from their frames."""
     tables = prepared.lowered.tables
     row = tables.body_face[body].astype(np.int64)

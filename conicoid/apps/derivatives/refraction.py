@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from ..._util.arrays import FloatArray, ignore_fp_errors
 from ..._util.validation import real_array
-from ..optics.refraction import reflect, refract
+from ..optics.refraction import dot_columns, reflect, refract
 
 
 @ignore_fp_errors
@@ -49,7 +49,7 @@ def reflect_jvp(
         _across(n, _like("reflect_jvp", "d_normals", d_normals, d), normals),
     )
     # The product rule for d - 2 (d·n) n.
-    return dd - 2 * (_dot(dd, n) + _dot(d, dn)) * n - 2 * _dot(d, n) * dn
+    return dd - 2 * (dot_columns(dd, n) + dot_columns(d, dn)) * n - 2 * dot_columns(d, n) * dn
 
 
 @ignore_fp_errors
@@ -78,8 +78,8 @@ def reflect_vjp(
     reflect(directions, normals)  # it checks the arguments
     d, n, _ = _parts(directions, normals)
     w = _like("reflect_vjp", "cotangents", cotangents, d)
-    of_n = -2 * (_dot(w, n) * d + _dot(d, n) * w)
-    return w - 2 * _dot(w, n) * n, _across(n, of_n, normals)
+    of_n = -2 * (dot_columns(w, n) * d + dot_columns(d, n) * w)
+    return w - 2 * dot_columns(w, n) * n, _across(n, of_n, normals)
 
 
 @ignore_fp_errors
@@ -118,15 +118,15 @@ def refract_jvp(
     de = np.zeros_like(ratio) if d_eta is None else ratio * 0 + real_array("refract_jvp", "d_eta", d_eta)[..., None]
     u = d / size
     # The change of u is across it; that of the length of d is added at the end.
-    du = (dd - u * _dot(u, dd)) / size
-    c = _dot(u, n)
-    dc = _dot(du, n) + _dot(u, dn)
+    du = (dd - u * dot_columns(u, dd)) / size
+    c = dot_columns(u, n)
+    dc = dot_columns(du, n) + dot_columns(u, dn)
     with np.errstate(all="ignore"):
         s, ds = _transmitted_cosine(ratio, c, dc, de)
         bent = de * (u - c * n) + ratio * (du - dc * n - c * dn) + ds * n + s * dn
     mirrored = du - 2 * (dc * n + c * dn)
     whole = np.where(total, u - 2 * c * n, ratio * (u - c * n) + s * n)
-    return np.where(total, mirrored, bent) * size + whole * _dot(u, dd)
+    return np.where(total, mirrored, bent) * size + whole * dot_columns(u, dd)
 
 
 @ignore_fp_errors
@@ -155,19 +155,19 @@ def refract_vjp(
     """
     ratio, total, d, n, size = _refraction(directions, normals, eta)
     w, u = _like("refract_vjp", "cotangents", cotangents, d), d / size
-    c = _dot(u, n)
+    c = dot_columns(u, n)
     with np.errstate(all="ignore"):
         s, of_c = _transmitted_cosine(ratio, c, np.ones_like(c), np.zeros_like(c))
         _, of_eta = _transmitted_cosine(ratio, c, np.zeros_like(c), np.ones_like(c))
-        along = _dot(w, n)
+        along = dot_columns(w, n)
         bent_c = along * (of_c - ratio)
-        bent_eta = _dot(w, u - c * n) + along * of_eta
+        bent_eta = dot_columns(w, u - c * n) + along * of_eta
     bent_u, bent_n = ratio * w + bent_c * n, (s - ratio * c) * w + bent_c * u
     mirrored_u, mirrored_n = w - 2 * along * n, -2 * (along * u + c * w)
     of_u, of_n = np.where(total, mirrored_u, bent_u), np.where(total, mirrored_n, bent_n)
     whole = np.where(total, u - 2 * c * n, ratio * (u - c * n) + s * n)
     # The transpose of du, plus the part along u, by which the length of the result follows that of d.
-    of_d = of_u - u * _dot(u, of_u) + u * _dot(w, whole)
+    of_d = of_u - u * dot_columns(u, of_u) + u * dot_columns(w, whole)
     return of_d, _across(n, of_n * size, normals), np.where(total, 0.0, bent_eta * size)[..., 0][()]
 
 
@@ -196,7 +196,7 @@ def _refraction(directions: Any, normals: Any, eta: Any) -> tuple[FloatArray, An
 def _parts(directions: Any, normals: Any) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return (d, unit n, |d|), broadcast to one shape."""
     d, n = np.broadcast_arrays(real_array("", "directions", directions), real_array("", "normals", normals))
-    return d, n / np.sqrt(_dot(n, n)), np.sqrt(_dot(d, d))
+    return d, n / np.sqrt(dot_columns(n, n)), np.sqrt(dot_columns(d, d))
 
 
 def _like(owner: str, name: str, values: Any, d: FloatArray) -> FloatArray:
@@ -216,9 +216,4 @@ def _across(n: FloatArray, change: FloatArray, normals: Any) -> FloatArray:
     The map is (I - n nᵀ) / |normal|, which is its own transpose.
     """
     vectors = np.broadcast_to(real_array("", "normals", normals), n.shape)
-    return (change - n * _dot(n, change)) / np.sqrt(_dot(vectors, vectors))
-
-
-def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Dot products, (..., 1)."""
-    return np.asarray((a * b).sum(axis=-1, keepdims=True))
+    return (change - n * dot_columns(n, change)) / np.sqrt(dot_columns(vectors, vectors))

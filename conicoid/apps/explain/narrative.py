@@ -7,7 +7,7 @@ hit, the formulas that decided it, every body, and a table of all crossings.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 from .document import Block, Citation, Heading, TextLine, TextTable
 from .polynomial import ExactRay, format_float, format_fraction, format_vector
@@ -51,15 +51,11 @@ def body_blocks(step: BodyStep, found: RayRecord) -> Iterator[Block]:
         yield from _sweep(step.sweep)
     # They differ only if the floats were in doubt
     if step.floats != step.crossings:
-        yield TextLine(f"by the float formulas alone it would be: {_crossing_times(step.floats)}", Citation.DOUBT)
+        times = ", ".join(format_float(one.t) for one in step.floats) or "not crossed"
+        yield TextLine(f"by the float formulas alone it would be: {times}", Citation.DOUBT)
     if step.spans:
         spans = ", ".join(f"[{format_float(one.t_enter)}, {format_float(one.t_exit)}]" for one in step.spans)
         yield TextLine(f"inside for t in {spans}")
-
-
-def _crossing_times(crossings: Sequence[object]) -> str:
-    """Return the t of crossings in words."""
-    return ", ".join(format_float(one.t) for one in crossings) or "not crossed"  # type: ignore[attr-defined]
 
 
 def _box(box: BoxTest, has_own_slabs: bool) -> Iterator[Block]:
@@ -311,11 +307,11 @@ def _decision(found: RayRecord) -> Iterator[Block]:
     if decision.all != decision.first:
         yield TextLine(f"crossings behind it are in doubt; decided by {_HOW[decision.all]}", Citation.DOUBT)
     if decision.places:
-        rows = tuple(_place(place, found) for place in decision.places[:_MOST_ROWS])
+        rows = tuple(_place(place) for place in decision.places[:_MOST_ROWS])
         yield TextTable(("order", "surface", "certainly at", "± at most", "reported t"), rows, Citation.DOUBT)
 
 
-def _place(place: RankedPlace, found: RayRecord) -> tuple[str, ...]:
+def _place(place: RankedPlace) -> tuple[str, ...]:
     """Return the cells of a ranked crossing."""
     low = f" {'+' if place.low >= 0 else '−'} {abs(place.low):.3g}" if place.low else ""
     certain = f"{format_float(place.high)}{low}"

@@ -15,6 +15,7 @@ from ...geometry.quadric_classification import Classification, classify, classif
 from ...geometry.surface import PlaneSurface, QuadricSurface
 from ...kernels.tables import SPHERE
 from ...numerics import bigfloat as ex
+from ...numerics.rational import dot
 from ...prepare.prepared_scene import PreparedScene
 
 # Numbers in words, and square roots of fractions.
@@ -59,11 +60,6 @@ def sqrt_fraction(value: Fraction) -> Fraction:
         return Fraction(up, down)
     quotient = _DIGITS.divide(Decimal(value.numerator), Decimal(value.denominator))
     return Fraction(_DIGITS.sqrt(quotient))
-
-
-def dot(a: Sequence[Fraction], b: Sequence[Fraction]) -> Fraction:
-    """Return a·b."""
-    return sum((x * y for x, y in zip(a, b, strict=True)), Fraction(0))
 
 
 def format_short(value: float) -> str:

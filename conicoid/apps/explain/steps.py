@@ -16,10 +16,11 @@ from typing import Any
 from ..._util.arrays import Vector
 from ..._util.dataclass import dataclass
 from ...geometry.quadric_classification import PLANE
+from ...numerics.rational import dot
 from ...queries.hits import Hits
 from ...queries.scene_protocol import SceneLike
 from .document import Board
-from .polynomial import ExactRay as Ray, Polynomial, SurfaceSource, as_float, dot
+from .polynomial import ExactRay as Ray, Polynomial, SurfaceSource, as_float
 from .textbook import Slab, board_of, solve_slabs
 
 # Outcomes of a body

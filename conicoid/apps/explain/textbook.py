@@ -13,13 +13,13 @@ from typing import TypeAlias
 from ...geometry.surface import QuadricSurface
 from ...kernels.tables import SPHERE
 from ...numerics import bigfloat as ex
+from ...numerics.rational import dot
 from .document import Block, Board, Citation, TextLine as Words
 from .polynomial import (
     ExactRay,
     Polynomial,
     SurfaceSource,
     as_float,
-    dot,
     format_float,
     format_fraction,
     format_vector,
@@ -84,7 +84,7 @@ def sphere_board(polynomial: Polynomial, line: ExactRay) -> Board:
         Words(f"C = (o − S)² − r² = {format_fraction(c)}", "", 2),
         Words(f"D = B² − {'C' if unit else 'a C'} = {format_fraction(discriminant)}{_sign_of(discriminant)}", "", 2),
     ]
-    words += _two_roots(("t₀ = −B − √D", "t₁ = −B + √D"), "" if unit else " / a", a, b, discriminant, line, numbers)
+    words += _two_roots(("t₀ = −B − √D", "t₁ = −B + √D"), "" if unit else " / a", a, b, discriminant, numbers)
     words += _geometric(a, b, out, radius_squared, line, numbers)
     return Board(tuple(words), numbers)
 
@@ -97,8 +97,7 @@ def _sign_of(discriminant: Fraction) -> str:
 
 
 def _two_roots(
-    formulas: tuple[str, str], over: str, a: Fraction, b: Fraction, discriminant: Fraction, line: ExactRay,
-    numbers: dict[str, float],
+    formulas: tuple[str, str], over: str, a: Fraction, b: Fraction, discriminant: Fraction, numbers: dict[str, float]
 ) -> list[Block]:  # fmt: skip
     """Return the roots of a t² + 2 b t + c, a > 0 or < 0, and which of the three cases it is; add them to `numbers`."""
     if discriminant <= 0:
@@ -195,7 +194,7 @@ def quadric_board(polynomial: Polynomial, line: ExactRay) -> Board:
         return Board((*words, *_without_square(b, c, line, numbers)), numbers)
     words.append(Words(f"b² − 4 a c = {format_fraction(discriminant)}{_sign_of(discriminant)}", "", 2))
     formulas = "t₀ = −b − √(b² − 4 a c)", "t₁ = −b + √(b² − 4 a c)"
-    words += _two_roots(formulas, " / 2a", 2 * a, b, discriminant, line, numbers)
+    words += _two_roots(formulas, " / 2a", 2 * a, b, discriminant, numbers)
     return Board(tuple(words), numbers)
 
 
@@ -288,6 +287,7 @@ def outline_board(corners: Sequence[Sequence[float]], plane: Polynomial, line: E
     dropped = max(range(3), key=lambda k: abs(normal[k]))
     axes = [k for k in range(3) if k != dropped]
     shifted = [tuple(Fraction(corner[k]) - point[k] for k in axes) for corner in corners]
+    more = " ..." if len(shifted) > _MOST else ""
     words: list[Block] = [
         Words(
             f"the ray crosses the plane at t = {format_fraction(places[0])}, at {format_vector(point)}",
@@ -297,7 +297,11 @@ def outline_board(corners: Sequence[Sequence[float]], plane: Polynomial, line: E
         Words(
             f"its normal {format_vector(normal)} is largest along {'xyz'[dropped]}: that coordinate is dropped", "", 2
         ),
-        Words(f"moved to the point: {', '.join(map(format_vector, shifted[:_MOST]))}{_with_ellipsis(shifted)}", "", 2),
+        Words(
+            f"moved to the point: {', '.join(map(format_vector, shifted[:_MOST]))}{more}",
+            "",
+            2,
+        ),
     ]
     numbers, count = {}, 0
     for k, ((ua, va), (ub, vb)) in enumerate(zip(shifted, [*shifted[1:], shifted[0]], strict=True)):
@@ -316,11 +320,6 @@ def outline_board(corners: Sequence[Sequence[float]], plane: Polynomial, line: E
     if len(corners) == 3:
         words += _areas(shifted, numbers)
     return Board(tuple(words), numbers)
-
-
-def _with_ellipsis(values: Sequence[object]) -> str:
-    """Return an ellipsis for a list that is cut."""
-    return " ..." if len(values) > _MOST else ""
 
 
 def _areas(corners: Sequence[tuple[Fraction, ...]], numbers: dict[str, float]) -> list[Block]:

@@ -92,7 +92,7 @@ def _candidates(shape: Shape) -> Iterator[FloatArray]:
     most = min(_CANDIDATES, _BOUNDED_PARTS // len(parts) - 1)
     for part, outer in parts if most > 0 else ():
         axes = _own_axes(part, outer)
-        if axes is None or any(_same_axes(axes, other) for other in axes_list):
+        if axes is None or any(np.abs(np.abs(axes.T @ a).max(axis=0) - 1).max() < 1e-12 for a in axes_list):
             continue
         axes_list.append(axes)
         yield axes
@@ -114,11 +114,6 @@ def _own_axes(part: Shape, outer: Motion) -> FloatArray | None:
     axes = np.linalg.qr(linear)[0][:, :3]
     axes[:, 2] *= np.sign(np.linalg.det(axes))
     return np.where(np.abs(axes) < 1e-15, 0.0, axes) if np.isfinite(axes).all() else None
-
-
-def _same_axes(a: FloatArray, b: FloatArray) -> bool:
-    """Return True if axes are equal up to order and sign."""
-    return bool(np.abs(np.abs(a.T @ b).max(axis=0) - 1).max() < 1e-12)
 
 
 def _turn(rows: FloatArray) -> Transform:

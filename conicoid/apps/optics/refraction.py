@@ -39,7 +39,7 @@ def reflect(directions: npt.ArrayLike, normals: npt.ArrayLike) -> FloatArray:
     d, n = _broadcast("reflect", _vectors("reflect", "directions", directions), _normals("reflect", normals))
     size = _size(d)
     unit = d / size
-    return zero_negligible(np.asarray((unit - 2 * _dot(unit, n) * n) * size))
+    return zero_negligible(np.asarray((unit - 2 * dot_columns(unit, n) * n) * size))
 
 
 @ignore_fp_errors
@@ -78,9 +78,9 @@ def refract(directions: npt.ArrayLike, normals: npt.ArrayLike, eta: npt.ArrayLik
         expected = f"a number or broadcast to the rays' shape {d.shape[:-1]}"
         raise ValueError(f"refract: eta must be {expected}, got shape {ratio.shape}") from None
     size = _size(d)
-    length = size * np.sqrt(_dot(d / size, d / size))
+    length = size * np.sqrt(dot_columns(d / size, d / size))
     unit = d / size / (length / size)
-    along = _dot(unit, n)
+    along = dot_columns(unit, n)
     # 1 - eta² as a product keeps its digits for eta near 1.
     square = (1 - ratio) * (1 + ratio) + (ratio * along) ** 2
     # copysign turns the normal to the far side of the ray, as normals may face either way.
@@ -90,7 +90,7 @@ def refract(directions: npt.ArrayLike, normals: npt.ArrayLike, eta: npt.ArrayLik
     return zero_negligible(np.where(total, unit - 2 * along * n, beyond) * length), total[..., 0][()]
 
 
-def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
+def dot_columns(a: FloatArray, b: FloatArray) -> FloatArray:
     """Return dot products, (..., 1)."""
     return np.asarray((a * b).sum(axis=-1, keepdims=True))
 
@@ -98,7 +98,7 @@ def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
 def _unit(v: FloatArray) -> FloatArray:
     """Return vectors at unit length; scaled first, so that no square overflows."""
     scaled = v / np.abs(v).max(axis=-1, keepdims=True, initial=0.0)
-    return np.asarray(scaled / np.sqrt(_dot(scaled, scaled)))
+    return np.asarray(scaled / np.sqrt(dot_columns(scaled, scaled)))
 
 
 def _broadcast(owner: str, *arrays: FloatArray) -> tuple[FloatArray, ...]:

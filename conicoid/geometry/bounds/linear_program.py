@@ -85,7 +85,7 @@ class _Program:
             return -math.inf
         if any(share and plane >= len(self.rows) for share, plane in zip(found.shares, found.planes, strict=True)):
             return math.inf
-        return Fraction(_dot(towards, found.point), found.unit)
+        return Fraction(dot(towards, found.point), found.unit)
 
     def _float_basis(self, direction: Whole) -> list[int]:
         """Return the planes that bound in a direction according to a run in floats; the far sides if floats fail."""
@@ -151,13 +151,13 @@ def _descend(planes: Sequence[Any], direction: Any, start: list[int], slack: flo
     basis, done = list(start), 0
     while True:
         first, second, third = (planes[i] for i in basis)
-        crosses = [_cross(second, third), _cross(third, first), _cross(first, second)]
-        unit = _dot(first, crosses[0])
+        crosses = [cross(second, third), cross(third, first), cross(first, second)]
+        unit = dot(first, crosses[0])
         if unit < 0:
             unit, crosses = -unit, [(-x, -y, -z) for x, y, z in crosses]
         # Cramer's rule: the point times the determinant is Σ offset_i cross_i, and so is the direction times it
         # Σ (cross_i·direction) normal_i
-        shares = [_dot(cross, direction) for cross in crosses]
+        shares = [dot(row, direction) for row in crosses]
         if not unit or (not slack and min(shares) < 0):
             basis = [len(planes) - 3, len(planes) - 2, len(planes) - 1]
             continue
@@ -170,7 +170,7 @@ def _descend(planes: Sequence[Any], direction: Any, start: list[int], slack: flo
         if most <= room or (slack and done > _STEPS):
             return _Corner(basis, shares, (x, y, z), unit)
         entering = beyond.index(most) if done < _STEPS else next(i for i, over in enumerate(beyond) if over > 0)
-        rates = [_dot(cross, planes[entering]) for cross in crosses]
+        rates = [dot(row, planes[entering]) for row in crosses]
         leaving = -1
         for k in range(3):
             if rates[k] > 0:
@@ -184,11 +184,13 @@ def _descend(planes: Sequence[Any], direction: Any, start: list[int], slack: flo
         done += 1
 
 
-def _dot(a: Whole, b: Whole) -> int:
+def dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
+    """Return the dot product of three numbers."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-def _cross(a: Whole, b: Whole) -> tuple[int, int, int]:
+def cross(a: Sequence[Any], b: Sequence[Any]) -> tuple[Any, Any, Any]:
+    """Return the cross product."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 

@@ -341,7 +341,7 @@ def plane_uv(surface: PlaneSurface) -> UV:
     normal, anchor = ex.unit(ex.exact_row(surface.normal)), ex.exact_row(surface.anchor)
     # In this order no terms cancel: components that are 0 on paper are 0 here too, also in the numbers of a recording
     second = ex.unit(ex.cross(normal, ex.exact_row(least_axis(ex.exact_row(surface.normal)))))
-    return cartesian_uv(_floats(ex.cross(second, normal)), _floats(second), _floats(anchor))
+    return cartesian_uv(ex.rounded_row(ex.cross(second, normal)), ex.rounded_row(second), ex.rounded_row(anchor))
 
 
 def _integer_directions(normal: Sequence[int]) -> tuple[Vector, Vector]:
@@ -416,10 +416,6 @@ def _end_towards(u: float, c: ex.BigFloat) -> float:
     if isinstance(u, Symbol):
         return select_if_several(2.0 * negative_indicator(u), -round_up(-c), round_up(c))
     return -round_up(-c) if u < 0 else round_up(c)
-
-
-def _floats(row: ex.Row) -> Vector:
-    return ex.rounded(row[0]), ex.rounded(row[1]), ex.rounded(row[2])
 
 
 # Bounds of a moved shape from its support, rounded outward

@@ -353,7 +353,7 @@ def export_text(scene: WritableScene, options: ExportOptions) -> ExportResult:
     for cell in cells:
         if cell.region is not None and emptiness.is_empty(cell.region):
             report.narrow("with nothing in it, and left out by readers", cell.item.name)
-    _report_rounded(cells, universes, table, report)
+    _report_rounded(cells, table, report)
     _enclose(scene.domain, regions, table, cells, report)
     materials = OpenmcMaterialWriter(items, report)
     factor = unit_factor(scene, "cm")
@@ -427,9 +427,7 @@ def _cut_overlaps(cells: list[_CellEntry], emptiness: EmptinessTest, report: Exp
         report.narrow("cut by bodies before them, as cells must not overlap", later.item.name)
 
 
-def _report_rounded(
-    cells: list[_CellEntry], universes: _UniverseTable, table: ExportSurfaceTable, report: ExportReport
-) -> None:
+def _report_rounded(cells: list[_CellEntry], table: ExportSurfaceTable, report: ExportReport) -> None:
     if not table.rounded:
         return
     for cell in cells:

@@ -135,7 +135,7 @@ def _of_revolution(squares: ex.Row | tuple[ex.BigFloat, ...], linear: tuple[ex.B
     """Return a sphere (`axis` None), or a cylinder or cone about an axis of coordinates; None if it is none."""
     across = [i for i in range(3) if i != axis]
     lead = squares[across[0]]
-    if not lead or any(_differ(squares[i], lead) for i in across):
+    if not lead or any(ex.cancelling_sum((squares[i], -lead)) for i in across):
         return None
     sense = 1 if lead > 0 else -1
     if axis is not None and bool(squares[axis]) == 0 and linear[axis]:
@@ -153,10 +153,6 @@ def _of_revolution(squares: ex.Row | tuple[ex.BigFloat, ...], linear: tuple[ex.B
     if height or not slope > 0:
         return None
     return _make_surface_element(f"{_AXES[axis]}-cone", [*center, slope], sense)
-
-
-def _differ(a: ex.BigFloat, b: ex.BigFloat) -> bool:
-    return bool(ex.cancelling_sum((a, -b)))
 
 
 def _general(terms: list[ex.BigFloat]) -> _SurfaceElement:

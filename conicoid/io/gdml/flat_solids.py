@@ -17,6 +17,8 @@ from math import lcm
 
 import numpy as np
 
+from ...geometry.bounds.linear_program import cross, dot
+from ...geometry.facets import minus
 from ...geometry.general_quadric import Quadric
 from ...geometry.polyhedron import Mesh, Polyhedron
 from ...geometry.primitives import Box
@@ -39,21 +41,6 @@ class NonPlanarFace(OmittedPart):
     """Raised for a face that is not flat."""
 
 
-def cross(a: Point, b: Point) -> Point:
-    """Return the cross product."""
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-def dot(a: Point, b: Point) -> Fraction:
-    """Return the dot product."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def subtract(a: Point, b: Point) -> Point:
-    """Return a - b."""
-    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
-
-
 def mean(points: Sequence[Point]) -> Point:
     """Return the mean of points."""
     x, y, z = (sum((point[i] for point in points), Fraction(0)) / len(points) for i in range(3))
@@ -68,7 +55,7 @@ def fit_plane(points: Sequence[Point], inside: Point) -> FacePlane | None:
     corners = [point for k, point in enumerate(points) if point != points[k - 1]]
     if len(corners) < 3:
         return None
-    spokes = [subtract(point, corners[0]) for point in corners[1:]]
+    spokes = [minus(point, corners[0]) for point in corners[1:]]
     # The sum of the cross products of a fan is twice the vector area, whatever the shape of the polygon.
     terms = [cross(a, b) for a, b in itertools.pairwise(spokes)]
     normal = tuple(sum((term[i] for term in terms), Fraction(0)) for i in range(3))
@@ -80,10 +67,10 @@ def fit_plane(points: Sequence[Point], inside: Point) -> FacePlane | None:
     x, y, z = (c / largest for c in normal)
     outward: Point = (x, y, z)
     center = mean(corners)
-    if dot(outward, subtract(center, inside)) < 0:
+    if dot(outward, minus(center, inside)) < 0:
         outward = (-x, -y, -z)
     # Files hold some six digits, so corners of a flat face leave its plane by about a millionth of its size
-    if max(abs(dot(outward, subtract(point, center))) for point in corners) > _FLATNESS * size:
+    if max(abs(dot(outward, minus(point, center))) for point in corners) > _FLATNESS * size:
         raise NonPlanarFace("a face of it is not flat")
     return _integer_normal(outward), dot(_integer_normal(outward), center)
 
@@ -119,7 +106,7 @@ def convex_solid(corners: Sequence[Point], faces: Sequence[Sequence[int]]) -> So
     fitted = [fit_plane([corners[k] for k in face], inside) for face in faces]
     # Two triangles of one flat face give one plane
     planes = list(dict.fromkeys(plane for plane in fitted if plane is not None))
-    size = max(abs(c) for corner in corners for c in subtract(corner, inside))
+    size = max(abs(c) for corner in corners for c in minus(corner, inside))
     for normal, offset in planes:
         if dot(normal, inside) >= offset:
             raise ValueError("it must enclose a volume")
@@ -452,7 +439,7 @@ def tet(values: GdmlValues) -> SolidFactory:
     """<tet>: four corners vertex1 to vertex4, which name defined positions."""
     # Names, not coordinates: GDML's tet refers to positions of the define section
     corners = [_position(values, values.element, f"vertex{k}") for k in range(1, 5)]
-    a, b, c = (subtract(corner, corners[0]) for corner in corners[1:])
+    a, b, c = (minus(corner, corners[0]) for corner in corners[1:])
     if not dot(cross(a, b), c):
         raise GdmlError(values.element, "vertex1 to vertex4 must not lie in a plane")
     return convex_solid(corners, ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)))

@@ -351,8 +351,7 @@ def _find_world(reading: GdmlReader, root: XmlElement, structure: StructureReade
     for child in setup.children:
         if child.tag == "world":
             name = read_reference(reading, child)
-            world: LogicalVolume = look_up(reading, structure.volumes, name, child, "volume")
-            return world
+            return look_up(reading, structure.volumes, name, child, "volume")
     raise GdmlError(setup, "must have a world element")
 
 

@@ -162,10 +162,7 @@ class StructureReader:
         """Return the volume that a placement names. Raise GdmlError if it names none or an unknown one."""
         for child in element.children:
             if child.tag == "volumeref":
-                volume: LogicalVolume = look_up(
-                    self.reading, self.volumes, read_reference(self.reading, child), child, "volume"
-                )
-                return volume
+                return look_up(self.reading, self.volumes, read_reference(self.reading, child), child, "volume")
             if child.tag == "file":
                 return self.module(child)
         raise GdmlError(element, "must have a volumeref or a file")

@@ -131,7 +131,7 @@ class GdmlReader:
                 yield child
                 continue
             try:
-                first, last, step, name = self._loop(child, depth)
+                first, last, step, name = self._loop(child)
             except GdmlError as mistake:
                 self.report(mistake.element, "loop", mistake.message)
                 continue
@@ -148,7 +148,7 @@ class GdmlReader:
                 yield from self.each(child.children, depth + 1)
                 value += step
 
-    def _loop(self, loop: XmlElement, depth: int) -> tuple[Fraction, Fraction, Fraction, str]:
+    def _loop(self, loop: XmlElement) -> tuple[Fraction, Fraction, Fraction, str]:
         """Return first value, last value, step and variable of a loop."""
         name = loop.attributes.get("for", "")
         # Geant4 refuses loops over constants, and names that are nowhere defined are mistakes in the file
@@ -320,8 +320,7 @@ def read_vector(reading: GdmlReader, element: XmlElement, kind: str) -> Point:
     """
     if element.tag.endswith("ref"):
         table = reading.vectors.setdefault(kind, {})
-        vector: Point = look_up(reading, table, read_reference(reading, element), element, kind)
-        return vector
+        return look_up(reading, table, read_reference(reading, element), element, kind)
     attributes, default = element.attributes, UNIT_SCALE[0] if kind == "scale" else ORIGIN[0]
     x = reading.value(attributes["x"], element, "x") if "x" in attributes else default
     y = reading.value(attributes["y"], element, "y") if "y" in attributes else default

@@ -17,6 +17,7 @@ from ..openmc.region import (
     IntersectionNode,
     Region,
     UnionNode,
+    join_regions,
 )
 from ..scene_file.nodes import shorten
 from .cards import parse_integer
@@ -135,15 +136,6 @@ class _RegionWords:
                 f"region: has too many half-spaces: at most {LONGEST_REGION:,} stand in one region, "
                 f"and {MAX_HALF_SPACES:,} in those of a file together"
             )
-
-
-def join_regions(kind: type[IntersectionNode] | type[UnionNode], parts: list[Region]) -> Region:
-    """Return one node of a kind; parts of the same kind are merged into it."""
-    opened: list[Region] = []
-    for part in parts:
-        # Flat nodes keep the depth small in long regions of many parentheses
-        opened.extend(part.parts if isinstance(part, kind) else (part,))
-    return opened[0] if len(opened) == 1 else kind(tuple(opened))
 
 
 def negate_region(region: Region) -> Region:

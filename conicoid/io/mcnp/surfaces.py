@@ -14,10 +14,11 @@ from fractions import Fraction
 
 from ..._util.dataclass import dataclass
 from ..._util.text import suggest_name
+from ...geometry.bounds.linear_program import cross, dot
 from ...numerics.portable_math import portable_sqrt
 from ..importers import OmittedPart
 from ..openmc.placement import ORIGIN, Point
-from ..openmc.region import HalfSpaceNode, IntersectionNode, Region
+from ..openmc.region import HalfSpaceNode, IntersectionNode, Region, join_regions
 from ..openmc.surfaces import (
     ConeSurface,
     FlatSurface,
@@ -29,14 +30,12 @@ from ..openmc.surfaces import (
 )
 from ..scene_file.nodes import shorten
 from .cards import FIRST_FREE_KEY, Card, parse_integer, parse_numbers
-from .regions import join_regions, renumber_region
+from .regions import renumber_region
 from .transformations import (
     IDENTITY,
     FrameChange,
     add_rows,
     add_scaled,
-    cross,
-    dot,
     outer_product,
     scale_rows,
     scale_vector,

@@ -11,6 +11,7 @@ from fractions import Fraction
 from functools import cached_property
 
 from ..._util.dataclass import dataclass
+from ...geometry.bounds.linear_program import cross, dot
 from ...numerics.portable_math import portable_sqrt, sin_cos_degrees
 from ..openmc.placement import (
     NO_ROTATION,
@@ -30,16 +31,6 @@ def to_point(values: Sequence[Fraction]) -> Point:
     """Return three values as a point."""
     x, y, z = values
     return x, y, z
-
-
-def dot(u: Point, v: Point) -> Fraction:
-    """Return the dot product."""
-    return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
-
-
-def cross(u: Point, v: Point) -> Point:
-    """Return the cross product."""
-    return u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
 
 
 def add_scaled(u: Point, v: Point, times: Fraction | int = 1) -> Point:

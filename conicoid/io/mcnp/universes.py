@@ -14,13 +14,14 @@ from fractions import Fraction
 from itertools import product
 
 from ..._util.dataclass import dataclass
+from ...geometry.bounds.linear_program import cross, dot
 from ..openmc.geometry import UniverseCell
 from ..openmc.lattices import Index, Lattice, LatticePrism, LatticeTiles, grid_indices
 from ..openmc.placement import NO_ROTATION, ORIGIN, Extent, ExtentEnd, Point, UniversePlacement
 from ..openmc.region import HalfSpaceNode, IntersectionNode, Region, list_half_spaces
 from ..openmc.surfaces import FlatSurface, OpenmcSurface
 from .cards import FIRST_FREE_KEY, MAX_ENTRIES, CellCard, McnpMaterials, expand_entries, parse_integer, parse_number
-from .transformations import FrameChange, add_scaled, cross, dot, dual_vectors, parse_transformation, scale_vector
+from .transformations import FrameChange, add_scaled, dual_vectors, parse_transformation, scale_vector
 
 MAX_SKEW = Fraction(1, 10_000)
 """Largest asymmetry of the sides of a hexagon, as a share of half its width."""

@@ -16,6 +16,7 @@ from typing import TypeAlias
 
 from ..._util.arrays import Matrix4, Vector
 from ..._util.dataclass import dataclass
+from ...geometry.bounds.linear_program import cross
 from ...geometry.transform import IDENTITY_MOTION, Motion
 
 Point: TypeAlias = tuple[Fraction, Fraction, Fraction]
@@ -220,17 +221,13 @@ def _matrix(rows: Rows) -> Matrix4:
 def invert_rows(rows: Rows) -> Rows | None:
     """Return the inverse of a matrix; None if its determinant is 0."""
     a, b, c = rows
-    bc, ca, ab = _cross(b, c), _cross(c, a), _cross(a, b)
+    bc, ca, ab = cross(b, c), cross(c, a), cross(a, b)
     determinant = sum(x * y for x, y in zip(a, bc, strict=True))
     # Exact, so a matrix that is only nearly singular has an inverse
     if not determinant:
         return None
     x, y, z = (tuple(line[i] / determinant for line in (bc, ca, ab)) for i in range(3))
-    return x, y, z  # type: ignore[return-value]
-
-
-def _cross(u: Point, v: Point) -> Point:
-    return u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
+    return x, y, z
 
 
 _AXES: tuple[Vector, Vector, Vector] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))

@@ -116,7 +116,7 @@ class _RegionParser:
         while self.symbol == "|":
             self._advance()
             parts.append(self._intersection(negated))
-        return _join_nodes(IntersectionNode if negated else UnionNode, parts)
+        return join_regions(IntersectionNode if negated else UnionNode, parts)
 
     def _intersection(self, negated: bool) -> Region:
         """Return operands joined by `&` or blanks."""
@@ -126,7 +126,7 @@ class _RegionParser:
             if self.symbol == "&":
                 self._advance()
             parts.append(self._operand(negated))
-        return _join_nodes(UnionNode if negated else IntersectionNode, parts)
+        return join_regions(UnionNode if negated else IntersectionNode, parts)
 
     def _operand(self, negated: bool) -> Region:
         """Return a half-space or a parenthesis, after any number of `~`."""
@@ -185,10 +185,11 @@ class _RegionParser:
         return ValueError(f"region: {what} ({place})")
 
 
-def _join_nodes(kind: type[IntersectionNode] | type[UnionNode], parts: list[Region]) -> Region:
+def join_regions(kind: type[IntersectionNode] | type[UnionNode], parts: list[Region]) -> Region:
     """Return one node of a kind; parts of the same kind are merged into it."""
     opened: list[Region] = []
     for part in parts:
+        # Flat nodes keep the depth small in long regions of many parentheses
         opened.extend(part.parts if isinstance(part, kind) else (part,))
     return opened[0] if len(opened) == 1 else kind(tuple(opened))
 

@@ -308,12 +308,10 @@ class ConeSurface:
 
     def extent(self, positive: bool) -> Extent:
         """Return all of space: both sides are unbounded."""
-        del positive
         return UNBOUNDED
 
     def side_of(self, extent: Extent) -> int:
         """Return 0: the side of a box is not computed for cones."""
-        del extent
         return 0
 
     def solid(self) -> Solid:
@@ -344,12 +342,10 @@ class GeneralSurface:
 
     def extent(self, positive: bool) -> Extent:
         """Return all of space: bounds are not computed for general quadrics."""
-        del positive
         return UNBOUNDED
 
     def side_of(self, extent: Extent) -> int:
         """Return 0: the side of a box is not computed for general quadrics."""
-        del extent
         return 0
 
     def solid(self) -> Solid:

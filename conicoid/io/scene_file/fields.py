@@ -71,7 +71,14 @@ class ArgumentField:
         return self.default is REQUIRED
 
 
-class ArgumentsType(ValueType):
+class _MappingType(ValueType):
+    """A type whose values are mappings."""
+
+    def fits(self, node: Node) -> bool:
+        return isinstance(node, MappingNode)
+
+
+class ArgumentsType(_MappingType):
     """The arguments of a class or function as a mapping; `read` returns the result of the call."""
 
     def __init__(self, make: Callable[..., Any]) -> None:
@@ -108,11 +115,8 @@ class ArgumentsType(ValueType):
             result["required"] = required
         return result | {"additionalProperties": False}
 
-    def fits(self, node: Node) -> bool:
-        return isinstance(node, MappingNode)
 
-
-class TaggedType(ValueType):
+class TaggedType(_MappingType):
     """``{Name: {arguments}}`` for one of several classes or functions."""
 
     def __init__(self, makers: Mapping[str, Callable[..., Any]], what: str) -> None:
@@ -149,11 +153,8 @@ class TaggedType(ValueType):
             "anyOf": [tagged_schema(name, ArgumentsType(make).schema(), make) for name, make in self.makers.items()]
         }
 
-    def fits(self, node: Node) -> bool:
-        return isinstance(node, MappingNode)
 
-
-class ShapeType(ValueType):
+class ShapeType(_MappingType):
     """A shape of a class or its subclasses: one kind of shape, any solid, any sheet, or any shape."""
 
     def __init__(self, base: type[Shape]) -> None:
@@ -173,9 +174,6 @@ class ShapeType(ValueType):
         if name not in REGISTERED:
             return {"$ref": f"#/$defs/{name.lower()}"}
         return {"anyOf": [{"$ref": f"#/$defs/{name}"}, {"$ref": "#/$defs/reference"}]}
-
-    def fits(self, node: Node) -> bool:
-        return isinstance(node, MappingNode)
 
 
 class MaterialType(ValueType):
@@ -373,7 +371,7 @@ SECTIONS = (
 BODY_KEYS = ("name", "shape", "move", "material", "materials", "material_index", "columns")
 
 
-class CameraType(ValueType):
+class CameraType(_MappingType):
     """The fields of a `Camera`, or ``{ClassName: fields}`` for any camera."""
 
     phrase = "the fields of a camera, or a mapping such as {OrthographicCamera: {...}}"
@@ -395,9 +393,6 @@ class CameraType(ValueType):
     def schema(self) -> Schema:
         tagged = TaggedType(self.cameras, "camera").schema()["anyOf"]
         return {"anyOf": [ArgumentsType(self.cameras["Camera"]).schema(), *tagged]}
-
-    def fits(self, node: Node) -> bool:
-        return isinstance(node, MappingNode)
 
 
 def light_type() -> ValueType:

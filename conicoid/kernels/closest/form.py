@@ -107,13 +107,6 @@ def bend_times(form: SurfaceForm, x: float, y: float, z: float) -> tuple[float, 
 
 
 @inline
-def value_along(form: SurfaceForm, x: float, y: float, z: float) -> float:
-    """Return f(x + v)."""
-    ax, ay, az = bend_times(form, x, y, z)
-    return form.value + dot(2.0 * form.gx + ax, 2.0 * form.gy + ay, 2.0 * form.gz + az, x, y, z)
-
-
-@inline
 def rounding_within(form: SurfaceForm, r: float) -> float:
     """Return the error bound of f(x + v) for every v up to the length r."""
     return form.off + ROUNDED * (2.0 * form.steep + form.size * r) * r

@@ -172,15 +172,11 @@ def put_items(geometry: Geometry, boxes: Floats, place: int, parts: Sequence[tup
     geometry.places[table.ITEMS] = geometry.places[table.LEAF_ITEMS] - ROWS * place
     for begin, end in parts:
         _put_leaves(geometry, boxes, place, False, begin, end)
-    if not parts:
-        run_chunks(KernelRange(_put_leaves, (geometry, boxes, place, False), ()), _children(geometry), _CHUNK)
-    roots = int(length(geometry, table.ROOTS))
-    run_chunks(KernelRange(_put_leaves, (geometry, boxes, place, True), ()), roots, _CHUNK)
-
-
-def _children(geometry: Geometry) -> int:
-    """Count the children of the nodes of all trees, empty ones included."""
-    return int(length(geometry, table.NODE_CHILDREN))
+    for of_roots, count in ((False, table.NODE_CHILDREN), (True, table.ROOTS)):
+        if of_roots or not parts:
+            run_chunks(
+                KernelRange(_put_leaves, (geometry, boxes, place, of_roots), ()), int(length(geometry, count)), _CHUNK
+            )
 
 
 @kernel(geometry="out", boxes="* 6", begin="0..end")

@@ -211,8 +211,7 @@ class ColumnSplice(TableFiller):
             return None
         number = np.zeros(self.merge_result.count, np.int32)
         number[self.leads] = np.arange(len(self.leads), dtype=np.int32)
-        ids: Ints = number[self.merge_result.first]
-        return ids
+        return number[self.merge_result.first]
 
     def _numbers(self, own: Ints | None, source: int) -> SurfaceNumbering:
         """Return the new numbers of the surfaces of one scene's table."""

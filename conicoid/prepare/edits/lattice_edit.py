@@ -303,8 +303,7 @@ class LatticeEdit:
         """Return the cells of a body."""
         kind, index = int(tables.entry_kind[entry]), int(tables.entry_index[entry])
         if kind == REGION:
-            found: Longs = cells_of_leaves(tables, np.array(leaves_of_program(tables, index), np.int64))
-            return found
+            return cells_of_leaves(tables, np.array(leaves_of_program(tables, index), np.int64))
         cells = np.flatnonzero(tables.cell_quadric == index) if kind == BALL else np.array([index])
         if kind not in (BALL, CELL) or len(cells) != 1:
             raise _Afresh

@@ -229,8 +229,7 @@ class SpliceLimits(LimitsUpdate):
 
 def _owner(first: npt.NDArray[np.int32], rows: Longs) -> Longs:
     """Return the owners of rows, given where the rows of each owner begin."""
-    found: Longs = np.searchsorted(first, rows, side="right") - 1
-    return found
+    return np.searchsorted(first, rows, side="right") - 1
 
 
 def _ranges(first: npt.NDArray[np.int32], which: Longs) -> Longs:

@@ -66,7 +66,7 @@ class NeighbourFrame:
         places, reach = guess._all_places(scenes)
         if all(_fits(max(of_kind)) for of_kind in zip(*reach, strict=True)):
             return guess, places
-        found = about._with_room([guess._lengths(each) for each in reach])
+        found = about._with_room([(planes * guess.unit_of_planes, curved * guess.unit) for planes, curved in reach])
         return found, places if found == guess else found._all_places(scenes)[0]
 
     def _all_places(self, scenes: Sequence[RecordColumns]) -> tuple[list[NeighbourPlaces], list[Reach]]:
@@ -78,10 +78,6 @@ class NeighbourFrame:
         """Choose units for records of this reach; a unit is 1 where no record has a length."""
         planes, curved = (max(of_kind) for of_kind in zip(*reach, strict=True))
         return replace(self, unit_of_planes=_unit(planes), unit=_unit(curved))
-
-    def _lengths(self, reach: Reach) -> Reach:
-        """Convert lengths from units."""
-        return reach[0] * self.unit_of_planes, reach[1] * self.unit
 
     def _places(self, planes: Floats, spheres: Floats, quadrics: QuadricTable) -> tuple[NeighbourPlaces, Reach]:
         """Compute the places of records; return also the largest lengths of planes and of curved surfaces, in units."""
@@ -149,8 +145,7 @@ def find_neighbours(places: Floats, marks: Marks, new: Floats) -> Longs:
     ordered = np.sort(new)
     low = np.searchsorted(ordered, places[rows] - 2 * CLOSENESS, side="left")
     high = np.searchsorted(ordered, places[rows] + 2 * CLOSENESS, side="right")
-    found: Longs = rows[low < high]
-    return found
+    return rows[low < high]
 
 
 def _bucket(places: Floats) -> Marks:

@@ -150,8 +150,7 @@ class SplicePieces:
     @cached_property
     def _shifts(self) -> list[list[int]]:
         """The shift of the numbers of rows of each kind in each piece."""
-        found: list[list[int]] = (self.at - self.begin).T.tolist()
-        return found
+        return (self.at - self.begin).T.tolist()
 
 
 Array = npt.NDArray[Any]

@@ -111,7 +111,7 @@ def _rank_of_hit(
 
 @helper
 def _sides_of_ranks(
-    geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, rank: float, count: int, kinds: Signs
+    geometry: Geometry, stand: Geometry, scratch: Scratch, ray: Ray, rank: float, count: int, kinds: Signs
 ) -> Sides:
     """Return the bodies before and after a rank among the entries scratch.found[:count]."""
     sides = no_sides()
@@ -140,7 +140,7 @@ def _put_ranked_sides(
     t, surface, entry = places.t[i] / scale, whole(places.surface[i]), whole(places.entry[i])
     enters = places.turn[i] == 2 or places.turn[i] == -2
     rank = _rank_of_hit(geometry, stand, scratch, ranks, ray, t, surface, entry, enters)
-    _put(sides, i, _sides_of_ranks(geometry, stand, scratch, ranks, ray, rank, count, kinds))
+    _put(sides, i, _sides_of_ranks(geometry, stand, scratch, ray, rank, count, kinds))
 
 
 @kernel(
