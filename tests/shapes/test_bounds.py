@@ -67,6 +67,8 @@ def test_bounds_of_unbounded_solids_hold_them(sample: Sample) -> None:
         assert (world <= high).all()
 
 
+# Of radius R3 about the z-axis, endless along it
+HEXAGON = Polyhedron(tuple((x, y * R3, 0) for s in (1, -1) for x, y in ((2 * s, 0), (s, s), (s, -s))), (2 * R3,) * 6)
 KNOWN = [
     (Ellipsoid((1, 2, 3), (5, 0, 0)), (4, -2, -3), (6, 2, 3)),
     # The widest section in the range is at z = 1: sqrt(1 - 1/9)
@@ -126,6 +128,8 @@ KNOWN = [
     (Polyhedron(((1, 1, 1), (-1, 0, 0), (0, -1, 0), (0, 0, -1)), (3, 0, 0, 0)), (0, 0, 0), (3, 3, 3)),
     (Polyhedron(((1, 0, 0), (-1, 0, 0)), (1, 1)), (-1, -INF, -INF), (1, INF, INF)),
     (Polyhedron(((1, 1, 0), (-1, -1, 0)), (1, 1)).rotate((0, 0, 1), 45), (-INF, -1 / R2, -INF), (INF, 1 / R2, INF)),
+    (HEXAGON.rotate((0, 0, 1), 30), (-2, -R3, -INF), (2, R3, INF)),
+    (HEXAGON.rotate((0, 0, 1), 170).rotate((0, 1, 0), -6).rotate((1, 0, 0), 119), (-INF, -INF, -INF), (INF, INF, INF)),
     (Polyhedron(((1, 0, 0), (-1, 0, 0)), (1, -2)), (INF, INF, INF), (-INF, -INF, -INF)),
     (Polyhedron(((1, 0, 0), (1, 1, 0), (1, -1, 0)), (5, 1, 1)), (-INF, -INF, -INF), (1, INF, INF)),
     (~Polyhedron(((1, 0, 0),), (1,)), (1, -INF, -INF), (INF, INF, INF)),

@@ -108,23 +108,6 @@ def _far_sides(direction: Sequence[Any], far: Any) -> list[Sequence[Any]]:
     return [[*((-one if direction[axis] < 0 else one) * (k == axis) for k in range(3)), far] for axis in range(3)]
 
 
-def _float_basis(rows: Sequence[Whole], direction: Whole) -> list[int]:
-    """Return the planes that bound in a direction according to a run in floats; the far sides if floats fail."""
-    start = list(range(len(rows), len(rows) + 3))
-    try:
-        planes: list[Sequence[float]] = []
-        for row in rows:
-            size = max(map(abs, row[:3])) or 1
-            planes.append([value / size for value in row])
-        size = max(map(abs, direction))
-        towards = [u / size for u in direction]
-        far = _FAR * max(1.0, max((abs(plane[3]) for plane in planes), default=1.0))
-        found = _descend([*planes, *_far_sides(towards, far)], towards, start, _SLACK)
-    except (OverflowError, ZeroDivisionError):
-        return start
-    return start if found is None else found.planes
-
-
 class _Corner(NamedTuple):
     """The common point of three planes, times `unit`, and the shares of their normals in the direction, times it."""
 
@@ -221,10 +204,12 @@ def half_spaces_bounds(planes: Iterable[PlaneSurface]) -> BoxEnds:
         return _box(rows)
     program = _Program(rows)
     for i in range(3):
-        up, down = ([sign * int(i == j) for j in range(3)] for sign in (1, -1))
-        high[i] = round_fraction_up(program.support(up), reach)
-        low[i] = -round_fraction_up(program.support(down), reach)
-    return low + 0.0, high
+        up, down = (program.support([sign * int(i == j) for j in range(3)]) for sign in (1, -1))
+        # Normals that are all across one line are so up to their rounding: they meet 2^1000 away, if at all
+        high[i], low[i] = (
+            math.inf if reach and end * _EQUAL_BITS > reach else round_fraction_up(end, reach) for end in (up, down)
+        )
+    return 0.0 - low, high
 
 
 def _box(rows: Sequence[Whole]) -> BoxEnds:

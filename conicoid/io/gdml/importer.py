@@ -38,6 +38,7 @@ from ..openmc.placement import (
     Point,
     UniversePlacement,
     add_points,
+    split_shift,
     to_floats,
     turn_motion,
 )
@@ -109,9 +110,9 @@ class GdmlPlacement:
         """Return the placement in the world when the block is translated by `by`."""
         if self.is_straight:
             return UniversePlacement(self.turn, add_points(self.shift, by))
-        whole = add_points(self.lift, by)
-        outer = self.outer.then(Motion((Translate(to_floats(whole)),))) if any(whole) else self.outer
-        return UniversePlacement(self.turn, self.shift, outer)
+        before, after = split_shift(self.outer, add_points(self.lift, by))
+        outer = self.outer.then(Motion((Translate(to_floats(after)),))) if any(after) else self.outer
+        return UniversePlacement(self.turn, add_points(self.shift, before), outer)
 
 
 PlacedTemplate = tuple[SolidTemplate, GdmlPlacement]

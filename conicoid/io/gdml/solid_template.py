@@ -16,7 +16,16 @@ from typing import Literal
 from ..._util.dataclass import dataclass
 from ...geometry.shape import Difference, Intersection, Solid, Union
 from ...geometry.transform import IDENTITY_MOTION
-from ..openmc.placement import NO_TURN, ORIGIN, CellRotation, Point, UniversePlacement, motion_of_turn
+from ..openmc.placement import (
+    NO_TURN,
+    ORIGIN,
+    CellRotation,
+    Point,
+    UniversePlacement,
+    motion_of_turn,
+    split_shift,
+    turn_motion,
+)
 
 SolidFactory = Callable[[Point], Solid]
 """Builds a solid, translated by a shift in mm."""
@@ -91,6 +100,15 @@ TemplateOperand = tuple[SolidTemplate, Point, CellRotation]
 """A template that is rotated and then shifted."""
 
 
+def _inner_placement(placement: UniversePlacement, shift: Point, rotation: CellRotation) -> UniversePlacement:
+    """Return `placement.inner`, with the part of the shift that the rotation keeps along an axis in fractions."""
+    if rotation.motion.is_identity:
+        return placement.inner(shift, rotation)
+    before, after = split_shift(turn_motion(rotation.motion, placement.turn), placement.point(shift))
+    motion = UniversePlacement(placement.turn).entry(placement.turn.inverse.apply(after), rotation)
+    return UniversePlacement(shift=before, outer=motion.then(placement.outer))
+
+
 @dataclass(eq=False)
 class BooleanTemplate(SolidTemplate):
     """A Boolean of operands, each rotated and then shifted. Its placement is passed down to the primitives."""
@@ -101,7 +119,9 @@ class BooleanTemplate(SolidTemplate):
     depth: int
 
     def at(self, placement: UniversePlacement) -> Solid:
-        solids = tuple(template.at(placement.inner(shift, rotation)) for template, shift, rotation in self.operands)
+        solids = tuple(
+            template.at(_inner_placement(placement, shift, rotation)) for template, shift, rotation in self.operands
+        )
         if len(solids) == 1:
             return solids[0]
         return {"union": Union, "subtraction": Difference, "intersection": Intersection}[self.kind](solids)

@@ -18,6 +18,7 @@ from ..._util.arrays import Matrix4, Vector
 from ..._util.dataclass import dataclass
 from ...geometry.bounds.linear_program import cross
 from ...geometry.transform import IDENTITY_MOTION, Motion
+from ...numerics import bigfloat as ex
 
 Point: TypeAlias = tuple[Fraction, Fraction, Fraction]
 Rows: TypeAlias = tuple[Point, Point, Point]
@@ -180,6 +181,20 @@ def motion_of_turn(turn: AxisTurn) -> Motion:
 def turn_motion(motion: Motion, turn: AxisTurn) -> Motion:
     """Return a motion followed by a quarter turn."""
     return motion if turn == NO_TURN else motion.then(motion_of_turn(turn))
+
+
+def split_shift(motion: Motion, shift: Point) -> tuple[Point, Point]:
+    """Return (before, after): motion(x) + shift is motion(x + before) + after.
+
+    The part along an axis that the motion takes to an axis, such as that of a rotation, comes before. Content is built
+    with that part in fractions, so that its walls across the axis are those of its surroundings.
+    """
+    before, after, rows = list(ORIGIN), list(shift), motion.affine[0]
+    for i, row in enumerate(rows):
+        k = next((k for k in range(3) if row[k]), 0)
+        if shift[i] and abs(row[k]) == ex.ONE and sum(map(bool, (*row, *(line[k] for line in rows)))) == 2:
+            before[k], after[i] = shift[i] if row[k] > ex.ZERO else -shift[i], ORIGIN[i]
+    return (before[0], before[1], before[2]), (after[0], after[1], after[2])
 
 
 def add_rounded(a: Fraction, b: Fraction) -> float:

@@ -27,6 +27,13 @@ def at(scene, *points):
     return [None if number < 0 else scene.bodies[number].name for number in found]
 
 
+def has_one_wall_between(scene, start, bodies):
+    """Is a ray along z in these bodies, and is the surface by which it leaves each that by which it enters the next?"""
+    through = scene.crossings(start, (0, 0, 1))
+    walls = [set(through.surface[through.t == t].tolist()) for t in np.unique(through.t)]
+    return scene.spans(start, (0, 0, 1)).name.tolist() == bodies and list(map(len, walls)) == [1] * len(bodies)
+
+
 def test_a_placement_turns_the_other_way(tmp_path):
     # By +90 degrees about z Geant4's placement turns its volume by -90: the tip at +x goes to -y. About x: +y to -z
     solids = (
@@ -108,6 +115,15 @@ def test_flush_daughters_leave_no_gap(tmp_path):
     assert np.array_equal(spans.t_enter[1:], spans.t_exit[:-1])
 
 
+def test_an_operand_that_is_rotated_about_z_ends_at_its_height(tmp_path):
+    # Plates from -0.1 to 0.1, from 0.1 to 0.3, which is rotated, and from 0.3 to 0.5
+    two = '<union name="two"><first ref="p"/><second ref="p"/><position z="0.2"/><rotation z="30" unit="deg"/></union>'
+    third = placed("p", '<position z="0.4"/>')
+    structure = volume("p", "p") + volume("two", "two") + volume("world", "w", placed("two") + third)
+    scene = scene_of(tmp_path, text_of(f'{WORLD}<box name="p" x="1" y="1" z="0.2"/>{two}', structure))
+    assert has_one_wall_between(scene, (0.1, 0.2, -1), ["world", "world/two", "world/p", "world"])
+
+
 def test_assemblies_and_names(tmp_path):
     pair = (
         '<assembly name="pair">'
@@ -163,6 +179,12 @@ def test_replicas(tmp_path):
     angles = (30 + 60 * np.arange(6)) * DEG
     found = at(scene, *np.column_stack((5 * np.cos(angles), 5 * np.sin(angles), 0 * angles)))
     assert found == [f"world/m/part[{k}]" for k in range(6)]
+    # Their ends are those of m: what a rotation about z leaves alone is as exact as it is without one
+    ends, place = tubes.replace('z="4"', 'z="7.04"'), placed("m", '<position x="0.3" y="-0.7" z="10.1"/>')
+    scene = scene_of(tmp_path, text_of(ends, structure + volume("world", "w", place)))
+    starts = np.column_stack((0.3 + 5 * np.cos(angles), 5 * np.sin(angles) - 0.7, 0 * angles))
+    for k, start in enumerate(starts):
+        assert has_one_wall_between(scene, start, ["world", f"world/m/part[{k}]", "world"])
 
     structure = volume("part", "part") + volume("m", "m", REPLICA.format(3, "rho", 2, "mm", 2, "mm"))
     shells = tubes.replace('startphi="-30" deltaphi="60" aunit="deg"', 'deltaphi="2*pi"')

@@ -143,12 +143,17 @@ HEXAGONS_X = f"""
   <cell id="12" universe="0" material="void" region="-11 13"/>
 </geometry>
 """
-ONE_HEXAGON = f"""
-<geometry>{PINS}
-  <hex_lattice id="7" n_rings="1" center="0 0" pitch="1.1" outer="3" universes="2"/>
+# Its planes are all along one line, which no rotation of floats keeps
+ONE_HEXAGON = """
+<geometry>
+  <surface id="4" type="x-cylinder" coeffs="0.05 -0.1 0.35"/>
+  <cell id="7" universe="4" material="3" region="-4"/>
+  <cell id="8" universe="4" material="4" region="4"/>
+  <cell id="6" universe="3" material="5"/>
+  <hex_lattice id="7" orientation="x" n_rings="1" center="0 0" pitch="1.1" outer="3" universes="4"/>
   <surface id="11" type="sphere" coeffs="0 0 0 2"/>
-  <cell id="11" fill="7" region="-11"/>
-  <cell id="12" fill="1" region="11"/>
+  <cell id="11" fill="7" region="-11" rotation="119 -6 170"/>
+  <cell id="12" material="1" region="11"/>
 </geometry>
 """
 
