@@ -255,7 +255,7 @@ def test_points_far_from_rods_and_balls(far: float) -> None:
         assert (found.error <= 1e-6 * far).all()
 
 
-def slender_cone_distance(x: float, z: float, slope: float) -> Decimal:
+def slender_cone_distance(x: float | Decimal, z: float, slope: float) -> Decimal:
     """From (x, 0, z) to the generator x = -slope z, -10 <= z <= 0, of a cone."""
     with localcontext() as context:
         context.prec = 60
@@ -281,6 +281,16 @@ def test_points_beside_slender_cones(slope: float, x: float) -> None:
     heights = [0.0, slope / 2, -slope / 2, 2 * slope, -2 * slope, 1e-9, -1e-9, -5.0]
     solid, points = co.Cone((0, 0, -10), (0, 0, 0), 10 * slope, 0), [(x, 0.0, z) for z in heights]
     assert_certified(solid, points, [slender_cone_distance(x, z, slope) for z in heights], 1e-12)
+
+
+@pytest.mark.parametrize("slope", [1e3, 1e4, 1e5, 1e6])
+def test_points_far_from_flat_cones(slope: float) -> None:
+    """About a far point the plane of the base is known less well than the cone is high."""
+    points = np.abs(np.random.default_rng(5).normal(size=(100, 3))) * 10.0 ** np.arange(9, 19).repeat(10)[:, None]
+    with localcontext() as context:
+        context.prec = 60
+        true = [slender_cone_distance((Decimal(x) ** 2 + Decimal(y) ** 2).sqrt(), z, slope) for x, y, z in points.tolist()]
+    assert_certified(co.Cone((0, 0, -10), (0, 0, 0), 10 * slope, 0), points.tolist(), true, 1e-12)
 
 
 @pytest.mark.parametrize("away", [1e-3, 1.0, 1e3, 1e5, 1e8])

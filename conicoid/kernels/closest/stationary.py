@@ -305,21 +305,19 @@ def try_conic(
     geometry: Geometry,
     room: Neighbourhood,
     at: WallQuery,
-    count: int,
     k: int,
-    form: SurfaceForm,
     nx: float,
     ny: float,
     nz: float,
     h: float,
     known: float,
 ) -> None:
-    """Try the local minima of the distance to the conic of near surface k, f = 0, n·v = h; n is a unit vector."""
-    # The equation is about the foot of the anchor in the plane
-    bx, by, bz = h * nx, h * ny, h * nz
+    """Try the local minima of the distance to the conic of near surface k and a plane, n·p = h about its anchor."""
+    # n is a unit vector; the equation is about the foot of the anchor in the plane
     cx, cy, cz = anchor_of(geometry, room.surface[k])
     dx, dy, dz = cx - at.x, cy - at.y, cz - at.z
-    above = dot(nx, ny, nz, dx, dy, dz) - h
+    above, down = -h, dot(nx, ny, nz, dx, dy, dz) + h
+    bx, by, bz = down * nx, down * ny, down * nz
     if integer(geometry, table.SURFACE_KIND, room.surface[k]) == SPHERE:
         # A circle about (ox, oy, oz), which lies in the plane within rounding
         ox, oy, oz = dx - above * nx, dy - above * ny, dz - above * nz
@@ -331,12 +329,12 @@ def try_conic(
         if square >= -_POINT_SHARE * radius * radius:
             radius = math.sqrt(max(square, 0.0))
             x, y, z = ox + radius * ex, oy + radius * ey, oz + radius * ez
-            _try(geometry, room, at, count, frame, x, y, z, 0.0)
+            _try(geometry, room, at, 2, frame, x, y, z, 0.0)
         return
     about = form_at(geometry, room.surface[k], cx - above * nx, cy - above * ny, cz - above * nz)
     ux, uy, uz, vx, vy, vz = perpendicular_axes(nx, ny, nz)
-    au, bu, cu = bend_times(form, ux, uy, uz)
-    av, bv, cv = bend_times(form, vx, vy, vz)
+    au, bu, cu = bend_times(about, ux, uy, uz)
+    av, bv, cv = bend_times(about, vx, vy, vz)
     p, q, mixed = dot(au, bu, cu, ux, uy, uz), dot(av, bv, cv, vx, vy, vz), dot(au, bu, cu, vx, vy, vz)
     c, s, t = jacobi_rotation(p, q, mixed)
     # One Jacobi rotation makes the quadratic form of the plane diagonal
@@ -346,8 +344,8 @@ def try_conic(
     )  # fmt: skip
     if q < p:
         p, q, ux, uy, uz, vx, vy, vz = q, p, vx, vy, vz, ux, uy, uz
-    p, q = _bend(p, form.size), _bend(q, form.size)
-    scale = 1.0 / form.size if form.size > 0.0 else 1.0
+    p, q = _bend(p, about.size), _bend(q, about.size)
+    scale = 1.0 / about.size if about.size > 0.0 else 1.0
     xu, xv = -dot(ux, uy, uz, dx, dy, dz), -dot(vx, vy, vz, dx, dy, dz)
     bu = _tilt(dot(ux, uy, uz, about.gx, about.gy, about.gz), p, about.steep) * scale
     bv = _tilt(dot(vx, vy, vz, about.gx, about.gy, about.gz), q, about.steep) * scale
@@ -358,4 +356,4 @@ def try_conic(
     over = Secular(-value, -(q * xv + bv), -(p * xu + bu), 0.0, -q, -p, -p, -constant, xv, xu, 0.0, -bv, -bu, 0.0)
     frame = EquationFrame(bx, by, bz, Directions(ux, uy, uz, vx, vy, vz, 0.0, 0.0, 0.0), known, k)
     back = EquationFrame(bx, by, bz, Directions(vx, vy, vz, ux, uy, uz, 0.0, 0.0, 0.0), known, k)
-    try_stationary(geometry, room, at, count, k, e, frame, over, back)
+    try_stationary(geometry, room, at, 2, k, e, frame, over, back)
