@@ -16,9 +16,9 @@ from ..._jit.decorators import helper, inline
 from .. import tables as table
 from ..numbers.vectors import dot
 from ..programs import leaf_bounds, leaf_high, leaf_low
-from ..surface.records import anchor_of
-from ..tables import Geometry, integer, poll_halt, whole
-from .form import ROUNDED, SurfaceForm, bend_times, form_at, length_of, principal_axes
+from ..surface.records import anchor_of, load_quadric
+from ..tables import QUADRIC, Geometry, integer, poll_halt, whole
+from .form import ROUNDED, SurfaceForm, bend_between, bend_times, form_at, length_of, principal_axes
 from .neighbourhood import (
     BOX,
     LEAF,
@@ -254,6 +254,15 @@ def try_edge(geometry: Geometry, room: Neighbourhood, at: WallQuery, i: int, j: 
     return False
 
 
+@inline
+def _bend_of(geometry: Geometry, surface: int, form: SurfaceForm, x: float, y: float, z: float) -> tuple[float, float]:
+    """Return (d·A d, the size below which it counts as zero) of a surface and a unit vector."""
+    if integer(geometry, table.SURFACE_KIND, surface) == QUADRIC:
+        a, off = bend_between(load_quadric(geometry, integer(geometry, table.SURFACE_ROW, surface)), x, y, z, x, y, z)
+        return a, 16.0 * off
+    return form.size, 0.0
+
+
 @helper
 def _try_line(
     geometry: Geometry,
@@ -286,11 +295,11 @@ def _try_line(
             along = dot(dx, dy, dz, ax - cx - x, ay - cy - y, az - cz - z)
             sx, sy, sz = cx + x + along * dx, cy + y + along * dy, cz + z + along * dz
             form = form_at(geometry, room.surface[curved], sx, sy, sz)
-            ux, uy, uz = bend_times(form, dx, dy, dz)
-            a, b, c = dot(ux, uy, uz, dx, dy, dz), dot(form.gx, form.gy, form.gz, dx, dy, dz), form.value
+            a, off = _bend_of(geometry, room.surface[curved], form, dx, dy, dz)
+            b, c = dot(form.gx, form.gy, form.gz, dx, dy, dz), form.value
             # A coefficient within rounding counts as zero, also under the root: else the line of two planes, along a
             # third one, would meet that at a point that rounding has made
-            a = a if abs(a) > _LINE_SHARE * form.size else 0.0
+            a = a if abs(a) > off else 0.0
             b = b if abs(b) > _LINE_SHARE * form.steep else 0.0
             if b * b - a * c < -(2.0**-30) * (b * b + abs(a * c)):
                 continue

@@ -17,6 +17,8 @@ ROUNDED = 2.0**-48
 """Error of a value as a share of its terms: 32 roundings."""
 _ANCHOR = 2.0**-52
 """Error of an anchor's record as a share of its coordinates."""
+_ACROSS = 2.0**-48
+"""Error of a row's part along a unit vector as a share of the row."""
 _OF_DOUBT = 2.0**-4
 """Factor to `quadric_rounding`, which counts 512 roundings of a value; here 32 are enough."""
 
@@ -104,6 +106,22 @@ def bend_times(form: SurfaceForm, x: float, y: float, z: float) -> tuple[float, 
         dot(form.xy, form.yy, form.yz, x, y, z),
         dot(form.xz, form.yz, form.zz, x, y, z),
     )
+
+
+@inline
+def bend_between(
+    quadric: QuadricRecord, ux: float, uy: float, uz: float, vx: float, vy: float, vz: float
+) -> tuple[float, float]:
+    """Return (u·A v, its error bound) of unit vectors, from the rows, which keep digits that A may have lost."""
+    _, _, _, w00, w01, w02, w10, w11, w12, w20, w21, w22, s0, s1, s2, _, _, _, _ = quadric
+    n0 = _ACROSS * length_of(w00, w01, w02)
+    n1 = _ACROSS * length_of(w10, w11, w12)
+    n2 = _ACROSS * length_of(w20, w21, w22)
+    u0, u1, u2 = dot(w00, w01, w02, ux, uy, uz), dot(w10, w11, w12, ux, uy, uz), dot(w20, w21, w22, ux, uy, uz)
+    v0, v1, v2 = dot(w00, w01, w02, vx, vy, vz), dot(w10, w11, w12, vx, vy, vz), dot(w20, w21, w22, vx, vy, vz)
+    off = abs(s0) * n0 * (abs(u0) + abs(v0) + n0)
+    off += abs(s1) * n1 * (abs(u1) + abs(v1) + n1) + abs(s2) * n2 * (abs(u2) + abs(v2) + n2)
+    return dot(s0 * u0, s1 * u1, s2 * u2, v0, v1, v2), off
 
 
 @inline

@@ -15,7 +15,7 @@ from .form import (
     Axes,
     Directions,
     SurfaceForm,
-    bend_times,
+    bend_between,
     form_at,
     jacobi_rotation,
     length_of,
@@ -25,7 +25,7 @@ from .form import (
     reverse_axes,
     sort_axes,
 )
-from .neighbourhood import Neighbourhood, limit
+from .neighbourhood import LOWER, Neighbourhood, limit
 from .secular import (
     NONE,
     Secular,
@@ -41,7 +41,10 @@ from .walls import CERTAIN_WALL, SLANTED, UNSETTLED, WallQuery, settle_point, tr
 _ROOTS = 6  # most stationary points of a quadric
 _NOWHERE = 2.0**-100  # least w of the search, as a share of the pole
 _POINT_SHARE = 2.0**-44  # share of its terms below which a value counts as zero: of a circle's square, at a center
-_APEX = 2.0**-30  # s, as a share of the pole, at which a stationary point counts as the apex, which is tried itself
+_APEX = (
+    2.0**-30
+)  # s, as a share of the least bend, below which a stationary point is the apex, which is tried itself
+_FLATTEST = 2.0**-50  # least bend, as a share of the pole, of a surface whose local minima are all found
 _ACROSS = 2.0**-50  # largest cosine between rows of a record that are its principal axes
 _NO_BEND = 2.0**-48
 """Size of a coefficient, as a share of its terms, below which it counts as zero where it was computed from others."""
@@ -142,6 +145,10 @@ def _try_below(
         return
     # A root at w moves the point by at least |g0| / w, so one within the limit has w >= |g0| / limit
     start, room_left = pole * _NOWHERE, limit(room)
+    # The roots of a flat surface may lie nearer to s = 0 than the pole is known: what they are is left open
+    flat = min(abs(e.a1) if e.a1 != 0.0 else pole, abs(e.a2) if e.a2 != 0.0 else pole)
+    if flat < _FLATTEST * pole:
+        room.best[LOWER] = min(room.best[LOWER], room.bound[frame.curved])
     # F vanishes at s = 0 as well, at the apex; a root so near to it is as far away
     cone = (e.constant == 0.0) & (e.b0 == 0.0) & (e.b1 == 0.0) & (e.b2 == 0.0)
     if room_left < math.inf and room_left > 0.0:
@@ -150,7 +157,7 @@ def _try_below(
         if not start < pole - max(0.0, -e.a1):
             return
         w, start = next_root(e, start)
-        if w != NONE and not (cone and pole - w <= _APEX * pole):
+        if w != NONE and not (cone and pole - w <= _APEX * min(flat, pole)):
             v0, v1, v2 = place_below(e, w)
             x, y, z = _place(frame, v0, v1, v2)
             if length_of(x, y, z) * (1.0 - 2.0**-20) <= limit(room):
@@ -333,18 +340,18 @@ def try_conic(
         return
     about = form_at(geometry, room.surface[k], cx - above * nx, cy - above * ny, cz - above * nz)
     ux, uy, uz, vx, vy, vz = perpendicular_axes(nx, ny, nz)
-    au, bu, cu = bend_times(about, ux, uy, uz)
-    av, bv, cv = bend_times(about, vx, vy, vz)
-    p, q, mixed = dot(au, bu, cu, ux, uy, uz), dot(av, bv, cv, vx, vy, vz), dot(au, bu, cu, vx, vy, vz)
-    c, s, t = jacobi_rotation(p, q, mixed)
+    quadric = load_quadric(geometry, integer(geometry, table.SURFACE_ROW, room.surface[k]))
+    p, q = bend_between(quadric, ux, uy, uz, ux, uy, uz)[0], bend_between(quadric, vx, vy, vz, vx, vy, vz)[0]
+    c, s, _ = jacobi_rotation(p, q, bend_between(quadric, ux, uy, uz, vx, vy, vz)[0])
     # One Jacobi rotation makes the quadratic form of the plane diagonal
-    p, q = p - t * mixed, q + t * mixed
     ux, uy, uz, vx, vy, vz = (
         c * ux - s * vx, c * uy - s * vy, c * uz - s * vz, s * ux + c * vx, s * uy + c * vy, s * uz + c * vz,
     )  # fmt: skip
+    p, p_off = bend_between(quadric, ux, uy, uz, ux, uy, uz)
+    q, q_off = bend_between(quadric, vx, vy, vz, vx, vy, vz)
+    p, q = (p if abs(p) > p_off else 0.0), (q if abs(q) > q_off else 0.0)
     if q < p:
         p, q, ux, uy, uz, vx, vy, vz = q, p, vx, vy, vz, ux, uy, uz
-    p, q = _bend(p, about.size), _bend(q, about.size)
     scale = 1.0 / about.size if about.size > 0.0 else 1.0
     xu, xv = -dot(ux, uy, uz, dx, dy, dz), -dot(vx, vy, vz, dx, dy, dz)
     bu = _tilt(dot(ux, uy, uz, about.gx, about.gy, about.gz), p, about.steep) * scale
