@@ -80,6 +80,12 @@ def test_medial_axes():
     assert tube.point[2] == pytest.approx(1, abs=1e-14)
     ball = exact(co.Sphere(2, (1, 2, 3)), (1, 2, 3))
     assert ball.distance == pytest.approx(-2, rel=1e-15)
+    # Of a ball of radius 5/4 with a bore of 3/4: the wall of that, and beyond z = 1 and -1 its rims
+    bored, height = co.Sphere(1.25) - co.Cylinder((0, 0, -2), (0, 0, 2), 0.75), np.array([0, 0.5, 1, 2, -3, 1e6])
+    rims = exact(bored, np.outer(height, (0, 0, 1)))
+    assert rims.distance == pytest.approx(np.hypot(0.75, np.maximum(np.abs(height) - 1, 0)), rel=1e-15)
+    slanted = exact(bored.rotate("x", 30), np.outer(height, (0, -0.5, math.sqrt(0.75))))
+    assert slanted.distance == pytest.approx(rims.distance, rel=1e-15)
     # An ellipse inside of its evolute: (3, 0) with the half axes 5 and 3 has x = a² 3 / (a² - b²), |y| < b.
     egg = exact(co.Ellipsoid((5, 3, 3)), (1, 0, 0))
     x = 25 * 1 / (25 - 9)
