@@ -254,15 +254,6 @@ def try_edge(geometry: Geometry, room: Neighbourhood, at: WallQuery, i: int, j: 
     return False
 
 
-@inline
-def _bend_of(geometry: Geometry, surface: int, form: SurfaceForm, x: float, y: float, z: float) -> tuple[float, float]:
-    """Return (d·A d, the size below which it counts as zero) of a surface and a unit vector."""
-    if integer(geometry, table.SURFACE_KIND, surface) == QUADRIC:
-        a, off = bend_between(load_quadric(geometry, integer(geometry, table.SURFACE_ROW, surface)), x, y, z, x, y, z)
-        return a, 16.0 * off
-    return form.size, 0.0
-
-
 @helper
 def _try_line(
     geometry: Geometry,
@@ -295,11 +286,14 @@ def _try_line(
             along = dot(dx, dy, dz, ax - cx - x, ay - cy - y, az - cz - z)
             sx, sy, sz = cx + x + along * dx, cy + y + along * dy, cz + z + along * dz
             form = form_at(geometry, room.surface[curved], sx, sy, sz)
-            a, off = _bend_of(geometry, room.surface[curved], form, dx, dy, dz)
+            a, off = form.size, 0.0  # of a plane and of a sphere
+            if integer(geometry, table.SURFACE_KIND, room.surface[curved]) == QUADRIC:
+                row = integer(geometry, table.SURFACE_ROW, room.surface[curved])
+                a, off = bend_between(load_quadric(geometry, row), dx, dy, dz, dx, dy, dz)
             b, c = dot(form.gx, form.gy, form.gz, dx, dy, dz), form.value
             # A coefficient within rounding counts as zero, also under the root: else the line of two planes, along a
             # third one, would meet that at a point that rounding has made
-            a = a if abs(a) > off else 0.0
+            a = a if abs(a) > 16.0 * off else 0.0
             b = b if abs(b) > _LINE_SHARE * form.steep else 0.0
             if b * b - a * c < -(2.0**-30) * (b * b + abs(a * c)):
                 continue
@@ -636,12 +630,7 @@ def _search(geometry: Geometry, room: Neighbourhood, at: WallQuery, x: float, y:
             continue
         half *= 0.5
         # `away`: the corner of the box that is farthest from the query point, a bit for each axis
-        away = 7
-        for i in range(3):
-            mine, middle = (at.x, x) if i == 0 else ((at.y, y) if i == 1 else (at.z, z))
-            if mine < middle:
-                away ^= 1 << i
-        away ^= 7
+        away = (1 if at.x < x else 0) | (2 if at.y < y else 0) | (4 if at.z < z else 0)
         for i in range(8):  # from the corner opposite to `away` to `away` itself, which lies on top
             side = (i ^ away) ^ 7
             dx = half if side & 1 else -half

@@ -114,21 +114,12 @@ def bend_between(
 ) -> tuple[float, float]:
     """Return (u·A v, its error bound) of unit vectors, from the rows, which keep digits that A may have lost."""
     _, _, _, w00, w01, w02, w10, w11, w12, w20, w21, w22, s0, s1, s2, _, _, _, _ = quadric
-    n0 = _ACROSS * length_of(w00, w01, w02)
-    n1 = _ACROSS * length_of(w10, w11, w12)
-    n2 = _ACROSS * length_of(w20, w21, w22)
+    n0, n1, n2 = length_of(w00, w01, w02), length_of(w10, w11, w12), length_of(w20, w21, w22)
+    n0, n1, n2 = _ACROSS * n0, _ACROSS * n1, _ACROSS * n2
     u0, u1, u2 = dot(w00, w01, w02, ux, uy, uz), dot(w10, w11, w12, ux, uy, uz), dot(w20, w21, w22, ux, uy, uz)
     v0, v1, v2 = dot(w00, w01, w02, vx, vy, vz), dot(w10, w11, w12, vx, vy, vz), dot(w20, w21, w22, vx, vy, vz)
-    off = abs(s0) * n0 * (abs(u0) + abs(v0) + n0)
-    off += abs(s1) * n1 * (abs(u1) + abs(v1) + n1) + abs(s2) * n2 * (abs(u2) + abs(v2) + n2)
-    return dot(s0 * u0, s1 * u1, s2 * u2, v0, v1, v2), off
-
-
-@inline
-def value_along(form: SurfaceForm, x: float, y: float, z: float) -> float:
-    """Return f(x + v)."""
-    ax, ay, az = bend_times(form, x, y, z)
-    return form.value + dot(2.0 * form.gx + ax, 2.0 * form.gy + ay, 2.0 * form.gz + az, x, y, z)
+    t0, t1, t2 = n0 * (abs(u0) + abs(v0) + n0), n1 * (abs(u1) + abs(v1) + n1), n2 * (abs(u2) + abs(v2) + n2)
+    return dot(s0 * u0, s1 * u1, s2 * u2, v0, v1, v2), dot(abs(s0), abs(s1), abs(s2), t0, t1, t2)
 
 
 @inline

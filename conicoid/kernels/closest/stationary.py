@@ -41,9 +41,7 @@ from .walls import CERTAIN_WALL, SLANTED, UNSETTLED, WallQuery, settle_point, tr
 _ROOTS = 6  # most stationary points of a quadric
 _NOWHERE = 2.0**-100  # least w of the search, as a share of the pole
 _POINT_SHARE = 2.0**-44  # share of its terms below which a value counts as zero: of a circle's square, at a center
-_APEX = (
-    2.0**-30
-)  # s, as a share of the least bend, below which a stationary point is the apex, which is tried itself
+_APEX = 2.0**-30  # s, as a share of the least bend, below which a stationary point is the apex, which is tried itself
 _FLATTEST = 2.0**-50  # least bend, as a share of the pole, of a surface whose local minima are all found
 _ACROSS = 2.0**-50  # largest cosine between rows of a record that are its principal axes
 _NO_BEND = 2.0**-48
@@ -179,18 +177,15 @@ def _is_cone(e: Secular) -> bool:
 
 @helper
 def _axes_about(geometry: Geometry, surface: int, about: SurfaceForm) -> Axes:
-    """Return the principal axes of a curved surface; `about` is its form about any point.
+    """Return the principal axes of a quadric; `about` is its form about any point.
 
     The rows of most records are the axes, which keep the digits of eigenvalues far smaller than the others.
     """
-    if integer(geometry, table.SURFACE_KIND, surface) == SPHERE:
-        return Axes(1.0, 1.0, 1.0, Directions(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0))
-    quadric = load_quadric(geometry, integer(geometry, table.SURFACE_ROW, surface))
-    _, _, _, x0, y0, z0, x1, y1, z1, x2, y2, z2, s0, s1, s2, _, _, _, _ = quadric
+    row = integer(geometry, table.SURFACE_ROW, surface)
+    _, _, _, x0, y0, z0, x1, y1, z1, x2, y2, z2, s0, s1, s2, _, _, _, _ = load_quadric(geometry, row)
     n0, n1, n2 = length_of(x0, y0, z0), length_of(x1, y1, z1), length_of(x2, y2, z2)
-    across = abs(dot(x0, y0, z0, x1, y1, z1)) <= _ACROSS * (n0 * n1)
-    across &= abs(dot(x0, y0, z0, x2, y2, z2)) <= _ACROSS * (n0 * n2)
-    across &= abs(dot(x1, y1, z1, x2, y2, z2)) <= _ACROSS * (n1 * n2)
+    d0, d1, d2 = dot(x0, y0, z0, x1, y1, z1), dot(x0, y0, z0, x2, y2, z2), dot(x1, y1, z1, x2, y2, z2)
+    across = (abs(d0) <= _ACROSS * (n0 * n1)) & (abs(d1) <= _ACROSS * (n0 * n2)) & (abs(d2) <= _ACROSS * (n1 * n2))
     if across & (n0 > 0.0) & (n1 > 0.0) & (n2 > 0.0):
         along = Directions(x0 / n0, y0 / n0, z0 / n0, x1 / n1, y1 / n1, z1 / n1, x2 / n2, y2 / n2, z2 / n2)
         return sort_axes(s0 * (n0 * n0), s1 * (n1 * n1), s2 * (n2 * n2), along)
@@ -214,7 +209,7 @@ def _tilt(b: float, a: float, steep: float) -> float:
 def equation_about(
     geometry: Geometry, surface: int, form: SurfaceForm, x: float, y: float, z: float
 ) -> tuple[Secular, Directions]:
-    """Return the secular equation of a curved surface, scaled to terms of about 1, and the axes of its v.
+    """Return the secular equation of a quadric, scaled to terms of about 1, and the axes of its v.
 
     `form` is that of the surface about the query point (x, y, z). The equation is about the anchor.
     """
@@ -271,8 +266,8 @@ def try_stationary(
         form_at(geometry, room.surface[k], at.x + x, at.y + y, at.z + z),
         rounding_share(at, 2.0**-50, x, y, z),
     )
-    steep = length_of(about.gx, about.gy, about.gz)
-    if abs(about.value) <= 64.0 * (about.off + (2.0 * steep + about.size * moved) * moved):
+    moved *= 2.0 * length_of(about.gx, about.gy, about.gz) + about.size * moved
+    if abs(about.value) <= 64.0 * (about.off + moved):
         _try(geometry, room, at, count, frame, x, y, z, 0.0)
 
 
@@ -325,12 +320,12 @@ def try_conic(
     dx, dy, dz = cx - at.x, cy - at.y, cz - at.z
     above, down = -h, dot(nx, ny, nz, dx, dy, dz) + h
     bx, by, bz = down * nx, down * ny, down * nz
+    ux, uy, uz, vx, vy, vz = perpendicular_axes(nx, ny, nz)
     if integer(geometry, table.SURFACE_KIND, room.surface[k]) == SPHERE:
         # A circle about (ox, oy, oz), which lies in the plane within rounding
         ox, oy, oz = dx - above * nx, dy - above * ny, dz - above * nz
         radius = load_sphere(geometry, integer(geometry, table.SURFACE_ROW, room.surface[k])).radius
         square = (radius - above) * (radius + above)
-        ux, uy, uz, vx, vy, vz = perpendicular_axes(nx, ny, nz)
         frame = EquationFrame(bx, by, bz, Directions(ux, uy, uz, vx, vy, vz, 0.0, 0.0, 0.0), known, k)
         ex, ey, ez = unit_along(bx - ox, by - oy, bz - oz, ux, uy, uz)
         if square >= -_POINT_SHARE * radius * radius:
@@ -339,7 +334,6 @@ def try_conic(
             _try(geometry, room, at, 2, frame, x, y, z, 0.0)
         return
     about = form_at(geometry, room.surface[k], cx - above * nx, cy - above * ny, cz - above * nz)
-    ux, uy, uz, vx, vy, vz = perpendicular_axes(nx, ny, nz)
     quadric = load_quadric(geometry, integer(geometry, table.SURFACE_ROW, room.surface[k]))
     p, q = bend_between(quadric, ux, uy, uz, ux, uy, uz)[0], bend_between(quadric, vx, vy, vz, vx, vy, vz)[0]
     c, s, _ = jacobi_rotation(p, q, bend_between(quadric, ux, uy, uz, vx, vy, vz)[0])

@@ -124,31 +124,26 @@ def _step(form: SurfaceForm, frame: _Frame) -> float:
 @helper
 def project_point(geometry: Geometry, room: Neighbourhood, count: int, x: float, y: float, z: float) -> Touch:
     """Project a point onto the first `count` of room.chosen, 1 to 3 surfaces, by Newton steps of least length."""
-    off, sine, a, b = 0.0, 1.0, _Frame(0.0, 0.0, 0.0, 0.0), _Frame(0.0, 0.0, 0.0, 0.0)
+    off, sine, mx, my, mz = 0.0, 1.0, 0.0, 0.0, 0.0
+    a, b = _Frame(0.0, 0.0, 0.0, 0.0), _Frame(0.0, 0.0, 0.0, 0.0)
     for k in range(_ROUNDS):
         one = form_at(geometry, room.surface[room.chosen[0]], x, y, z)
-        a = _beyond(one, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-        step = _step(one, a)
+        a, b = _beyond(one, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), _Frame(0.0, 0.0, 0.0, 0.0)
+        off, sine, step = surface_distance(one), 1.0, _step(one, a)
         mx, my, mz = step * a.x, step * a.y, step * a.z
-        off, sine = surface_distance(one), 1.0
-        if count > 1:
-            # Where the step to the first ends: a flat cone may have another slope there
-            two = form_at(geometry, room.surface[room.chosen[1]], x + mx, y + my, z + mz)
-            b = _beyond(two, a.x, a.y, a.z, 0.0, 0.0, 0.0)
-            step = _step(two, b)
-            mx, my, mz = mx + step * b.x, my + step * b.y, mz + step * b.z
-            off, sine = _joint_error(off + surface_distance(two), one, two, b), min(sine, b.sine)
-            if count > 2:
-                three = form_at(geometry, room.surface[room.chosen[2]], x + mx, y + my, z + mz)
-                c = _beyond(three, a.x, a.y, a.z, b.x, b.y, b.z)
-                step = _step(three, c)
-                mx, my, mz = mx + step * c.x, my + step * c.y, mz + step * c.z
-                off, sine = _joint_error(off + surface_distance(three), one, three, c), min(sine, c.sine)
+        for i in range(1, count):
+            # Where the step to those before ends: a flat cone may have another slope there
+            form = form_at(geometry, room.surface[room.chosen[i]], x + mx, y + my, z + mz)
+            frame = _beyond(form, a.x, a.y, a.z, b.x, b.y, b.z)
+            step = _step(form, frame)
+            mx, my, mz = mx + step * frame.x, my + step * frame.y, mz + step * frame.z
+            off, sine = _joint_error(off + surface_distance(form), one, form, frame), min(sine, frame.sine)
+            b = frame if i == 1 else b
         if k + 1 == _ROUNDS or (k > 1 and abs(mx) + abs(my) + abs(mz) <= 2.0**-53 * (abs(x) + abs(y) + abs(z))):
             break
         x, y, z = x + mx, y + my, z + mz
-    # The coordinates of the point are rounded, too
-    off += 2.0**-51 * (abs(x) + abs(y) + abs(z))
+    # The coordinates of the point are rounded, too; the surfaces were seen within the last step
+    off += 2.0**-51 * (abs(x) + abs(y) + abs(z)) + (abs(mx) + abs(my) + abs(mz))
     for k in range(count):
         if off > _POOR * (abs(x) + abs(y) + abs(z)):
             x, y, z, off = _at_apex(geometry, room, count, k, x, y, z, off)
@@ -168,14 +163,15 @@ def _at_apex(
     surface = room.surface[room.chosen[k]]
     if integer(geometry, table.SURFACE_KIND, surface) != QUADRIC:
         return x, y, z, off
-    quadric = load_quadric(geometry, integer(geometry, table.SURFACE_ROW, surface))
-    ax, ay, az, w00, w01, w02, w10, w11, w12, w20, w21, w22, s0, s1, s2, b0, b1, b2, constant = quadric
-    is_cone = (b0 == 0.0) & (b1 == 0.0) & (b2 == 0.0) & (constant == 0.0)
-    if not is_cone or length_of(ax - x, ay - y, az - z) > 8.0 * off:
+    ax, ay, az, w00, w01, w02, w10, w11, w12, w20, w21, w22, s0, s1, s2, b0, b1, b2, constant = load_quadric(
+        geometry, integer(geometry, table.SURFACE_ROW, surface)
+    )
+    if (b0 != 0.0) | (b1 != 0.0) | (b2 != 0.0) | (constant != 0.0) or length_of(ax - x, ay - y, az - z) > 8.0 * off:
         return x, y, z, off
-    n0 = abs(s0) * dot(w00, w01, w02, w00, w01, w02)
-    n1 = abs(s1) * dot(w10, w11, w12, w10, w11, w12)
-    n2 = abs(s2) * dot(w20, w21, w22, w20, w21, w22)
+    n0, n1, n2 = (
+        abs(s0) * dot(w00, w01, w02, w00, w01, w02), abs(s1) * dot(w10, w11, w12, w10, w11, w12),
+        abs(s2) * dot(w20, w21, w22, w20, w21, w22),
+    )  # fmt: skip
     most, least = max(n0, max(n1, n2)), min(n0, min(n1, n2))
     flat = math.sqrt(most / least) if least > 0.0 else math.inf
     apex = 2.0**-51 * (abs(ax) + abs(ay) + abs(az))
