@@ -175,8 +175,7 @@ def origin_of(
 
     About a query point far away a plane is known less well than a flat body is high. It serves for planes alone.
     """
-    for number in range(3):
-        near = i if number == 0 else (j if number == 1 else k)
+    for near in (i, j, k):
         if not is_flat(geometry, room, near):
             return anchor_of(geometry, room.surface[near])
     return at.x, at.y, at.z
@@ -288,8 +287,10 @@ def _try_line(
             form = form_at(geometry, room.surface[curved], sx, sy, sz)
             a, off = form.size, 0.0  # of a plane and of a sphere
             if integer(geometry, table.SURFACE_KIND, room.surface[curved]) == QUADRIC:
-                row = integer(geometry, table.SURFACE_ROW, room.surface[curved])
-                a, off = bend_between(load_quadric(geometry, row), dx, dy, dz, dx, dy, dz)
+                a, off = bend_between(
+                    load_quadric(geometry, integer(geometry, table.SURFACE_ROW, room.surface[curved])),
+                    dx, dy, dz, dx, dy, dz,
+                )  # fmt: skip
             b, c = dot(form.gx, form.gy, form.gz, dx, dy, dz), form.value
             # A coefficient within rounding counts as zero, also under the root: else the line of two planes, along a
             # third one, would meet that at a point that rounding has made

@@ -17,8 +17,6 @@ ROUNDED = 2.0**-48
 """Error of a value as a share of its terms: 32 roundings."""
 _ANCHOR = 2.0**-52
 """Error of an anchor's record as a share of its coordinates."""
-_ACROSS = 2.0**-48
-"""Error of a row's part along a unit vector as a share of the row."""
 _OF_DOUBT = 2.0**-4
 """Factor to `quadric_rounding`, which counts 512 roundings of a value; here 32 are enough."""
 
@@ -115,7 +113,7 @@ def bend_between(
     """Return (u·A v, its error bound) of unit vectors, from the rows, which keep digits that A may have lost."""
     _, _, _, w00, w01, w02, w10, w11, w12, w20, w21, w22, s0, s1, s2, _, _, _, _ = quadric
     n0, n1, n2 = length_of(w00, w01, w02), length_of(w10, w11, w12), length_of(w20, w21, w22)
-    n0, n1, n2 = _ACROSS * n0, _ACROSS * n1, _ACROSS * n2
+    n0, n1, n2 = ROUNDED * n0, ROUNDED * n1, ROUNDED * n2
     u0, u1, u2 = dot(w00, w01, w02, ux, uy, uz), dot(w10, w11, w12, ux, uy, uz), dot(w20, w21, w22, ux, uy, uz)
     v0, v1, v2 = dot(w00, w01, w02, vx, vy, vz), dot(w10, w11, w12, vx, vy, vz), dot(w20, w21, w22, vx, vy, vz)
     t0, t1, t2 = n0 * (abs(u0) + abs(v0) + n0), n1 * (abs(u1) + abs(v1) + n1), n2 * (abs(u2) + abs(v2) + n2)

@@ -181,8 +181,9 @@ def _axes_about(geometry: Geometry, surface: int, about: SurfaceForm) -> Axes:
 
     The rows of most records are the axes, which keep the digits of eigenvalues far smaller than the others.
     """
-    row = integer(geometry, table.SURFACE_ROW, surface)
-    _, _, _, x0, y0, z0, x1, y1, z1, x2, y2, z2, s0, s1, s2, _, _, _, _ = load_quadric(geometry, row)
+    _, _, _, x0, y0, z0, x1, y1, z1, x2, y2, z2, s0, s1, s2, _, _, _, _ = load_quadric(
+        geometry, integer(geometry, table.SURFACE_ROW, surface)
+    )
     n0, n1, n2 = length_of(x0, y0, z0), length_of(x1, y1, z1), length_of(x2, y2, z2)
     d0, d1, d2 = dot(x0, y0, z0, x1, y1, z1), dot(x0, y0, z0, x2, y2, z2), dot(x1, y1, z1, x2, y2, z2)
     across = (abs(d0) <= _ACROSS * (n0 * n1)) & (abs(d1) <= _ACROSS * (n0 * n2)) & (abs(d2) <= _ACROSS * (n1 * n2))

@@ -43,9 +43,8 @@ from .neighbourhood import (
 
 TANGENT = 2.0**-22
 """Sine below which surfaces count as tangent to each other."""
-_LEVEL = 2.0**-50
-"""Sine below which the direction in which surfaces slant to each other is rounding."""
-_ROUNDS = 12
+_LEVEL, _ROUNDS = 2.0**-50, 12
+"""Sine below which the direction in which surfaces slant to each other is rounding; most steps of Newton's method."""
 _POOR = 2.0**-40
 """Error, as a share of its size, from which on a projected point may be replaced by the apex of a cone."""
 
