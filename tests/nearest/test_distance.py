@@ -302,6 +302,18 @@ def test_points_near_and_far_from_flat_cones(slope: float, within: float) -> Non
     assert_certified(co.Cone((0, 0, -10), (0, 0, 0), 10 * slope, 0), points, true, within)
 
 
+@pytest.mark.parametrize("radius", [1e2, 1e4, 1e6, 1e7, 1e8])
+def test_corners_of_cut_flat_cones(radius: float) -> None:
+    """A convex body: from its corner in the plane z = -1 along a sum of the normals there, that is nearest."""
+    solid = co.Cone((0, 0, -1), (0, 0, 0), radius, 0) & co.HalfSpace((1, 0, 0), radius / 4)
+    points = [(radius / 4 + 2 * t, 3 * t + radius, -1 - t) for t in (radius * 10.0**k for k in range(-1, 9))]
+    with localcontext() as context:
+        context.prec, r = 60, Decimal(radius)
+        corner = (r / 4, r * Decimal(15).sqrt() / 4, Decimal(-1))
+        squares = [sum((Decimal(u) - v) ** 2 for u, v in zip(x, corner, strict=True)) for x in points]
+        assert_certified(solid, points, [square.sqrt() for square in squares], 1e-10 if radius < 1e6 else math.inf)
+
+
 @pytest.mark.parametrize("away", [1e-3, 1.0, 1e3, 1e5, 1e8])
 @pytest.mark.parametrize(
     ("solid", "squares", "line"),
