@@ -80,6 +80,12 @@ def test_medial_axes():
     assert tube.point[2] == pytest.approx(1, abs=1e-14)
     ball = exact(co.Sphere(2, (1, 2, 3)), (1, 2, 3))
     assert ball.distance == pytest.approx(-2, rel=1e-15)
+    # Of a ball of radius 5/4 with a bore of 3/4: the wall of that, and beyond z = 1 and -1 its rims
+    bored, height = co.Sphere(1.25) - co.Cylinder((0, 0, -2), (0, 0, 2), 0.75), np.array([0, 0.5, 1, 2, -3, 1e6])
+    rims = exact(bored, np.outer(height, (0, 0, 1)))
+    assert rims.distance == pytest.approx(np.hypot(0.75, np.maximum(np.abs(height) - 1, 0)), rel=1e-15)
+    slanted = exact(bored.rotate("x", 30), np.outer(height, (0, -0.5, math.sqrt(0.75))))
+    assert slanted.distance == pytest.approx(rims.distance, rel=1e-15)
     # An ellipse inside of its evolute: (3, 0) with the half axes 5 and 3 has x = a² 3 / (a² - b²), |y| < b.
     egg = exact(co.Ellipsoid((5, 3, 3)), (1, 0, 0))
     x = 25 * 1 / (25 - 9)
@@ -255,7 +261,7 @@ def test_points_far_from_rods_and_balls(far: float) -> None:
         assert (found.error <= 1e-6 * far).all()
 
 
-def slender_cone_distance(x: float, z: float, slope: float) -> Decimal:
+def slender_cone_distance(x: float | Decimal, z: float, slope: float) -> Decimal:
     """From (x, 0, z) to the generator x = -slope z, -10 <= z <= 0, of a cone."""
     with localcontext() as context:
         context.prec = 60
@@ -281,6 +287,31 @@ def test_points_beside_slender_cones(slope: float, x: float) -> None:
     heights = [0.0, slope / 2, -slope / 2, 2 * slope, -2 * slope, 1e-9, -1e-9, -5.0]
     solid, points = co.Cone((0, 0, -10), (0, 0, 0), 10 * slope, 0), [(x, 0.0, z) for z in heights]
     assert_certified(solid, points, [slender_cone_distance(x, z, slope) for z in heights], 1e-12)
+
+
+@pytest.mark.parametrize(
+    ("slope", "within"), [(1e3, 1e-12), (1e5, 1e-12), (1e6, 1e-12), (1e7, 1e-12), (1e8, math.inf), (1e9, math.inf)]
+)
+def test_points_near_and_far_from_flat_cones(slope: float, within: float) -> None:
+    """About a far point the plane of the base is known less well than the cone is high."""
+    size = 10.0 ** np.arange(19).repeat(10)[:, None]
+    points = (np.abs(np.random.default_rng(5).normal(size=(190, 3))) * size).tolist()
+    with localcontext() as context:
+        context.prec = 60
+        true = [slender_cone_distance((Decimal(x) ** 2 + Decimal(y) ** 2).sqrt(), z, slope) for x, y, z in points]
+    assert_certified(co.Cone((0, 0, -10), (0, 0, 0), 10 * slope, 0), points, true, within)
+
+
+@pytest.mark.parametrize("radius", [1e2, 1e4, 1e6, 1e7, 1e8])
+def test_corners_of_cut_flat_cones(radius: float) -> None:
+    """A convex body: from its corner in the plane z = -1 along a sum of the normals there, that is nearest."""
+    solid = co.Cone((0, 0, -1), (0, 0, 0), radius, 0) & co.HalfSpace((1, 0, 0), radius / 4)
+    points = [(radius / 4 + 2 * t, 3 * t + radius, -1 - t) for t in (radius * 10.0**k for k in range(-1, 9))]
+    with localcontext() as context:
+        context.prec, r = 60, Decimal(radius)
+        corner = (r / 4, r * Decimal(15).sqrt() / 4, Decimal(-1))
+        squares = [sum((Decimal(u) - v) ** 2 for u, v in zip(x, corner, strict=True)) for x in points]
+        assert_certified(solid, points, [square.sqrt() for square in squares], 1e-10 if radius < 1e6 else math.inf)
 
 
 @pytest.mark.parametrize("away", [1e-3, 1.0, 1e3, 1e5, 1e8])

@@ -16,9 +16,9 @@ from ..._jit.decorators import helper, inline
 from .. import tables as table
 from ..numbers.vectors import dot
 from ..programs import leaf_bounds, leaf_high, leaf_low
-from ..surface.records import anchor_of
-from ..tables import Geometry, integer, poll_halt, whole
-from .form import ROUNDED, SurfaceForm, bend_times, form_at, length_of, principal_axes
+from ..surface.records import anchor_of, load_quadric
+from ..tables import QUADRIC, Geometry, integer, poll_halt, whole
+from .form import ROUNDED, SurfaceForm, bend_between, bend_times, form_at, length_of, principal_axes
 from .neighbourhood import (
     BOX,
     LEAF,
@@ -44,7 +44,7 @@ HARD = -1
 
 
 class PencilPlanes(NamedTuple):
-    """Up to two planes n·v = h about the query point; their number is HARD if the curve is in no plane."""
+    """Up to two planes n·p = h about a point (`origin_of`); their number is HARD if the curve is in no plane."""
 
     number: int
     x0: float
@@ -124,8 +124,8 @@ def _ratio(f: SurfaceForm, h: SurfaceForm, x: float, y: float, z: float) -> floa
 
 
 @helper
-def shared_planes(geometry: Geometry, one: int, other: int, x: float, y: float, z: float) -> PencilPlanes:
-    """Return the planes of the curve of two curved surfaces, about a point."""
+def shared_planes(geometry: Geometry, one: int, other: int) -> PencilPlanes:
+    """Return the planes of the curve of two curved surfaces, about the anchor of the first."""
     cx, cy, cz = anchor_of(geometry, one)  # terms are small there, so that zeros are recognised
     f, h = form_at(geometry, one, cx, cy, cz), form_at(geometry, other, cx, cy, cz)
     p = principal_axes(f.xx, f.yy, f.zz, f.xy, f.xz, f.yz).along
@@ -147,11 +147,7 @@ def shared_planes(geometry: Geometry, one: int, other: int, x: float, y: float, 
                 m = _ratio(f, h, axes.x2, axes.y2, axes.z2)
             if m != 0.0:
                 found = _planes_of(_difference(f, h, m))
-    dx, dy, dz = x - cx, y - cy, z - cz
-    return PencilPlanes(
-        found.number, found.x0, found.y0, found.z0, found.h0 - dot(found.x0, found.y0, found.z0, dx, dy, dz),
-        found.x1, found.y1, found.z1, found.h1 - dot(found.x1, found.y1, found.z1, dx, dy, dz),
-    )  # fmt: skip
+    return found
 
 
 # Edges and corners: two or three surfaces that meet
@@ -171,16 +167,33 @@ def plane_about(form: SurfaceForm) -> tuple[float, float, float, float]:
     return 2.0 * form.gx, 2.0 * form.gy, 2.0 * form.gz, -form.value
 
 
+@helper
+def origin_of(
+    geometry: Geometry, room: Neighbourhood, at: WallQuery, i: int, j: int, k: int
+) -> tuple[float, float, float]:
+    """Return the point about which planes of near surfaces are computed: the anchor of the first curved one.
+
+    About a query point far away a plane is known less well than a flat body is high. It serves for planes alone.
+    """
+    for near in (i, j, k):
+        if not is_flat(geometry, room, near):
+            return anchor_of(geometry, room.surface[near])
+    return at.x, at.y, at.z
+
+
 @inline
-def planes_of_pair(geometry: Geometry, room: Neighbourhood, at: WallQuery, i: int, j: int) -> PencilPlanes:
-    """Return planes that contain the common points of near surfaces i < j: a plane among them, or those of quadrics."""
-    if is_flat(geometry, room, i):
-        nx, ny, nz, h = plane_about(form_at(geometry, room.surface[i], at.x, at.y, at.z))
+def planes_of_pair(
+    geometry: Geometry, room: Neighbourhood, i: int, j: int, cx: float, cy: float, cz: float
+) -> PencilPlanes:
+    """Return planes that contain the common points of near surfaces i < j: a plane among them, or those of quadrics.
+
+    They are about (cx, cy, cz): of two quadrics that is the anchor of i.
+    """
+    flat = is_flat(geometry, room, i)
+    if flat or is_flat(geometry, room, j):  # a sheet's own quadric stands before the planes
+        nx, ny, nz, h = plane_about(form_at(geometry, room.surface[i if flat else j], cx, cy, cz))
         return PencilPlanes(1, nx, ny, nz, h, 0.0, 0.0, 0.0, 0.0)
-    if is_flat(geometry, room, j):  # a sheet's own quadric stands before the planes
-        nx, ny, nz, h = plane_about(form_at(geometry, room.surface[j], at.x, at.y, at.z))
-        return PencilPlanes(1, nx, ny, nz, h, 0.0, 0.0, 0.0, 0.0)
-    return shared_planes(geometry, room.surface[i], room.surface[j], at.x, at.y, at.z)
+    return shared_planes(geometry, room.surface[i], room.surface[j])
 
 
 @inline
@@ -224,40 +237,20 @@ def try_edge(geometry: Geometry, room: Neighbourhood, at: WallQuery, i: int, j: 
             _choose(room, i, j, j)
             try_point(geometry, room, at, 2, x, y, z, math.inf, 0.0, 0.0)
         return False
-    planes = planes_of_pair(geometry, room, at, i, j)
+    cx, cy, cz = origin_of(geometry, room, at, i, j, j)
+    planes = planes_of_pair(geometry, room, i, j, cx, cy, cz)
     if planes.number == HARD:
         return True
-    curved = i if is_flat(geometry, room, j) else j
-    form = form_at(geometry, room.surface[curved], at.x, at.y, at.z)
+    curved = j if is_flat(geometry, room, i) else i
     error = math.inf if is_flat(geometry, room, i) or is_flat(geometry, room, j) else EDGE_ERROR
     for k in range(planes.number):
         nx, ny, nz, h = plane_of(planes, k)
-        if abs(h) <= limit(room) * _MORE:
+        if abs(dot(nx, ny, nz, at.x - cx, at.y - cy, at.z - cz) - h) <= limit(room) * _MORE:
             _choose(room, i, j, j)
-            try_conic(geometry, room, at, 2, curved, form, nx, ny, nz, h, error)
+            try_conic(geometry, room, at, curved, nx, ny, nz, h, error)
     if planes.number == 2:  # where the two conics cross
-        _try_line(geometry, room, at, planes, planes, i, j, j, 2)
+        _try_line(geometry, room, at, planes, planes, i, j, j)
     return False
-
-
-@inline
-def _beside_anchor(
-    geometry: Geometry,
-    room: Neighbourhood,
-    at: WallQuery,
-    k: int,
-    x: float,
-    y: float,
-    z: float,
-    dx: float,
-    dy: float,
-    dz: float,
-) -> float:
-    """Return how far along a line the anchor of a near surface lies: about there a quadric's terms are smallest."""
-    if is_flat(geometry, room, k):
-        return 0.0
-    ax, ay, az = anchor_of(geometry, room.surface[k])
-    return dot(dx, dy, dz, (ax - at.x) - x, (ay - at.y) - y, (az - at.z) - z)
 
 
 @helper
@@ -270,26 +263,38 @@ def _try_line(
     i: int,
     j: int,
     k: int,
-    count: int,
 ) -> None:
-    """Try where the lines of two planes meet surface k, or the sheet's own surface i if that is curved and k is not."""
+    """Try where lines of two planes meet surface k, or the sheet's own surface i if that is curved and k is not.
+
+    The planes are about `origin_of` the surfaces; k = j for two.
+    """
     curved = i if is_flat(geometry, room, k) and not is_flat(geometry, room, i) else k
-    same = count == 2
+    cx, cy, cz = origin_of(geometry, room, at, i, j, k)
+    qx, qy, qz = at.x - cx, at.y - cy, at.z - cz
+    # About there the terms of a quadric are smallest
+    ax, ay, az = origin_of(geometry, room, at, curved, curved, curved)
     for p in range(one.number):
-        ax, ay, az, g = plane_of(one, p)
-        for q in range(p + 1 if same else 0, other.number):
-            bx, by, bz, h = plane_of(other, q)
-            x, y, z, dx, dy, dz = line_of_planes(ax, ay, az, g, bx, by, bz, h)
-            if not length_of(x, y, z) <= limit(room) * _MORE or not (dx != 0.0) | (dy != 0.0) | (dz != 0.0):
+        nx, ny, nz, g = plane_of(one, p)
+        for q in range(p + 1 if k == j else 0, other.number):
+            mx, my, mz, h = plane_of(other, q)
+            x, y, z, dx, dy, dz = line_of_planes(nx, ny, nz, g, mx, my, mz, h)
+            foot = dot(dx, dy, dz, qx, qy, qz)
+            fx, fy, fz = x - qx + foot * dx, y - qy + foot * dy, z - qz + foot * dz
+            if not length_of(fx, fy, fz) <= limit(room) * _MORE or not (dx != 0.0) | (dy != 0.0) | (dz != 0.0):
                 continue
-            along = _beside_anchor(geometry, room, at, curved, x, y, z, dx, dy, dz)
-            sx, sy, sz = x + along * dx, y + along * dy, z + along * dz
-            form = form_at(geometry, room.surface[curved], at.x + sx, at.y + sy, at.z + sz)
-            ux, uy, uz = bend_times(form, dx, dy, dz)
-            a, b, c = dot(ux, uy, uz, dx, dy, dz), dot(form.gx, form.gy, form.gz, dx, dy, dz), form.value
+            along = dot(dx, dy, dz, ax - cx - x, ay - cy - y, az - cz - z)
+            sx, sy, sz = cx + x + along * dx, cy + y + along * dy, cz + z + along * dz
+            form = form_at(geometry, room.surface[curved], sx, sy, sz)
+            a, off = form.size, 0.0  # of a plane and of a sphere
+            if integer(geometry, table.SURFACE_KIND, room.surface[curved]) == QUADRIC:
+                a, off = bend_between(
+                    load_quadric(geometry, integer(geometry, table.SURFACE_ROW, room.surface[curved])),
+                    dx, dy, dz, dx, dy, dz,
+                )  # fmt: skip
+            b, c = dot(form.gx, form.gy, form.gz, dx, dy, dz), form.value
             # A coefficient within rounding counts as zero, also under the root: else the line of two planes, along a
             # third one, would meet that at a point that rounding has made
-            a = a if abs(a) > _LINE_SHARE * form.size else 0.0
+            a = a if abs(a) > 16.0 * off else 0.0
             b = b if abs(b) > _LINE_SHARE * form.steep else 0.0
             if b * b - a * c < -(2.0**-30) * (b * b + abs(a * c)):
                 continue
@@ -299,34 +304,33 @@ def _try_line(
             for which in range(2):
                 over, under = (far, a) if which == 0 else (c, far)
                 t = along + over / under if under != 0.0 else math.inf
-                if not abs(t) <= limit(room) * _MORE:
+                if not abs(t - foot) <= limit(room) * _MORE:
                     continue
                 _choose(room, i, j, k)
-                px, py, pz = x + t * dx, y + t * dy, z + t * dz
-                error = rounding_share(at, EDGE_ERROR, px, py, pz) if count == 2 else math.inf
-                least = length_of(x, y, z) - rounding_share(at, EDGE_ERROR, x, y, z)
-                try_point(geometry, room, at, count, px, py, pz, error, least, 0.0)
+                px, py, pz = x - qx + t * dx, y - qy + t * dy, z - qz + t * dz
+                error = rounding_share(at, EDGE_ERROR, px, py, pz) if k == j else math.inf
+                least = length_of(fx, fy, fz) - rounding_share(at, EDGE_ERROR, fx, fy, fz)
+                try_point(geometry, room, at, 2 if k == j else 3, px, py, pz, error, least, 0.0)
 
 
 @helper
 def try_corners(geometry: Geometry, room: Neighbourhood, at: WallQuery, i: int, j: int) -> None:
     """Try the points where near surfaces i < j meet a third one k > j; hard curves are left out."""
-    one = planes_of_pair(geometry, room, at, i, j)
+    cx, cy, cz = origin_of(geometry, room, at, i, j, j)
+    one = planes_of_pair(geometry, room, i, j, cx, cy, cz)
     if one.number <= 0:
         return
-    flat = is_flat(geometry, room, i) and is_flat(geometry, room, j)
+    flat = is_flat(geometry, room, i)
     for k in range(j + 1, room.sizes[SURFACES]):
         if not room.bound[k] <= limit(room):
             continue
-        if flat:
-            nx, ny, nz, h = plane_about(form_at(geometry, room.surface[j], at.x, at.y, at.z))
-            _try_line(geometry, room, at, one, PencilPlanes(1, nx, ny, nz, h, 0.0, 0.0, 0.0, 0.0), i, j, k, 3)
-            continue
+        if flat and is_flat(geometry, room, j):
+            cx, cy, cz = origin_of(geometry, room, at, i, j, k)
+            one = planes_of_pair(geometry, room, i, j, cx, cy, cz)
         # The third curve: that of i and k if i is curved, else that of j and k
-        curved_first = not is_flat(geometry, room, i)
-        other = planes_of_pair(geometry, room, at, i, k) if curved_first else planes_of_pair(geometry, room, at, j, k)
+        other = planes_of_pair(geometry, room, j if flat else i, k, cx, cy, cz)
         if other.number > 0:
-            _try_line(geometry, room, at, one, other, i, j, k, 3)
+            _try_line(geometry, room, at, one, other, i, j, k)
 
 
 @inline
@@ -412,7 +416,8 @@ def try_edges(geometry: Geometry, room: Neighbourhood, at: WallQuery) -> bool:
                 if i < last:
                     hard = _note(room, i, j, try_edge(geometry, room, at, i, j)) or hard
                 else:
-                    hard = _note(room, i, j, planes_of_pair(geometry, room, at, i, j).number == HARD) or hard
+                    planes = planes_of_pair(geometry, room, i, j, 0.0, 0.0, 0.0)
+                    hard = _note(room, i, j, planes.number == HARD) or hard
     for i in range(last):
         for j in range(i + 1, count):
             if max(room.bound[i], room.bound[j]) <= limit(room):
@@ -626,12 +631,7 @@ def _search(geometry: Geometry, room: Neighbourhood, at: WallQuery, x: float, y:
             continue
         half *= 0.5
         # `away`: the corner of the box that is farthest from the query point, a bit for each axis
-        away = 7
-        for i in range(3):
-            mine, middle = (at.x, x) if i == 0 else ((at.y, y) if i == 1 else (at.z, z))
-            if mine < middle:
-                away ^= 1 << i
-        away ^= 7
+        away = (1 if at.x < x else 0) | (2 if at.y < y else 0) | (4 if at.z < z else 0)
         for i in range(8):  # from the corner opposite to `away` to `away` itself, which lies on top
             side = (i ^ away) ^ 7
             dx = half if side & 1 else -half

@@ -107,6 +107,20 @@ def bend_times(form: SurfaceForm, x: float, y: float, z: float) -> tuple[float, 
 
 
 @inline
+def bend_between(
+    quadric: QuadricRecord, ux: float, uy: float, uz: float, vx: float, vy: float, vz: float
+) -> tuple[float, float]:
+    """Return (u·A v, its error bound) of unit vectors, from the rows, which keep digits that A may have lost."""
+    _, _, _, w00, w01, w02, w10, w11, w12, w20, w21, w22, s0, s1, s2, _, _, _, _ = quadric
+    n0, n1, n2 = length_of(w00, w01, w02), length_of(w10, w11, w12), length_of(w20, w21, w22)
+    n0, n1, n2 = ROUNDED * n0, ROUNDED * n1, ROUNDED * n2
+    u0, u1, u2 = dot(w00, w01, w02, ux, uy, uz), dot(w10, w11, w12, ux, uy, uz), dot(w20, w21, w22, ux, uy, uz)
+    v0, v1, v2 = dot(w00, w01, w02, vx, vy, vz), dot(w10, w11, w12, vx, vy, vz), dot(w20, w21, w22, vx, vy, vz)
+    t0, t1, t2 = n0 * (abs(u0) + abs(v0) + n0), n1 * (abs(u1) + abs(v1) + n1), n2 * (abs(u2) + abs(v2) + n2)
+    return dot(s0 * u0, s1 * u1, s2 * u2, v0, v1, v2), dot(abs(s0), abs(s1), abs(s2), t0, t1, t2)
+
+
+@inline
 def rounding_within(form: SurfaceForm, r: float) -> float:
     """Return the error bound of f(x + v) for every v up to the length r."""
     return form.off + ROUNDED * (2.0 * form.steep + form.size * r) * r

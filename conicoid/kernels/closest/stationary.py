@@ -15,7 +15,7 @@ from .form import (
     Axes,
     Directions,
     SurfaceForm,
-    bend_times,
+    bend_between,
     form_at,
     jacobi_rotation,
     length_of,
@@ -25,7 +25,7 @@ from .form import (
     reverse_axes,
     sort_axes,
 )
-from .neighbourhood import Neighbourhood, limit
+from .neighbourhood import LOWER, Neighbourhood, limit
 from .secular import (
     NONE,
     Secular,
@@ -41,7 +41,8 @@ from .walls import CERTAIN_WALL, SLANTED, UNSETTLED, WallQuery, settle_point, tr
 _ROOTS = 6  # most stationary points of a quadric
 _NOWHERE = 2.0**-100  # least w of the search, as a share of the pole
 _POINT_SHARE = 2.0**-44  # share of its terms below which a value counts as zero: of a circle's square, at a center
-_APEX = 2.0**-30  # s, as a share of the pole, at which a stationary point counts as the apex, which is tried itself
+_APEX = 2.0**-30  # s, as a share of the least bend, below which a stationary point is the apex, which is tried itself
+_FLATTEST = 2.0**-50  # least bend, as a share of the pole, of a surface whose local minima are all found
 _ACROSS = 2.0**-50  # largest cosine between rows of a record that are its principal axes
 _NO_BEND = 2.0**-48
 """Size of a coefficient, as a share of its terms, below which it counts as zero where it was computed from others."""
@@ -142,6 +143,10 @@ def _try_below(
         return
     # A root at w moves the point by at least |g0| / w, so one within the limit has w >= |g0| / limit
     start, room_left = pole * _NOWHERE, limit(room)
+    # The roots of a flat surface may lie nearer to s = 0 than the pole is known: what they are is left open
+    flat = min(abs(e.a1) if e.a1 != 0.0 else pole, abs(e.a2) if e.a2 != 0.0 else pole)
+    if flat < _FLATTEST * pole:
+        room.best[LOWER] = min(room.best[LOWER], room.bound[frame.curved])
     # F vanishes at s = 0 as well, at the apex; a root so near to it is as far away
     cone = (e.constant == 0.0) & (e.b0 == 0.0) & (e.b1 == 0.0) & (e.b2 == 0.0)
     if room_left < math.inf and room_left > 0.0:
@@ -150,7 +155,7 @@ def _try_below(
         if not start < pole - max(0.0, -e.a1):
             return
         w, start = next_root(e, start)
-        if w != NONE and not (cone and pole - w <= _APEX * pole):
+        if w != NONE and not (cone and pole - w <= _APEX * min(flat, pole)):
             v0, v1, v2 = place_below(e, w)
             x, y, z = _place(frame, v0, v1, v2)
             if length_of(x, y, z) * (1.0 - 2.0**-20) <= limit(room):
@@ -172,18 +177,16 @@ def _is_cone(e: Secular) -> bool:
 
 @helper
 def _axes_about(geometry: Geometry, surface: int, about: SurfaceForm) -> Axes:
-    """Return the principal axes of a curved surface; `about` is its form about any point.
+    """Return the principal axes of a quadric; `about` is its form about any point.
 
     The rows of most records are the axes, which keep the digits of eigenvalues far smaller than the others.
     """
-    if integer(geometry, table.SURFACE_KIND, surface) == SPHERE:
-        return Axes(1.0, 1.0, 1.0, Directions(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0))
-    quadric = load_quadric(geometry, integer(geometry, table.SURFACE_ROW, surface))
-    _, _, _, x0, y0, z0, x1, y1, z1, x2, y2, z2, s0, s1, s2, _, _, _, _ = quadric
+    _, _, _, x0, y0, z0, x1, y1, z1, x2, y2, z2, s0, s1, s2, _, _, _, _ = load_quadric(
+        geometry, integer(geometry, table.SURFACE_ROW, surface)
+    )
     n0, n1, n2 = length_of(x0, y0, z0), length_of(x1, y1, z1), length_of(x2, y2, z2)
-    across = abs(dot(x0, y0, z0, x1, y1, z1)) <= _ACROSS * (n0 * n1)
-    across &= abs(dot(x0, y0, z0, x2, y2, z2)) <= _ACROSS * (n0 * n2)
-    across &= abs(dot(x1, y1, z1, x2, y2, z2)) <= _ACROSS * (n1 * n2)
+    d0, d1, d2 = dot(x0, y0, z0, x1, y1, z1), dot(x0, y0, z0, x2, y2, z2), dot(x1, y1, z1, x2, y2, z2)
+    across = (abs(d0) <= _ACROSS * (n0 * n1)) & (abs(d1) <= _ACROSS * (n0 * n2)) & (abs(d2) <= _ACROSS * (n1 * n2))
     if across & (n0 > 0.0) & (n1 > 0.0) & (n2 > 0.0):
         along = Directions(x0 / n0, y0 / n0, z0 / n0, x1 / n1, y1 / n1, z1 / n1, x2 / n2, y2 / n2, z2 / n2)
         return sort_axes(s0 * (n0 * n0), s1 * (n1 * n1), s2 * (n2 * n2), along)
@@ -207,7 +210,7 @@ def _tilt(b: float, a: float, steep: float) -> float:
 def equation_about(
     geometry: Geometry, surface: int, form: SurfaceForm, x: float, y: float, z: float
 ) -> tuple[Secular, Directions]:
-    """Return the secular equation of a curved surface, scaled to terms of about 1, and the axes of its v.
+    """Return the secular equation of a quadric, scaled to terms of about 1, and the axes of its v.
 
     `form` is that of the surface about the query point (x, y, z). The equation is about the anchor.
     """
@@ -264,8 +267,8 @@ def try_stationary(
         form_at(geometry, room.surface[k], at.x + x, at.y + y, at.z + z),
         rounding_share(at, 2.0**-50, x, y, z),
     )
-    steep = length_of(about.gx, about.gy, about.gz)
-    if abs(about.value) <= 64.0 * (about.off + (2.0 * steep + about.size * moved) * moved):
+    moved *= 2.0 * length_of(about.gx, about.gy, about.gz) + about.size * moved
+    if abs(about.value) <= 64.0 * (about.off + moved):
         _try(geometry, room, at, count, frame, x, y, z, 0.0)
 
 
@@ -305,49 +308,46 @@ def try_conic(
     geometry: Geometry,
     room: Neighbourhood,
     at: WallQuery,
-    count: int,
     k: int,
-    form: SurfaceForm,
     nx: float,
     ny: float,
     nz: float,
     h: float,
     known: float,
 ) -> None:
-    """Try the local minima of the distance to the conic of near surface k, f = 0, n·v = h; n is a unit vector."""
-    # The equation is about the foot of the anchor in the plane
-    bx, by, bz = h * nx, h * ny, h * nz
+    """Try the local minima of the distance to the conic of near surface k and a plane, n·p = h about its anchor."""
+    # n is a unit vector; the equation is about the foot of the anchor in the plane
     cx, cy, cz = anchor_of(geometry, room.surface[k])
     dx, dy, dz = cx - at.x, cy - at.y, cz - at.z
-    above = dot(nx, ny, nz, dx, dy, dz) - h
+    above, down = -h, dot(nx, ny, nz, dx, dy, dz) + h
+    bx, by, bz = down * nx, down * ny, down * nz
+    ux, uy, uz, vx, vy, vz = perpendicular_axes(nx, ny, nz)
     if integer(geometry, table.SURFACE_KIND, room.surface[k]) == SPHERE:
         # A circle about (ox, oy, oz), which lies in the plane within rounding
         ox, oy, oz = dx - above * nx, dy - above * ny, dz - above * nz
         radius = load_sphere(geometry, integer(geometry, table.SURFACE_ROW, room.surface[k])).radius
         square = (radius - above) * (radius + above)
-        ux, uy, uz, vx, vy, vz = perpendicular_axes(nx, ny, nz)
         frame = EquationFrame(bx, by, bz, Directions(ux, uy, uz, vx, vy, vz, 0.0, 0.0, 0.0), known, k)
         ex, ey, ez = unit_along(bx - ox, by - oy, bz - oz, ux, uy, uz)
         if square >= -_POINT_SHARE * radius * radius:
             radius = math.sqrt(max(square, 0.0))
             x, y, z = ox + radius * ex, oy + radius * ey, oz + radius * ez
-            _try(geometry, room, at, count, frame, x, y, z, 0.0)
+            _try(geometry, room, at, 2, frame, x, y, z, 0.0)
         return
     about = form_at(geometry, room.surface[k], cx - above * nx, cy - above * ny, cz - above * nz)
-    ux, uy, uz, vx, vy, vz = perpendicular_axes(nx, ny, nz)
-    au, bu, cu = bend_times(form, ux, uy, uz)
-    av, bv, cv = bend_times(form, vx, vy, vz)
-    p, q, mixed = dot(au, bu, cu, ux, uy, uz), dot(av, bv, cv, vx, vy, vz), dot(au, bu, cu, vx, vy, vz)
-    c, s, t = jacobi_rotation(p, q, mixed)
+    quadric = load_quadric(geometry, integer(geometry, table.SURFACE_ROW, room.surface[k]))
+    p, q = bend_between(quadric, ux, uy, uz, ux, uy, uz)[0], bend_between(quadric, vx, vy, vz, vx, vy, vz)[0]
+    c, s, _ = jacobi_rotation(p, q, bend_between(quadric, ux, uy, uz, vx, vy, vz)[0])
     # One Jacobi rotation makes the quadratic form of the plane diagonal
-    p, q = p - t * mixed, q + t * mixed
     ux, uy, uz, vx, vy, vz = (
         c * ux - s * vx, c * uy - s * vy, c * uz - s * vz, s * ux + c * vx, s * uy + c * vy, s * uz + c * vz,
     )  # fmt: skip
+    p, p_off = bend_between(quadric, ux, uy, uz, ux, uy, uz)
+    q, q_off = bend_between(quadric, vx, vy, vz, vx, vy, vz)
+    p, q = (p if abs(p) > p_off else 0.0), (q if abs(q) > q_off else 0.0)
     if q < p:
         p, q, ux, uy, uz, vx, vy, vz = q, p, vx, vy, vz, ux, uy, uz
-    p, q = _bend(p, form.size), _bend(q, form.size)
-    scale = 1.0 / form.size if form.size > 0.0 else 1.0
+    scale = 1.0 / about.size if about.size > 0.0 else 1.0
     xu, xv = -dot(ux, uy, uz, dx, dy, dz), -dot(vx, vy, vz, dx, dy, dz)
     bu = _tilt(dot(ux, uy, uz, about.gx, about.gy, about.gz), p, about.steep) * scale
     bv = _tilt(dot(vx, vy, vz, about.gx, about.gy, about.gz), q, about.steep) * scale
@@ -358,4 +358,4 @@ def try_conic(
     over = Secular(-value, -(q * xv + bv), -(p * xu + bu), 0.0, -q, -p, -p, -constant, xv, xu, 0.0, -bv, -bu, 0.0)
     frame = EquationFrame(bx, by, bz, Directions(ux, uy, uz, vx, vy, vz, 0.0, 0.0, 0.0), known, k)
     back = EquationFrame(bx, by, bz, Directions(vx, vy, vz, ux, uy, uz, 0.0, 0.0, 0.0), known, k)
-    try_stationary(geometry, room, at, count, k, e, frame, over, back)
+    try_stationary(geometry, room, at, 2, k, e, frame, over, back)

@@ -43,7 +43,8 @@ from .neighbourhood import (
 
 TANGENT = 2.0**-22
 """Sine below which surfaces count as tangent to each other."""
-_ROUNDS = 12
+_LEVEL, _ROUNDS = 2.0**-50, 12
+"""Sine below which the direction in which surfaces slant to each other is rounding; most steps of Newton's method."""
 _POOR = 2.0**-40
 """Error, as a share of its size, from which on a projected point may be replaced by the apex of a cone."""
 
@@ -111,41 +112,37 @@ def _distance_along(form: SurfaceForm, value: float, g: float) -> float:
 
 
 @inline
-def _step(form: SurfaceForm, frame: _Frame, done: float) -> float:
-    """Return the step along a frame at which the linear f vanishes, after steps that changed f by 2 |g| `done`."""
+def _step(form: SurfaceForm, frame: _Frame) -> float:
+    """Return the step along a frame at which the linear f vanishes."""
     g = length_of(form.gx, form.gy, form.gz)
     if frame.sine < TANGENT or g == 0.0:
         return 0.0
-    return (-form.value / (2.0 * g) - done) / frame.sine
+    return -form.value / (2.0 * g) / frame.sine
 
 
 @helper
 def project_point(geometry: Geometry, room: Neighbourhood, count: int, x: float, y: float, z: float) -> Touch:
     """Project a point onto the first `count` of room.chosen, 1 to 3 surfaces, by Newton steps of least length."""
-    off, sine, a, b = 0.0, 1.0, _Frame(0.0, 0.0, 0.0, 0.0), _Frame(0.0, 0.0, 0.0, 0.0)
+    off, sine, mx, my, mz = 0.0, 1.0, 0.0, 0.0, 0.0
+    a, b = _Frame(0.0, 0.0, 0.0, 0.0), _Frame(0.0, 0.0, 0.0, 0.0)
     for k in range(_ROUNDS):
         one = form_at(geometry, room.surface[room.chosen[0]], x, y, z)
-        a = _beyond(one, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-        step = _step(one, a, 0.0)
+        a, b = _beyond(one, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), _Frame(0.0, 0.0, 0.0, 0.0)
+        off, sine, step = surface_distance(one), 1.0, _step(one, a)
         mx, my, mz = step * a.x, step * a.y, step * a.z
-        off, sine = surface_distance(one), 1.0
-        if count > 1:
-            two = form_at(geometry, room.surface[room.chosen[1]], x, y, z)
-            b = _beyond(two, a.x, a.y, a.z, 0.0, 0.0, 0.0)
-            step = _step(two, b, _done(two, mx, my, mz))
-            mx, my, mz = mx + step * b.x, my + step * b.y, mz + step * b.z
-            off, sine = _joint_error(off + surface_distance(two), two, b.sine), min(sine, b.sine)
-            if count > 2:
-                three = form_at(geometry, room.surface[room.chosen[2]], x, y, z)
-                c = _beyond(three, a.x, a.y, a.z, b.x, b.y, b.z)
-                step = _step(three, c, _done(three, mx, my, mz))
-                mx, my, mz = mx + step * c.x, my + step * c.y, mz + step * c.z
-                off, sine = _joint_error(off + surface_distance(three), three, c.sine), min(sine, c.sine)
+        for i in range(1, count):
+            # Where the step to those before ends: a flat cone may have another slope there
+            form = form_at(geometry, room.surface[room.chosen[i]], x + mx, y + my, z + mz)
+            frame = _beyond(form, a.x, a.y, a.z, b.x, b.y, b.z)
+            step = _step(form, frame)
+            mx, my, mz = mx + step * frame.x, my + step * frame.y, mz + step * frame.z
+            off, sine = _joint_error(off + surface_distance(form), one, form, frame), min(sine, frame.sine)
+            b = frame if i == 1 else b
         if k + 1 == _ROUNDS or (k > 1 and abs(mx) + abs(my) + abs(mz) <= 2.0**-53 * (abs(x) + abs(y) + abs(z))):
             break
         x, y, z = x + mx, y + my, z + mz
-    # The coordinates of the point are rounded, too
-    off += 2.0**-51 * (abs(x) + abs(y) + abs(z))
+    # The coordinates of the point are rounded, too; the surfaces were seen within the last step
+    off += 2.0**-51 * (abs(x) + abs(y) + abs(z)) + (abs(mx) + abs(my) + abs(mz))
     for k in range(count):
         if off > _POOR * (abs(x) + abs(y) + abs(z)):
             x, y, z, off = _at_apex(geometry, room, count, k, x, y, z, off)
@@ -159,40 +156,48 @@ def _at_apex(
     """Return the apex of chosen cone k, if the point may be it and all others are planes; else the point itself.
 
     Near its apex the gradient of a cone is too small to bound the distance. A plane that passes the apex within
-    rounding cuts the cone about as near to it, unless it runs along the cone.
+    rounding cuts the cone about as near to it, unless it runs along the cone; a flat or slender one so many times as
+    far away as that is flat.
     """
     surface = room.surface[room.chosen[k]]
     if integer(geometry, table.SURFACE_KIND, surface) != QUADRIC:
         return x, y, z, off
-    quadric = load_quadric(geometry, integer(geometry, table.SURFACE_ROW, surface))
-    ax, ay, az, _, _, _, _, _, _, _, _, _, _, _, _, b0, b1, b2, constant = quadric
-    is_cone = (b0 == 0.0) & (b1 == 0.0) & (b2 == 0.0) & (constant == 0.0)
-    if not is_cone or length_of(ax - x, ay - y, az - z) > 8.0 * off:
+    ax, ay, az, w00, w01, w02, w10, w11, w12, w20, w21, w22, s0, s1, s2, b0, b1, b2, constant = load_quadric(
+        geometry, integer(geometry, table.SURFACE_ROW, surface)
+    )
+    if (b0 != 0.0) | (b1 != 0.0) | (b2 != 0.0) | (constant != 0.0) or length_of(ax - x, ay - y, az - z) > 8.0 * off:
         return x, y, z, off
+    n0, n1, n2 = (
+        abs(s0) * dot(w00, w01, w02, w00, w01, w02), abs(s1) * dot(w10, w11, w12, w10, w11, w12),
+        abs(s2) * dot(w20, w21, w22, w20, w21, w22),
+    )  # fmt: skip
+    most, least = max(n0, max(n1, n2)), min(n0, min(n1, n2))
+    flat = math.sqrt(most / least) if least > 0.0 else math.inf
     apex = 2.0**-51 * (abs(ax) + abs(ay) + abs(az))
     for i in range(count):
         if i != k:
             form = form_at(geometry, room.surface[room.chosen[i]], ax, ay, az)
             if form.size > 0.0:
                 return x, y, z, off
-            apex += 64.0 * surface_distance(form)
+            apex += 64.0 * flat * surface_distance(form)
     return (ax, ay, az, apex) if apex < off else (x, y, z, off)
 
 
 @inline
-def _done(form: SurfaceForm, x: float, y: float, z: float) -> float:
-    """Return the change of the linear f by a step, over 2 |g|."""
-    g = length_of(form.gx, form.gy, form.gz)
-    return dot(form.gx, form.gy, form.gz, x, y, z) / g if g > 0.0 else 0.0
+def _joint_error(off: float, one: SurfaceForm, form: SurfaceForm, frame: _Frame) -> float:
+    """Return the error of a point on several surfaces: larger for smaller angles, at most as for tangent surfaces.
 
-
-@inline
-def _joint_error(off: float, form: SurfaceForm, sine: float) -> float:
-    """Return the error of a point on several surfaces: larger for smaller angles, at most as for tangent surfaces."""
-    g = length_of(form.gx, form.gy, form.gz)
-    radius = g / form.size if form.size > 0.0 else math.inf
-    most = math.sqrt(off * radius) if radius < math.inf else math.inf
-    return min(off / sine, max(off, 4.0 * most)) if sine > 0.0 else max(off, 4.0 * most)
+    Tangent surfaces meet where they have bent together: along the frame, on surface `one`, f has a bend of its own.
+    """
+    g, first, bend = length_of(form.gx, form.gy, form.gz), length_of(one.gx, one.gy, one.gz), form.size
+    if (frame.sine > _LEVEL) & (first > 0.0):
+        ux, uy, uz = bend_times(form, frame.x, frame.y, frame.z)
+        vx, vy, vz = bend_times(one, frame.x, frame.y, frame.z)
+        share = dot(form.gx, form.gy, form.gz, one.gx, one.gy, one.gz) / (first * first)
+        bend = abs(dot(ux - share * vx, uy - share * vy, uz - share * vz, frame.x, frame.y, frame.z))
+        bend -= ROUNDED * (form.size + abs(share) * one.size)
+    most = math.sqrt(off * (g / bend)) if bend > 0.0 else math.inf
+    return min(off / frame.sine, max(off, 4.0 * most)) if frame.sine > 0.0 else max(off, 4.0 * most)
 
 
 # The nearest point of a polygon: of its inside, or of one of its sides
