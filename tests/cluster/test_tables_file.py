@@ -40,6 +40,22 @@ def kept(tmp_path):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="files have no modes")
+def test_a_file_that_others_can_write_to_is_not_unpickled(tmp_path):
+    scene = crowd(301)  # it must outlive its recipe
+    made, umask = recipe.shared_scene(scene), os.umask(0o002)
+    try:
+        made.share_tables(source_version(), str(tmp_path))
+    finally:
+        os.umask(umask)
+    path, digest = made.reference().tables
+    assert TablesFile(path, source_version()).digest == digest
+    os.chmod(path, 0o666)
+    with pytest.raises(ReplacedFileError, match="another user"):
+        TablesFile(path, source_version())
+    assert TablesFile(path, source_version(), digest).digest == digest, "a worker knows its hash from a trusted task"
+
+
+@pytest.mark.skipif(os.name != "posix", reason="files have no modes")
 def test_workers_do_not_unpickle_what_others_could_write(processes, tmp_path):
     """By the whole route: who can write to the store plants a file under the name that the next run looks for."""
     how, rays = co.parallel.Workers(processes, chunk=50, store=tmp_path), subject.rays(100)

@@ -220,6 +220,48 @@ def test_what_is_left_says_the_same(seed: int) -> None:
             assert high is None or (points[expected, i] <= float(high)).all()
 
 
+def cylinder(radius: str, x: str = "0", axis: int | None = 2) -> RoundSurface:
+    return RoundSurface(axis, (Fraction(x), ZERO, ZERO), Fraction(radius))
+
+
+def planes(axis: int, low: str, high: str) -> list[SurfaceSide]:
+    normal = tuple(ONE * int(i == axis) for i in range(3))
+    return [
+        SurfaceSide(FlatSurface(normal, Fraction(low)), True),
+        SurfaceSide(FlatSurface(normal, Fraction(high)), False),
+    ]  # type: ignore[arg-type]
+
+
+def kept(*parts: RegionPart) -> set[tuple[object, bool]] | None:
+    found = Conjunction().and_(parts)
+    return None if found is None else {(s.surface, s.positive) for s in found.parts if isinstance(s, SurfaceSide)}
+
+
+def test_a_vessel_around_an_element_vanishes_and_one_that_cuts_it_stays() -> None:
+    walls = [*planes(0, "-1", "1"), *planes(1, "-1", "1")]
+    assert len(kept(*walls, SurfaceSide(cylinder("1.5"), False)) or ()) == 4
+    assert len(kept(*walls, SurfaceSide(cylinder("1.4"), False)) or ()) == 5
+    assert kept(*walls, SurfaceSide(cylinder("1.5"), True)) is None
+    assert kept(*walls, SurfaceSide(cylinder("0.5", "1.6"), False)) is None
+    assert len(kept(*walls, SurfaceSide(cylinder("0.5", "1.6"), True)) or ()) == 4
+
+
+def test_round_solids_beside_planes_are_as_fractions_say() -> None:
+    """Far from a plane floats decide; where it touches, fractions do."""
+    random = np.random.default_rng(7)
+    touching = 0
+    for _ in range(3000):
+        solid, plane = side(random).surface, side(random).surface
+        if not isinstance(solid, RoundSurface) or not isinstance(plane, FlatSurface):
+            continue
+        height = sum((n * c for n, c in zip(plane.normal, solid.center, strict=True)), -plane.offset)
+        reach = solid.radius**2 * sum(n * n for n in plane.normal)
+        beside = height**2 > reach and not (solid.axis is not None and plane.normal[solid.axis])
+        touching += height**2 == reach
+        assert solid.side_of_plane(plane) == (0 if not beside else 1 if height > 0 else -1)
+    assert touching > 10
+
+
 # --- What is known of places that are turned: boxes around them are never too narrow, and what they leave out is counted
 
 
