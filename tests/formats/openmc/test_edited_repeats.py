@@ -140,6 +140,12 @@ def test_names_and_materials_alone_prepare_nothing(core: co.Scene) -> None:
     assert edited.replace("this one", name=old.name, material=old.material) == core
 
 
+def test_a_name_and_a_material_stay_where_other_bodies_change(core: co.Scene) -> None:
+    red = co.matte("red")
+    edited = core.replace(3, material=red, name="this one").moved(5, (0, 0, 0.01)).without(0)
+    assert (edited["this one"].material, edited.bodies.index("this one")) == (red, 2)
+
+
 def test_all_bodies_may_go(core: co.Scene) -> None:
     nothing = core.without(range(len(core.bodies)))
     assert len(nothing.bodies) == nothing.body_count == 0
