@@ -78,12 +78,20 @@ def lowered(folder: Path, *names: str) -> Path:
     return code
 
 
-def device_code(folder: Path, part: str) -> Path:
-    """The LLVM code of a part of the functions of a GPU's threads (`signature.on_device`)."""
-    code = folder / f"{part}.pickle"
+def device_code(folder: Path, part: str, memory: Path | None = None) -> Path:
+    """The LLVM code of a part of the functions of a GPU's threads (`signature.on_device`).
+
+    With a memory (`native.memory`) it is made again where its sources have changed, but for functions that are as they
+    were.
+    """
+    from conicoid._jit.sources import is_current
+
+    code, words = folder / f"{part}.pickle", ["--memory", str(memory)] if memory else []
+    if memory and not (is_newer(code, "*.py") and is_current(stamp_of(code))):
+        code.unlink(missing_ok=True)
     if not code.exists():
         unfinished = code.with_suffix(".unfinished")
-        _python("native.front", str(unfinished), "--device", part)
+        _python("native.front", str(unfinished), "--device", part, *words)
         unfinished.replace(code)
     return code
 

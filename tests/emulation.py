@@ -1,7 +1,8 @@
 """A GPU that is this processor: the LLVM code that becomes PTX, run here, one thread after the other.
 
-What takes a compiler half a minute, code of sources and objects of code, is made by one of the processes of tests, and
-kept in `out/emulation` for the others and for later runs.
+What takes a compiler half a minute, code of sources, objects of code and PTX, is made by one of the processes of tests,
+and kept in `out/emulation` for the others and for later runs. Code is made again where a source that the compiler read
+has changed, and of the functions that have changed; all else where its code or what makes it has.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ from __future__ import annotations
 import ctypes
 import functools
 import os
-import tempfile
+import shutil
 from collections import deque
 from collections.abc import Callable, Sequence
 from hashlib import sha256
@@ -19,14 +20,14 @@ from typing import Any
 import llvmlite.binding as llvm
 import numpy as np
 
-from conicoid._jit.sources import package_files, stamp_of
 from conicoid.queries.device import BLOCK
 from native import ptx
-from native.build import alone, device_code
+from native.build import EDITED, alone, device_code
 
 from .children import ROOT
 
 STORE = ROOT / "out" / "emulation"
+LOWERED = ROOT / "out" / "device_code"
 
 
 def stored(key: str, make: Callable[[], bytes]) -> bytes:
@@ -39,12 +40,12 @@ def stored(key: str, make: Callable[[], bytes]) -> bytes:
                 part = file.with_suffix(f".{os.getpid()}")
                 part.write_bytes(make())
                 part.replace(file)
-                for old in sorted(STORE.iterdir(), key=lambda each: each.stat().st_mtime)[:-12]:
+                for old in sorted(STORE.iterdir(), key=lambda each: each.stat().st_mtime)[:-24]:
                     old.unlink()
     return file.read_bytes()
 
 
-def sources_of(code: bytes = b"") -> str:
+def sources_of(code: bytes) -> str:
     """Return a digest of some code and of what makes more of it: `native`, and LLVM for this processor."""
     digest = sha256(code)
     for path in sorted((ROOT / "native").glob("*.py")):
@@ -53,15 +54,29 @@ def sources_of(code: bytes = b"") -> str:
     return digest.hexdigest()
 
 
-def _lowered(part: str) -> bytes:
-    with tempfile.TemporaryDirectory() as folder:
-        return ptx.base(device_code(Path(folder), part))
+def _lowered(part: str) -> Path:
+    """The code of a part; what another part or an incremental build has lowered is taken from there."""
+    memory = LOWERED / f"{part}.functions"
+    LOWERED.mkdir(parents=True, exist_ok=True)
+    others = [*LOWERED.glob("*.functions"), EDITED / "functions.pickle"]
+    if not memory.exists() and (known := [each for each in others if each.exists()]):
+        shutil.copyfile(known[-1], memory)
+    return device_code(LOWERED, part, memory)
 
 
 @functools.cache
 def device_module(part: str = "queries") -> bytes:
     """The code that becomes PTX; `part` is one of `native.signature.on_device`."""
-    return stored(f"{part} {stamp_of(package_files())} {sources_of()}", lambda: _lowered(part))
+    with alone():
+        code = _lowered(part)
+    return stored(f"{part} {sources_of(code.read_bytes())}", lambda: ptx.base(code))
+
+
+@functools.cache
+def ptx_of(name: str, part: str = "queries") -> str:
+    """The PTX of a kernel. `ptx.ptx` refuses what is wrong; the CUDA wheel has all."""
+    module = device_module(part)
+    return stored(f"{name} {sources_of(module)}", lambda: ptx.ptx(module, name).encode()).decode()
 
 
 @functools.cache

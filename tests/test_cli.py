@@ -18,7 +18,7 @@ from rich.console import Console
 import conicoid as co
 from conicoid._util.files import SceneFileError
 from conicoid._util.text import format_bytes
-from conicoid.cli import terminal
+from conicoid.cli import resources, terminal
 from conicoid.cli.drawing import RenderRequest, parse_plain_render
 from conicoid.cli.pictures import render
 from conicoid.io.openmc import read
@@ -116,30 +116,7 @@ def test_a_scene_that_is_none(command, tmp_path, scene):
 
 def test_several_mistakes_at_once(tmp_path):
     (tmp_path / "scene.yaml").write_text("bodies: [{shape: {Spere: {}}}, {shape: {Sphere: {radius: -1}}}]\n")
-    message = refused("info", tmp_path / "scene.yaml")
-    assert message.startswith("2 errors:\n")
-    assert "Spere" in message
-    assert "radius must be > 0" in message
-
-
-def test_100_mb_of_brackets_in_a_process_of_its_own(tmp_path):
-    (tmp_path / "scene.yaml").write_bytes(b"[" * (100 << 20))
-    resource = pytest.importorskip("resource")  # processor time, which a busy machine does not stretch
-    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
-    command = [sys.executable, "-m", "conicoid", "render", "scene.yaml", "-o", "x.png"]
-    root = str(Path(__file__).resolve().parent.parent)
-    ran = subprocess.run(
-        command,
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=False,
-        env={"PYTHONPATH": root, "PATH": "/usr/bin:/bin"},
-    )
-    assert ran.returncode == 2
-    assert "error: scene.yaml: is too large: 100 MB" in ran.stderr
-    assert "Traceback" not in ran.stderr
-    assert resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before < 60  # what would be parsed takes minutes
+    assert re.match("2 errors:\n(?s:.*)Spere(?s:.*)radius must be > 0", refused("info", tmp_path / "scene.yaml"))
 
 
 @pytest.mark.parametrize(
@@ -186,7 +163,8 @@ def test_mistakes_in_rays(scene, tmp_path, rays, output, phrase):
 
 
 @pytest.mark.parametrize(
-    ("error", "code", "said"), [(KeyboardInterrupt(), 130, "interrupted"), (MemoryError(), 1, "memory")]
+    ("error", "code", "said"),
+    [(KeyboardInterrupt(), 130, "interrupted"), (MemoryError(), 1, "memory"), (RuntimeError("a bug"), 1, "")],
 )
 def test_other_exit_codes(scene, monkeypatch, error, code, said):
     def fail(path: object, **_: object) -> None:
@@ -196,16 +174,7 @@ def test_other_exit_codes(scene, monkeypatch, error, code, said):
     result = run("info", scene)
     assert result.exit_code == code
     assert said in result.stderr
-
-
-def test_bugs_are_not_hidden(scene, monkeypatch):
-    def fail(path: object, **_: object) -> None:
-        raise RuntimeError("a bug")
-
-    monkeypatch.setattr("conicoid.scene.files.load", fail)
-    result = run("info", scene)
-    assert result.exit_code == 1
-    assert isinstance(result.exception, RuntimeError)
+    assert said or result.exception is error  # a bug is not hidden
 
 
 # --- Plain commands are understood without Typer, and do what the command line proper does
@@ -232,10 +201,6 @@ def test_what_is_plain(words):
 @pytest.mark.parametrize("words", NOT_PLAIN, ids=lambda words: " ".join(words) or "nothing")
 def test_what_is_left_to_the_command_line(words):
     assert parse_plain_render(["render", *words]) is None
-
-
-def test_no_words():
-    assert parse_plain_render([]) is None
 
 
 def test_defaults_are_those_of_the_options():
@@ -408,20 +373,11 @@ def test_turntable_without_its_encoder(scene, tmp_path, monkeypatch):
     assert "pip install 'conicoid[video]'" in result.stderr
 
 
-def test_preparing_is_told_where_it_takes_long(scene, monkeypatch):
-    from conicoid.cli import resources as working
-
-    assert "preparing" not in run("info", scene).stderr
-    monkeypatch.setattr(working, "PATIENCE", -1.0)
-    assert run("info", scene).stderr.count("preparing 4 entries ...\n") == 1
-
-
-def test_reading_is_told_where_it_takes_long(scene, monkeypatch):
-    from conicoid.cli import resources as working
-
-    assert "reading" not in run("info", scene).stderr
-    monkeypatch.setattr(working, "PATIENCE", -1.0)
-    assert run("info", scene).stderr.count(f"reading {scene} ...\n") == 1
+@pytest.mark.parametrize("work", ["reading {} ...", "preparing 4 entries ..."])
+def test_what_takes_long_is_told(scene, monkeypatch, work):
+    assert work.format(scene) not in run("info", scene).stderr
+    monkeypatch.setattr(resources, "PATIENCE", -1.0)
+    assert run("info", scene).stderr.count(f"{work.format(scene)}\n") == 1
 
 
 # --- Progress, notes and numbers on a terminal; how mistakes in files are raised

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.prepare import lower_shape as parts, lowering, prepared_scene as prepared, tables_builder as layout
+from conicoid.prepare import lower_shape as parts, lowering
 from conicoid.prepare.edits import scene_edit as edited
 from conicoid.prepare.prepared_scene import PreparedScene
 from conicoid.prepare.tape import recording_cache as recordings
@@ -120,16 +120,6 @@ def test_bounds_are_worked_out_once_and_stay(monkeypatch):
     assert scene.fitting_camera(1.5) == first
 
 
-def test_what_is_kept_is_not_pickled():
-    import pickle
-
-    body = _things()[1]
-    before = len(pickle.dumps(body))
-    co.Scene([body]).prepare()
-    _ = body.shape.bounds
-    assert len(pickle.dumps(body)) == before
-
-
 def test_moved_added_and_without():
     scene = co.Scene(_things())
     scene.prepare()
@@ -220,35 +210,3 @@ def test_preparing_tells_of_its_progress(worked_out):
     assert len(told) == 8
     with pytest.raises(TypeError, match="prepare: progress must be a function or None, got int"):
         scene.prepare(3)
-
-
-def test_preparing_many_tells_of_every_stage(monkeypatch):
-    told: list[tuple[int, int]] = []
-    at: dict[str, int] = {}
-
-    def noting(name, work):
-        def noted(*arguments):
-            at[f"before {name}"] = len(told)
-            made = work(*arguments)
-            at[f"after {name}"] = len(told)
-            return made
-
-        return noted
-
-    monkeypatch.setattr(layout, "merge_surfaces", noting("merging", layout.merge_surfaces))
-    monkeypatch.setattr(prepared, "build_scene_trees", noting("planting", prepared.build_scene_trees))
-    balls = [co.Sphere(0.1, (float(k), 0, 0)) for k in range(3000)]
-    scene = co.Scene([*balls, *(co.Box().rotate("z", k).translate((0, k, 0)) for k in range(20))])
-    scene.prepare(lambda done, count: told.append((done, count)))
-    done = [done for done, _ in told]
-    assert {count for _, count in told} == {3020}
-    assert done == sorted(set(done))
-    assert done[-1] == 3020
-    assert 4 < at["before merging"] < at["after planting"] < len(told)
-    assert done[at["before merging"] - 1] < done[at["before planting"] - 1] < 3020
-    with pytest.raises(KeyboardInterrupt):
-        co.Scene(balls).prepare(_interrupted)
-
-
-def _interrupted(done: int, count: int) -> None:
-    raise KeyboardInterrupt

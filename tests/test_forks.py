@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gc
 import os
-import threading
 import weakref
 
 import pytest
@@ -129,26 +128,6 @@ def test_a_child_of_a_busy_process_works(program, said, monkeypatch):
         code, rest, errors = running.end(60)
     assert (code, rest) == (0, "0\n")
     assert "Traceback" not in errors
-
-
-def test_locks_are_open_in_a_child():
-    for made in (forks.fork_safe_lock(), forks.fork_safe_rlock()):
-        taken, end = threading.Event(), threading.Event()
-
-        def hold(made=made, taken=taken, end=end):
-            with made:
-                taken.set()
-                end.wait()
-
-        holder = threading.Thread(target=hold)
-        holder.start()
-        taken.wait()
-        assert not made.acquire(blocking=False)
-        end.set()
-        holder.join()
-        assert made.acquire(blocking=False)
-        made._at_fork_reinit()  # what happens in a child
-        assert made.acquire(blocking=False)
 
 
 def test_locks_are_not_kept():

@@ -12,7 +12,6 @@ import pytest
 
 from conicoid._jit import compiler
 from conicoid._jit.decorators import DECLARED, helper, inline, kernel
-from conicoid._util.environment import read_jit_mode
 
 from .children import ROOT
 from .machine_code import needs_machine_code
@@ -83,12 +82,6 @@ def test_the_extra_installs_tested_versions_alone():
     wanted = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
     (first, last) = compiler.TESTED
     assert wanted["jit"] == [f"numba>={first[0]}.{first[1]},<{last[0]}.{last[1] + 1}"]
-
-
-def test_the_variable_has_one_value(monkeypatch):
-    monkeypatch.setenv("CONICOID_JIT", "fast")
-    with pytest.raises(ValueError, match="CONICOID_JIT must be 'own', got 'fast'"):
-        read_jit_mode()
 
 
 class Terminal(io.StringIO):

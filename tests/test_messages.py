@@ -10,10 +10,7 @@ import pytest
 
 import conicoid as co
 from conicoid._util import environment
-from conicoid._util.text import ALIASES, NameTuple, check_choice, closest_name, known_alias, suggest_name
-from conicoid.cli import app, report
-from conicoid.io import openmc
-from conicoid.io.openmc.importer import LegendEntry
+from conicoid._util.text import ALIASES, NameTuple, closest_name
 
 from . import messages
 from .command_line import refused, run
@@ -26,13 +23,6 @@ from .public_names import PUBLIC
 
 MANY = 3000
 LONG = "a long name " * 400
-
-
-def test_the_measure():
-    assert messages.rows_of("a\nb") == 2
-    assert messages.rows_of("x" * 101 + "\n\ny") == 4
-    with pytest.raises(AssertionError, match="a message of 23 lines"):
-        messages.check("x\n" * 23)
 
 
 def _scene_of_many() -> co.Scene:
@@ -115,36 +105,6 @@ def test_representations():
     assert repr(BALL.crossings((0, 0, -3), (0, 0, -1))) == "Crossings(shape=(), 0 crossings)"
 
 
-def test_what_trace_says():
-    assert app.trace_summary("first_hit", 1, 1) == "1 of 1 ray hit"
-    assert app.trace_summary("spans", 1, 1) == "1 span of 1 ray"
-    assert app.trace_summary("spans", 4000, 2) == "4,000 spans of 2 rays"
-
-
-def test_what_info_says():
-    lines = report.totals(BALL)
-    assert any(" for 1 primitive: " in line for line in lines)
-    many = co.Scene([co.Sphere()] * (report.LISTED + 1))
-    assert report.list_bodies(many)[-1].strip() == "and 1 more entry"
-
-
-def test_legends_stay_in_columns():
-    one, two = (str(LegendEntry(1, "water", "blue", count)) for count in (1, 2))
-    assert " 1 body " in one
-    assert one.index("water") == two.index("water")
-
-
-def test_sizes_have_units_that_fit(tmp_path):
-    file = tmp_path / "geometry.xml"
-    file.write_text(
-        '<geometry><surface id="1" type="sphere" coeffs="0 0 0 1"/>'
-        '<cell id="1" material="1" region="-1"/><cell id="2" material="1" region="1"/></geometry>'
-    )
-    with pytest.raises(co.SceneFileError) as refused:
-        openmc.read(file, max_bodies=1)
-    assert "expands into 2 bodies, at least 1.2 kB in memory" in str(refused.value)
-
-
 # --- The table of other programs' names, and suggestions in messages
 
 
@@ -187,27 +147,6 @@ def test_aliases_are_of_public_names():
 )
 def test_closest_name(name, known, meant):
     assert closest_name(name, known) == meant
-
-
-def test_known_alias():
-    assert known_alias("IOR", ["refractive_index"]) == "refractive_index"
-    assert known_alias("ior", ["radius"]) == known_alias("radios", ["radius"]) == ""
-
-
-def test_suggest_name():
-    assert suggest_name("radios", ["center", "radius"]) == " (did you mean 'radius'?)"
-    assert suggest_name("qqq", ["center", "radius"]) == " (known: center, radius)"
-    assert suggest_name("qqq", [f"name {k}" for k in range(17)]) == ""
-
-
-def test_check_choice():
-    assert check_choice("f", "by", "body", ("body", "material")) == "body"
-    with pytest.raises(
-        ValueError, match=r"^f: by must be one of body, material, got 'bodie' \(did you mean 'body'\?\)$"
-    ):
-        check_choice("f", "by", "bodie", ("body", "material"))
-    with pytest.raises(ValueError, match=r"^f: by must be one of body, material, got 3$"):
-        check_choice("f", "by", 3, ("body", "material"))
 
 
 SCENE = co.Scene([co.Body(co.Sphere(), co.matte("red", name="steel"), "ball"), co.Box((2, 2, 2), (3, 3, 3))])

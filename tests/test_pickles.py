@@ -208,22 +208,6 @@ def test_every_shape(motion):
             assert np.array_equal(again.bounds, moved.bounds)
 
 
-@pytest.mark.deep
-@pytest.mark.parametrize("motion", MOTIONS)
-@pytest.mark.parametrize(("name", "shape"), list(every_example()))
-def test_answers_about_every_shape(name, shape, motion, way):
-    del name
-    scene, random = co.Scene([co.Body(MOTIONS[motion](shape), RED, "it"), co.Sphere(0.5)]), np.random.default_rng(3)
-    rays = random.normal(0, 3, (100, 3)), random.normal(size=(100, 3))
-    again = way(scene)
-    for answer, same in zip(answers(scene, *rays), answers(again, *rays), strict=True):
-        assert_same(answer, same)
-        assert_same(answer, way(answer))
-    hits = scene.first_hit(*rays)
-    expected = scene.first_hit(hits.spawn(rays[1])).t
-    assert np.array_equal(again.first_hit(way(hits).spawn(rays[1])).t, expected)
-
-
 FORMS = {
     "differences": lambda a, b: (a | b) - b,
     "complements": lambda a, b: ~(a & b),

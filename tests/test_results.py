@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.apps.checks.undefined_regions import _share_error
 
 RED, BLUE = co.matte("red", name="steel", properties={"density": 8.0}), co.matte("blue", name="steel")
 
@@ -339,12 +338,6 @@ def test_repr_of_results(answer, told):
 # --- scenes and shapes
 
 
-def test_scene_is_a_sequence_of_bodies():
-    assert len(SCENE) == SCENE.body_count == 4
-    assert list(SCENE) == [SCENE[k] for k in range(4)]
-    assert len(co.Scene([])) == 0
-
-
 def test_scene_replace_in_part():
     scene = co.Scene([co.Body(co.Sphere(), "red", "ball"), co.Body(co.Box(), "blue", "box")])
     hits = scene.first_hit((0, 0, 9), (0, 0, -1))
@@ -468,7 +461,6 @@ def test_bounds_that_are_zero(turn):
 
 
 def test_bounds_of_balls_are_tight():
-    from fractions import Fraction
 
     random = np.random.default_rng(3)
     centers, radii, shift = random.normal(size=(200, 3)), random.random(200) + 1e-9, (0.1, 1e-17, -3e8)
@@ -481,19 +473,6 @@ def test_bounds_of_balls_are_tight():
         most, least = max(c + r for c, r in ends), min(c - r for c, r in ends)
         assert Fraction(np.nextafter(high[i], -np.inf).item()) < most <= Fraction(high[i].item())
         assert Fraction(low[i].item()) <= least < Fraction(np.nextafter(low[i], np.inf).item())
-
-
-@pytest.mark.parametrize(
-    ("shape", "moves"),
-    [
-        ((co.Sphere() - co.Box()).translate((1, 2, 3)), ").translate((1.0, 2.0, 3.0))"),
-        (co.Sphere() - (co.Sphere() | co.Box()).scale(2), "Union(...).scale((2.0, 2.0, 2.0)))"),
-        (co.Spheres([(0, 0, 0)], 1).translate((0, 0, 1)), ".translate((0.0, 0.0, 1.0))"),
-        (co.Box().painted("red").translate((1, 0, 0)), ".translate((1.0, 0.0, 0.0))"),
-    ],
-)
-def test_repr_shows_motions(shape, moves):
-    assert moves in repr(shape)
 
 
 def test_repr_of_a_moved_shape_makes_it():
@@ -555,20 +534,6 @@ def test_measures_by_name():
     assert co.measure(co.Scene(both.bodies[:1]))["water"].volume == 8
 
 
-def test_measures_of_materials_without_names():
-    scene = co.Scene([co.Body(co.Box(), "red"), co.Body(co.Sphere(), "blue", "b"), co.Body(co.Sphere(2), "red")])
-    titles = [line.split("  ")[0] for line in str(co.measure(scene)).splitlines()[1:3]]
-    assert titles == ["material of body 0", "material of body 1"]
-    with pytest.raises(ValueError, match="no property 'mu' for a material without a name, color 'red'"):
-        scene.line_integral("mu", (0, 0, 9), (0, 0, -1))
-
-
-def test_repr_of_measures():
-    found = co.measure(co.Box((0, 0, 0), (1, 2, 3)))
-    assert repr(found) == "Measures(volume=6, area=22, rays=0)"
-    assert repr(co.measure(co.Scene(co.Box((0, 0, 0), (1, 2, 3))))) == "SceneMeasures(volumes: 6)"
-
-
 def test_measures_of_unbounded_bodies():
     assert str(co.measure(co.Scene(co.HalfSpace((0, 0, 1), 0)))).splitlines()[-1].split() == ["body", "0", "unbounded"]
 
@@ -595,13 +560,6 @@ def test_estimated_volume_has_an_error():
         assert finding.size_error > 0
         assert abs(finding.size - 1) < 5 * finding.size_error
         assert "± 0;" not in finding.message
-
-
-@pytest.mark.parametrize("inside", [1, 100, 2048, 4095, 4096])
-def test_share_error_is_that_of_the_beta_distribution(inside):
-    a, b = inside + 1, 4096 - inside + 1
-    variance = Fraction(a * b, (a + b) ** 2 * (a + b + 1))
-    assert math.isclose(_share_error(inside), math.sqrt(variance), rel_tol=1e-12)
 
 
 # --- pictures and surroundings
@@ -643,14 +601,6 @@ def test_environment_of_files(make, tmp_path):
     assert make(tmp_path / "sky.exr") == make(str(tmp_path / "sky.exr")) == co.Environment(PIXELS.astype(np.float32))
     with pytest.raises(ValueError, match="^Environment: pixels: file is not an existing file: 'no.exr'$"):
         make("no.exr")
-
-
-def test_image_noise():
-    image = PILLARS.render(16, 12, noise=0.05, integrator="path", samples=64)
-    assert image.noise is not None
-    assert 0 < image.noise < 0.2
-    error = PILLARS.render(16, 12, integrator="path", samples=4, layers=["error"])
-    assert math.isclose(error.noise, math.sqrt((error.layers["error"].astype(float) ** 2).mean()), rel_tol=1e-5)
 
 
 # --- light at a wavelength
@@ -703,10 +653,3 @@ def test_doublet_of_glasses_by_name():
     assert [material.refractive_index for material in by_name.materials] == ["N-BK7", co.optics.glass("SF5")]
     with pytest.raises(ValueError, match="N-BK77"):
         co.Doublet((62.8, -45.7, -128.2), (4, 2.5), 25.4, ("N-BK77", 1.7))
-
-
-def test_repr_of_traces():
-    lens = co.optics.prescription([(50, 5, 1.5, 20), (-50, None)], aperture=5)
-    rays = co.optics.beam(lens, pupil=[(0, 0), (0, 1)])
-    assert repr(co.optics.trace(lens, rays)) == "Trace(2 of 2 rays arrived, 2 surfaces)"
-    assert repr(co.optics.follow(lens.scene, rays)) == "RayPaths(2 of 2 rays left, 2 walls at most)"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 import os
-import re
 import subprocess
 import sys
 from pathlib import Path
@@ -175,19 +174,6 @@ def test_a_disk_that_fails_is_no_mistake_in_the_input(folder, monkeypatch, comma
     written = next(word for word in command.split() if word.startswith("x."))
     assert result.stderr.splitlines()[-1] == f"error: {written}: {os.strerror(getattr(errno, number)).lower()}"
     assert not list(folder.glob("*x*.???"))
-
-
-@pytest.mark.deep
-@posix
-def test_a_disk_that_is_full(folder):
-    """A limit on the size of files, which is what a quota is."""
-    assert shell(folder, TRACE, "")[0] == 0  # kernels are there now
-    (folder / "rays.csv").write_text("0,0,5,0,0,-1\n" * 4000)
-    (folder / "x.csv").unlink()
-    found, _, errors = shell(folder, TRACE, before="ulimit -f 4; ")
-    assert found == exit_codes.EXIT_FAILURE
-    assert re.fullmatch(rf"error: (\S+: )?{os.strerror(errno.EFBIG).lower()}\n", errors), errors
-    assert sorted(path.name for path in folder.iterdir()) == ["geometry.xml", "rays.csv", "scene.yaml"]
 
 
 @posix

@@ -94,11 +94,6 @@ def test_ratios_are_told_with_what_is_asked():
     assert "| 2.00 × |" in harness.markdown(outcomes, ["a machine"])
 
 
-def test_there_is_no_ratio_where_the_two_disagree():
-    outcome = harness.RowOutcome(row("a", None), Measured(1, 2, 2, "s", "5 % of the rays hit for one only"))
-    assert outcome.cells()[3:6] == ("", "", "no ratio: 5 % of the rays hit for one only")
-
-
 def test_agreement():
     t = np.array([1.0, 2.0, np.inf] * 1000)
     assert suite.check_agreement(t, t + 1e-5) == ""
@@ -121,12 +116,6 @@ def test_the_command(tmp_path):
     result = CliRunner().invoke(app, ["--rows", "nothing"])
     assert result.exit_code == 2
     assert "there is no row 'nothing'" in result.stderr
-
-
-def test_limits_stand_in_the_peers_place():
-    found = limits.check_limit(50.0, 20.0, "µs")
-    cells = harness.RowOutcome(BenchRow("latency", "one", "balls", limits.LIMIT, 1.0, 0.0, None), found).cells()
-    assert cells == ("one", "balls", "limit, at most", "20 µs", "50 µs", "2.50 ×", "1 ×", "")
 
 
 SMALL = Size(runs=1, balls=1000)
@@ -169,10 +158,6 @@ def test_a_ball_takes_its_four_numbers_at_least():
 
 
 PREPARING = {row.name: row for row in preparation.ROWS}
-
-
-def test_the_bench_begins_before_the_rays():
-    assert suite.ROWS[: len(preparation.ROWS)] == preparation.ROWS
 
 
 @pytest.mark.parametrize("name", ["moved-spheres", "moved-boxes", "moved-csg", "moved-mixed"])

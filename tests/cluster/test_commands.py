@@ -67,43 +67,24 @@ def test_workers_write_the_same(files):
 def test_mistakes(files, tmp_path):
     scene = files / "scene.yaml"
 
-    assert "--resume goes with --chunk" in refused(
-        "trace", scene, files / "rays.npy", "-o", files / "x.csv", "--resume"
-    )
     (tmp_path / "done.zarr").mkdir()
-    assert "done.zarr: is a folder without parts to go on with" in refused(
-        "trace", scene, files / "rays.npy", "-o", tmp_path / "done.zarr", "--resume"
-    )
-    assert "give either --workers or --cluster" in refused(
-        "render", scene, "-o", files / "x.png", "--workers", 2, "--cluster", "tcp://127.0.0.1:1"
-    )
     bad = np.load(files / "rays.npy")
     bad[300, 3:] = 0
     np.save(files / "bad.npy", bad)
-    assert "ray 300: direction must not be zero" in refused(
-        "trace", scene, files / "bad.npy", "-o", files / "x.csv", "--chunk", 64
-    )
-    assert "--resume goes on with it" in refused(
-        "trace", scene, files / "bad.npy", "-o", files / "x.csv", "--chunk", 64
-    )
-    assert "holds results of other rays" in refused(
-        "trace", scene, files / "rays.npy", "-o", files / "x.csv", "--chunk", 64, "--resume"
+    for told, rays, output, *options in (
+        ("--resume goes with --chunk", "rays.npy", "x.csv", "--resume"),
+        ("done.zarr: is a folder without parts to go on with", "rays.npy", "done.zarr", "--resume"),
+        ("ray 300: direction must not be zero", "bad.npy", "x.csv", "--chunk", 64),
+        ("--resume goes on with it", "bad.npy", "x.csv", "--chunk", 64),
+        ("holds results of other rays", "rays.npy", "x.csv", "--chunk", 64, "--resume"),
+    ):
+        assert told in refused("trace", scene, files / rays, "-o", files / output, *options)
+    assert "give either --workers or --cluster" in refused(
+        "render", scene, "-o", files / "x.png", "--workers", 2, "--cluster", "tcp://127.0.0.1:1"
     )
 
 
 # --- Measures on workers
-
-
-def test_measures_of_workers_are_the_same(processes):
-    scene, lens = subject.scene(), co.Sphere(1) & co.Sphere(1, (0.5, 0.5, 0)) & co.Sphere(1, (0, 0.4, 0.3))
-    far, one = (co.measure(each, rays=600, executor=processes) for each in (scene, lens))
-    near = co.measure(scene, rays=600)
-    assert np.array_equal(far.volume, near.volume)
-    assert np.array_equal(far.volume_error, near.volume_error)
-    assert [body.area for body in far] == [body.area for body in near]
-    local = co.measure(lens, rays=600)
-    assert (one.volume, one.area, one.volume_error) == (local.volume, local.area, local.volume_error)
-    assert one.volume_error > 0  # it was sampled
 
 
 LENS = (co.Sphere(1) & co.Sphere(1, (0.5, 0.5, 0)) & co.Sphere(1, (0, 0.4, 0.3))).rotate((1, 2, 3), 25)
@@ -124,6 +105,9 @@ def test_the_rays_of_one_shape_are_shared_out(count, processes, monkeypatch):
         far = co.measure(LENS, rays=200_000, seed=3, executor=pool, progress=lambda *step: done.append(step))
     assert told(far) == near
     assert near["volume_error"] > 0
+    scene = subject.scene()
+    far, local = ([*map(told, co.measure(scene, rays=600, **how))] for how in (dict(executor=processes), {}))
+    assert far == local
     assert len(tasks) > 6
     assert done[-1] == (200_000, 200_000)
     assert [step for step, _ in done] == sorted(step for step, _ in done)
@@ -330,21 +314,20 @@ def test_streams_of_anything(tmp_path):
         assert np.array_equal(np.concatenate([part.normal for part in parts]), wanted.normal, equal_nan=True), name
 
 
-def test_every_query_streams(processes):
+@pytest.mark.parametrize(("query", "options"), [
+    ("occluded", {}), ("lengths", {}), ("line_integral", dict(values=subject.VALUES)), ("spans", dict(t_max=7.0)), ("crossings", {}),
+])  # fmt: skip
+def test_every_query_streams(query, options, processes):
     scene, rays = subject.scene(), subject.rays(100)
+    whole = (
+        getattr(scene, query)(*options.values(), rays)
+        if "values" in options
+        else getattr(scene, query)(rays, **options)
+    )
     for executor in (None, processes):
-        how = dict(chunk=31, executor=executor)
-        assert np.array_equal(np.concatenate(list(scene.stream(rays, "occluded", **how))), scene.occluded(rays))
-        assert np.array_equal(np.concatenate(list(scene.stream(rays, "lengths", **how))), scene.lengths(rays))
-        total = np.concatenate(list(scene.stream(rays, "line_integral", values=subject.VALUES, **how)))
-        assert np.array_equal(total, scene.line_integral(subject.VALUES, rays))
-        spans = list(scene.stream(rays, "spans", t_max=7.0, **how))
-        assert np.array_equal(np.concatenate([s.t_exit for s in spans]), scene.spans(rays, t_max=7.0).t_exit)
-        assert np.array_equal(
-            np.concatenate([s.t_exit_error for s in spans]), scene.spans(rays, t_max=7.0).t_exit_error
-        )
-        found = list(scene.stream(rays, "crossings", **how))
-        assert np.array_equal(np.concatenate([c.normal for c in found]), scene.crossings(rays).normal)
+        parts = list(scene.stream(rays, query, chunk=31, executor=executor, **options))
+        joined = type(whole).concatenate(parts) if query in ("spans", "crossings") else np.concatenate(parts)
+        assert np.array_equal(joined, whole) if isinstance(whole, np.ndarray) else joined == whole
 
 
 def test_what_cannot_be_streamed():
@@ -361,19 +344,3 @@ def test_what_cannot_be_streamed():
     ):
         with pytest.raises(error, match=told):
             call()
-
-
-def test_numbers_that_are_not_aligned():
-    # As they come out of messages and records: NumPy says of such that their elements are of another kind
-    def odd(values):
-        array = np.asarray(values, float)
-        return np.frombuffer(b"-" + array.tobytes(), offset=1).reshape(array.shape)
-
-    scene, rays = subject.scene(), subject.rays(50)
-    ends, points = np.linspace(3, 9, 50), np.clip(rays.origins, -1, 1)
-    assert not odd(ends).flags.aligned
-    assert scene.first_hit(odd(rays.origins), odd(rays.directions), 0, odd(ends)) == scene.first_hit(
-        rays, None, 0, ends
-    )
-    assert np.array_equal(scene.lengths(rays, None, 0, odd(ends)), scene.lengths(rays, None, 0, ends))
-    assert np.array_equal(scene.contains(odd(points)), scene.contains(points))

@@ -118,20 +118,6 @@ def test_a_scheduler_and_its_workers():
         scene.first_hit(rays, executor=executor)
 
 
-@pytest.mark.deep
-@pytest.mark.parametrize("workers", [1, 2, 3, 4])
-@pytest.mark.parametrize("threads", [1, 2])
-def test_any_number_of_workers_and_threads(workers, threads):
-    scene, rays = subject.scene(), subject.rays(25, 400)
-    with cluster(workers, threads) as made, distributed.Client(made) as client:
-        check_arrays(scene, rays)
-        for chunk in (1, 7, 4096, rays.size):
-            some = rays if chunk > 7 else rays[:2, :10]
-            how = co.parallel.Workers(client, chunk=chunk)
-            assert subject.differing(subject.answers(scene, some), subject.answers(scene, some, executor=how)) == []
-            assert np.array_equal(scene.render(130, 70, executor=how).pixels, scene.render(130, 70).pixels)
-
-
 def pids(made):
     """Of the workers' processes, by the nannies that watch them."""
     return [nanny.pid for nanny in made.workers.values() if nanny.pid]
@@ -162,16 +148,3 @@ def test_workers_killed_twenty_times():
         done.set()
         killer.join()
         assert scene.first_hit(rays, executor=how) == wanted
-
-
-@pytest.mark.deep
-@pytest.mark.skipif(sys.platform == "win32", reason="SIGSTOP")
-def test_a_worker_that_stops_for_a_while():
-    scene, rays = subject.scene(), subject.rays(100_000)
-    with cluster(2) as made, distributed.Client(made) as client:
-        how = co.parallel.Workers(client, chunk=1000)
-        assert scene.first_hit(rays[:10], executor=how) == scene.first_hit(rays[:10])
-        pid = pids(made)[0]
-        os.kill(pid, signal.SIGSTOP)
-        threading.Timer(5, os.kill, (pid, signal.SIGCONT)).start()
-        assert scene.first_hit(rays, executor=how) == scene.first_hit(rays)

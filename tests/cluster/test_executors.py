@@ -80,11 +80,11 @@ def test_progress_and_window(processes):
 
 
 class Counting(ThreadPoolExecutor):
-    """Notes how many tasks are sent and not yet asked for."""
+    """Notes the tasks that are sent."""
 
     def __init__(self):
         super().__init__(1)
-        self.futures, self.most = [], 0
+        self.futures = []
 
     def submit(self, *arguments):
         future = super().submit(*arguments)

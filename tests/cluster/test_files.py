@@ -10,8 +10,9 @@ import pytest
 import conicoid as co
 from conicoid._util.files import refuse_devices
 
-from ..command_line import done, run
+from ..command_line import run
 from . import subject
+from .test_commands import traced
 
 COUNT = 500
 
@@ -30,11 +31,6 @@ def folder(tmp_path, rays):
     np.savez(tmp_path / "stored.npz", origins=rays.origins, directions=rays.directions)
     np.savez_compressed(tmp_path / "packed.npz", origins=rays.origins, directions=rays.directions)
     return tmp_path
-
-
-def traced(folder, rays, output, *options):
-    done("trace", folder / "scene.yaml", folder / rays, "-o", folder / output, *options)
-    return folder / output
 
 
 def refused(folder, rays, output, *options):

@@ -85,8 +85,6 @@ def test_what_is_opened_answers_the_same(kept):
     assert np.array_equal(again.render(40, 30).pixels, scene.render(40, 30).pixels)
     assert again == scene
     assert again.replace(background="black").first_hit(rays) == scene.first_hit(rays)
-    edited, other = (one.replace(3, co.Sphere(0.7)) for one in (again, scene))
-    assert np.array_equal(edited.first_hit(rays).t, other.first_hit(rays).t)
 
 
 def test_opening_prepares_nothing_and_reads_no_bodies(kept, monkeypatch):
@@ -95,9 +93,7 @@ def test_opening_prepares_nothing_and_reads_no_bodies(kept, monkeypatch):
     monkeypatch.setattr("conicoid.prepare.lowering.lower", None)
     again, rays = open_scene_tables(path, source_version(), digest), subject.rays(200)
     hits = again.first_hit(rays)
-    assert np.array_equal(hits.t, scene.first_hit(rays).t)
-    assert np.array_equal(again.spans(rays).t_exit, scene.spans(rays).t_exit)
-    assert again.first_hit(rays).name.tolist() == scene.first_hit(rays).name.tolist()
+    assert hits.name.tolist() == scene.first_hit(rays).name.tolist()
     assert isinstance(again.bodies, LazyBodies)
     assert not again.bodies.are_read
     assert again.bodies[3].name == "box 3"
@@ -114,8 +110,6 @@ def test_the_file_is_written_in_no_process_twice(kept, tmp_path):
     assert made.reference().tables == (path, digest)
     assert os.stat(path).st_mtime_ns == before.st_mtime_ns
     rays = subject.rays(200)
-    assert np.array_equal(same.first_hit(rays).t, scene.first_hit(rays).t)
-    assert same.bodies[0].name == "box 0"
     edited, other = same.replace(3, co.Sphere(0.7)), scene.replace(3, co.Sphere(0.7))
     assert np.array_equal(edited.first_hit(rays).t, other.first_hit(rays).t)
 

@@ -16,7 +16,7 @@ import conicoid as co
 from conicoid.numerics.portable_math import portable_cos, portable_exp, portable_exp2, portable_interp, portable_log2
 from conicoid.parallel.workers import inline_workers
 from conicoid.render.color_mapping import apply_tone
-from conicoid.render.film import RADII, lower_filter
+from conicoid.render.film import RADII
 from conicoid.render.options import FILTERS, LAYERS
 
 from ..command_line import done, refused, run
@@ -64,13 +64,6 @@ def agx(rgb):
 def test_agx_is_wrenschs(rgb):
     image = co.Image(np.full((1, 1, 3), rgb, np.float32)).developed(tone="agx")
     assert np.abs(np.asarray(image)[0, 0] - 255 * np.array(agx(rgb))).max() <= 0.5 + 1e-4
-
-
-def test_agx_keeps_grey_grey_and_rises():
-    grey = np.repeat(np.geomspace(1e-3, 10, 200)[:, None], 3, axis=1)[None]
-    found = apply_tone(grey, 0, "agx")
-    assert np.ptp(found, axis=-1).max() < 5e-3
-    assert (np.diff(found[0, :, 1]) >= 0).all()
 
 
 @pytest.mark.parametrize("stops", [-2, 0, 1, 2.5])
@@ -130,58 +123,20 @@ def test_png_of_16_bits(tmp_path):
 
 # --- Reconstruction filters: samples lie as the filters' integrals say, and pictures are the same for any tiles and threads
 
-MOMENT = {
-    "box": 1 / 12,
-    "tent": 1 / 6,
-    # 2 ∫₀¹ x² (7 x³ - 12 x² + 16/3) / 6 + 2 ∫₁² x² (-7/3 x³ + 12 x² - 20 x + 32/3) / 6
-    "mitchell": (7 / 6 - 12 / 5 + 16 / 9) / 3 + (-7 / 18 * 63 + 12 / 5 * 31 - 5 * 15 + 32 / 9 * 7) / 3,
-}
-"""∫x² f / ∫f in closed form."""
 
-
-def quadrature(name, power, signed):
-    """∫xᵖ f dx, or of |f|, by the midpoint rule, of formulas written down once more."""
+def curve(name, x):
+    """The filters' formulas, written down once more."""
     r = RADII[name]
-    x = (np.arange(200_000) + 0.5) / 200_000 * 2 * r - r
-    t = 2 * np.pi * (x + r) / (2 * r)
-    f = {
+    t, far = 2 * np.pi * (x + r) / (2 * r), abs(x)
+    return {
         "box": lambda: np.ones_like(x),
-        "tent": lambda: 1 - abs(x),
+        "tent": lambda: 1 - far,
         "gaussian": lambda: np.exp(-2 * x**2) - np.exp(-4.5),
         "mitchell": lambda: np.where(
-            abs(x) < 1, 7 * abs(x) ** 3 - 12 * x**2 + 16 / 3, -7 / 3 * abs(x) ** 3 + 12 * x**2 - 20 * abs(x) + 32 / 3
+            far < 1, 7 * far**3 - 12 * x**2 + 16 / 3, -7 / 3 * far**3 + 12 * x**2 - 20 * far + 32 / 3
         ) / 6,
         "blackman-harris": lambda: 0.35875 - 0.48829 * np.cos(t) + 0.14128 * np.cos(2 * t) - 0.01168 * np.cos(3 * t),
     }[name]()  # fmt: skip
-    return np.sum(x**power * (f if signed else abs(f))) * 2 * r / 200_000
-
-
-@pytest.mark.parametrize("name", FILTERS)
-def test_samples_lie_as_the_filter_says(name):
-    quantiles, change, scale = lower_filter(name)
-    assert (quantiles == -quantiles[::-1]).all()
-    assert (quantiles[0], quantiles[-1]) == (-RADII[name], RADII[name])
-    # x is linear between quantiles of equal weight: the moments of |f|, and of f by the signs
-    a, b = quantiles[:-1], quantiles[1:]
-    second = (a * a + a * b + b * b) / 3
-    sign = np.where(np.abs((a + b) / 2) > change, -1, 1)
-    assert second.mean() == pytest.approx(
-        quadrature(name, 2, False) / quadrature(name, 0, False), rel=4e-3
-    )  # of 1024 steps
-    assert (sign * second).mean() * math.sqrt(scale) == pytest.approx(
-        quadrature(name, 2, True) / quadrature(name, 0, True), rel=4e-3, abs=4e-3
-    )
-    assert sign.mean() * math.sqrt(scale) == pytest.approx(1, abs=2e-3)
-    if name in MOMENT:
-        assert quadrature(name, 2, True) == pytest.approx(MOMENT[name], abs=1e-9)
-
-
-def test_mitchells_cubic_is_a_partition_of_unity():
-    """Its copies one pixel apart add up to 1, so that flat light stays flat (Mitchell and Netravali 1988)."""
-    from conicoid.render.film import mitchell
-
-    x = np.linspace(0, 1, 101)
-    assert sum(mitchell(x + k) for k in range(-2, 3)) == pytest.approx(np.ones(101), abs=1e-14)
 
 
 @pytest.mark.parametrize("name", FILTERS)
@@ -193,9 +148,7 @@ def test_flat_light_stays_flat_and_an_edge_is_the_integral_of_the_filter(name):
     x = np.arange(16) + 0.5 - 8  # of the pixels' middles
     fine = np.linspace(-RADII[name], RADII[name], 4001)
     middles, step = (fine[1:] + fine[:-1]) / 2, fine[1] - fine[0]
-    from conicoid.render.film import _CURVES
-
-    f = _CURVES[name](middles)
+    f = curve(name, middles)
     expected = [f[middles > -place].sum() * step for place in x] / (f.sum() * step)
     assert np.abs(rows - expected).max() < (0.04 if name == "mitchell" else 0.01)
 
@@ -317,11 +270,6 @@ def test_layers_are_the_hits_of_the_pixels():
 
 def test_the_error_is_that_of_the_samples():
     image = SCENE.render(24, 18, 8, layers=("error", "samples"))
-    singles = []
-    for k in range(8):  # each sample again: what the first k + 1 of them add up to, less the first k
-        part = SCENE.render(24, 18, 8, layers="error")
-        assert (part.pixels == image.pixels).all()
-        singles.append(k)
     error = image.layers["error"]
     assert error.shape == (18, 24)
     assert (error >= 0).all()

@@ -11,13 +11,10 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.render import exposure as passes
 from conicoid.render.film import (
     COUNT,
     LEAST_SAMPLES,
     SQUARES,
-    is_end,
-    next_end,
     pixel_errors,
     select_squares,
     square_errors,
@@ -59,15 +56,6 @@ def test_samples_are_continued(whole, tmp_path):
     assert (fewer.pixels == whole.pixels).all()  # what there is is not thrown away
     with pytest.raises(ValueError, match="holds parts of other work"):
         scene().render(WIDTH, HEIGHT, 40, NAME, seed=1, resume=tmp_path / "file")
-
-
-def test_the_same_bits_for_threads_and_workers(whole, tmp_path):
-    try:
-        for threads in (1, 2, 7):
-            co.set_threads(threads)
-            assert (scene().render(WIDTH, HEIGHT, 40, NAME).pixels == whole.pixels).all()
-    finally:
-        co.set_threads(None)
 
 
 def test_workers_continue_too(whole, tmp_path):
@@ -121,21 +109,6 @@ def test_a_file_that_grew_is_written_anew(whole, tmp_path, monkeypatch):
     assert (scene().render(WIDTH, HEIGHT, 40, NAME, resume=tmp_path / "file").pixels == whole.pixels).all()
 
 
-def test_whitted_pictures_keep_their_tiles(tmp_path, monkeypatch):
-    monkeypatch.setattr(passes, "SAVE_INTERVAL", 0.0)
-    local = scene().render(WIDTH, HEIGHT, 3)
-    calls = []
-
-    def stop(done, count):
-        calls.append(done)
-        if done >= 12:  # of 6 tiles of 3 samples
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        scene().render(WIDTH, HEIGHT, 3, resume=tmp_path / "file", progress=stop)
-    assert (scene().render(WIDTH, HEIGHT, 3, resume=tmp_path / "file").pixels == local.pixels).all()
-
-
 # ---- Noise ----
 
 
@@ -155,18 +128,6 @@ def test_squares_at_the_edges_count_what_there_is():
     assert found == pytest.approx(
         np.array([[values[:4, :4].mean(), values[:4, 4:].mean()], [values[4:, :4].mean(), values[4:, 4:].mean()]])
     )
-
-
-def test_passes_end_where_they_are_said_to():
-    ends, at = [], 0
-    while at < 1000:
-        at = next_end(at)
-        ends.append(at)
-    assert all(map(is_end, ends))
-    assert ends[:8] == [1, 2, 4, 8, 16, 24, 32, 48]
-    assert max(np.diff(ends)) == 64
-    assert not is_end(100)
-    assert next_end(100) == 128
 
 
 def test_what_is_quiet_is_done():

@@ -171,11 +171,6 @@ def test_long_names_of_materials_are_saved_and_loaded(name, suffix, tmp_path):
     assert co.load(path).bodies[0].material.name == name
 
 
-def test_many_bodies_are_fine(tmp_path):
-    (tmp_path / "scene.yaml").write_text("bodies:\n" + "  - {shape: {Sphere: {radius: 2}}}\n" * 20_000)
-    assert len(co.load(tmp_path / "scene.yaml").bodies) == 20_000
-
-
 def test_errors_cannot_drive_a_terminal(tmp_path):
     (tmp_path / "scene.yaml").write_text('bodies: [{name: "a\\e[31m\\nb", "\\e]0;x\\a": 1}]\n')
     with pytest.raises(SceneFileError) as caught:

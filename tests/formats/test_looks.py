@@ -121,12 +121,6 @@ def test_each_byte_begins_where_the_formula_says():
     assert srgb_bytes(np.nextafter(thresholds[:-1], 0)).tolist() == list(range(255))
 
 
-def test_no_beginning_holds_two_thresholds():
-    below, _ = _srgb_table()
-    assert np.diff(below.astype(int)).max() == 1
-    assert below[0] == 0
-
-
 def test_what_is_no_light_is_black_and_too_much_is_white():
     values = np.array([[np.nan, -np.inf, -1.0, -0.0], [1.0, 1.5, np.inf, 1e30]])
     assert srgb_bytes(values).tolist() == [[0] * 4, [255] * 4]

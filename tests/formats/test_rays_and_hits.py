@@ -14,7 +14,7 @@ import pytest
 import conicoid as co
 from conicoid._util.files import replace_file
 from conicoid.cli import app
-from conicoid.io.array_file import check_output, write_arrays, write_columns
+from conicoid.io.array_file import check_output, write_columns
 from conicoid.io.ray_file import read_rays
 from conicoid.io.result_file import table_columns
 
@@ -145,16 +145,6 @@ def test_spans_as_csv(tmp_path):
     )
 
 
-@pytest.mark.parametrize("arrays", [HITS, SPANS])
-def test_npz_keeps_everything(tmp_path, arrays):
-    write_arrays(tmp_path / "out.npz", arrays)
-    with np.load(tmp_path / "out.npz", allow_pickle=False) as found:
-        assert set(found.files) == set(arrays)
-        for name, array in arrays.items():
-            assert np.array_equal(found[name], array, equal_nan=array.dtype.kind == "f")
-            assert found[name].dtype == array.dtype
-
-
 def test_results_of_other_kinds_are_refused(tmp_path):
     with pytest.raises(ValueError, match=r"written as \.npz or \.csv"):
         check_output(tmp_path / "hits.txt")
@@ -239,23 +229,6 @@ def test_round_trip(name, detached, tmp_path):
     assert np.array_equal(SCENE.first_hit(again.rays).t, hits.t)
     assert len(pickle.dumps(again)) > 0
     assert [entry.name for entry in tmp_path.iterdir()] == ["hits.npz"]
-
-
-def test_what_numpy_reads_needs_no_pickle(tmp_path):
-    ANSWERS["many"].save(tmp_path / "hits.npz")
-    with np.load(tmp_path / "hits.npz", allow_pickle=False) as arrays:
-        assert np.array_equal(arrays["t"], ANSWERS["many"].t)
-        assert np.array_equal(arrays["body"], ANSWERS["many"].body)
-        assert all(arrays[name].dtype != object for name in arrays.files)
-
-
-def test_indexing_after_loading(tmp_path):
-    hits = ANSWERS["many"]
-    hits.save(tmp_path / "hits.npz")
-    again = co.Hits.load(tmp_path / "hits.npz")
-    for index in (3, (2, slice(4, 9)), hits.hit):
-        assert np.array_equal(again[index].normal, hits[index].normal, equal_nan=True)
-        assert (again[index].name == hits[index].name).all()
 
 
 def _with(path, **changes):

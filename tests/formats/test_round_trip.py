@@ -14,7 +14,6 @@ from hypothesis import HealthCheck, assume, given, settings, strategies as st
 import conicoid as co
 from conicoid.geometry.shape import Shape
 from conicoid.io.scene_file import yaml_parser, yaml_parser as scene_text
-from conicoid.io.scene_file.scene_file import SceneParts, read_scene, write_scene
 
 from ..samples import sampled
 from .strategies import PRIMITIVES, moved, primitive, scenes, sheets, solids
@@ -176,26 +175,6 @@ def test_balls_from_csv(tmp_path):
     (tmp_path / "data" / "balls.csv").write_text("# balls\nx, y, z, radius\n0, 0, 0, 1\n\n1e-9, 2, 3, 0.5\n")
     (tmp_path / "scene.yaml").write_text("bodies:\n  - shape: {Spheres: {file: data/balls.csv}}\n")
     assert co.load(tmp_path / "scene.yaml") == co.Scene([co.Spheres([(0, 0, 0), (1e-9, 2, 3)], [1, 0.5])])
-
-
-def test_parts_without_a_scene(tmp_path):
-    parts = SceneParts((co.Body(co.Sphere(2.0)),))
-    write_scene(parts, tmp_path / "scene.yaml")
-    assert read_scene(tmp_path / "scene.yaml") == parts
-
-
-def test_motions_stay_the_steps_they_were(tmp_path):
-    shape = co.Box().translate((1, 0, 0)).rotate((0, 0, 1), 30).scale(2).scale((1, -1, 0.5))
-    co.save(co.Scene([shape]), tmp_path / "scene.yaml")
-    text = (tmp_path / "scene.yaml").read_text()
-    steps = [
-        "{translate: [1, 0, 0]}",
-        "{rotate: {axis: [0, 0, 1], degrees: 30}}",
-        "{scale: 2}",
-        "{scale: [1, -1, 0.5]}",
-    ]
-    positions = [text.index(step) for step in steps]
-    assert positions == sorted(positions)
 
 
 def test_the_whole_of_a_file_by_hand(tmp_path):

@@ -52,13 +52,6 @@ def check(folder: Path, *, saved: bool | None) -> None:
     assert co.load(folder / "st.yaml") in ([NEW] if saved else [OLD] if saved is False else [OLD, NEW])
 
 
-def test_two_scenes_of_one_name(tmp_path):
-    co.save(OLD, tmp_path / "st.yaml")
-    co.save(BESIDE, tmp_path / "st.json")
-    assert co.load(tmp_path / "st.yaml") == OLD
-    assert co.load(tmp_path / "st.json") == BESIDE
-
-
 def test_saving_again_leaves_the_balls_of_copies(tmp_path):
     path = prepared(tmp_path / "a")
     (path.parent / "copy.yaml").write_bytes(path.read_bytes())

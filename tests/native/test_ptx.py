@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import re
 import shutil
 import subprocess
@@ -13,15 +12,8 @@ from conicoid.kernels.device import EACH, SHARED, ScratchSize, size_name
 from conicoid.kernels.tables import BALL, CELL
 from native import ptx
 
-from ..emulation import device_module
+from ..emulation import ptx_of
 from ..samples import marked
-
-
-@functools.cache
-def ptx_of(name):
-    """The PTX of a kernel, which takes seconds. `ptx.ptx` refuses what is wrong; the CUDA wheel has all."""
-    return ptx.ptx(device_module(), name)
-
 
 MOST_USED = ["any_hits_few", "list_rows_few"]
 """Kernels that most scenes need; a fast test takes the first, as each is seconds of a compiler."""

@@ -56,15 +56,12 @@ def test_threads_of_the_pool(tmp_path, checks):
     assert run.returncode == 0, (run.stdout + run.stderr)[-3000:]
 
 
-def test_queries(checked):
+@pytest.mark.parametrize(
+    "words",
+    [("pytest", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", *SAMPLE), ("tests.native.fuzz", "20000", "7")],
+)
+def test_queries_and_wrong_arguments(checked, words):
     folder, environment = checked
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", *SAMPLE]
+    command = [sys.executable, "-m", *words]
     run = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=3000)
     assert run.returncode == 0, (run.stdout + run.stderr)[-3000:]
-
-
-def test_wrong_arguments(checked):
-    folder, environment = checked
-    command = [sys.executable, "-m", "tests.native.fuzz", "20000", "7"]
-    run = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=3000)
-    assert run.returncode == 0, run.stderr[-3000:]

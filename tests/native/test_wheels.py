@@ -51,26 +51,18 @@ def test_some_arrive_alone(monkeypatch, tmp_path, capsys):
     assert last == f"To install it: pip install {tmp_path / 'dist' / 'macos-arm64.whl'}"
 
 
-def test_control_c_leaves_nothing(monkeypatch, tmp_path, capsys):
-    def interrupted(target, folder: Path) -> Path:
-        if target.name == "musl-x86_64":
-            raise KeyboardInterrupt
-        return made(target, folder)
-
-    assert run(monkeypatch, tmp_path, interrupted) == 130
-    assert left(tmp_path) == set()
-    assert capsys.readouterr().err == "interrupted\n"
-
-
-def test_a_faulty_one_keeps_all_from_arriving(monkeypatch, tmp_path, capsys):
+@pytest.mark.parametrize(
+    ("error", "status"), [(KeyboardInterrupt("interrupted"), 130), (ValueError("conicoid.whl: has no licence"), 1)]
+)
+def test_one_that_is_interrupted_or_faulty_keeps_all_from_arriving(error, status, monkeypatch, tmp_path, capsys):
     def faulty(target, folder: Path) -> Path:
         if target.name == "windows-x86_64":
-            raise ValueError("conicoid.whl: has no licence")
+            raise error
         return made(target, folder)
 
-    assert run(monkeypatch, tmp_path, faulty) == 1
+    assert run(monkeypatch, tmp_path, faulty) == status
     assert left(tmp_path) == set()
-    assert capsys.readouterr().err == "conicoid.whl: has no licence\n"
+    assert capsys.readouterr().err == f"{error}\n"
 
 
 def test_unknown_targets_are_refused(monkeypatch, tmp_path, capsys):

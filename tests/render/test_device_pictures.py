@@ -14,7 +14,7 @@ from conicoid.render.integrators.samples import Settings
 from conicoid.render.job import lower_scene_light, make_job
 from native import ptx
 
-from ..emulation import Card, device_kernels, device_module
+from ..emulation import Card, device_kernels, ptx_of
 from ..engine.test_routes import crowded_scene
 from ..samples import deep, marked, sampled
 
@@ -280,4 +280,4 @@ def flat(value):
 @pytest.mark.parametrize("name", marked((name, name == "render_occlusion_few") for name in ptx.PARTS["pictures"]))
 def test_ptx_of_pictures(name):
     """Each build of a wheel makes all; this is the one that takes least."""
-    assert f".entry {name}(" in ptx.ptx(device_module("pictures"), name)
+    assert f".entry {name}(" in ptx_of(name, "pictures")

@@ -86,17 +86,6 @@ def test_bad_arguments_are_named(arguments, message):
         SCENE.render(**{"width": 8, "height": 8, **arguments})
 
 
-def test_what_is_no_material_or_camera_is_a_type_error():
-    """At the door, before anything is rendered."""
-    with pytest.raises(TypeError, match="Body: material must be a Material"):
-        co.Body(co.Sphere(), 3)
-    with pytest.raises(
-        TypeError,
-        match="Scene: camera must be a Camera, OrthographicCamera, EquirectangularCamera, FisheyeCamera or None, got str",
-    ):
-        co.Scene([co.Sphere()], camera="front")
-
-
 def test_many_bodies_of_one_entry_share_a_material():
     centers = np.array([(x, 0.0, 0.0) for x in (-2, 0, 2)])
     camera = co.OrthographicCamera((0, -5, 0), (0, 0, 0), height=2)
@@ -111,15 +100,11 @@ def test_many_bodies_of_one_entry_share_a_material():
 # --- Samples in a pixel: stratified, reproducible, different from pixel to pixel
 
 
-reversed_bits, sample_in_pixel = compiled(sampler.reverse_bits), compiled(sampler.sample_in_pixel)
+sample_in_pixel = compiled(sampler.sample_in_pixel)
 
 
 def samples(count: int, pixel: int = 7, seed: int = 0) -> np.ndarray:
     return np.array([sample_in_pixel(seed, pixel, i, count) for i in range(count)])
-
-
-def test_one_sample_is_the_centre():
-    assert sample_in_pixel(3, 4, 0, 1) == (0.5, 0.5)
 
 
 @pytest.mark.parametrize("count", [2, 3, 4, 5, 7, 9, 16, 25, 64])
@@ -144,18 +129,6 @@ def test_samples_depend_on_seed_and_pixel_only():
     assert (samples(9) == samples(9)).all()
     assert (samples(9) != samples(9, pixel=8)).all()
     assert (samples(9) != samples(9, seed=1)).all()
-
-
-def test_samples_are_uniform_on_the_whole():
-    """The mean of 9 × 4000 stratified samples is that of the square, to 5 standard errors of independent ones."""
-    points = np.concatenate([samples(9, pixel) for pixel in range(4000)])
-    assert np.abs(points.mean(axis=0) - 0.5).max() < 5 / np.sqrt(12 * len(points))
-    assert np.abs((points**2).mean(axis=0) - 1 / 3).max() < 5 * np.sqrt(4 / 45 / len(points))
-
-
-def test_bits_reverse():
-    for value in (0, 1, 2, 0b1011, 2**63, 2**64 - 1, 0x0123456789ABCDEF):
-        assert int(reversed_bits(np.uint64(value))) == int(f"{value:064b}"[::-1], 2)
 
 
 # --- Light by groups adds up to all light; previews tell how noisy they are

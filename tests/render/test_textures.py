@@ -10,7 +10,6 @@ import PIL.Image
 import pytest
 
 import conicoid as co
-from conicoid.render.textures import build_pyramid, halve_image
 
 RNG = np.random.default_rng(19)
 
@@ -115,20 +114,6 @@ def test_what_is_far_away_is_read_from_smaller_pictures():
     near, _ = colors(floor, co.Camera((0.1, 0.2, 0.02), (0.1, 0.2, 0)), samples=1)
     assert near.min() < 0.1  # near by each texel is seen
     assert near.max() > 0.9
-
-
-@pytest.mark.parametrize("shape", [(8, 8), (7, 5), (1, 9), (6, 1)])
-def test_smaller_pictures_keep_the_mean(shape):
-    picture = RNG.random((*shape, 3))
-    smaller = halve_image(picture)
-    assert smaller.shape == (*((n + 1) // 2 for n in shape), 3)
-    assert smaller.mean(axis=(0, 1)) == pytest.approx(picture.mean(axis=(0, 1)), abs=1e-12)
-    texels, levels = build_pyramid(picture)
-    assert texels[-1] == pytest.approx(picture.mean(axis=(0, 1)), abs=1e-6)
-    assert levels == int(np.ceil(np.log2(max(shape)))) + 1
-    if shape == (8, 8):
-        expected = picture.reshape(4, 2, 4, 2, 3).mean(axis=(1, 3))
-        assert np.abs(smaller - expected).max() < 1e-15
 
 
 # ---- Textures by formulas ----

@@ -262,21 +262,6 @@ def test_materials(tmp_path):
     assert scene.bodies[0].material.properties["density"] == pytest.approx(7.87, rel=1e-15)
 
 
-def test_many_volumes(tmp_path):
-    define = '<variable name="i" value="0"/><variable name="j" value="0"/>'
-    inside = (
-        '<loop for="i" from="0" to="49"><loop for="j" from="0" to="39">' + placed("bar", '<position x="3*i" y="5*j" z="0"/>')
-        + "</loop></loop>"
-    )  # fmt: skip
-    text = text_of(
-        '<box name="w" x="400" y="410" z="40"/>' + BAR, volume("bar", "bar") + volume("world", "w", inside), define
-    )
-    scene = scene_of(tmp_path, text)
-    assert len(scene) == 2001
-    assert names(scene)[1:3] == ["world/bar", "world/bar#2"]
-    assert at(scene, (3 * 49, 5 * 39, 0), (1.5, 0, 0)) == ["world/bar#2000", "world"]
-
-
 def test_a_module_of_the_same_folder(tmp_path):
     (tmp_path / "part.gdml").write_text(text_of(BAR, volume("part", "bar") + volume("other", "bar"), world="part"))
     for name, volume_name in (("", "part"), ('volname="other"', "other")):
@@ -334,13 +319,6 @@ def test_a_mistake_in_a_module_is_told_with_its_file(tmp_path):
     (tmp_path / "part.gdml").write_text(HEAD + "<solids><box name='b' x='nonsense'/></solids></gdml>")
     with pytest.raises(SceneFileError, match=r"part\.gdml:3.*'nonsense', which is not defined"):
         scene_of(tmp_path, text_of(WORLD, volume("world", "w", '<physvol><file name="part.gdml"/></physvol>')))
-
-
-def test_it_can_be_saved_and_loaded(tmp_path):
-    scene = scene_of(tmp_path, text_of(NESTED_SOLIDS, NESTED))
-    co.save(scene, tmp_path / "a.yaml")
-    p = np.random.default_rng(1).uniform(-21, 21, (2000, 3))
-    assert np.array_equal(co.load(tmp_path / "a.yaml").body_at(p), scene.body_at(p))
 
 
 def test_copy_numbers_may_be_negative(tmp_path):

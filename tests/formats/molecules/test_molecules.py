@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import pickle
 from types import SimpleNamespace
 
 import numpy as np
@@ -148,13 +147,6 @@ def test_styles_that_there_are_not():
     ):
         with pytest.raises(ValueError, match=told):
             call()
-
-
-def test_a_molecule_travels():
-    water = pickle.loads(pickle.dumps(co.molecule(*WATER)))
-    assert water.symbols == ["O", "H", "H"]
-    assert len(water.bonds) == 2
-    assert co.molecule(water).formula == "H2O"
 
 
 def _pdb(*atoms, tail=""):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import importlib
 import math
 from pathlib import Path
 
@@ -17,7 +16,7 @@ from conicoid.io.scene_file import scene_file, yaml_parser
 
 from ...command_line import done, refused, run
 from .broken import CASES
-from .models import EXAMPLE_FILES, EXAMPLES, loaded, written
+from .models import EXAMPLE_FILES, loaded, written
 
 # --- Names, colours, void, notes: what an import says about itself
 
@@ -117,24 +116,6 @@ def test_progress_begins_with_the_number() -> None:
     openmc.read(ASSEMBLY, progress=lambda done, most: calls.append((done, most)))
     assert calls[0] == (0, 1133)
     assert [done // 256 for done, _ in calls[1:]] == [1, 2, 3, 4]
-
-
-def test_the_legend_reads_well() -> None:
-    lines = [str(entry) for entry in assembly().legend]
-    assert lines[0] == f"{palette_color(1)}    material 1           264 bodies  uranium dioxide"
-    assert lines[-1] == "invisible  void                 264 bodies"
-
-
-@pytest.mark.deep
-def test_the_example_cuts_the_assembly_open(monkeypatch: pytest.MonkeyPatch) -> None:
-    """In front the slanted plane cuts fuel; at the back one looks through the open plenum down to its top."""
-    monkeypatch.syspath_prepend(str(EXAMPLES.parent))
-    reactor_pin = importlib.import_module("reactor_pin")
-    scene = reactor_pin.scene()
-    x, rows = 1.26, (-10.08, 10.08)
-    hits = scene.first_hit([(x, y, 90) for y in rows], (0, 0, -1))
-    assert [scene.bodies[body].name.split(" @ ")[0] for body in hits.body.tolist()] == ["cell 1 'fuel'"] * 2
-    assert hits.point[:, 2] == pytest.approx([16 - 0.45 * x + 0.9 * rows[0], 365.76 - 352], abs=1e-12)
 
 
 # --- conicoid import
@@ -282,15 +263,6 @@ def test_misspelt_words_are_told(tmp_path: Path) -> None:
     ]
 
 
-def test_many_unknown_words_are_counted(tmp_path: Path) -> None:
-    words = " ".join(f'x{k}="1"' for k in range(1000))
-    model = THREE_CELLS.replace('<cell id="1"', f'<cell {words} id="1"').replace('<cell id="2"', '<cell x0="1" id="2"')
-    notes = openmc.read(put(tmp_path, named(1, "a"), named(2, "b"), named(7, "c"), model=model)).notes
-    assert any(note.startswith("line 4: <cell>: 'x0' is not read, 2 times (known: ") for note in notes)
-    assert "... and 982 more names that are not read" in notes
-    assert len(notes) < 40
-
-
 @pytest.mark.parametrize("name", EXAMPLE_FILES)
 def test_every_word_of_the_examples_is_known(name: str) -> None:
     notes = openmc.read(EXAMPLE_FILES[name]).notes
@@ -363,14 +335,6 @@ def test_names_cannot_forge_what_is_printed(name: str, tmp_path: Path) -> None:
     assert co.load(output).bodies[1].name == imported.bodies[1].name
 
 
-def test_a_mistake_does_not_obey_its_name(tmp_path: Path) -> None:
-    path = tmp_path / "model.xml"
-    path.write_text(NAMED_MODEL.format(HOSTILE[0]).replace('coeffs="0 0 0 3"', 'coeffs="0 0 0 -3"'), encoding="utf-8")
-    with pytest.raises(co.SceneFileError) as caught:
-        co.load_openmc(path)
-    assert len(str(caught.value).splitlines()) == len(caught.value.problems) == 1
-
-
 def named_in_file(path: Path) -> dict[str, object]:
     """What stands under `materials`, by the name there."""
     root, problems = yaml_parser.parse_yaml(path.read_text(encoding="utf-8"))
@@ -403,15 +367,6 @@ def test_a_saved_scene_calls_materials_as_they_call_themselves(tmp_path: Path) -
     assert list(named_in_file(output))[25:] == ["material Z", "material AA", "material AB", "material AC"]
 
 
-def test_materials_of_one_colour_are_told_apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("conicoid.io.openmc.expansion.palette_color", lambda number: "#808080")
-    path = tmp_path / "model.xml"
-    path.write_text(NAMED_MODEL.format("oxide"), encoding="utf-8")
-    imported = openmc.read(path)
-    assert sorted(imported.material_names.values()) == ["material 1 'oxide'", "material 2 'Zircaloy'", "void"]
-    assert [body.material.name for body in imported.bodies] == ["void", "oxide", "Zircaloy"]
-
-
 # --- What materials.xml says of a material is kept with it, in units that do not differ from material to material
 
 MATERIAL_MODEL = """<model><materials>{}</materials><geometry>
@@ -441,13 +396,6 @@ def test_what_the_file_says(tmp_path: Path) -> None:
     assert water.properties == {"id": 2, "atom_density": 0.1, "sab": ("c_H_in_H2O",)}
     assert void.properties == {"density": 0, "atom_density": 0}
     assert scene.first_hit((0, 0, 9), (0, 0, -1)).material is water
-
-
-def test_it_goes_through_a_scene_file(tmp_path: Path) -> None:
-    scene = co.load_openmc(model(tmp_path, FUEL, WATER))
-    co.save(scene, tmp_path / "a.yaml")
-    assert co.load(tmp_path / "a.yaml") == scene
-    assert co.load(tmp_path / "a.yaml").bodies[0].material.properties["ao"]["O16"] == 2
 
 
 def test_without_a_list_the_number_is_known(tmp_path: Path) -> None:

@@ -237,11 +237,6 @@ def kept(*parts: RegionPart) -> set[tuple[object, bool]] | None:
     return None if found is None else {(s.surface, s.positive) for s in found.parts if isinstance(s, SurfaceSide)}
 
 
-def test_a_pin_in_its_element_needs_no_walls() -> None:
-    pin = SurfaceSide(cylinder("0.4"), False)
-    assert kept(pin, *planes(0, "-0.63", "0.63"), *planes(1, "-0.63", "0.63")) == {(pin.surface, False)}
-
-
 def test_a_vessel_around_an_element_vanishes_and_one_that_cuts_it_stays() -> None:
     walls = [*planes(0, "-1", "1"), *planes(1, "-1", "1")]
     assert len(kept(*walls, SurfaceSide(cylinder("1.5"), False)) or ()) == 4
@@ -268,10 +263,6 @@ def test_round_solids_beside_planes_are_as_fractions_say() -> None:
 
 
 # --- What is known of places that are turned: boxes around them are never too narrow, and what they leave out is counted
-
-
-def ball(x: int) -> SurfaceSide:
-    return SurfaceSide(RoundSurface(None, (Fraction(x), ZERO, ZERO), ONE), False)
 
 
 @pytest.mark.parametrize("far", [1e2, 1e6, 1e8, 1e10, 1e12])

@@ -12,10 +12,7 @@ import conicoid as co
 from benchmarks.comparison.scenes import core_xml
 from conicoid.geometry.body import Body
 from conicoid.geometry.instances import InstanceList
-from conicoid.kernels.tables import QUADRIC, SPHERE
-from conicoid.prepare import instances as moved_file
-from conicoid.prepare.lowering import LoweredScene, lower
-from conicoid.viewer.scene_data import expand_faces
+from conicoid.prepare.lowering import lower
 
 from ...samples import marked
 from .evaluator import Evaluator, same_place
@@ -24,8 +21,6 @@ from .repeated_models import BALL, MODELS
 
 SLANTED = {"hexagons", "core at an angle", "cubes at an angle", "hexagons at an angle"}
 """Where walls slant, the record that stands for equal planes may be another one."""
-
-Both = tuple[LoweredScene, LoweredScene, list[bool]]
 
 
 @pytest.fixture(params=marked((name, name != "hexagons at an angle") for name in MODELS), scope="module")
@@ -39,14 +34,6 @@ def scene(path: Path) -> co.Scene:
     return co.load_openmc(path)
 
 
-@pytest.fixture(scope="module")
-def both(scene: co.Scene) -> Both:
-    """What the bodies become together, what each becomes alone, and which kinds were found to be one another moved."""
-    with pytest.MonkeyPatch.context() as patch:
-        one, found = together(scene, patch)
-    return one, lower(written_out(scene)), found
-
-
 def named(path: Path) -> str:
     """Which of the models it is."""
     return next(name for name, text in MODELS.items() if text == path.read_text())
@@ -55,49 +42,6 @@ def named(path: Path) -> str:
 def written_out(scene: co.Scene) -> tuple[Body, ...]:
     """The bodies, each a shape of its own."""
     return tuple(Body(body.shape, body.material, body.name) for body in scene.bodies)
-
-
-def together(scene: co.Scene, monkeypatch: pytest.MonkeyPatch) -> tuple[LoweredScene, list[bool]]:
-    """What the bodies become, and of which kinds they were found to be one another moved."""
-    found, work = [], moved_file._TranslatedRows.rows
-
-    def watched(self: moved_file._TranslatedRows) -> object:
-        found.append((rows := work(self)) is not None)
-        return rows
-
-    monkeypatch.setattr(moved_file, "FEWEST_INSTANCES", 2)
-    monkeypatch.setattr(moved_file._TranslatedRows, "rows", watched)
-    return lower(scene.bodies), found
-
-
-def test_walls_are_those_of_bodies_written_out(path: Path, both: Both) -> None:
-    """Curved ones to the bit, planes in all but where they are anchored; and which of them are one is the same."""
-    one, other, found = both
-    assert any(found) == (named(path) != "slanted")
-    ours, theirs = one.tables, other.tables
-    curved, expected = ours.cell_quadric, theirs.cell_quadric
-    assert ((curved < 0) == (expected < 0)).all()
-    for kind in (SPHERE, QUADRIC):
-        rows = []
-        for tables, of in ((ours, curved), (theirs, expected)):
-            known = of[of >= 0]
-            row = tables.surface_row[known[tables.surface_kind[known] == kind]]
-            rows.append((tables.spheres if kind == SPHERE else tables.whole_quadrics())[row].tobytes())
-        assert rows[0] == rows[1]
-    planes, others = (tables.planes[tables.surface_row[tables.plane_surface]] for tables in (ours, theirs))
-    assert (planes[:, :3] == others[:, :3]).all()
-    heights = [(rows[:, :3] * rows[:, 4:]).sum(axis=1) - rows[:, 3] for rows in (planes, others)]
-    assert np.allclose(*heights, atol=1e-14)
-    for name, column in expand_faces(ours).items():
-        assert (column == getattr(theirs, name)).all()
-    for mine, its in ((ours.plane_surface, theirs.plane_surface), (curved, expected)):
-        assert in_order(mine) == in_order(its)
-
-
-def in_order(numbers: np.ndarray) -> list[int]:
-    """The numbers, those that come first being the least."""
-    known: dict[int, int] = {}
-    return [known.setdefault(number, len(known)) for number in numbers.tolist()]
 
 
 def test_pins_that_a_vessel_does_not_cut_are_alike(tmp_path: Path) -> None:
@@ -156,17 +100,6 @@ def test_every_point_is_in_the_cell_of_openmc_s_rules(path: Path, scene: co.Scen
         assert same_place(place, scene.bodies[body].name if body >= 0 else None)
 
 
-@pytest.mark.deep
-def test_many_points_of_a_core_of_100000_pins_are_in_the_cells_of_openmc_s_rules(tmp_path: Path) -> None:
-    path = put(core_xml(19), tmp_path)
-    scene, evaluator = co.load_openmc(path), Evaluator(path)
-    points = np.random.default_rng(5).uniform((-250, -250, -183), (250, 250, 183), (100_000, 3))
-    found = scene.body_at(points)
-    assert len(np.unique(found)) > 50_000
-    for place, body in zip(evaluator.find(points), found.tolist(), strict=True):
-        assert same_place(place, scene.bodies[body].name if body >= 0 else None)
-
-
 def test_bodies_are_a_sequence(scene: co.Scene) -> None:
     bodies = scene.bodies
     every = list(bodies)
@@ -201,14 +134,6 @@ def test_scenes_are_pickled_and_changed(scene: co.Scene) -> None:
     assert moved.bodies[0].name == scene.bodies[0].name
     assert moved.bodies[1:] == tuple(scene.bodies)[1:]
     assert scene.bodies[1].translate((1, 0, 0)).shape == scene.bodies[1].shape.translate((1, 0, 0))
-
-
-def test_a_large_core_takes_what_was_written(tmp_path: Path) -> None:
-    """100 assemblies: 28,900 pins, of which some hundred bodies are ever made."""
-    scene = co.load_openmc(put(core_xml(10), tmp_path), max_bodies=200_000)
-    assert scene.body_count >= 100 * (264 * 4 + 25 * 3)
-    assert isinstance(scene.bodies, InstanceList)
-    assert len(scene.bodies.materials) < 40
 
 
 @pytest.mark.parametrize("region", ["-1 (2 3 | -2 -3 7)", "-2 (1 3 | -1 -3 7)"])

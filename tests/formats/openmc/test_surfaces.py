@@ -20,7 +20,6 @@ from conicoid.io.openmc.region import (
     HalfSpaceNode,
     IntersectionNode,
     Region,
-    UnionNode,
     list_half_spaces,
     parse_region,
 )
@@ -118,20 +117,6 @@ def test_what_is_written_is_what_stands_in_the_scene() -> None:
     quadric = surface("quadric", "1 2 3 4 5 6 7 8 9 -10").solid()
     terms = dict(xx=1, yy=2, zz=3, xy=4, yz=5, xz=6, x=7, y=8, z=9, constant=-10)
     assert quadric == co.Quadric(coefficients=terms)
-
-
-@pytest.mark.parametrize("normal", [(0, 0, 1), (0, 0, -1), (3, -2, 0), (1, 1, 1)])
-@pytest.mark.parametrize("shift", [(2, 3, 0), (Fraction(1, 3), 0, -7)])
-def test_a_plane_that_a_shift_does_not_move_stays_the_same_object(
-    normal: tuple[int, int, int], shift: tuple[Fraction, Fraction, Fraction]
-) -> None:
-    plane = FlatSurface(tuple(map(Fraction, normal)), Fraction(5, 7))  # type: ignore[arg-type]
-    along = [n * s for n, s in zip(normal, shift, strict=True)]
-    moved = plane.placed(UniversePlacement(shift=tuple(map(Fraction, shift))))  # type: ignore[arg-type]
-    assert (moved.normal, moved.offset) == (plane.normal, Fraction(5, 7) + sum(along))
-    assert (moved is plane) == (not any(along))
-    assert moved.solid(True) is moved.solid(True)
-    assert moved.solid(True) == co.HalfSpace([-n for n in normal], -float(moved.offset))
 
 
 def test_a_quadric_without_squares_is_its_plane() -> None:
@@ -298,33 +283,6 @@ texts = st.recursive(
 @given(texts)
 def test_any_region_means_what_the_precedence_says(text: str) -> None:
     assert table(text) == expected(text)
-
-
-@given(texts)
-def test_no_complement_is_left_and_kinds_alternate(text: str) -> None:
-    def check(region: Region) -> None:
-        if not isinstance(region, HalfSpaceNode):
-            assert len(region.parts) > 1
-            for part in region.parts:
-                assert type(part) is not type(region)
-                check(part)
-
-    check(parse_region(text))
-
-
-def test_signs_and_numbers() -> None:
-    assert list(list_half_spaces(parse_region("-12 (7 | +5) ~-3"))) == [
-        HalfSpaceNode(12, False),
-        HalfSpaceNode(7, True),
-        HalfSpaceNode(5, True),
-        HalfSpaceNode(3, True),
-    ]
-    assert parse_region("1 2 | 3 -4") == UnionNode(
-        (
-            IntersectionNode((HalfSpaceNode(1, True), HalfSpaceNode(2, True))),
-            IntersectionNode((HalfSpaceNode(3, True), HalfSpaceNode(4, False))),
-        )
-    )
 
 
 @pytest.mark.parametrize(
