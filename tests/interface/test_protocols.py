@@ -86,6 +86,21 @@ def test_spans_of_some_rays_have_their_lengths():
     assert spans[3:5].lengths()[:, 1] == pytest.approx(chords[3:5])
 
 
+def test_points_and_normals_of_crossings():
+    """On the balls the normal is the point less the centre; the disc's is its own."""
+    crossings = both("crossings")[0]
+    centers = np.array([(0, 0, 0), (0, 0, 3), (0, 0, 6)])[crossings.body]
+    ray = np.repeat(np.arange(6), np.diff(crossings.offsets))
+    assert crossings.point[:, 0] == pytest.approx(X[ray])
+    assert crossings.point[:, 2] == pytest.approx(-5 + 2 * crossings.t)
+    expected = np.where((crossings.body == 2)[:, None], (0, 0, 1), crossings.point - centers)
+    assert crossings.normal == pytest.approx(expected, abs=1e-14)
+    assert ((crossings.normal[:, 2] < 0) == crossings.entering).all()
+    first = SCENE.first_hit(ORIGINS, (0, 0, 2))
+    assert np.array_equal(crossings[0].point[0], first.point[0])
+    assert np.array_equal(crossings[0].normal[0], first.normal[0])
+
+
 def test_normals_of_crossings_of_a_hollow_point_out_of_the_body():
     shell = co.Scene(co.Sphere(2) - co.Sphere(1))
     assert shell.crossings((0, 0, -5), (0, 0, 1)).normal.tolist() == [[0, 0, -1], [0, 0, 1], [0, 0, -1], [0, 0, 1]]

@@ -100,6 +100,17 @@ def test_every_point_is_in_the_cell_of_openmc_s_rules(path: Path, scene: co.Scen
         assert same_place(place, scene.bodies[body].name if body >= 0 else None)
 
 
+@pytest.mark.deep
+def test_many_points_of_a_core_of_100000_pins_are_in_the_cells_of_openmc_s_rules(tmp_path: Path) -> None:
+    path = put(core_xml(19), tmp_path)
+    scene, evaluator = co.load_openmc(path), Evaluator(path)
+    points = np.random.default_rng(5).uniform((-250, -250, -183), (250, 250, 183), (100_000, 3))
+    found = scene.body_at(points)
+    assert len(np.unique(found)) > 50_000
+    for place, body in zip(evaluator.find(points), found.tolist(), strict=True):
+        assert same_place(place, scene.bodies[body].name if body >= 0 else None)
+
+
 def test_bodies_are_a_sequence(scene: co.Scene) -> None:
     bodies = scene.bodies
     every = list(bodies)
