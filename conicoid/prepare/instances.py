@@ -331,7 +331,7 @@ class _TranslatedRows:
         """Build the rows, and verify them."""
         pattern, base = self.part.pattern, np.array(self.part.row)
         factored = FactoredRows(base, Offsets.of(self.shifts), boxes=(pattern.bounds_at, pattern.frame_at))
-        axes = [self._along(axis) for axis in range(3)]
+        axes = self._along(self.shifts.index)
         for slot, (kind, column, sense) in enumerate(pattern.records):
             normal = np.flatnonzero(base[column : column + 3])
             if kind == PLANE and len(normal) > 1:
@@ -391,7 +391,7 @@ class _TranslatedRows:
 
         Bodies of several cells go through a batch, which gives the same bits.
         """
-        missing = [lead for lead in leads if lead not in self.columns_of_kinds and not self._look_up(lead)]
+        missing = [lead for lead in dict.fromkeys(leads) if lead not in self.columns_of_kinds and not self._look_up(lead)]
         if len(missing) >= FEWEST_INSTANCES and self._templates is not None:
             self._fill_templates(np.array(missing), self._templates)
             missing = [lead for lead in missing if lead not in self.columns_of_kinds]
@@ -503,9 +503,11 @@ class _TranslatedRows:
         shares = [row / (1.0 + most) for row, most in zip(index, index.max(axis=1).tolist(), strict=True) if most > 0]
         return np.subtract(np.max(shares, axis=0), np.min(shares, axis=0)) if shares else np.zeros(index.shape[1])
 
-    def _leads(self, key: Any) -> _AxisBodies:
-        """Choose one body for each value of a key, near the diagonal of the shifts: such a body serves several axes."""
-        key = np.asarray(key)
+    def _leads(self, key: Any) -> tuple[Longs, Ints]:
+        """Choose one body for each value of a key, near the diagonal of the shifts: such a body serves several axes.
+
+        Return these bodies, and which of them each body has the value of.
+        """
         least = np.full(int(key.max()) + 1, np.inf)
         np.minimum.at(least, key, self._diagonal_distances)
         there = np.isfinite(least)
@@ -513,13 +515,16 @@ class _TranslatedRows:
         nearest = np.flatnonzero(self._diagonal_distances == least[key])[::-1]
         leads = np.empty(int(there.sum()), np.int64)
         leads[which[nearest]] = nearest  # of equal ones the first
-        self._compute(leads.tolist())
-        alone = np.array([self._single_columns(lead) for lead in leads.tolist()])
-        return _AxisBodies(leads.astype(np.int32), which, alone)
+        return leads, which
 
-    def _along(self, axis: int) -> _AxisBodies:
-        """Choose bodies by the shift along an axis."""
-        return self._leads(self.shifts.index[axis])
+    def _along(self, keys: Iterable[Any]) -> list[_AxisBodies]:
+        """Choose bodies by each key, and compute the columns of all of them together."""
+        chosen = [self._leads(key) for key in keys]
+        self._compute([lead for leads, _ in chosen for lead in leads.tolist()])
+        return [
+            _AxisBodies(leads.astype(np.int32), which, np.array([self._single_columns(lead) for lead in leads.tolist()]))
+            for leads, which in chosen
+        ]
 
     def _slanted(self, slot: int) -> _AxisBodies | None:
         """Choose bodies by the shift along a plane's normal, which the plane depends on.
@@ -539,7 +544,8 @@ class _TranslatedRows:
             distances.setdefault(parts[0][x] + parts[1][y] + parts[2][z], len(distances))
             for x, y, z in self.shifts.index.T.tolist()
         ]
-        return self._leads(np.array(keys)) if len(distances) <= max(FEWEST_INSTANCES, len(keys) // 8) else None
+        many = len(distances) > max(FEWEST_INSTANCES, len(keys) // 8)
+        return None if many else self._along([np.array(keys)])[0]
 
     def _gather(self, alone: _AxisBodies, first: int, last: int) -> IndexedColumns:
         """Gather columns by the bodies that they depend on."""
