@@ -26,7 +26,6 @@ from ..geometry.transform import IDENTITY_MOTION, Motion, Step
 from ..kernels.tables import MAP_SIZE, PLANE, PLANE_SIZE, SPHERE, Floats, Longs
 from ..numerics.tracing import Tape, TracedFloat
 from .assembly import CENTER_TOLERANCE, Assembly
-from .batch_lowering import BatchLowering
 from .csg_plan import placed_primitives
 from .lower_shape import BodyFaces, LoweredShape, lower_shape, own_frame, surface_numbers, world_tree
 from .motion_batch import POINT_SIZE, PointPlaneMover
@@ -387,32 +386,17 @@ class _TranslatedRows:
         return self.columns_of_kinds[which]
 
     def _compute(self, leads: list[int]) -> None:
-        """Compute the columns of bodies that are not known yet.
-
-        Bodies of several cells go through a batch, which gives the same bits.
-        """
-        missing = [lead for lead in dict.fromkeys(leads) if lead not in self.columns_of_kinds and not self._look_up(lead)]
+        """Compute the columns of bodies that are not known yet."""
+        missing = [
+            lead for lead in dict.fromkeys(leads) if lead not in self.columns_of_kinds and not self._look_up(lead)
+        ]
         if len(missing) >= FEWEST_INSTANCES and self._templates is not None:
             self._fill_templates(np.array(missing), self._templates)
             missing = [lead for lead in missing if lead not in self.columns_of_kinds]
-        if len(missing) < FEWEST_INSTANCES or len(self.part.pattern.cells) < FEWEST_INSTANCES:
-            shapes = list(map(self._shape_of, missing))
-            self.cache.prepare(shapes)
-            for lead, shape in zip(missing, shapes, strict=True):
-                self._record(lead, self._numbers(shape))
-            return
-        batch = BatchLowering()
-        for lead in missing:
-            if not batch.add(self.bodies.shape_at(self.kind, self.shifts.of(lead)), lead):
-                return
-        before_boxes, after_boxes = self.ends
-        found, _ = batch.lower()
-        for pattern, numbers, rows in found:
-            if pattern != self.part.pattern:
-                raise _StructureDiffers
-            some = np.concatenate([rows[:, :before_boxes], rows[:, after_boxes : pattern.corners_at]], axis=1)
-            for lead, row in zip(numbers.tolist(), some, strict=True):
-                self._record(lead, row)
+        shapes = list(map(self._shape_of, missing))
+        self.cache.prepare(shapes)
+        for lead, shape in zip(missing, shapes, strict=True):
+            self._record(lead, self._numbers(shape))
 
     @cached_property
     def _templates(self) -> list[_Template] | None:
@@ -522,7 +506,9 @@ class _TranslatedRows:
         chosen = [self._leads(key) for key in keys]
         self._compute([lead for leads, _ in chosen for lead in leads.tolist()])
         return [
-            _AxisBodies(leads.astype(np.int32), which, np.array([self._single_columns(lead) for lead in leads.tolist()]))
+            _AxisBodies(
+                leads.astype(np.int32), which, np.array([self._single_columns(lead) for lead in leads.tolist()])
+            )
             for leads, which in chosen
         ]
 
