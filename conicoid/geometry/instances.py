@@ -32,7 +32,7 @@ Coordinates: TypeAlias = tuple[set[Fraction], set[Fraction], set[Fraction]]
 _FEWEST_BOUNDS = 24
 """Of fewer bodies of a kind each has its bounds computed."""
 _SHAPE_CACHE_SIZE = 4096
-"""The number of shapes that stay in memory, with the results cached on them."""
+"""The number of shapes that stay in memory, with the results cached on them; more where a list has many kinds."""
 
 
 def round_sums(values: Iterable[Fraction], number: Fraction) -> FloatArray:
@@ -151,7 +151,8 @@ class InstanceList(Sequence[Body], ABC):
         shape = self._shapes.get(number)
         if shape is None:
             shape = self._shapes[number] = self.shape_at(kind, self.shifts.of(number))
-            if len(self._shapes) > _SHAPE_CACHE_SIZE:
+            # Bodies of rare kinds are lowered one by one, and their shapes are needed again to compare surfaces
+            if len(self._shapes) > max(_SHAPE_CACHE_SIZE, _FEWEST_BOUNDS * len(self.members)):
                 self._shapes.popitem(last=False)
         return shape
 

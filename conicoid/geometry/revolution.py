@@ -10,6 +10,7 @@ import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from operator import methodcaller
 from typing import Any, NamedTuple
 
 from .._util.arrays import Interval, Vector, VectorLike
@@ -39,7 +40,7 @@ OutlineProfile = tuple[tuple[float, float], ...]
 
 
 class _ProfileEdge(NamedTuple):
-    """An edge of the profile: its lower and upper end (r, z) in fractions, and its number."""
+    """An edge of the profile: its lower and upper end (r, z), and its number."""
 
     low: tuple[Any, Any]
     high: tuple[Any, Any]
@@ -48,7 +49,15 @@ class _ProfileEdge(NamedTuple):
     def radius(self, z: Any) -> Any:
         """Return its distance from the axis at a height."""
         (r, low), (end, high) = self.low, self.high
-        return r if r == end else r + (end - r) * (z - low) / (high - low)
+        if r == end:
+            return r
+        r, low, end, high = map(ex.rational, (r, low, end, high))
+        return r + (end - r) * (ex.rational(z) - low) / (high - low)
+
+    def middle_radius(self, low: Any, high: Any) -> Any:
+        """Return its distance from the axis in the middle between two heights."""
+        r = self.low[0]
+        return r if r == self.high[0] else self.radius((ex.rational(low) + ex.rational(high)) / 2)
 
 
 class _ProfileRing(NamedTuple):
@@ -133,8 +142,9 @@ def profile_rings(profile: OutlineProfile) -> Iterator[tuple[float, float, tuple
 
 
 def _corners_and_ends(profile: OutlineProfile) -> tuple[list[Any], list[tuple[Any, Any]]]:
-    """Return (the corners in fractions, the two corners of each edge)."""
-    corners = [(ex.rational(r), ex.rational(z)) for r, z in profile]
+    """Return (the corners without negative zeros, the two corners of each edge)."""
+    # Floats are compared as they are, ten times as fast as fractions, which arithmetic takes
+    corners = [tuple(x + 0.0 if type(x) is float else ex.rational(x) for x in corner) for corner in profile]
     return corners, list(zip(corners, [*corners[1:], corners[0]], strict=True))
 
 
@@ -165,8 +175,8 @@ def split_rings(edges: Sequence[_ProfileEdge]) -> list[_ProfileRing]:
     open_: dict[tuple[int, int], _ProfileRing] = {}
     rings: list[_ProfileRing] = []
     for low, high in itertools.pairwise(heights):
-        middle = (low + high) / 2
-        across = sorted((e for e in edges if e.low[1] <= low and high <= e.high[1]), key=lambda e: e.radius(middle))
+        across = [edge for edge in edges if edge.low[1] <= low and high <= edge.high[1]]
+        across.sort(key=methodcaller("middle_radius", low, high))
         current = {}
         # Between the heights of two corners edges do not cross, so they enter and leave the polygon in turn
         for inner, outer in zip(across[::2], across[1::2], strict=True):
@@ -186,9 +196,10 @@ def _edge_face(edge: _ProfileEdge) -> Face:
     (r0, z0), (r1, z1) = edge.low, edge.high
     uv = cylindrical_uv(ex.rounded(z0), ex.rounded(z1))
     if r0 == r1:
-        rows = ((1 / r0, 0.0, 0.0), (0.0, 1 / r0, 0.0), (0.0, 0.0, 1.0))
+        inverse = 1 / ex.rational(r0)
+        rows = ((inverse, 0.0, 0.0), (0.0, inverse, 0.0), (0.0, 0.0, 1.0))
         return Face(QuadricSurface((1.0, 1.0, 0.0), rows=rows), edge.number, uv)
-    return Face(frustum_side(r0, z0, r1, z1), edge.number, uv)
+    return Face(frustum_side(*map(ex.rational, (r0, z0, r1, z1))), edge.number, uv)
 
 
 def _ring_tree(ring: _ProfileRing, walls: dict[int, Face], level: Sequence[Any], inner_number: int) -> Tree:
@@ -198,7 +209,7 @@ def _ring_tree(ring: _ProfileRing, walls: dict[int, Face], level: Sequence[Any],
     """
     ends = []
     for z, inside in ((ring.low, -1), (ring.high, 1)):
-        inner, outer = (edge.radius(z) if edge else Fraction(0) for edge in (ring.inner, ring.outer))
+        inner, outer = (edge.radius(z) if edge else 0 for edge in (ring.inner, ring.outer))
         number = next((k for a, b, at, k in level if _equal(at, z) and a < outer and inner < b), inner_number)
         radius = ex.rounded(max((b for _, b, at, k in level if k == number), default=Fraction(1)))
         uv = cartesian_uv((radius, 0, 0), (0, radius, 0))
@@ -215,6 +226,7 @@ def _ring_tree(ring: _ProfileRing, walls: dict[int, Face], level: Sequence[Any],
 
 def _level_face(z: Any, number: int, uv: UV, inside: int) -> Face:
     """Return the face across the axis at a height, one plane for the ring below it and for the ring above."""
+    z = ex.rational(z)
     return Face(PlaneSurface((0.0, 0.0, 1.0), z, (0.0, 0.0, z)), number, uv, inside)
 
 

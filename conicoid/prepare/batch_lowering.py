@@ -250,6 +250,8 @@ _AT_ONCE = 8192
 """Where there are many primitives, single or in Boolean bodies, so many are lowered at a time."""
 _FEWEST_OF_PLAN = 4
 """Fewer bodies of a plan are lowered one by one where a recording cannot lower all of their primitives."""
+_FEWEST_BY_LEAF = 64
+"""The primitives of plans of fewer bodies are added all at once; leaf by leaf, bodies look up their motions once."""
 _MANY_LEAVES = 16
 """A plan with so many primitives, in all of its bodies, is composed however few the bodies are."""
 
@@ -366,10 +368,17 @@ class BatchLowering:
 
         A body with a primitive that is left is left as a whole.
         """
+        few: list[LeftPrimitive] = []  # of plans of few bodies, all at once
         for like in self._plans.values():
             count, leaves = len(like.shapes), len(like.plans[0].leaves)
             places = self._reserve(np.full(count * leaves, -1, np.int32)).reshape(count, leaves)
             own = MotionChains([shape.motion.steps for shape in like.shapes])
+            # Frames of at most one translation need no lookup.
+            like.first, like.frames = places[:, 0].copy(), self._primitives.frames_of(own)
+            if count < _FEWEST_BY_LEAF:
+                for plan, steps, row in zip(like.plans, own.steps, places.tolist(), strict=True):
+                    few += [(leaf, inner + steps, at) for (leaf, inner), at in zip(plan.leaves, row, strict=True)]
+                continue
             for leaf in range(leaves):
                 listed = [plan.leaves[leaf] for plan in like.plans]
                 chains = own
@@ -377,8 +386,10 @@ class BatchLowering:
                     chains = MotionChains([inner + mine for (_, inner), mine in zip(listed, own.steps, strict=True)])
                 rest = self._primitives.add([shape for shape, _ in listed], chains, places[:, leaf])
                 self._left += [(listed[k][0], chains.steps[k], int(places[k, leaf])) for k in rest.tolist()]
-            # Frames of at most one translation need no lookup.
-            like.first, like.frames = places[:, 0].copy(), self._primitives.frames_of(own)
+        if few:
+            shapes, chain, at = map(list, zip(*few, strict=True))
+            rest = self._primitives.add(shapes, MotionChains(chain), np.array(at, np.int32))
+            self._left += [few[k] for k in rest.tolist()]
 
     def lower(self, report: ProgressCallback = lambda *_: None) -> tuple[list[LoweredGroup], list[tuple[Shape, int]]]:
         """Lower all bodies.

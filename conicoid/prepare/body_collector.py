@@ -354,13 +354,16 @@ class ExactBodySurfaces:
             some = {index: parts[index] for index in cluster.tolist() if index in parts}
             ids = {index: (id(leaf), id(steps), own) for index, (leaf, steps, own) in some.items()}
             is_one = len(some) == len(cluster) and len(set(ids.values())) == 1
+            # The first surface of a name stands for it, so that long names are compared once
             named: dict[Hashable, Hashable] = {}
+            firsts: dict[Hashable, tuple[int]] = {}
             for index, (leaf, steps, own) in some.items():
                 key = ids[index]
                 if key not in named and not is_one:
                     if key[:2] not in chains:
                         chains[key[:2]] = StepChain.of((*leaf.placement.steps, *steps))
-                    named[key] = surface_name(own_forms(leaf)[own], chains[key[:2]])
+                    name = surface_name(own_forms(leaf)[own], chains[key[:2]])
+                    named[key] = firsts.setdefault(name, (index,))
                 names[index] = named.get(key, key)
         return names
 

@@ -25,7 +25,6 @@ from ..geometry.transform import IDENTITY_MOTION, Motion, Step
 from ..kernels.tables import MAP_SIZE, PLANE, PLANE_SIZE, SPHERE, Floats, Longs
 from ..numerics.tracing import Tape, TracedFloat
 from .assembly import CENTER_TOLERANCE, Assembly
-from .batch_lowering import BatchLowering
 from .csg_plan import placed_primitives
 from .lower_shape import BodyFaces, LoweredShape, lower_shape, own_frame, surface_numbers, world_tree
 from .motion_batch import POINT_SIZE, PointPlaneMover
@@ -334,7 +333,7 @@ class _TranslatedRows:
         """Build the rows, and verify them."""
         pattern, base = self.part.pattern, np.array(self.part.row)
         factored = FactoredRows(base, Offsets.of(self.shifts), boxes=(pattern.bounds_at, pattern.frame_at))
-        axes = [self._along(axis) for axis in range(3)]
+        axes = self._along(self.shifts.index)
         for slot, (kind, column, sense) in enumerate(pattern.records):
             normal = np.flatnonzero(base[column : column + 3])
             if kind == PLANE and len(normal) > 1:
@@ -390,32 +389,17 @@ class _TranslatedRows:
         return self.columns_of_kinds[which]
 
     def _compute(self, leads: list[int]) -> None:
-        """Compute the columns of bodies that are not known yet.
-
-        Bodies of several cells go through a batch, which gives the same bits.
-        """
-        missing = [lead for lead in leads if lead not in self.columns_of_kinds and not self._look_up(lead)]
+        """Compute the columns of bodies that are not known yet."""
+        missing = [
+            lead for lead in dict.fromkeys(leads) if lead not in self.columns_of_kinds and not self._look_up(lead)
+        ]
         if len(missing) >= FEWEST_INSTANCES and self._templates is not None:
             self._fill_templates(np.array(missing), self._templates)
             missing = [lead for lead in missing if lead not in self.columns_of_kinds]
-        if len(missing) < FEWEST_INSTANCES or len(self.part.pattern.cells) < FEWEST_INSTANCES:
-            shapes = list(map(self._shape_of, missing))
-            self.cache.prepare(shapes)
-            for lead, shape in zip(missing, shapes, strict=True):
-                self._record(lead, self._numbers(shape))
-            return
-        batch = BatchLowering()
-        for lead in missing:
-            if not batch.add(self.bodies.shape_at(self.kind, self.shifts.of(lead)), lead):
-                return
-        before_boxes, after_boxes = self.ends
-        found, _ = batch.lower()
-        for pattern, numbers, rows in found:
-            if pattern != self.part.pattern:
-                raise _StructureDiffers
-            some = np.concatenate([rows[:, :before_boxes], rows[:, after_boxes : pattern.corners_at]], axis=1)
-            for lead, row in zip(numbers.tolist(), some, strict=True):
-                self._record(lead, row)
+        shapes = list(map(self._shape_of, missing))
+        self.cache.prepare(shapes)
+        for lead, shape in zip(missing, shapes, strict=True):
+            self._record(lead, self._numbers(shape))
 
     @cached_property
     def _templates(self) -> list[_Template] | None:
@@ -506,9 +490,11 @@ class _TranslatedRows:
         shares = [row / (1.0 + most) for row, most in zip(index, index.max(axis=1).tolist(), strict=True) if most > 0]
         return np.subtract(np.max(shares, axis=0), np.min(shares, axis=0)) if shares else np.zeros(index.shape[1])
 
-    def _leads(self, key: Any) -> _AxisBodies:
-        """Choose one body for each value of a key, near the diagonal of the shifts: such a body serves several axes."""
-        key = np.asarray(key)
+    def _leads(self, key: Any) -> tuple[Longs, Ints]:
+        """Choose one body for each value of a key, near the diagonal of the shifts: such a body serves several axes.
+
+        Return these bodies, and which of them each body has the value of.
+        """
         least = np.full(int(key.max()) + 1, np.inf)
         np.minimum.at(least, key, self._diagonal_distances)
         there = np.isfinite(least)
@@ -516,13 +502,18 @@ class _TranslatedRows:
         nearest = np.flatnonzero(self._diagonal_distances == least[key])[::-1]
         leads = np.empty(int(there.sum()), np.int64)
         leads[which[nearest]] = nearest  # of equal ones the first
-        self._compute(leads.tolist())
-        alone = np.array([self._single_columns(lead) for lead in leads.tolist()])
-        return _AxisBodies(leads.astype(np.int32), which, alone)
+        return leads, which
 
-    def _along(self, axis: int) -> _AxisBodies:
-        """Choose bodies by the shift along an axis."""
-        return self._leads(self.shifts.index[axis])
+    def _along(self, keys: Iterable[Any]) -> list[_AxisBodies]:
+        """Choose bodies by each key, and compute the columns of all of them together."""
+        chosen = [self._leads(key) for key in keys]
+        self._compute([lead for leads, _ in chosen for lead in leads.tolist()])
+        return [
+            _AxisBodies(
+                leads.astype(np.int32), which, np.array([self._single_columns(lead) for lead in leads.tolist()])
+            )
+            for leads, which in chosen
+        ]
 
     def _slanted(self, slot: int) -> _AxisBodies | None:
         """Choose bodies by the shift along a plane's normal, which the plane depends on.
@@ -542,7 +533,8 @@ class _TranslatedRows:
             distances.setdefault(parts[0][x] + parts[1][y] + parts[2][z], len(distances))
             for x, y, z in self.shifts.index.T.tolist()
         ]
-        return self._leads(np.array(keys)) if len(distances) <= max(FEWEST_INSTANCES, len(keys) // 8) else None
+        many = len(distances) > max(FEWEST_INSTANCES, len(keys) // 8)
+        return None if many else self._along([np.array(keys)])[0]
 
     def _gather(self, alone: _AxisBodies, first: int, last: int) -> IndexedColumns:
         """Gather columns by the bodies that they depend on."""
