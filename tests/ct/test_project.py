@@ -137,8 +137,10 @@ def test_projection_at_full_size(view):
 
 
 def test_middle_pixel_by_hand():
-    """Down the z axis through (0, 0): skull 2·0.81·1 - 0.8·2·0.78·√(1 - (0.0184/0.874)²); no other figure is met but the
-    fifth: at y = 0, 0.1 · 2 · 0.41 · √(1 - (0.35/0.25)²) is not real, so nothing."""
+    """Down the z axis through (0, 0) the ray crosses the skull and the brain: 2·0.81·1 - 0.8·2·0.78·√(1 - (0.0184/0.874)²).
+
+    It misses the fifth figure, whose √(1 - (0.35/0.25)²) at y = 0 is not real, and all others.
+    """
     value = head().spans((0, 0, 3), (0, 0, -1)).line_integral(HEAD[:, 0])
     expected = 2 * 0.81 - 0.8 * 2 * 0.78 * np.sqrt(1 - (0.0184 / 0.874) ** 2)
     assert value == pytest.approx(expected, abs=1e-14)

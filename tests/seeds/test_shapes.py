@@ -106,7 +106,7 @@ HITS = [
     (BY_POINTS, (1, 1, 1), (-1, 0, 0), dict(local_point=[1, -ROOT3, 1], uv=[300 / 360, 0.25])),
     *((shape, (6, y, 0), (-1, 0, 0), dict(hit=hit)) for shape in (BY_POINTS, co.CylinderPatch(P1, P2, 2, 0, 360, P3))
       for y, hit in ((-0.1, False), (0.1, True), (3.9, True), (4.1, False))),
-    # Gradients (x/2, 2y/9) and (3, 0, 1); caps; the wall at x = -1 is met at z = 3, above the end; the apex, where it vanishes
+    # Gradients (x/2, 2y/9) and (3, 0, 1); caps; the ray hits the wall at x = -1 at z = 3, above the end; the apex, where it vanishes
     (co.Ellipsoid((2, 3, 1)), (-9, -9, 0), (1, 1, 0), dict(normal=np.array([-9, -4, 0]) / math.sqrt(97))),
     (co.Cone((0, 0, 0), (0, 0, 3), 2, 1), (9, 0, 1.5), (-1, 0, 0), dict(normal=np.array([3, 0, 1]) / math.sqrt(10))),
     (BARREL, (0.5, 0.5, 4), (0, 0, -1), dict(t=3, normal=[0, 0, 1])),
@@ -267,7 +267,7 @@ RANGES = [(0, 90), (30, 60), (-45, 45), (300, 420), (10, 300), (0, 180), (90, 27
 
 @pytest.mark.parametrize(("low", "high"), RANGES)
 def test_angles_of_equation_12(low, high):
-    """From the axis outwards at angle θ: the patch is met where θ is in the range; atan2 gives -120° for 240°."""
+    """From the axis outwards at angle θ: the ray hits the patch where θ is in the range; atan2 gives -120° for 240°."""
     patch, wedge = co.CylinderPatch(P1, P2, 2, low, high, P3), co.Cylinder(P1, P2, 2, low, high, P3)
     for theta in range(-177, 540, 20):
         inside = any(low <= theta + 360 * k <= high for k in range(-3, 4))
