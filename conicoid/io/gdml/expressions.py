@@ -309,5 +309,15 @@ UNIT_VALUES: dict[str, Fraction] = {name: Fraction(value) for name, value in (_M
 
 
 def to_degrees(radians: Fraction) -> Fraction:
-    """Return an angle in degrees, rounded to a float: the float that was converted to radians, if one was."""
-    return Fraction(float(radians * 180 / PI))
+    """Return an angle in degrees: as it is if it was written in degrees or in parts of π, else rounded to a float.
+
+    The float is the one that was converted to radians, if one was.
+    """
+    degrees = radians * 180 / PI
+    rounded = Fraction(float(degrees))
+    # Sums of angles that are fractions are rounded once, so that walls which coincide on paper get one angle
+    return degrees if degrees.denominator < _LEAST_OF_PI else rounded
+
+
+_LEAST_OF_PI = 1 << 64
+"""Degrees with a larger denominator have the digits of π in it: they were written in radians."""

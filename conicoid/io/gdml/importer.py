@@ -31,6 +31,7 @@ from ...geometry.transform import IDENTITY_MOTION, Motion, Translate
 from ...materials.material import Material
 from ..importers import BodyLimits, ImportOptions, ImportResult, LegendEntry, OmittedPart, limit_notes, select_bodies
 from ..openmc.placement import (
+    NO_ROTATION,
     NO_TURN,
     ORIGIN,
     AxisTurn,
@@ -497,7 +498,8 @@ class GdmlExpansion:
             displaced = self._daughters(volume, place, path, levels, block) if has_contents else ExpandedVolume()
             return ExpandedVolume(displaced.solids, displaced.filled)
         inside = VolumeBlock()  # apart, as the volume's own body comes before those of its daughters
-        content = self._daughters(volume, place, path, levels, inside) if has_contents else ExpandedVolume()
+        inner = place if volume.inner_rotation is NO_ROTATION else place.inner(ORIGIN, volume.inner_rotation)
+        content = self._daughters(volume, inner, path, levels, inside) if has_contents else ExpandedVolume()
         is_filled = volume.is_filled and bool(content.solids)
         if not is_filled and (self.void or not (volume.material is None or volume.material.is_thin)):
             # Only bodies that are no translated copies take memory of their own, so they have a limit of their own

@@ -201,19 +201,18 @@ def _stack_sides(values: GdmlValues, rings: Sequence[SideRing], share: Fraction)
     A full turn of more than two sides is a convex body less a convex bore for each ring; otherwise every side is a
     wedge of its own. Raise OmittedPart for more than 20,000 sides.
     """
-    count, (first, last) = _side_count(values), read_angles(values)
+    count, whole = _side_count(values), read_angles(values) == (0.0, 360.0)
     if not rings:
         raise GdmlError(values.element, "must leave a volume")
     # Each side is a plane or a wedge that preparing must look at
     if count * len(rings) > 20_000:
         raise OmittedPart("it has more than 20,000 sides")
     _half_side(values)  # checks that sides are less than 180 degrees
-    whole = (first, last) == (0.0, 360.0)
     # A full turn still begins at startphi: it fixes where the edges are
-    begin = float(values.angle("startphi", 0)) if whole else first
-    step = (last - first) / count
-    normals = [_direction(begin + (k + 0.5) * step) for k in range(count)]
-    walls = [_direction(begin + k * step + 90) for k in range(count + 1)]
+    begin = values.angle("startphi", 0)
+    step = (Fraction(360) if whole else values.angle("deltaphi", 360)) / count
+    normals = [_direction(begin + (k + Fraction(1, 2)) * step) for k in range(count)]
+    walls = [(-y, x) for x, y in (_direction(begin + k * step) for k in range(count + 1))]
     pieces = []
     for low, high, inner, outer in rings:
         ends: list[FacePlane] = [((_ZERO, _ZERO, Fraction(-1)), -low), ((_ZERO, _ZERO, Fraction(1)), high)]
@@ -244,8 +243,9 @@ def _bore_pieces(pieces: Sequence[tuple[SolidFactory, SolidFactory | None]], shi
     return solids[0] if len(solids) == 1 else Union(tuple(solids))
 
 
-def _direction(degrees: float) -> tuple[Fraction, Fraction]:
-    s, c = sin_cos_degrees(degrees)
+def _direction(degrees: Fraction) -> tuple[Fraction, Fraction]:
+    # Reduced and rounded once, so that parts of one polyhedra have its sides and share the walls between them
+    s, c = sin_cos_degrees(float(degrees % 360))
     return Fraction(c), Fraction(s)
 
 

@@ -54,6 +54,7 @@ class LogicalVolume:
     is_assembly: bool = False
     is_filled: bool = False  # replicas or slices leave nothing of it
     is_container: bool = False  # world around the bodies of an exported scene: no body itself
+    inner_rotation: CellRotation = NO_ROTATION  # of the daughters, not of the solid
     body_count: int | None = None
 
     @property
@@ -241,21 +242,99 @@ def read_replicas(structure: StructureReader, volume: LogicalVolume, element: Xm
     if width <= 0 or count < 1:
         raise GdmlError(rule, f"width must be > 0 and number 1 or more, got {float(width):g} and {count}")
     base = strip_pointer(element.attributes.get("name", "") or inner.name)
+    if axis == "phi":
+        # G4PVReplica: the frame of a copy points to the middle of its sector, and `offset` is where the first begins
+        for k, (part, rotation) in enumerate(
+            _wedges(structure, volume, element, inner, offset, width, -width / 2, count)
+        ):
+            structure.add(volume, PhysicalVolume(base, part, ORIGIN, rotation, k))
+        return
     for k in range(count):
-        part, shift, rotation = inner, ORIGIN, NO_ROTATION
-        if axis == "phi":
-            # G4PVReplica: the frame of a copy points to the middle of its sector, and `offset` is where the first
-            # sector begins
-            rotation = rotation_about_z(offset + (k + Fraction(1, 2)) * width)
-        elif axis == "rho":
+        part, shift = inner, ORIGIN
+        if axis == "rho":
             # Copies along rho stand in one place, so each is a volume of its own size, which Geant4 computes while it
             # navigates
             changes = {"rmin": offset + k * width, "rmax": offset + (k + 1) * width}
             part = resize_volume(structure, element, inner, inner.source, changes, ("tube",))
         else:
             shift = axis_shift(axis, (k - Fraction(count - 1, 2)) * width)  # centred on the mother
-        structure.add(volume, PhysicalVolume(base, part, shift, rotation, k))
+        structure.add(volume, PhysicalVolume(base, part, shift, NO_ROTATION, k))
     volume.is_filled = _fills_mother(structure, volume, axis, count * width)
+
+
+def _wedges(
+    structure: StructureReader,
+    mother: LogicalVolume,
+    element: XmlElement,
+    inner: LogicalVolume,
+    offset: Fraction,
+    width: Fraction,
+    start: Fraction,
+    count: int,
+) -> Iterator[tuple[LogicalVolume, CellRotation]]:
+    """Yield `count` wedges side by side and their rotations about z: wedge 0 begins at `offset`, in radians.
+
+    `start` is where the solid begins in its own frame. Where degrees or their sums are no floats, rotated copies of one
+    solid would miss their neighbours by a rounding. Then each wedge is a solid of its own that stands unrotated, from
+    the angle that ends its neighbour to the next, and only its daughters are rotated.
+    """
+    source, edges = inner.source, None
+    if source is not None and local_tag(source) in _WEDGE_KINDS and count > 1:
+        begin, end = _wedge_range(structure, source)
+        first, step = start * 180 / PI, width * 180 / PI
+        if abs(begin - first) < _CLOSE_DEGREES and abs(end - begin - step) < _CLOSE_DEGREES:
+            edges = _wedge_edges(structure, mother, offset * 180 / PI, step, count)
+            # The angles of flat sides are sums of the exact ones
+            if edges is not None and "olyhedra" not in source.tag:
+                edges = [Fraction(float(angle)) for angle in edges]
+    for k in range(count):
+        rotation = rotation_about_z(offset - start + k * width)
+        if edges is None:
+            yield inner, rotation
+            continue
+        low, high = edges[k], edges[k + 1]
+        # A wedge that crosses 0: a float from 180 to 360, less 360, is a float
+        low -= 360 if low > high else 0
+        changes = {"startphi": low * PI / 180, "deltaphi": (high - low) * PI / 180}
+        part = resize_volume(structure, element, inner, source, changes, _WEDGE_KINDS)
+        yield replace(part, inner_rotation=rotation), NO_ROTATION
+
+
+_WEDGE_KINDS = ("tube", "cone", "sphere", "polycone", "genericPolycone", "polyhedra", "genericPolyhedra")
+_CLOSE_DEGREES = Fraction(1, 10**7)
+"""Angles that differ by less differ by their rounding in the file."""
+
+
+def _wedge_range(structure: StructureReader, source: XmlElement) -> tuple[Fraction, Fraction]:
+    """Return the angles at which a solid begins and ends."""
+    values = GdmlValues(structure.reading, source)
+    begin = values.angle("startphi", 0)
+    return begin, begin + values.angle("deltaphi", 360)
+
+
+def _wedge_edges(
+    structure: StructureReader, mother: LogicalVolume, first: Fraction, step: Fraction, count: int
+) -> list[Fraction] | None:
+    """Return the angles between wedges; None if all angles of rotated copies are floats anyhow.
+
+    A full turn closes; its angles are in [0, 360). Other wedges begin and end at the walls of their mother.
+    """
+    ends = [first, first + count * step]
+    is_ring, exact = abs(count * step - 360) < _CLOSE_DEGREES, True
+    if is_ring:
+        step, exact = Fraction(360, count), count * step == 360
+    elif mother.source is not None and local_tag(mother.source) in _WEDGE_KINDS:
+        for k, wall in enumerate(_wedge_range(structure, mother.source)):
+            if 0 < abs(ends[k] - wall) < _CLOSE_DEGREES:
+                ends[k], exact = wall, False
+    halves = [first + Fraction(k, 2) * step for k in range(2 * count + 1)]
+    if exact and all(Fraction(float(angle)) == angle for angle in (step / 2, *halves)):
+        return None
+    if is_ring:
+        # A float that rounds up to 360 is 0
+        edges = [angle % 360 if float(angle % 360) < 360 else Fraction(0) for angle in halves[:-1:2]]
+        return [*edges, edges[0]]
+    return [ends[0], *halves[2:-1:2], ends[1]]
 
 
 def _fills_mother(structure: StructureReader, volume: LogicalVolume, axis: str, width: Fraction) -> bool:
@@ -436,11 +515,10 @@ SolidChanges = dict[str, Fraction]
 
 @dataclass(frozen=True)
 class DivisionSlice:
-    """One slice: changes of the mother's solid, its placement, its new zplane sections and its new kind, if any."""
+    """One slice: changes of the mother's solid, its shift, its new zplane sections and its new kind, if any."""
 
     changes: SolidChanges
     shift: Point = ORIGIN
-    rotation: CellRotation = NO_ROTATION
     sections: tuple[Point, ...] | None = None
     kind: str | None = None
 
@@ -473,18 +551,25 @@ def read_divisions(structure: StructureReader, volume: LogicalVolume, element: X
         ends = f"{float(offset):g} + {count:,} × {float(width):g}, of {float(whole):g} (mm or radians)"
         raise GdmlError(element, f"number, width and offset must fit into the mother, got {ends}")
     base = strip_pointer(element.attributes.get("name", "") or inner.name)
-    for k, part in enumerate(mother.slices(axis, width, offset, count, by_number)):
+    if axis == "phi":
+        changes = mother.wedge(width)
+        start, part = changes["startphi"], resize_volume(structure, element, inner, source, changes, DIVISIBLE_KINDS)
+        wedges = _wedges(structure, volume, element, part, start + offset, width, start, count)
+        for k, (part, rotation) in enumerate(wedges):
+            structure.add(volume, PhysicalVolume(base, part, ORIGIN, rotation, k))
+    slices = mother.slices(axis, width, offset, count, by_number) if axis != "phi" else ()
+    for k, slice_ in enumerate(slices):
         slice_volume = resize_volume(
             structure,
             element,
             inner,
             source,
-            part.changes,
+            slice_.changes,
             kinds=DIVISIBLE_KINDS,
-            sections=part.sections,
-            kind=part.kind,
+            sections=slice_.sections,
+            kind=slice_.kind,
         )
-        structure.add(volume, PhysicalVolume(base, slice_volume, part.shift, part.rotation, k))
+        structure.add(volume, PhysicalVolume(base, slice_volume, slice_.shift, copy=k))
     # Exact again: otherwise the mother stays, less its slices
     volume.is_filled = offset == 0 and count * width == whole
 
@@ -531,16 +616,14 @@ class _DividedSolid:
 
         `by_number`: the file states the number of slices only, and not their width.
         """
-        if axis == "phi":
-            yield from self._about(width, offset, count)
-        elif self.sections:
+        if self.sections:
             yield from self._of_sections(axis, width, offset, count, by_number)
         else:
             for k in range(count):
                 yield self._slice(axis, offset + k * width, offset + (k + 1) * width, k, count, offset)
 
-    def _about(self, width: Fraction, offset: Fraction, count: int) -> Iterator[DivisionSlice]:
-        """Yield slices about the z axis. Raise OmittedPart for a polyhedra that is cut within its sides."""
+    def wedge(self, width: Fraction) -> SolidChanges:
+        """Return the changes for the first slice about z. Raise OmittedPart for a polyhedra cut within its sides."""
         start = self.values.angle("startphi", 0) * PI / 180
         changes = {"startphi": start, "deltaphi": width}
         if self.kind == "polyhedra":
@@ -549,8 +632,7 @@ class _DividedSolid:
             if abs(each - round(each)) > _ROUNDING or round(each) < 1:
                 raise OmittedPart("divides a polyhedra across its sides, which Geant4 does not either")
             changes["numsides"] = Fraction(round(each))
-        for k in range(count):
-            yield DivisionSlice(changes, rotation=rotation_about_z(offset + k * width))
+        return changes
 
     def _slice(self, axis: str, low: Fraction, high: Fraction, k: int, count: int, offset: Fraction) -> DivisionSlice:
         """Return slice number k of a solid without sections, from `low` to `high` along an axis."""

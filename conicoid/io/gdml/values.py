@@ -297,7 +297,7 @@ class GdmlValues:
         return value
 
     def angle(self, name: str, default: Fraction | int | None = None) -> Fraction:
-        """Return an angle in degrees as the value of a float; `default` is in degrees too."""
+        """Return an angle in degrees (`to_degrees`); `default` is in degrees too."""
         # Defaults are degrees, as radians of a full turn would not be exact
         if not self.has(name) and default is not None:
             return Fraction(default)

@@ -192,6 +192,53 @@ def test_replicas(tmp_path):
     assert at(scene, (3, 0, 0), (0, 5, 0), (-7, 0, 0)) == [f"world/m/part[{k}]" for k in range(3)]
 
 
+DIVISION = '<divisionvol axis="kPhi" number="{}" width="0" offset="0" unit="rad"><volumeref ref="part"/></divisionvol>'
+FULL = 'z="40" deltaphi="360" aunit="deg"'
+TUBE, PLANES = (
+    'tube name="m" rmin="2" rmax="80" ',
+    '<zplane z="-20" rmin="2" rmax="80"/><zplane z="20" rmin="2" rmax="80"/>',
+)
+
+
+@pytest.mark.parametrize(
+    ("mother", "count", "rule", "frame", "extent"),
+    [
+        (TUBE + FULL, 7, REPLICA.format(7, "phi", "360/7", "deg", 0, "deg"), 180 / 7, 360),
+        (TUBE + FULL, 11, REPLICA.format(11, "phi", "twopi/11", "rad", "12.3", "deg"), 12.3 + 180 / 11, 360),
+        # A width in radians of few digits, less than a seventh of a turn by 1e-12
+        (TUBE + FULL, 7, REPLICA.format(7, "phi", "0.897597901025", "rad", 0, "deg"), 180 / 7, 360),
+        (TUBE + 'z="40" startphi="0.1" deltaphi="100.2" aunit="deg"', 9, DIVISION.format(9), 0, 100.2),
+        ('cone name="m" rmin1="2" rmin2="2" rmax1="80" rmax2="90" ' + FULL, 13, DIVISION.format(13), 0, 360),
+        (f'polycone name="m" startphi="0.7" {FULL}>{PLANES}</polycone', 7, DIVISION.format(7), 0, 360),
+        (f'polyhedra name="m" numsides="14" startphi="0.7" {FULL}>{PLANES}</polyhedra', 7, DIVISION.format(7), 0, 360),
+    ],
+)
+def test_wedges_side_by_side_share_walls(tmp_path, mother, count, rule, frame, extent):
+    """Where a ray goes from wedge to wedge there is one surface, and nothing of their mother between them."""
+    part = TUBE.replace('"m"', '"part"') + f'z="40" startphi="-180/{count}" deltaphi="360/{count}" aunit="deg"'
+    solids = f'<box name="w" x="400" y="400" z="400"/><{mother}/><{part}/><orb name="ball" r="0.1"/>'
+    solids = solids.replace("</polycone/>", "</polycone>").replace("</polyhedra/>", "</polyhedra>")
+    ball = placed("ball", '<position x="3*cos(8*deg)" y="3*sin(8*deg)"/>')
+    structure = volume("ball", "ball") + volume("part", "part", ball) + volume("m", "m", rule)
+    scene = scene_of(tmp_path, text_of(solids, structure + volume("world", "w", placed("m"))))
+    generator = np.random.default_rng(5)
+    radii, angles = generator.uniform(3, 50, (2, 200)), generator.uniform(1, extent - 1, (2, 200)) * DEG
+    starts, ends = np.stack([radii * np.cos(angles), radii * np.sin(angles), 0 * radii + 1], axis=-1)
+    through = scene.crossings(starts, ends - starts, t_max=1)
+    touched = 0
+    for ray in range(200):
+        here = through[ray]
+        assert not any(scene.bodies[body].name == "world/m" for body in here.body.tolist())
+        for t in np.unique(here.t):
+            assert len(set(here.surface[here.t == t].tolist())) == 1
+            touched += np.sum(here.t == t) == 2
+    assert touched > 200
+    # What is in a wedge is rotated as its frame, by a width from each wedge to the next
+    azimuths = (frame + 8 + extent / count * np.arange(count)) * DEG
+    balls = at(scene, *np.column_stack((3 * np.cos(azimuths), 3 * np.sin(azimuths), 0 * azimuths)))
+    assert balls == [f"world/m/part[{k}]/ball" for k in range(count)]
+
+
 def test_parameterised_volumes(tmp_path):
     rule = (
         '<paramvol ncopies="2"><volumeref ref="part"/><parameterised_position_size>'
