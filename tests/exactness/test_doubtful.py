@@ -144,6 +144,20 @@ def test_a_corner_of_three_walls_is_a_tie_if_rays_beside_it_hit_others(seed: int
     assert hit.doubtful == (len(others | {(bool(hit.hit), int(hit.surface), bool(hit.entering))}) > 1)
 
 
+@pytest.mark.parametrize("count", [7, 8, 12, 20, 41])
+@pytest.mark.parametrize("more", [0, 1])
+def test_a_tip_of_any_number_of_walls_is_a_tie(count: int, more: int) -> None:
+    """Rays below the tip of a pyramid hit it, rays above do not: alone, and in one body with another tip behind it."""
+    for seed in range(20):
+        angles = np.random.default_rng(seed).permutation(count) * 2 * math.pi / count + 0.1
+        normals = np.column_stack([np.cos(angles), np.sin(angles), 0 * angles + 0.5])
+        tip = co.Polyhedron([*normals, (0, 0, -1)], [0.0] * count + [1.0])
+        scene = co.Scene([tip | tip.rotate("z", 0.5).translate((3, 0, 0)) if more else tip])
+        hits = scene.first_hit([(-5, 0, -1e-9), (-5, 0, 0), (-5, 0, 1e-9)], (1, 0, 0))
+        assert hits.hit.tolist()[::2] == [True, False]
+        assert hits.doubtful.tolist() == [False, True, False]
+
+
 def test_ties_on_outlines_and_tips() -> None:
     halves = co.Scene([co.Triangle((0, 0, 0), (1, 0, 0), (0, 1, 0)), co.Triangle((1, 1, 0), (1, 0, 0), (0, 1, 0))])
     down = halves.first_hit([(0.5, 0.5, 1), (0, 0.5, 1), (0.25, 0.5, 1)], (0, 0, -1))

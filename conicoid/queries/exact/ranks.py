@@ -27,7 +27,9 @@ from ...kernels.body.cell import (
     is_beside,
     margin_of,
     next_group,
+    place_face,
     plane_of_group,
+    quadric_place,
     slab_of_many,
 )
 from ...kernels.body.crossing_rows import (
@@ -49,7 +51,7 @@ from ...kernels.body.hit import Hit, comes_first, hit_surface, no_hit
 from ...kernels.body.scratch import LEAF_COUNT, TIME, Scratch
 from ...kernels.numbers.double_double import BoundedPair, bounded_pair, minus, opposite, sign, times
 from ...kernels.numbers.shell_sort import make_sort
-from ...kernels.programs import cell_of_leaf
+from ...kernels.programs import cell_of_leaf, sense_of
 from ...kernels.ray import Ray, scale_ray, span_inverse
 from ...kernels.surface.doubt import T_ERROR
 from ...kernels.surface.exact_crossing import (
@@ -503,10 +505,19 @@ def first_of_ranks(geometry: Geometry, stand: Geometry, scratch: Scratch, ranks:
 # some order, and where a touch becomes two crossings. That is a property of the exact ray.
 #
 # Which bodies a ray is in depends on the set of surfaces that it has crossed, not on their order. So it is enough that
-# each set of the other crossings of its place comes once before that of the hit: 2^(n - 1) orders of n crossings.
+# each set of the other crossings of its place comes once before that of the hit: 2^(n - 1) orders of n crossings. Of
+# places behind the start or beyond the hit no order matters.
+#
+# Of places with more than 7 crossings, 64 sets are tried and, for each entry, two more: the crossings that lead into
+# the half-spaces of its leaves come before those that lead out, and after them. Those two are the extremes of an entry
+# that has each surface with one side only, such as a cell. Others of so many crossings may hang on a tie unseen.
 
 _MOST_ORDERED = 6
 """Of places with more than 7 crossings the members of a set repeat, so that it has at most 64 orders."""
+_INWARD, _OUTWARD = -1, -2
+"""In place of a set of members: the crossings into leaves of an entry come first, or those out of them."""
+_OUTSIDE_ABOVE, _OUTSIDE_BELOW = 2, 3
+"""`Ranks.listed` of a surface of the entry: where its form is positive, or negative, is outside of the leaf."""
 
 
 @inline
@@ -526,16 +537,27 @@ def _is_own_place(geometry: Geometry, ranks: Ranks, k: int) -> bool:
 
 
 @helper
-def _count_orders(geometry: Geometry, scratch: Scratch, ranks: Ranks, count: int) -> tuple[int, int]:
-    """Sort the crossings by rank, and make touches crossings. Return how many sets come first, and ways of the rest."""
-    crossings, order, ties, ways, most, tied = ranks.size[CROSSINGS], ranks.order, False, 1, 0, 0
+def _count_orders(
+    geometry: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, count: int, end: float
+) -> tuple[int, int]:
+    """Sort the crossings by rank, and make touches crossings. Return how many sets come first, and ways of the rest.
+
+    `end` is the rank of the hit. The first number is 0 for a ray without ties, and larger than 64 if sets are left out.
+    """
+    crossings, order, ties, ways, most = ranks.size[CROSSINGS], ranks.order, False, 1, 0
+    tied, matters = 0, False
     for k in range(crossings):
         order[k], ranks.error[k] = k, ranks.rank[k]
     _sort_ties(order, crossings, ranks)
-    for k in range(1, crossings):
-        i, j = order[k - 1], order[k]
-        tied = 0 if ranks.rank[i] != ranks.rank[j] else tied + (1 if _is_own_place(geometry, ranks, j) else 0)
-        most, ties = max(most, min(tied, _MOST_ORDERED)), ties or tied > 0
+    for k in range(crossings):
+        this = order[k]
+        if k == 0 or ranks.rank[order[k - 1]] != ranks.rank[this]:
+            tied, matters = 0, False
+        elif _is_own_place(geometry, ranks, this):
+            tied += 1
+        is_ahead = ranks.rank[this] >= 0.0 if ray.t_min == 0.0 else ranks.t[this] > ray.t_min
+        matters |= is_ahead and ranks.rank[this] <= end
+        most, ties = max(most, tied if matters else 0), ties or tied > 0
     for k in range(ranks.size[SURFACES]):
         at = 2 * ranks.surfaces[k]
         ways = 2 if ranks.verdict[at] == TOUCHES else ways
@@ -544,7 +566,49 @@ def _count_orders(geometry: Geometry, scratch: Scratch, ranks: Ranks, count: int
         entry = scratch.found[k]
         if integer(geometry, table.ENTRY_KIND, entry) == POLYGON:
             ways = 2 if ranks.loops[integer(geometry, table.ENTRY_INDEX, entry)] >= EDGE else ways
-    return 1 << most if ties or ways > 1 else 0, ways
+    return 1 << min(most, _MOST_ORDERED + 1) if ties or ways > 1 else 0, ways
+
+
+@inline
+def _mark_place(geometry: Geometry, ranks: Ranks, place: int, sense: int) -> None:
+    """Mark the surface of a place of a cell, of a leaf of this sense, by the side that is outside."""
+    surface, _, side = place_face(geometry, place)
+    # Of a cell of many planes only those near the ray are listed
+    if surface >= 0 and ranks.listed[surface] > 0:
+        ranks.listed[surface] = _OUTSIDE_ABOVE if side * sense > 0 else _OUTSIDE_BELOW
+
+
+@helper
+def _mark_sides(geometry: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, entry: int) -> None:
+    """Mark the surfaces of an entry's cells by the side that is outside, and no others."""
+    for k in range(ranks.size[SURFACES]):
+        ranks.listed[ranks.surfaces[k]] = 1
+    program, count = entry_program(geometry, entry), 1
+    if program >= 0:
+        count = collect_leaves(geometry, scratch, program, ray)
+    elif integer(geometry, table.ENTRY_KIND, entry) != CELL:
+        count = 0
+    for j in range(count):
+        cell, reversal = integer(geometry, table.ENTRY_INDEX, entry), whole(1)
+        if program >= 0:
+            leaf = scratch.found_leaves[j]
+            cell, reversal = cell_of_leaf(geometry, leaf), sense_of(geometry, program, leaf)
+        _mark_place(geometry, ranks, quadric_place(cell), reversal)
+        for place in range(integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)):
+            _mark_place(geometry, ranks, place, reversal)
+
+
+@inline
+def _is_member(geometry: Geometry, ranks: Ranks, crossing: int, members: int, bit: int) -> bool:
+    """Return True if a crossing comes first: its bit is in `members`, or it leads into, or out of, marked leaves."""
+    if members >= 0:
+        return members >> bit % _MOST_ORDERED & 1 == 1
+    surface = ranks.owner[crossing]
+    # A form falls at its first root and rises at the second, or the other way round
+    falls = is_curved(geometry, surface) and crossing & 1 == 1
+    rises = (ranks.verdict[2 * surface + 1] > 0) != falls
+    mark = ranks.listed[surface]
+    return mark > 1 and ((mark == _OUTSIDE_BELOW) == rises) == (members == _INWARD)
 
 
 @helper
@@ -553,9 +617,10 @@ def _break_ties(
 ) -> None:
     """Give each crossing a rank of its own; `ranks.error` holds the ranks with ties.
 
-    At each place those whose bit is in `members` come first, in the order of the list, then that of the surface
-    `between`, then the others against the list. Both crossings of a touch are around them, or with `apart` before them;
-    edges of polygons are passed outside, or with it inside. The crossing on which the ray starts stays at the origin.
+    At each place those whose bit is in `members` (or which `_INWARD` or `_OUTWARD` names) come first, in the order of
+    the list, then that of the surface `between`, then the others against the list. Both crossings of a touch are around
+    them, or with `apart` before them; edges of polygons are passed outside, or with it inside. The crossing on which
+    the ray starts stays at the origin.
     """
     crossings, order, rank, tied, first = ranks.size[CROSSINGS], ranks.order, ranks.rank, ranks.error, 0
     while first < crossings:
@@ -573,7 +638,7 @@ def _break_ties(
                 rank[this] = rank[other]
             elif ranks.owner[this] == between:
                 middle = this
-            elif members >> bit % _MOST_ORDERED & 1:
+            elif _is_member(geometry, ranks, this, members, bit):
                 rank[this], low, bit = float(low), low + 1, bit + 1
             else:
                 high, bit = high - 1, bit + 1
@@ -584,7 +649,7 @@ def _break_ties(
     zero, start = rank[0], ray.start
     for k in range(crossings):
         rank[k] -= zero
-    if start >= 0 and ranks.listed[start] == 1 and ranks.verdict[2 * start] == CROSSES:
+    if start >= 0 and ranks.listed[start] > 0 and ranks.verdict[2 * start] == CROSSES:
         for k in range(ranks.first[start], ranks.first[start] + 2):
             rank[k] = 0.0 if tied[k] == 0.0 else rank[k]
     for k in range(count):
@@ -600,8 +665,13 @@ def hangs_on_tie(
     geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, count: int, hit: Hit
 ) -> bool:
     """Return True if the first hit of a ray hangs on a tie. The ranks are lost."""
-    sets, ways = _count_orders(geometry, scratch, ranks, count)
-    surface = hit_surface(geometry, hit) if hit.body >= 0 else -1
+    surface, end = -1, math.inf
+    if hit.body >= 0:
+        surface = hit_surface(geometry, hit)
+        first = ranks.first[surface]
+        end = ranks.rank[first + 1] if ranks.t[first + 1] <= hit.t else ranks.rank[first]
+    sets, ways = _count_orders(geometry, scratch, ranks, ray, count, end)
+    more, sets = (2 * count if sets > 1 << _MOST_ORDERED else 0), min(sets, 1 << _MOST_ORDERED)
     # A sheet that solids cut is hit by what precedes it, as the hit is
     for k in range(-1, count if sets > 0 else -1):
         between = surface
@@ -610,8 +680,12 @@ def hangs_on_tie(
             if is_solid(geometry, entry) or entry_program(geometry, entry) < 0:
                 continue
             between = crossing_face(geometry, entry, NO_PLACE, 1)[0]
-        for trial in range(sets * ways):
-            _break_ties(geometry, scratch, ranks, ray, count, between, trial // ways, trial % ways == 1)
+        for trial in range((sets + more) * ways):
+            members = trial // ways
+            if members >= sets:
+                _mark_sides(geometry, scratch, ranks, ray, scratch.found[(members - sets) // 2])
+                members = _INWARD if (members - sets) % 2 == 0 else _OUTWARD
+            _break_ties(geometry, scratch, ranks, ray, count, between, members, trial % ways == 1)
             put_canonical_surfaces(geometry, stand, scratch, ranks, ray.start, count)
             other = first_of_ranks(geometry, stand, scratch, ranks, ray, count)
             if other.body != hit.body or other.enters != hit.enters:
