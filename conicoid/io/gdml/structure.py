@@ -281,11 +281,12 @@ def _wedges(
     source, edges = inner.source, None
     if source is not None and local_tag(source) in _WEDGE_KINDS and count > 1:
         begin, end = _wedge_range(structure, source)
+        is_flat = local_tag(source) in ("polyhedra", "genericPolyhedra")
         first, step = start * 180 / PI, width * 180 / PI
         if abs(begin - first) < _CLOSE_DEGREES and abs(end - begin - step) < _CLOSE_DEGREES:
-            edges = _wedge_edges(structure, mother, offset * 180 / PI, step, count)
+            edges = _wedge_edges(structure, mother, offset * 180 / PI, step, count, is_flat)
             # The angles of flat sides are sums of the exact ones
-            if edges is not None and "olyhedra" not in source.tag:
+            if edges is not None and not is_flat:
                 edges = [Fraction(float(angle)) for angle in edges]
     for k in range(count):
         rotation = rotation_about_z(offset - start + k * width)
@@ -313,9 +314,9 @@ def _wedge_range(structure: StructureReader, source: XmlElement) -> tuple[Fracti
 
 
 def _wedge_edges(
-    structure: StructureReader, mother: LogicalVolume, first: Fraction, step: Fraction, count: int
+    structure: StructureReader, mother: LogicalVolume, first: Fraction, step: Fraction, count: int, is_flat: bool
 ) -> list[Fraction] | None:
-    """Return the angles between wedges; None if all angles of rotated copies are floats anyhow.
+    """Return the angles between wedges; None if all angles of rotated copies are floats anyhow, unless `is_flat`.
 
     A full turn closes; its angles are in [0, 360). Other wedges begin and end at the walls of their mother.
     """
@@ -328,7 +329,8 @@ def _wedge_edges(
             if 0 < abs(ends[k] - wall) < _CLOSE_DEGREES:
                 ends[k], exact = wall, False
     halves = [first + Fraction(k, 2) * step for k in range(2 * count + 1)]
-    if exact and all(Fraction(float(angle)) == angle for angle in (step / 2, *halves)):
+    # Normals of flat sides are rounded, so that rotated ones are none of those that a file would have there
+    if exact and not is_flat and all(Fraction(float(angle)) == angle for angle in (step / 2, *halves)):
         return None
     if is_ring:
         # A float that rounds up to 360 is 0

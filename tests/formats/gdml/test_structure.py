@@ -211,6 +211,7 @@ TUBE, PLANES = (
         ('cone name="m" rmin1="2" rmin2="2" rmax1="80" rmax2="90" ' + FULL, 13, DIVISION.format(13), 0, 360),
         (f'polycone name="m" startphi="0.7" {FULL}>{PLANES}</polycone', 7, DIVISION.format(7), 0, 360),
         (f'polyhedra name="m" numsides="14" startphi="0.7" {FULL}>{PLANES}</polyhedra', 7, DIVISION.format(7), 0, 360),
+        (f'polyhedra name="m" numsides="12" {FULL}>{PLANES}</polyhedra', 6, DIVISION.format(6), 0, 360),
     ],
 )
 def test_wedges_side_by_side_share_walls(tmp_path, mother, count, rule, frame, extent):
