@@ -19,7 +19,7 @@ from ..scene_file.nodes import shorten
 from ..xml_tree import XmlElement
 from .expressions import PI, to_degrees
 from .materials import GdmlMaterial, MaterialTable, find_material, read_color_hint
-from .solid_template import SolidTemplate
+from .solid_template import SolidTemplate, combine_templates
 from .solids import SolidTable, read_template
 from .values import (
     UNIT_SCALE,
@@ -571,9 +571,30 @@ def read_divisions(structure: StructureReader, volume: LogicalVolume, element: X
             sections=slice_.sections,
             kind=slice_.kind,
         )
+        if axis == "z" and mother.leans(by_number):
+            slice_volume = replace(slice_volume, template=_cut_across(structure, volume, slice_volume, slice_))
         structure.add(volume, PhysicalVolume(base, slice_volume, slice_.shift, copy=k))
     # Exact again: otherwise the mother stays, less its slices
     volume.is_filled = offset == 0 and count * width == whole
+
+
+def _cut_across(
+    structure: StructureReader, mother: LogicalVolume, part: LogicalVolume, cut: DivisionSlice
+) -> SolidTemplate:
+    """Return the mother's solid between the ends of a slice across z, in the frame of the slice.
+
+    A cone from other corners would miss that of the mother by a rounding.
+    """
+    assert mother.template is not None
+    assert part.source is not None
+    values, (x, y, z) = _DividedSolid(structure, part.source), cut.shift
+    height, low = values.extent("z"), values.sections[0][0] if values.sections else None
+    middle = Fraction(0) if low is None else low + height / 2
+    wide = _format_expression(1000 * values.outer)
+    sizes = {"name": part.name, "x": wide, "y": wide, "z": _format_expression(height)}
+    slab = read_template(structure.reading, XmlElement("box", part.source.line, part.source.column, sizes), {})
+    whole = mother.template, (-x, -y, -z), NO_ROTATION
+    return combine_templates("intersection", [whole, (slab, axis_shift("z", middle), NO_ROTATION)])
 
 
 class _DividedSolid:
@@ -589,6 +610,20 @@ class _DividedSolid:
         self.sections.sort(key=lambda section: section[0])
         if self.kind in ("polycone", "polyhedra") and len(self.sections) < 2:
             raise OmittedPart("divides a solid without sections")
+
+    @property
+    def outer(self) -> Fraction:
+        """The largest radius of a cone or of sections."""
+        return max(
+            [self.values.length(name, 0) for name in ("rmax1", "rmax2")] + [outer for _, _, outer in self.sections]
+        )
+
+    def leans(self, by_number: bool) -> bool:
+        """Return True if slices across z have corners of their own in walls of the mother that lean."""
+        if self.sections:
+            return not by_number
+        ends = [[self.values.length(f"{name}{end}", 0) for name in ("rmin", "rmax")] for end in (1, 2)]
+        return self.kind == "cone" and ends[0] != ends[1]
 
     def extent(self, axis: str) -> Fraction:
         """Return the extent along an axis, in mm or radians. Raise OmittedPart if the kind has no such axis."""
