@@ -583,14 +583,14 @@ def _cut_across(
 ) -> SolidTemplate:
     """Return the mother's solid between the ends of a slice across z, in the frame of the slice.
 
-    A cone from other corners would miss that of the mother by a rounding.
+    A wall that leans, from other corners, would miss that of the mother by a rounding.
     """
     assert mother.template is not None
     assert part.source is not None
     values, (x, y, z) = _DividedSolid(structure, part.source), cut.shift
     height, low = values.extent("z"), values.sections[0][0] if values.sections else None
     middle = Fraction(0) if low is None else low + height / 2
-    wide = _format_expression(1000 * values.outer)
+    wide = _format_expression(values.reach)
     sizes = {"name": part.name, "x": wide, "y": wide, "z": _format_expression(height)}
     slab = read_template(structure.reading, XmlElement("box", part.source.line, part.source.column, sizes), {})
     whole = mother.template, (-x, -y, -z), NO_ROTATION
@@ -612,18 +612,20 @@ class _DividedSolid:
             raise OmittedPart("divides a solid without sections")
 
     @property
-    def outer(self) -> Fraction:
-        """The largest radius of a cone or of sections."""
-        return max(
-            [self.values.length(name, 0) for name in ("rmax1", "rmax2")] + [outer for _, _, outer in self.sections]
-        )
+    def reach(self) -> Fraction:
+        """A length that all points are well within, from the z axis."""
+        names = [name for name in ("x", "y", "z", "rmax1", "rmax2") if self.values.has(name)]
+        return 1000 * sum((*map(self.values.length, names), *(outer for _, _, outer in self.sections)), Fraction(0))
 
     def leans(self, by_number: bool) -> bool:
         """Return True if slices across z have corners of their own in walls of the mother that lean."""
-        if self.sections:
-            return not by_number
-        ends = [[self.values.length(f"{name}{end}", 0) for name in ("rmin", "rmax")] for end in (1, 2)]
-        return self.kind == "cone" and ends[0] != ends[1]
+        if self.kind == "para":
+            return self.values.angle("theta", 0) != 0
+        if self.kind == "cone":
+            return any(
+                self.values.length(f"{name}1", 0) != self.values.length(f"{name}2", 0) for name in ("rmin", "rmax")
+            )
+        return bool(self.sections) and not by_number
 
     def extent(self, axis: str) -> Fraction:
         """Return the extent along an axis, in mm or radians. Raise OmittedPart if the kind has no such axis."""
