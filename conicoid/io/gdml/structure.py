@@ -571,17 +571,17 @@ def read_divisions(structure: StructureReader, volume: LogicalVolume, element: X
             sections=slice_.sections,
             kind=slice_.kind,
         )
-        if axis == "z" and mother.leans(by_number):
-            slice_volume = replace(slice_volume, template=_cut_across(structure, volume, slice_volume, slice_))
+        if mother.leans(axis, by_number):
+            slice_volume = replace(slice_volume, template=_cut_across(structure, volume, slice_volume, slice_, axis))
         structure.add(volume, PhysicalVolume(base, slice_volume, slice_.shift, copy=k))
     # Exact again: otherwise the mother stays, less its slices
     volume.is_filled = offset == 0 and count * width == whole
 
 
 def _cut_across(
-    structure: StructureReader, mother: LogicalVolume, part: LogicalVolume, cut: DivisionSlice
+    structure: StructureReader, mother: LogicalVolume, part: LogicalVolume, cut: DivisionSlice, axis: str
 ) -> SolidTemplate:
-    """Return the mother's solid between the ends of a slice across z, in the frame of the slice.
+    """Return the mother's solid between the ends of a slice across y or z, in the frame of the slice.
 
     A wall that leans, from other corners, would miss that of the mother by a rounding.
     """
@@ -591,8 +591,13 @@ def _cut_across(
     height, low = values.extent("z"), values.sections[0][0] if values.sections else None
     middle = Fraction(0) if low is None else low + height / 2
     wide = _format_expression(values.reach)
-    sizes = {"name": part.name, "x": wide, "y": wide, "z": _format_expression(height)}
-    slab = read_template(structure.reading, XmlElement("box", part.source.line, part.source.column, sizes), {})
+    tag, sizes = "box", {"name": part.name, "x": wide, "y": wide, "z": _format_expression(height)}
+    if axis == "y":
+        tag, sizes = (
+            part.source.tag,
+            part.source.attributes | {"x": _format_expression(values.reach / values.values.length_unit)},
+        )
+    slab = read_template(structure.reading, XmlElement(tag, part.source.line, part.source.column, sizes), {})
     whole = mother.template, (-x, -y, -z), NO_ROTATION
     return combine_templates("intersection", [whole, (slab, axis_shift("z", middle), NO_ROTATION)])
 
@@ -617,10 +622,12 @@ class _DividedSolid:
         names = [name for name in ("x", "y", "z", "rmax1", "rmax2") if self.values.has(name)]
         return 1000 * sum((*map(self.values.length, names), *(outer for _, _, outer in self.sections)), Fraction(0))
 
-    def leans(self, by_number: bool) -> bool:
-        """Return True if slices across z have corners of their own in walls of the mother that lean."""
-        if self.kind == "para":
-            return self.values.angle("theta", 0) != 0
+    def leans(self, axis: str, by_number: bool) -> bool:
+        """Return True if slices across an axis have corners of their own in walls of the mother that lean."""
+        if self.kind == "para" and axis in ("y", "z"):
+            return self.values.angle("theta" if axis == "z" else "alpha", 0) != 0
+        if axis != "z":
+            return False
         if self.kind == "cone":
             return any(
                 self.values.length(f"{name}1", 0) != self.values.length(f"{name}2", 0) for name in ("rmin", "rmax")

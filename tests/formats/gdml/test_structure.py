@@ -244,14 +244,15 @@ def test_wedges_side_by_side_share_walls(tmp_path, mother, count, rule, frame, e
 @pytest.mark.parametrize(
     ("mother", "rule"),
     [
-        ('<cone name="m" rmin1="0.7" rmin2="1.3" rmax1="9.1" rmax2="4.3" z="6.1" deltaphi="360"/>', 'number="7"'),
-        ('<para name="m" x="5.541" y="7.205" z="5.73" alpha="-27.652" theta="7.196" phi="311.821"/>', 'number="7"'),
-        ('<polycone name="m" deltaphi="360"><zplane z="0" rmin="0.1" rmax="9.1"/><zplane z="5.1" rmin="0.3" rmax="2"/></polycone>', 'width="0.51"'),
+        ('<cone name="m" rmin1="0.7" rmin2="1.3" rmax1="9.1" rmax2="4.3" z="6.1" deltaphi="360"/>', 'kZAxis" number="7'),
+        ('<para name="m" x="5.541" y="7.205" z="5.73" alpha="-27.652" theta="7.196" phi="311.821"/>', 'kZAxis" number="7'),
+        ('<para name="m" x="5.541" y="7.205" z="5.73" alpha="-27.652" theta="7.196" phi="311.821"/>', 'kYAxis" number="7'),
+        ('<polycone name="m" deltaphi="360"><zplane z="0" rmin="0.1" rmax="9.1"/><zplane z="5.1" rmin="0.3" rmax="2"/></polycone>', 'kZAxis" width="0.51'),
     ],
 )  # fmt: skip
-def test_slices_across_z_have_walls_that_lean_of_their_mother(tmp_path, mother, rule, rotation):
+def test_slices_have_the_leaning_walls_of_their_mother(tmp_path, mother, rule, rotation):
     """Every ray leaves the slices where it enters what is around their mother: no other body is between."""
-    division = f'<divisionvol axis="kZAxis" {rule} unit="mm"><volumeref ref="part"/></divisionvol>'
+    division = f'<divisionvol axis="{rule}" unit="mm"><volumeref ref="part"/></divisionvol>'
     solids = WORLD + mother.replace('name="m"', 'name="m" aunit="deg"') + BAR.replace("bar", "any")
     place = placed("m", '<position x="1.729" y="1.971" z="-0.955"/><rotation ' + rotation + ' unit="deg"/>')
     structure = volume("part", "any") + volume("m", "m", division) + volume("world", "w", place)
