@@ -1,7 +1,5 @@
 """One numbering: numbers of `hits.body`, `body_at`, spans and lengths find names, materials and bodies."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import numpy as np

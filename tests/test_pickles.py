@@ -1,7 +1,5 @@
 """Everything public goes through pickle, copy and deepcopy, and comes back with all that it says."""
 
-from __future__ import annotations
-
 import copy
 import pickle
 import pickletools

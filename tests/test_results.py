@@ -1,7 +1,5 @@
 """Results as values: shapes, joins, names, measures, and the light that a glass bends, by independent formulas."""
 
-from __future__ import annotations
-
 import copy
 import itertools
 import math

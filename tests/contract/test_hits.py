@@ -1,7 +1,5 @@
 """First hits, occlusion and crossings of every shape, solids and sheets."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Files of rays, hits and tables."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import pickle

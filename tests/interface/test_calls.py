@@ -1,7 +1,5 @@
 """Calls with values that do not fit: what is refused or warned of, and with which words."""
 
-from __future__ import annotations
-
 import copy
 import inspect
 import math

@@ -1,7 +1,5 @@
 """What Python's users try without looking it up: len, truth, indices, iteration, np.asarray."""
 
-from __future__ import annotations
-
 import types
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Shading and refraction by their formulas."""
 
-from __future__ import annotations
-
 import math
 
 import mpmath

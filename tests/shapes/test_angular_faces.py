@@ -1,7 +1,5 @@
 """Faces of tubes, parts of balls, polycones and flat solids: numbers, normals and uv by formulas, and walls that are shared."""
 
-from __future__ import annotations
-
 import itertools
 import math
 
