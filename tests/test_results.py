@@ -142,16 +142,6 @@ def test_results_are_no_arrays(thing):
             use(thing)
 
 
-def test_hits_have_their_rays():
-    flat = SCENE.first_hit(co.Rays(ORIGINS.reshape(-1, 3), (0, 0, -1)))
-    for k, hit in enumerate(flat):
-        origin, direction = hit.rays
-        assert hit.rays == flat.rays[k]
-        if hit:
-            assert np.allclose(hit.point, origin + hit.t * direction)
-    assert "hit.rays" in co.Rays.__doc__
-
-
 @pytest.mark.parametrize(("low", "high"), [(5, 1), (np.inf, -np.inf), (np.full((3, 4), 30.0), 2), (19, 19)])
 def test_empty_interval_holds_nothing(low, high):
     """Where t_min is not below t_max."""
@@ -360,23 +350,6 @@ def test_scene_replace_in_part():
     ):
         with pytest.raises(TypeError, match=told):
             call()
-
-
-def test_scene_materials_by_name():
-    assert LIT.materials == (STEEL, co.matte("blue"))
-    assert LIT.materials["steel"] is LIT.materials[0]
-    assert LIT.materials.index("steel") == 0
-    assert LIT_SPANS.materials["steel"] == STEEL
-    assert co.measure(LIT).by_material["steel"].volume == pytest.approx(2 * 4 / 3 * np.pi)
-    assert LIT.materials[np.argmax([0, 1])] == co.matte("blue")
-    assert LIT_HITS.material.tolist() == [STEEL, None, STEEL]
-    with pytest.raises(KeyError, match=r"did you mean 'steel'\?"):
-        LIT.materials["steal"]
-    with pytest.raises(TypeError):
-        LIT.materials[LIT_HITS.body]
-    again = pickle.loads(pickle.dumps((LIT.materials, LIT.lights)))
-    assert again == (LIT.materials, LIT.lights)
-    assert again[0]["steel"] == STEEL
 
 
 def test_bodies_index_by_name_in_a_lattice(tmp_path):

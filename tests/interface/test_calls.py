@@ -206,17 +206,6 @@ def test_query_errors_begin_with_its_name(query):
             ask(*values, *arguments)
 
 
-@pytest.mark.parametrize(("index", "told"), [
-    (1.0, "Scene: index must be a name, a body's number or a slice of numbers, got 1.0$"),
-    (True, "Scene: index must be a name, .* got True$"), (None, "Scene: index must be a name, .* got None$"),
-])  # fmt: skip
-def test_scene_index_refused(index, told):
-    with pytest.raises(TypeError, match=told):
-        SCENE[index]
-    with pytest.raises(TypeError, match="replace: which must be the name of an entry or the number of its body, got"):
-        SCENE.replace(index, co.Box())
-
-
 def test_errors_of_callbacks_pass():
     def fails(done, count):
         raise TypeError("mine")
