@@ -51,7 +51,7 @@ LIT = co.Scene(
 LIT_RAYS = co.Rays([(0, 0, 5), (50, 0, 5), (9, 0, 5)], (0, 0, -1))
 
 
-LIT_HITS, LIT_SPANS = LIT.first_hit(LIT_RAYS), LIT.spans(LIT_RAYS)
+LIT_SPANS = LIT.spans(LIT_RAYS)
 
 
 LEAD = co.metal("gray", name="lead", properties={"density": 11.35})
