@@ -281,7 +281,7 @@ def test_results_are_resumed_after_a_kill_at_any_step(suffix, tmp_path):
         trace(tmp_path, suffix)
     count -= at.left
     whole, killed, files = contents(output), 0, sorted(tmp_path.iterdir())
-    for number in sorted({*range(0, count, count // (4 if suffix == ".csv" else 2)), *range(count - 8, count)}):
+    for number in sorted({*range(0, count, count // (2 if suffix == ".zarr" else 8)), *range(count - 8, count)}):
         remove(output)
 
         def act(number: int = number) -> None:
