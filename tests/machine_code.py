@@ -2,8 +2,6 @@
 of those that are compiled, where there is a compiler: beside an installed wheel there is none.
 """
 
-from __future__ import annotations
-
 from importlib.util import find_spec
 
 import pytest

@@ -1,7 +1,5 @@
 """One numbering: numbers of `hits.body`, `body_at`, spans and lengths find names, materials and bodies."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import numpy as np
@@ -101,22 +99,6 @@ def test_all_count_alike():
     assert [line.split()[0] for line in list_bodies(SCENE)[1:]] == ["none", "0", "1-3", "4"]
     with pytest.raises(ValueError, match=r"\(5,\)"):
         SCENE.spans((-9, 0, 0), (1, 0, 0)).line_integral([1, 2, 3, 4])
-
-
-def test_every_hit_of_a_random_mixture_is_named_rightly():
-    """Entries of one and of many balls in any order; who is hit is known from where it is."""
-    random = np.random.default_rng(5)
-    for _ in range(10):
-        sizes = random.integers(0, 5, 6)
-        at, entries, owners = 0, [], []
-        for k, size in enumerate(sizes.tolist()):
-            centers = [(3.0 * (at + j), 0.0, 0.0) for j in range(max(size, 1))]
-            shape = co.Sphere(1, centers[0]) if size == 0 else co.Spheres(centers, 1)
-            entries.append(co.Body(shape, name=f"entry {k}"))
-            owners += [f"entry {k}"] * len(centers)
-            at += len(centers)
-        hits = co.Scene(entries).first_hit([(3.0 * i, 0.0, 5.0) for i in range(at)], DOWN)
-        assert hits.name.tolist() == owners
 
 
 def test_no_body_has_no_measures():

@@ -16,7 +16,6 @@ import pytest
 from rich.console import Console
 
 import conicoid as co
-from conicoid._util.files import SceneFileError
 from conicoid._util.text import format_bytes
 from conicoid.cli import resources, terminal
 from conicoid.cli.drawing import RenderRequest, parse_plain_render
@@ -414,11 +413,3 @@ def test_numbers_for_people():
         "12.3 MB",
         "5e+03 GB",
     ]
-
-
-def test_scene_file_errors_are_value_errors(tmp_path):
-    (tmp_path / "scene.yaml").write_text("bodies: 3\n")
-    with pytest.raises(ValueError, match="must be a list") as caught:
-        co.load(tmp_path / "scene.yaml")
-    assert isinstance(caught.value, SceneFileError)
-    assert caught.value.path == str(tmp_path / "scene.yaml")

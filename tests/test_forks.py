@@ -1,7 +1,5 @@
 """A fork while another thread is at work: the child can do all that the parent can."""
 
-from __future__ import annotations
-
 import gc
 import os
 import weakref

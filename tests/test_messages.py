@@ -97,14 +97,6 @@ def test_bad_arguments_of_commands(tmp_path):
 BALL = co.Scene([co.Sphere(1)])
 
 
-def test_representations():
-    rays = ([(0, 0, -3)], (0, 0, 1))
-    assert repr(BALL.first_hit(*rays)) == "Hits(shape=(1,), 1 of 1 ray hit)"
-    assert repr(BALL.spans(*rays)) == "Spans(shape=(1,), 1 span)"
-    assert repr(BALL.crossings(*rays)) == "Crossings(shape=(1,), 2 crossings)"
-    assert repr(BALL.crossings((0, 0, -3), (0, 0, -1))) == "Crossings(shape=(), 0 crossings)"
-
-
 # --- The table of other programs' names, and suggestions in messages
 
 

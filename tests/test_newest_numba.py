@@ -1,7 +1,5 @@
 """The script that tries the newest Numba: what it says, with and without a network."""
 
-from __future__ import annotations
-
 import importlib.util
 from pathlib import Path
 

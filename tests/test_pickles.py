@@ -1,7 +1,5 @@
 """Everything public goes through pickle, copy and deepcopy, and comes back with all that it says."""
 
-from __future__ import annotations
-
 import copy
 import pickle
 import pickletools
@@ -87,12 +85,6 @@ def test_hits_without_their_scene_can_be_chosen_from(way, index):
     hits = SCENE.first_hit(ORIGINS, DOWN)
     assert_same(hits[index], way(hits)[index])
     assert np.array_equal(hits[index].rays.origins, way(hits)[index].rays.origins)
-
-
-def test_what_spans_work_out(way):
-    spans = SCENE.spans(ORIGINS, DOWN)
-    assert np.array_equal(way(spans).lengths(), spans.lengths())
-    assert np.array_equal(way(spans).line_integral([1, 2, 3, 0]), spans.line_integral([1, 2, 3, 0]))
 
 
 @pytest.mark.parametrize("index", [0, 3, slice(1, 4), [2, 0], np.array([[True, False], [True, True], [False, False]])])

@@ -1,7 +1,5 @@
 """Results as values: shapes, joins, names, measures, and the light that a glass bends, by independent formulas."""
 
-from __future__ import annotations
-
 import copy
 import itertools
 import math
@@ -53,7 +51,7 @@ LIT = co.Scene(
 LIT_RAYS = co.Rays([(0, 0, 5), (50, 0, 5), (9, 0, 5)], (0, 0, -1))
 
 
-LIT_HITS, LIT_SPANS = LIT.first_hit(LIT_RAYS), LIT.spans(LIT_RAYS)
+LIT_SPANS = LIT.spans(LIT_RAYS)
 
 
 LEAD = co.metal("gray", name="lead", properties={"density": 11.35})
@@ -142,16 +140,6 @@ def test_results_are_no_arrays(thing):
     for use in (SCENE.contains, lambda x: co.refract(x, (0, 0, 1), 1.5), HITS.spawn):
         with pytest.raises(ValueError, match=rf"^\w+: \w+ must be .* got {type(thing).__name__}\("):
             use(thing)
-
-
-def test_hits_have_their_rays():
-    flat = SCENE.first_hit(co.Rays(ORIGINS.reshape(-1, 3), (0, 0, -1)))
-    for k, hit in enumerate(flat):
-        origin, direction = hit.rays
-        assert hit.rays == flat.rays[k]
-        if hit:
-            assert np.allclose(hit.point, origin + hit.t * direction)
-    assert "hit.rays" in co.Rays.__doc__
 
 
 @pytest.mark.parametrize(("low", "high"), [(5, 1), (np.inf, -np.inf), (np.full((3, 4), 30.0), 2), (19, 19)])
@@ -362,23 +350,6 @@ def test_scene_replace_in_part():
     ):
         with pytest.raises(TypeError, match=told):
             call()
-
-
-def test_scene_materials_by_name():
-    assert LIT.materials == (STEEL, co.matte("blue"))
-    assert LIT.materials["steel"] is LIT.materials[0]
-    assert LIT.materials.index("steel") == 0
-    assert LIT_SPANS.materials["steel"] == STEEL
-    assert co.measure(LIT).by_material["steel"].volume == pytest.approx(2 * 4 / 3 * np.pi)
-    assert LIT.materials[np.argmax([0, 1])] == co.matte("blue")
-    assert LIT_HITS.material.tolist() == [STEEL, None, STEEL]
-    with pytest.raises(KeyError, match=r"did you mean 'steel'\?"):
-        LIT.materials["steal"]
-    with pytest.raises(TypeError):
-        LIT.materials[LIT_HITS.body]
-    again = pickle.loads(pickle.dumps((LIT.materials, LIT.lights)))
-    assert again == (LIT.materials, LIT.lights)
-    assert again[0]["steel"] == STEEL
 
 
 def test_bodies_index_by_name_in_a_lattice(tmp_path):

@@ -16,7 +16,7 @@ from conicoid.io.ray_file import RayFile, read_rays
 from conicoid.io.scene_file.scene_file import parse_scene
 from conicoid.viewer.html import export
 
-from .command_line import done, refused, run
+from .command_line import done, run
 
 BALL_TEXT = "shape: {Sphere: {}}"
 
@@ -227,20 +227,6 @@ def test_ray_notes_of_a_header_alone(tmp_path):
     assert list(RayFile(tmp_path / "rays.csv").notes()) == [f"{tmp_path / 'rays.csv'}: holds no rays"]
     (tmp_path / "rays.csv").write_text("x,y,z,dx,dy,dz\n1,2,3,4,5,6\n")
     assert list(RayFile(tmp_path / "rays.csv").notes()) == []
-
-
-@pytest.mark.parametrize(("row", "told"), [
-    ("0,0,5,0,0,0", "direction must not be zero, got (0.0, 0.0, 0.0)"), ("0,0,nan,0,0,1", "origin must be finite"),
-    ("0,0,1e200,0,0,1", "origin must be 0 or of magnitude"),
-])  # fmt: skip
-def test_ray_file_names_the_line(tmp_path, row, told):
-    path = tmp_path / "rays.csv"
-    path.write_text(f"x,y,z,dx,dy,dz\n# two good ones\n0,0,5,0,0,-1\n\n1,0,5,0,0,-1\n{row}\n0,0,5,0,0,0\n")
-    with pytest.raises(ValueError, match=r"rays\.csv: 6: ") as error:
-        read_rays(path)
-    assert f"{path}: 6: {told}" in str(error.value)
-    co.save(co.Sphere(), tmp_path / "ball.yaml")
-    assert "rays.csv: 6: " in refused("trace", tmp_path / "ball.yaml", path, "-o", tmp_path / "hits.csv")
 
 
 def test_rays_load_names_other_arrays(tmp_path):

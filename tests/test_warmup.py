@@ -1,7 +1,5 @@
 """`co.warmup()` leaves nothing to be compiled."""
 
-from __future__ import annotations
-
 import inspect
 
 import pytest

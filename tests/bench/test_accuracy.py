@@ -1,7 +1,5 @@
 """The accuracy that the bench reports, and the numbers that it compares with."""
 
-from __future__ import annotations
-
 import itertools
 import json
 import math

@@ -90,44 +90,6 @@ def assert_same_spans(one: Any, other: Any, rays: Any) -> None:
     )
 
 
-def rays_for(seed: int, count: int, scale: float, middle: float = 0.0) -> Any:
-    r = np.random.default_rng(seed)
-    origins, directions = mixed_rays(r, count)
-    return (origins + middle) * scale, directions * scale ** r.choice([0, 1])
-
-
-@pytest.mark.parametrize("scale", SCALES)
-@pytest.mark.parametrize("moved", [False, True], ids=["by parameters", "by scale"])
-def test_box_minus_cylinder(moved: bool, scale: float):
-    """The hole of a flush cylinder is the hole of a longer one."""
-    s, k = (1.0, scale) if moved else (scale, 1.0)
-
-    def cut(reach: float) -> Any:
-        rod = co.Cylinder((0, 0, -reach * s), (0, 0, reach * s), 0.5 * s)
-        return (co.Box((-s, -s, -s), (s, s, s)) - rod).scale(k)
-
-    for seed in range(2):
-        rays = rays_for(seed, 3000, scale)
-        assert_same_spans(cut(1.0), cut(3.0), rays)
-        crossings = co.Scene([cut(1.0)]).crossings(*rays, t_min=-math.inf)
-        assert (np.diff(crossings.offsets) % 2 == 0).all()
-
-
-@pytest.mark.parametrize("scale", SCALES)
-def test_nested_boxes_that_share_faces(scale: float):
-    big, flat, corner = (
-        co.Box(tuple(scale * c for c in low), tuple(scale * c for c in high))
-        for low, high in [((0, 0, 0), (3, 3, 3)), ((0, 0, 0), (3, 3, 1)), ((0, 0, 0), (1, 1, 1))]
-    )
-    upper = co.Box((0, 0, scale), (3 * scale, 3 * scale, 3 * scale))
-    rays = rays_for(5, 4000, scale, 1.0)
-    assert_same_spans(big - flat, upper, rays)
-    assert_same_spans((big - flat) | flat, big, rays)
-    assert_same_spans(big & corner, corner, rays)
-    assert_same_spans((flat - corner) | (corner | upper), big, rays)
-    assert_same_spans(flat - big, corner - corner, rays)
-
-
 def unit_cells(scale: float, *, moved: bool, across: int = 10) -> tuple[Any, Any]:
     """(a cube, its across³ cells united)"""
     places = itertools.product(range(across), repeat=3)

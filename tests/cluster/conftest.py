@@ -1,7 +1,5 @@
 """Processes that the tests of one folder share."""
 
-from __future__ import annotations
-
 import pytest
 
 import conicoid as co

@@ -1,7 +1,5 @@
 """A wire that can be cut: connections to one port are passed on to another, until they are dropped."""
 
-from __future__ import annotations
-
 import contextlib
 import socket
 import threading

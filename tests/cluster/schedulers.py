@@ -1,7 +1,5 @@
 """Real schedulers of Dask with worker processes of this machine."""
 
-from __future__ import annotations
-
 import contextlib
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """A scene and rays that take every route, and what is asked of them."""
 
-from __future__ import annotations
-
 import numpy as np
 
 import conicoid as co

@@ -1,7 +1,5 @@
 """Tasks that end badly, by functions that workers can import. `file` counts how often a task was begun."""
 
-from __future__ import annotations
-
 import os
 import signal
 import time

@@ -1,7 +1,5 @@
 """Answers of workers are those of one process: commands, measures, pictures, lazy rays."""
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import os

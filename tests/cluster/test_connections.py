@@ -1,7 +1,5 @@
 """Connections that break while work goes on: of workers to their scheduler, and of the one who asks."""
 
-from __future__ import annotations
-
 import time
 
 import pytest

@@ -1,7 +1,5 @@
 """Dask: its executor, and arrays that stay lazy. The scheduler and its workers are real."""
 
-from __future__ import annotations
-
 import os
 import random
 import signal

@@ -1,7 +1,5 @@
 """Worker processes that are killed or stopped while they work."""
 
-from __future__ import annotations
-
 import os
 import random
 import signal

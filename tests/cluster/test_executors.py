@@ -1,7 +1,5 @@
 """Queries on executors: the same bits as without, however they are cut, and plain words for what cannot be."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import pickle

@@ -1,7 +1,5 @@
 """Files of rays and of answers that are read and written part by part: whatever the format, the same numbers."""
 
-from __future__ import annotations
-
 import os
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Workers, results and connections that are lost under Dask: the work goes on, or it is said that it does not."""
 
-from __future__ import annotations
-
 import sys
 import threading
 import time

@@ -1,7 +1,5 @@
 """`--slurm`: dask-jobqueue's own cluster, with an `sbatch` that starts the job's script at once on this machine."""
 
-from __future__ import annotations
-
 import os
 import stat
 import subprocess

@@ -1,7 +1,5 @@
 """Files of prepared tables: workers map them and prepare nothing; whole, of one edition, and the same to the bit."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,43 +1,10 @@
 """First hits, occlusion and crossings of every shape, solids and sheets."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 
 import conicoid as co
-
-from .subject import rows
-
-
-def test_first_hit_is_the_first_crossing(subject):
-    for t_min, t_max in ((0, math.inf), (-math.inf, math.inf), (-5, 5)):
-        hits = subject.scene.first_hit(*subject.rays, t_min=t_min, t_max=t_max)
-        crossings = subject.scene.crossings(*subject.rays, t_min=t_min, t_max=t_max)
-        starts = crossings.offsets[:-1]
-        some = np.diff(crossings.offsets) > 0
-        assert np.array_equal(hits.t[some], crossings.t[starts[some]])
-        assert np.isinf(hits.t[~some]).all()
-        for name in ("body", "face", "surface", "entering"):
-            assert np.array_equal(getattr(hits, name)[some], getattr(crossings, name)[starts[some]]), name
-        assert np.array_equal(subject.scene.occluded(*subject.rays, t_min=t_min, t_max=t_max), some)
-
-
-def test_crossings_lie_in_the_open_interval_and_are_sorted(subject):
-    whole = subject.scene.crossings(*subject.rays, t_min=-math.inf)
-    ray = rows(whole)
-    assert (np.diff(whole.t)[np.diff(ray) == 0] >= 0).all()
-    first = np.full(subject.count, -math.inf)
-    some = np.diff(whole.offsets) > 0
-    first[some] = whole.t[whole.offsets[:-1][some]]
-    rest = subject.scene.crossings(*subject.rays, t_min=first)
-    assert np.array_equal(
-        np.diff(rest.offsets)[some],
-        (np.diff(whole.offsets) - np.bincount(ray[whole.t == first[ray]], minlength=subject.count))[some],
-    )
-    before = subject.scene.crossings(*subject.rays, t_min=-math.inf, t_max=np.where(some, first, 0))
-    assert (np.diff(before.offsets)[some] == 0).all()
 
 
 def test_misses(subject):
@@ -51,33 +18,6 @@ def test_misses(subject):
     for name in ("point", "local_point", "normal", "uv"):
         assert np.isnan(getattr(hits, name)[miss]).all(), name
         assert np.isfinite(getattr(hits, name)[~miss]).all(), name
-
-
-def test_points_and_normals(subject):
-    o, d = subject.rays
-    hits = subject.scene.first_hit(o, d)
-    hit = np.isfinite(hits.t)
-    assert hit.sum() >= 20
-    expected = o + np.where(hit, hits.t, 0)[:, None] * d
-    scale = np.abs(o).max(axis=1) + np.where(hit, hits.t, 0) * subject.speed
-    assert (np.abs(hits.point - expected).max(axis=1)[hit] <= 4e-16 * scale[hit]).all()
-    assert np.abs(np.linalg.norm(hits.normal[hit], axis=1) - 1).max() <= 4e-16
-    against = np.einsum("ij,ij->i", hits.normal, d)
-    clear = hit & (np.abs(against) > 1e-9 * subject.speed)
-    assert (hits.entering == (against < 0))[clear].all()
-
-
-def test_normals_point_outward(solid):
-    """A little along the normal is outside, a little against it inside, away from rims."""
-    o, d = solid.rays
-    hits = solid.scene.first_hit(o, d)
-    hit = np.isfinite(hits.t) & (np.abs(np.einsum("ij,ij->i", hits.normal, d)) > 1e-3 * solid.speed)
-    hit &= np.abs(hits.point).max(axis=1, initial=0, where=np.isfinite(hits.point)) < 1e3
-    step = 1e-9 * (solid.size + np.abs(o[hit]).max(axis=1))[:, None]
-    outside = ~solid.scene.contains(hits.point[hit] + step * hits.normal[hit])
-    inside = solid.scene.contains(hits.point[hit] - step * hits.normal[hit])
-    assert hit.sum() >= 10
-    assert (outside & inside).mean() >= 0.99
 
 
 def test_hits_lie_within_the_bounds(subject):
@@ -111,23 +51,6 @@ def test_direction_scaled_by_a_power_of_two_scales_t_exactly(subject):
         assert np.array_equal(once.offsets, other.offsets)
         assert np.array_equal(once.t, other.t * factor)
         assert np.array_equal(once.face, other.face)
-
-
-def test_reversing_a_ray_reverses_its_crossings(subject):
-    o, d = subject.rays
-    if getattr(subject.shape, "one_sided", False):
-        return
-    there, back = subject.scene.crossings(o, d, t_min=-math.inf), subject.scene.crossings(o, -d, t_min=-math.inf)
-    assert np.array_equal(there.offsets, back.offsets)
-    order = np.lexsort((-there.t, rows(there)))
-    slack = 1e-2 * subject.slack(rows(back), back.t)  # 1e-14 of the distances
-    assert (np.abs(there.t[order] + back.t) <= slack).all()
-    assert np.array_equal(~there.entering[order], back.entering)
-    assert np.array_equal(there.face[order], back.face)
-    if not subject.shape.is_sheet:
-        forth, home = subject.whole_lines, subject.scene.spans(o, -d, t_min=-math.inf)
-        assert np.array_equal(forth.offsets, home.offsets)
-        assert np.isinf(forth.t_enter).sum() == np.isinf(home.t_exit).sum()
 
 
 def test_leading_shapes(subject):
@@ -196,28 +119,6 @@ def test_answers_are_read_only(subject):
         assert not getattr(hits, name).flags.writeable, name
 
 
-def test_spawned_rays_do_not_meet_their_start_again(subject):
-    """Straight on from the first hit comes the second crossing; mirrored back, something ahead or nothing."""
-    o, d = subject.rays
-    hits = subject.scene.first_hit(o, d)
-    hit = np.isfinite(hits.t)
-    onward = subject.scene.first_hit(hits.spawn(d))
-    assert np.isinf(onward.t[~hit]).all()
-    crossings = subject.scene.crossings(o, d)
-    many = np.diff(crossings.offsets) > 1
-    second = np.full(subject.count, np.inf)
-    second[many] = crossings.t[crossings.offsets[:-1][many] + 1]
-    expected = second[hit] - hits.t[hit]
-    travelled = hits.t[hit] + np.where(np.isfinite(expected), expected, 0)
-    slack = 1e-12 * (travelled + (np.abs(o[hit]).max(axis=1) + subject.size) / subject.speed[hit])
-    close = onward.t[hit] == expected
-    both = np.isfinite(expected) & np.isfinite(onward.t[hit])
-    close[both] = np.abs(onward.t[hit][both] - expected[both]) <= slack[both]
-    steep = np.abs(np.einsum("ij,ij->i", hits.normal, d))[hit] > 0.01 * subject.speed[hit]
-    assert close[steep].all()
-    assert (onward.t[hit] > 0).all()
-
-
 def test_uv(subject):
     """On surfaces of revolution u is a turn in [0, 1) and v a height in [0, 1] when the shape is finite."""
     hits = subject.scene.first_hit(*subject.rays)
@@ -241,14 +142,6 @@ def test_uv(subject):
     if subject.bounded:
         assert (v >= -1e-12).all()
         assert (v <= 1 + 1e-12).all()
-
-
-def test_sheets_have_no_inside(sheet):
-    assert len(sheet.whole_lines.t_enter) == 0
-    points = sheet.random.uniform(sheet.low, sheet.high, (200, 3))
-    hits = sheet.scene.first_hit(*sheet.rays)
-    assert not sheet.scene.contains(points).any()
-    assert not sheet.scene.contains(hits.point[np.isfinite(hits.t)]).any()
 
 
 def test_bounds_of_a_prepared_scene_are_those_of_its_shapes(subject):

@@ -1,7 +1,5 @@
 """A shape that is registered is tested, and goes through a scene file and comes back equal, as its answers do."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Projections, scans of other programs, and the Shepp-Logan head against its closed form."""
 
-from __future__ import annotations
-
 import math
 import re
 import sys

@@ -1,7 +1,5 @@
 """Lamps: polygons cut into triangles, surroundings, spherical geometry."""
 
-from __future__ import annotations
-
 import math
 
 import numba

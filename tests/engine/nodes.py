@@ -1,7 +1,5 @@
 """A scene's trees, read from its tables: what stands where, and how many nodes a point visits."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

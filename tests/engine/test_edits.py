@@ -1,7 +1,5 @@
 """Scenes made from scenes have the tables of scenes from the beginning, to the bit, in whatever memory they stand."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Path lengths and line integrals by body and by material, of all rays at once and of some at a time."""
 
-from __future__ import annotations
-
 import math
 import pickle
 from itertools import pairwise

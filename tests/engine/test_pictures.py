@@ -1,7 +1,5 @@
 """Pictures: crowds of small bodies, samples of a square, scan lines; to the bit of single rays."""
 
-from __future__ import annotations
-
 import functools
 from fractions import Fraction
 

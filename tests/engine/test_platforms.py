@@ -3,8 +3,6 @@
 Machine code is held to the same as it is built: tests/native/test_arithmetic.py.
 """
 
-from __future__ import annotations
-
 import json
 
 import pytest

@@ -1,7 +1,5 @@
 """Many rays from arrays of users: checked and copied on all threads, as few are, and never changed by their owner."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

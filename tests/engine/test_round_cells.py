@@ -1,7 +1,5 @@
 """Balls around cells hold them, and are as tight as geometry on paper says."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

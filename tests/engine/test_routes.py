@@ -1,7 +1,5 @@
 """Every route of a query gives the same bits: packets, tiles, streams, lists and single rays, of every kind of body."""
 
-from __future__ import annotations
-
 import functools
 import math
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """Code for the lanes and for the vectors of `engine/culling` can be made for other processors."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

@@ -1,7 +1,5 @@
 """The trees: everything is in them once and within its boxes, whatever its shape and however many threads build them."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The figure of an explanation, and the calls and commands that make one."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 import re

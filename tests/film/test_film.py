@@ -1,7 +1,5 @@
 """Films: tone curves, filters, denoising, layers, and the options of commands."""
 
-from __future__ import annotations
-
 import importlib.util
 import io
 import math

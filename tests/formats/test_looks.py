@@ -1,7 +1,5 @@
 """Looks in files: surroundings, colours, and materials by their names."""
 
-from __future__ import annotations
-
 import json
 import pickle
 import sys

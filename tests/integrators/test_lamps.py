@@ -1,7 +1,5 @@
 """Direct light: lamps in Whitted's pictures by closed forms, and light in lanes; the same to the bit."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Path tracing, and the points of light transport."""
 
-from __future__ import annotations
-
 import math
 
 import numba

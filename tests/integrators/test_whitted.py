@@ -1,7 +1,5 @@
 """Whitted's method against closed forms: single pixels and whole pictures whose colour is known."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Calls with values that do not fit: what is refused or warned of, and with which words."""
 
-from __future__ import annotations
-
 import copy
 import inspect
 import math
@@ -206,17 +204,6 @@ def test_query_errors_begin_with_its_name(query):
     for arguments in (((0, 0, 1),), (RAYS, (0, 0, 1)), (SCENE,)):
         with pytest.raises(TypeError, match=f"^{query}: "):
             ask(*values, *arguments)
-
-
-@pytest.mark.parametrize(("index", "told"), [
-    (1.0, "Scene: index must be a name, a body's number or a slice of numbers, got 1.0$"),
-    (True, "Scene: index must be a name, .* got True$"), (None, "Scene: index must be a name, .* got None$"),
-])  # fmt: skip
-def test_scene_index_refused(index, told):
-    with pytest.raises(TypeError, match=told):
-        SCENE[index]
-    with pytest.raises(TypeError, match="replace: which must be the name of an entry or the number of its body, got"):
-        SCENE.replace(index, co.Box())
 
 
 def test_errors_of_callbacks_pass():

@@ -1,7 +1,5 @@
 """Mistakes are refused at once, by object and field, or told of; what is plainly meant is taken."""
 
-from __future__ import annotations
-
 import math
 import re
 import warnings

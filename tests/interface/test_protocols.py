@@ -1,7 +1,5 @@
 """What Python's users try without looking it up: len, truth, indices, iteration, np.asarray."""
 
-from __future__ import annotations
-
 import types
 
 import numpy as np
@@ -76,14 +74,6 @@ def test_lists_are_indexed_by_ray(query, columns):
     assert len(alone) == 1
     assert alone[0].body.tolist() == alone.body.tolist()
     assert not getattr(SCENE, query)((0, 0, -5), (0, 0, -1))
-
-
-def test_spans_of_some_rays_have_their_lengths():
-    spans = both("spans")[0]
-    chords = [2 * np.sqrt(1 - x * x) if x < 1 else 0.0 for x in X]
-    assert spans.lengths()[:, 0] == pytest.approx(chords)
-    assert spans[1].lengths() == pytest.approx([chords[1], chords[1], 0])
-    assert spans[3:5].lengths()[:, 1] == pytest.approx(chords[3:5])
 
 
 def test_points_and_normals_of_crossings():

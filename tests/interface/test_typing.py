@@ -1,7 +1,5 @@
 """Type hints take what runs: pyright, as editors have it, agrees with mypy (`make check`) about a user's program."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Objects whose answers another machine would not give to the bit are refused as they are built."""
 
-from __future__ import annotations
-
 import pickle
 
 import llvmlite.binding as llvm

@@ -1,7 +1,5 @@
 """Every kind of answer has the digest that it has on all processors, systems and ways of compiling."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

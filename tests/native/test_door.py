@@ -1,7 +1,5 @@
 """No mistake in Python gets to machine code: every kernel by its door, with arguments of every wrong kind."""
 
-from __future__ import annotations
-
 import ast
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """The code for GPUs: what its PTX holds."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """The door with address and undefined-behaviour checks: a sample of queries, and of wrong arguments. The pool alone."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

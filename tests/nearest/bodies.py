@@ -1,7 +1,5 @@
 """Bodies whose distances are tested, each written twice: as shapes, and as fields, negative inside, of NumPy alone."""
 
-from __future__ import annotations
-
 import numpy as np
 
 import conicoid as co

@@ -5,8 +5,6 @@ solved for one, two or three surfaces of those that pass near it; what is found 
 and not on another. It shares nothing with what it judges.
 """
 
-from __future__ import annotations
-
 from itertools import combinations
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Distances judged against force: every one within the bound that it tells."""
 
-from __future__ import annotations
-
 import numpy as np
 
 import conicoid as co

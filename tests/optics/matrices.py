@@ -1,7 +1,5 @@
 """First-order optics by 2 × 2 matrices of (y, n u), written for the tests alone: shares nothing with the package."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Glass: catalogues, Fresnel's formulas, and which side a ray is on."""
 
-from __future__ import annotations
-
 import math
 import pickle
 

@@ -1,7 +1,5 @@
 """Drawings: the curves of the paths are the sections, point by point."""
 
-from __future__ import annotations
-
 import math
 import re
 import xml.etree.ElementTree as ET

@@ -1,7 +1,5 @@
 """Optiland's non-sequential tracer on Conicoid's geometry, with the real package."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

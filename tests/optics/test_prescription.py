@@ -1,7 +1,5 @@
 """Systems of lenses: prescriptions, published numbers, examples."""
 
-from __future__ import annotations
-
 import importlib
 import math
 import sys

@@ -1,7 +1,5 @@
 """Zemax files, read and imported."""
 
-from __future__ import annotations
-
 import math
 import random
 

@@ -1,7 +1,5 @@
 """Lens files in the form of Zemax, written for the tests."""
 
-from __future__ import annotations
-
 SYSTEM = """VERS 140124 258 36214 L36214
 MODE SEQ
 NAME {name}

@@ -1,7 +1,5 @@
 """Arrays that live on an emulated card: spans, sums and distances, arrays in any order, and rays that start on hits."""
 
-from __future__ import annotations
-
 import os
 from functools import partial
 

@@ -1,7 +1,5 @@
 """The registry by which lower layers reach higher ones, and the check for a scene."""
 
-from __future__ import annotations
-
 import pytest
 
 import conicoid as co

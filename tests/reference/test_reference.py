@@ -1,7 +1,5 @@
 """The reference itself: numbers, motions, roots and crossings by closed forms; its judge sees each kind of wrong answer."""
 
-from __future__ import annotations
-
 import math
 from types import SimpleNamespace
 

@@ -1,7 +1,5 @@
 """Cameras: angles, orientation, refusals, the one that fits a scene; lenses by their formulas; and back by `project`."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 

@@ -1,7 +1,5 @@
 """Pictures on a GPU that is emulated: the bits of the CPU, in pieces, and what stays on the CPU."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

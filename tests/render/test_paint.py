@@ -1,7 +1,5 @@
 """Painted faces: what a ray sees of them in cuts, combinations and motions, straight and in pictures."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

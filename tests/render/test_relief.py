@@ -1,7 +1,5 @@
 """Roughness, bumps and normals by textures: against slopes in closed form, plain materials, and white furnaces."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

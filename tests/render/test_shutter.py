@@ -1,7 +1,5 @@
 """What moves while the shutter is open: blur in closed form, stills where nothing moves, frames of films."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Textures: their colours are those of their formulas, worked out here by NumPy; pictures of the Earth have no seams."""
 
-from __future__ import annotations
-
 import pickle
 import struct
 

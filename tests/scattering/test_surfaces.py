@@ -1,7 +1,5 @@
 """Every surface model: white furnaces, both directions alike, directions of the stated density, Fresnel's formulas."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

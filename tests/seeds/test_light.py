@@ -1,7 +1,5 @@
 """The light of the source documents: reflection, Phong's two highlights, refraction with the inner normal reversed, total reflection."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

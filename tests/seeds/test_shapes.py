@@ -1,7 +1,5 @@
 """The exercises and programs of the source documents: rays at shapes, each with numbers worked out by hand."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 

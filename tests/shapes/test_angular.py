@@ -3,8 +3,6 @@
 Points are asked of NumPy in cylindrical or spherical coordinates; volumes and areas are those of textbooks.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 

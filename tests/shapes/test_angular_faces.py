@@ -1,7 +1,5 @@
 """Faces of tubes, parts of balls, polycones and flat solids: numbers, normals and uv by formulas, and walls that are shared."""
 
-from __future__ import annotations
-
 import itertools
 import math
 
@@ -152,22 +150,25 @@ def flat(normal, u, v):
     return lambda p: (np.tile(unit, (len(p), 1)), p @ u[:3] + u[3], p @ v[:3] + v[3])
 
 
-def test_faces_of_a_trapezoid_are_those_of_a_box():
-    """From 4 by 2 at z = -1 to 2 by 3 about (1, 0) at z = 2: x from -2 to 2, y from -1.5 to 1.5."""
-    x, y, z = np.array([0.25, 0, 0, 0.5]), np.array([0, 1 / 3, 0, 0.5]), np.array([0, 0, 1 / 3, 1 / 3])
-    normals = [(-3, 0, 2), (1, 0, 0), (0, -3, -0.5), (0, 3, -0.5), (0, 0, -1), (0, 0, 1)]
-    maps = [(y, z), (y, z), (x, z), (x, z), (x, y), (x, y)]
-    formulas = {k: flat(normal, u, v) for k, (normal, (u, v)) in enumerate(zip(normals, maps, strict=True))}
-    follow(co.Trapezoid((4, 2), (2, 3), (-1, 2), (1, 0)), formulas)
+X, Y, Z = (np.array(row) for row in ([0.25, 0, 0, 0.5], [0, 0.5, 0, 0.5], [0, 0, 0.5, 0]))
+ACROSS, UP = np.array([0, 1 / 3, 0, 0.5]), np.array([0, 0, 1 / 3, 1 / 3])
+FLAT_FACES = {  # a solid, and of each of its faces the normal, u and v
+    "a trapezoid, as a box": (  # from 4 by 2 at z = -1 to 2 by 3 about (1, 0) at z = 2: x from -2 to 2, y from -1.5 to 1.5
+        co.Trapezoid((4, 2), (2, 3), (-1, 2), (1, 0)),
+        [((-3, 0, 2), ACROSS, UP), ((1, 0, 0), ACROSS, UP), ((0, -3, -0.5), X, UP), ((0, 3, -0.5), X, UP),
+         ((0, 0, -1), X, ACROSS), ((0, 0, 1), X, ACROSS)],
+    ),
+    "a wedge": (  # a ramp, its upright side at y = 1
+        co.Wedge(4, 2, 2, edge_shift=1),
+        [((-1, 0, 0), Y, Z), ((1, 0, 0), Y, Z), ((0, -1, 1), X, Z), ((0, 1, 0), X, Z), ((0, 0, -1), X, Y)],
+    ),
+}  # fmt: skip
 
 
-def test_faces_of_a_wedge():
-    """A ramp, its upright side at y = 1."""
-    x, y, z = np.array([0.25, 0, 0, 0.5]), np.array([0, 0.5, 0, 0.5]), np.array([0, 0, 0.5, 0])
-    normals = [(-1, 0, 0), (1, 0, 0), (0, -1, 1), (0, 1, 0), (0, 0, -1)]
-    maps = [(y, z), (y, z), (x, z), (x, z), (x, y)]
-    formulas = {k: flat(normal, u, v) for k, (normal, (u, v)) in enumerate(zip(normals, maps, strict=True))}
-    follow(co.Wedge(4, 2, 2, edge_shift=1), formulas)
+@pytest.mark.parametrize("name", FLAT_FACES)
+def test_flat_faces(name):
+    shape, faces = FLAT_FACES[name]
+    follow(shape, {k: flat(*face) for k, face in enumerate(faces)})
 
 
 @pytest.mark.parametrize("sides", [3, 4, 6, 7])

@@ -1,7 +1,5 @@
 """Solids of flat faces, extruded outlines and solids of revolution: by point tests of their outlines, Pappus and Gauss."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections import Counter

@@ -1,7 +1,5 @@
 """Names and properties of materials: kept, compared, refused by name, in files, pickles and answers."""
 
-from __future__ import annotations
-
 import copy
 import dataclasses
 import json

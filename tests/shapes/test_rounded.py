@@ -1,7 +1,5 @@
 """Lengths, roots, sines and tangents of the preparation are the nearest floats; products are added in order."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from fractions import Fraction

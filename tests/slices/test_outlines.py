@@ -212,11 +212,11 @@ def almost(seed: int):
     return scene, scene.slice(origin=middle - u / 2 - v / 2, u=u, v=v, pixels=8), rng
 
 
-@pytest.mark.parametrize("block", range(5))
+@pytest.mark.parametrize("block", range(2))
 def test_conics_that_are_almost_parabolas_or_lines(block):
     """Centres and half-axes of their sections are up to 1e17 windows long."""
     checked = np.zeros(2, int)
-    for seed in range(block, 220, 5):
+    for seed in range(block, 88, 2):
         scene, cut, rng = almost(seed)
         checked += check_roots(cut, scene, rng, 30), check_sides(cut, scene)
     assert min(checked) > 500

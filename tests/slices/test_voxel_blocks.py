@@ -1,7 +1,5 @@
 """Voxels that are written as they are worked out: the same as in memory, whole or not at all."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What a person does on the page, with mouse, keys and fingers, checked by what is on the screen."""
 
-from __future__ import annotations
-
 import io
 
 import numpy as np

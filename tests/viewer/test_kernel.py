@@ -1,7 +1,5 @@
 """Clicks in the widget are answered by the exact engine in the kernel, or by the shader where no kernel answers."""
 
-from __future__ import annotations
-
 import json
 import math
 

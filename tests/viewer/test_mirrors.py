@@ -1,7 +1,5 @@
 """The shaders and the Python of the page say what the package says."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

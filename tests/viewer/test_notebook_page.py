@@ -1,7 +1,5 @@
 """A notebook saved as HTML: the scene is a page in itself there, which asks nobody for anything."""
 
-from __future__ import annotations
-
 import html
 import os
 import re

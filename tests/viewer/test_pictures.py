@@ -1,7 +1,5 @@
 """What the page draws against the engine's picture of the same camera."""
 
-from __future__ import annotations
-
 import importlib
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The picture at rest: samples add up to smooth edges and soft shadows."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """What a person sees until the shader's first frame, and where there is none. Drivers are slowed and broken by hand."""
 
-from __future__ import annotations
-
 import base64
 import http.client
 import io

@@ -1,7 +1,5 @@
 """The widget of notebooks: its module, run as anywidget runs it."""
 
-from __future__ import annotations
-
 import base64
 import io
 import json

@@ -1,7 +1,5 @@
 """The notebook's widget as a guest: it leaves the page around it alone, fits its cell, follows its model and ends."""
 
-from __future__ import annotations
-
 import io
 import json
 

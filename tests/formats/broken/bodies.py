@@ -1,7 +1,5 @@
 """Bodies, and shapes that stand alone."""
 
-from __future__ import annotations
-
 from .case import body, broken, sphere
 
 # Bodies -------------------------------------------------------------------------------------------

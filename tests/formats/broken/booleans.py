@@ -1,7 +1,5 @@
 """Booleans, clipped sheets, paint, and references to shapes."""
 
-from __future__ import annotations
-
 from .case import body, broken
 
 CASES = [

@@ -1,7 +1,5 @@
 """Materials, lights, camera and background."""
 
-from __future__ import annotations
-
 from .case import broken
 
 CASES = [

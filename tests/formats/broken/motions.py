@@ -1,7 +1,5 @@
 """Motions, balls in bulk, and files beside the scene."""
 
-from __future__ import annotations
-
 from .case import body, broken
 
 # Motions ------------------------------------------------------------------------------------------

@@ -1,7 +1,5 @@
 """Files that are no text, or no YAML, and what is wrong with the file as a whole."""
 
-from __future__ import annotations
-
 from .case import broken, sphere
 
 # No text, no YAML ---------------------------------------------------------------------------------

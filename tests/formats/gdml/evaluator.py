@@ -3,8 +3,6 @@
 For files of plain numbers: boxes, tubes, cones, spheres, trds, traps, polycones, Booleans, placements.
 """
 
-from __future__ import annotations
-
 import itertools
 import xml.etree.ElementTree as ElementTree
 

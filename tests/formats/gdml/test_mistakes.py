@@ -1,7 +1,5 @@
 """Expressions of GDML, mistakes with their lines, and hostile files."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 

@@ -1,7 +1,5 @@
 """Each solid of GDML against its formula, as Geant4's book of applications gives it, at random points."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Where volumes stand: rotations by bodies without symmetry, daughters in mothers, repeats, names."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """What all imports have in common: a format is known by its content, options are checked, what is named is kept."""
 
-from __future__ import annotations
-
 import pytest
 
 import conicoid as co

@@ -1,7 +1,5 @@
 """Molecules: bonds, styles, published numbers, and files with their mistakes."""
 
-from __future__ import annotations
-
 import math
 from types import SimpleNamespace
 

@@ -15,7 +15,6 @@ from conicoid.io.importers import oklch_to_linear, palette_color
 from conicoid.io.scene_file import scene_file, yaml_parser
 
 from ...command_line import done, refused, run
-from .broken import CASES
 from .models import EXAMPLE_FILES, loaded, written
 
 # --- Names, colours, void, notes: what an import says about itself
@@ -136,17 +135,6 @@ def test_a_geometry_becomes_a_scene_file(tmp_path: Path) -> None:
 def test_without_void(tmp_path: Path) -> None:
     run("import", EXAMPLE_FILES["assembly"], "-o", tmp_path / "a.json", "--no-void")
     assert len(co.load(tmp_path / "a.json").bodies) == 1133 - 264
-
-
-@pytest.mark.parametrize("name", ["mesh", "no XML", "unknown surface", "a circle"])
-def test_mistakes_end_with_exit_code_2(name: str, tmp_path: Path) -> None:
-    path = tmp_path / "geometry.xml"
-    path.write_text(CASES[name][0])
-    result = run("import", path, "-o", tmp_path / "out.yaml")
-    assert result.exit_code == 2
-    assert all(phrase in result.stderr for phrase in CASES[name][2])
-    assert "Traceback" not in result.output
-    assert not (tmp_path / "out.yaml").exists()
 
 
 def test_limits_are_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

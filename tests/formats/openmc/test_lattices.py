@@ -216,30 +216,6 @@ def test_every_point_of_a_fine_grid_is_in_the_cell_that_the_rules_give(model: Mo
     compare(model, 50)
 
 
-def test_spans_have_the_lengths_of_the_cells(model: Model) -> None:
-    """Along random segments no two spans overlap, and every stretch between two walls is in the cell of its span,
-    or in none where there is no span: at its middle, and at random points of the segment."""
-    name, scene, evaluator = model
-    low, high = box(name, scene)
-    random = np.random.default_rng(4)
-    starts, ends = (random.uniform(low, high, (40, 3)) for _ in range(2))
-    spans = scene.spans(starts, ends - starts, 0.0, 1.0)
-    points, names = [], []
-    for ray in range(len(starts)):
-        rows = slice(spans.offsets[ray], spans.offsets[ray + 1])
-        enter, leave, body = spans.t_enter[rows], spans.t_exit[rows], spans.body[rows]
-        walls = np.unique(np.concatenate([[0.0, 1.0], enter, leave]))
-        middles = (0.5 * (walls[:-1] + walls[1:]))[np.diff(walls) > 1e-9]
-        for t in (*middles, *random.uniform(0, 1, 100)):
-            inside = body[(enter <= t) & (leave >= t)]
-            assert len(inside) <= 1
-            points.append(starts[ray] + t * (ends[ray] - starts[ray]))
-            names.append(scene.bodies[inside[0]].name if len(inside) else None)
-    places = evaluator.find(np.array(points))
-    assert all(same_place(place, body) for place, body in zip(places, names, strict=True))
-    assert len(set(names)) > 3
-
-
 def test_the_scene_is_an_ordinary_one(model: Model, tmp_path: Path) -> None:
     """It saves and loads as an equal scene."""
     co.save(model.scene, tmp_path / "scene.yaml")

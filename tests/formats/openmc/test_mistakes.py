@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import subprocess
 import sys
 import tracemalloc
@@ -115,25 +114,6 @@ def test_all_that_floats_cannot_hold_is_told(tmp_path: Path) -> None:
         "<cell id='6' fill='1' region='1'/>",
     )
     assert [line for line, _ in told(text, tmp_path / "geometry.xml")] == [4, 5]
-
-
-ALONE = {
-    name: (content.split("\n")[2], phrases)
-    for name, (content, line, phrases) in CASES.items()
-    if line == 3 and name not in ("a number taken twice", "filled with itself")
-}
-
-
-@pytest.mark.parametrize("first", range(0, len(ALONE), 10))
-def test_ten_broken_elements_in_one_file_are_all_told(first: int, tmp_path: Path) -> None:
-    """Those of the mistakes above that are in one element, each under a number of its own."""
-    chosen = list(ALONE.values())[first : first + 10]
-    elements = [re.sub(r"id='[459]'", f"id='{100 + i}'", element) for i, (element, _) in enumerate(chosen)]
-    found = told(geometry(*elements, "<cell id='1' universe='1' material='1'/>"), tmp_path / "geometry.xml")
-    for i, (_, phrases) in enumerate(chosen):
-        messages = " ".join(message for line, message in found if line == 3 + i)
-        assert phrases[-1].rpartition(": ")[2] in messages
-    assert len(found) >= len(chosen)
 
 
 def test_materials_are_checked_where_there_is_a_list(tmp_path: Path) -> None:

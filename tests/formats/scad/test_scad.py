@@ -1,7 +1,5 @@
 """OpenSCAD's .csg: each module against its formula by points, colours, and mistakes with their places."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

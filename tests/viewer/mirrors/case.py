@@ -27,7 +27,7 @@ FAR = 1e30
 """What stands for infinity in the shaders."""
 SPREAD = 4.0
 """Eight shifts by chance reach a quarter of what the worst of them would, or more."""
-NOT_SHIFTED, ALONE, VECTOR = "-", "s", "v"
+ALONE, VECTOR = "s", "v"
 
 
 @dataclass(frozen=True)
