@@ -5,6 +5,7 @@ Where there is no compiler, as beside an installed wheel, the tests of the compi
 
 from __future__ import annotations
 
+import gc
 import re
 from collections import defaultdict
 from collections.abc import Iterator
@@ -60,6 +61,12 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     left = {item for name, those in cases.items() for item in {*those} - {*samples.drawn(those, samples.CASES, name)}}
     config.hook.pytest_deselected(items=[item for item in items if item in left])
     items[:] = [item for item in items if item not in left]
+
+
+def pytest_collection_finish() -> None:
+    """Exempt what collection made from later garbage collections, which would visit all of it each time."""
+    gc.collect()
+    gc.freeze()
 
 
 def pytest_report_header() -> list[str]:
