@@ -55,11 +55,20 @@ def put_least(numbers: Ints, place: Longs, least: Ints, lead: Ints) -> None:
             lead[numbers[i]] = least[place[i]]
 
 
+@kernel(first="n", own="k", kinds="out s")
+def put_kinds(first: Ints, own: Signs, kinds: Signs) -> None:
+    """Write the kinds of the surfaces of each body of a group."""
+    for i in range(len(first)):
+        for k in range(len(own)):
+            if 0 <= first[i] + k < len(kinds):
+                kinds[first[i] + k] = own[k]
+
+
 @kernel(kinds="s", rank="out s", leads="out s", row="out s")
 def number_leads(kinds: Signs, rank: Ints, leads: Ints, row: Ints) -> int:
-    """Replace leads, each its own, by their numbers among the leads; return how many there are.
+    """Number the leads, and return how many there are. Writes them, and their numbers among the leads of their kind.
 
-    Writes the leads, and their numbers among the leads of their kind.
+    `rank` names the lead of each surface; it becomes -1 - the number of a lead, for others the number of their lead.
     """
     count, planes, spheres = 0, 0, 0
     for i in range(len(rank)):
@@ -70,19 +79,16 @@ def number_leads(kinds: Signs, rank: Ints, leads: Ints, row: Ints) -> int:
             planes, spheres, count = planes + (1 if plane else 0), spheres + (1 if sphere else 0), count + 1
     for i in range(len(rank)):
         if 0 <= rank[i] < len(rank):
-            rank[i] = rank[rank[i]]
-    for i in range(len(rank)):
-        rank[i] = -1 - rank[i]
+            rank[i] = -1 - rank[rank[i]]
     return count
 
 
-@kernel(first="n", rank="s", leads="c", which="out n")
-def list_leads(first: Ints, number: int, rank: Ints, leads: Ints, which: Ints) -> int:
+@kernel(first="n", rank="s", which="out n")
+def list_leads(first: Ints, number: int, rank: Ints, which: Ints) -> int:
     """List the bodies of a group in which a surface is a lead; return how many there are."""
     count = 0
     for i in range(len(first)):
-        at = first[i] + number
-        if 0 <= at < len(rank) and 0 <= rank[at] < len(leads) and leads[rank[at]] == at:
+        if 0 <= first[i] + number < len(rank) and rank[first[i] + number] < 0:
             which[count], count = i, count + 1
     return count
 
@@ -93,7 +99,7 @@ class InputSurfaces:
 
     kinds: Signs  # of the leads
     leads: Ints  # the surfaces that are their own lead, rising
-    rank: Ints  # for each surface the number of its lead among the leads
+    rank: Ints  # -1 - the number of a lead among the leads; for another surface the number of its lead
     row: Ints  # of each lead its number among the leads of its kind
     turned: Signs | None  # -1 where its record is its lead's negated; None where no record is
     places: list[tuple[BodyGroup, int, Ints, Ints | None]]
@@ -108,8 +114,8 @@ class InputSurfaces:
         kinds, rank = np.empty(places.count, np.int8), np.arange(places.count, dtype=np.int32)
         for group in groups:
             first = places.first[group.bodies]
-            for number, (kind, column, _) in enumerate(group.pattern.records):
-                kinds[first + np.int32(number)] = kind
+            put_kinds(first, group.pattern.kinds.astype(np.int8), kinds)
+            for number, (_, column, _) in enumerate(group.pattern.records):
                 if isinstance(group.rows, FactoredRows) and column in group.rows.leads:
                     put_leads(first, number, group.rows.leads[column], rank)
         senses: Signs | None = None
@@ -124,8 +130,8 @@ class InputSurfaces:
         leads, row = np.empty(places.count, np.int32), np.empty(places.count, np.int32)
         count = number_leads(kinds, rank, leads, row)
         leads, row = leads[:count].copy(), row[:count].copy()
-        turned = None if senses is None else senses * senses[leads][rank]
-        return cls(kinds[leads], leads, rank, row, turned, list(_places_of_leads(groups, places, rank, leads)))
+        turned = None if senses is None else senses * senses[leads][rank ^ (rank >> 31)]
+        return cls(kinds[leads], leads, rank, row, turned, list(_places_of_leads(groups, places, rank)))
 
     def count(self, kind: int) -> int:
         """Count the leads of a kind."""
@@ -141,7 +147,7 @@ class InputSurfaces:
         for group, number, mine, _ in self.places:
             kind, column, _ = group.pattern.records[number]
             if len(mine) and kind == QUADRIC and shares_form(group, column):
-                form[self.row[self.rank[mine]]] = count
+                form[self.row[-1 - self.rank[mine]]] = count
                 count += 1
         own = form < 0
         rows = np.cumsum(own, dtype=np.int32) - np.int32(1)
@@ -156,7 +162,7 @@ class InputSurfaces:
 
 
 def _places_of_leads(
-    groups: Sequence[BodyGroup], places: RowPlaces, rank: Ints, leads: Ints
+    groups: Sequence[BodyGroup], places: RowPlaces, rank: Ints
 ) -> Iterator[tuple[BodyGroup, int, Ints, Ints | None]]:
     """Yield `InputSurfaces.places`."""
     for group in groups:
@@ -164,7 +170,7 @@ def _places_of_leads(
             first = places.first[group.bodies]
             for number in range(len(group.pattern.kinds)):
                 which = np.empty(len(first), np.int32)
-                which = which[: list_leads(first, number, rank, leads, which)].copy()
+                which = which[: list_leads(first, number, rank, which)].copy()
                 every = len(which) == len(first)
                 yield group, number, (first if every else first[which]) + np.int32(number), None if every else which
 
@@ -367,7 +373,7 @@ _CHUNK = 1 << 13
 class SurfaceTable:
     """The finished table of surfaces; for each input surface its id there and its sense (+1 or -1).
 
-    With `rank`, ids and senses are those of leads, and `rank` names the lead of each input surface.
+    With `rank`, that of `InputSurfaces`, ids and senses are those of leads.
     """
 
     kind: Signs
@@ -468,18 +474,24 @@ class _SurfaceMerger:
         plain = np.ones(count, bool)
         plain[:single] = raw.plain
         is_fresh = plain & (first == np.arange(count, dtype=np.int32))
+        unique = settled_forms(quadrics.forms, raw.shared, len(all_spheres) > 0)
+        alone = np.zeros(count, bool)
+        if unique.any():
+            alone[np.flatnonzero(kind == QUADRIC)] = unique[quadrics.form_of]
+            is_fresh &= ~alone
         for k, table in ((PLANE, planes), (SPHERE, all_spheres), (QUADRIC, quadrics)):
-            if _has_equal(table):
-                members = np.flatnonzero(kind == k)
-                fresh = is_fresh[members]
-                _merge_equal(first, members[fresh], _rows_of(table, fresh))
+            members = np.flatnonzero(kind == k)
+            fresh = is_fresh[members]
+            some = table if fresh.all() else _rows_of(table, fresh)
+            if _has_equal(some):
+                _merge_equal(first, members[fresh], some)
         first = first[first]
         # Planes across the axes are compared without exact names, which take about a millisecond each.
         flat = np.flatnonzero((kind[:single] == PLANE) & plain[:single])
         settled = _merge_across_axes(first, flat, row, planes)
         senses = np.ones(count, np.int8)
         senses[:single] = raw.senses
-        self._merge_exact(first, senses, kind, row, planes, all_spheres, quadrics, settled)
+        self._merge_exact(first, senses, kind, row, planes, all_spheres, quadrics, settled, alone)
         # Number the representatives in input order.
         leads = first == np.arange(count, dtype=np.int32)
         chosen = np.flatnonzero(leads[:single])
@@ -514,16 +526,15 @@ class _SurfaceMerger:
         spheres: Floats,
         quadrics: QuadricTable,
         settled: int,
+        alone: npt.NDArray[np.bool_],
     ) -> None:
-        """Merge close records by their exact names; `settled` counts the planes that are already compared."""
-        distinct = np.flatnonzero(first[: self.single] == np.arange(self.single))
+        """Merge close records by their exact names.
+
+        `settled` counts the planes that are already compared; quadrics that are `alone` certainly equal no other.
+        """
+        distinct = np.flatnonzero((first[: self.single] == np.arange(self.single)) & ~alone[: self.single])
         is_flat, rest = kind[distinct] == PLANE, self.raw.rest
         flat, curved = distinct[is_flat], distinct[~is_flat]
-        unique = settled_forms(quadrics.forms, self.raw.shared, len(spheres) > 0)
-        if unique.any():
-            alone = kind[curved] == QUADRIC
-            alone[alone] = unique[quadrics.form_of[row[curved[alone]]]]
-            curved = curved[~alone]
         close = find_clusters(flat, PlaneFeatures.of(row[flat], planes, rest.planes)) if len(flat) > settled else []
         if len(curved):  # bulk balls are equal to each other to the bit or not at all
             curved = np.concatenate([curved, self._balls_near(curved, first, kind, row, spheres, quadrics)])

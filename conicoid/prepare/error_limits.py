@@ -521,17 +521,27 @@ def _places(tables: Tables, last: int) -> tuple[Whole, Whole]:
 
     Each plane has a column, and quadrics of one form share one; spheres need none, and share the last.
     """
-    planes, row = len(tables.planes), tables.surface_row
-    place = np.full(len(row), planes + len(tables.quadric_forms), np.int32)
-    surfaces = np.full(planes + len(tables.quadric_forms) + 1, -1, np.int32)
-    flat, curved = (np.flatnonzero(tables.surface_kind == kind) for kind in (PLANE, QUADRIC))
-    place[flat] = row[flat]
-    # Limits belong to the form: quadrics of one form share the widest
-    place[curved] = tables.quadrics[row[curved], 3] + planes
-    for some in (flat, curved):
-        some = some[some <= last]
-        surfaces[place[some]] = some
+    planes, forms = len(tables.planes), len(tables.quadric_forms)
+    place, surfaces = np.empty(len(tables.surface_row), np.int32), np.full(planes + forms + 1, -1, np.int32)
+    kind = tables.surface_kind.astype(np.int8, copy=False)
+    put_columns(kind, tables.surface_row, tables.quadrics, planes, last, place, surfaces)
     return place, surfaces
+
+
+@kernel(kind="s", row="s", quadrics="q 4", place="out s", surfaces="out c")
+def put_columns(
+    kind: Signs, row: Ints, quadrics: Floats, planes: int, last: int, place: Ints, surfaces: Ints
+) -> None:  # fmt: skip
+    """Write `_places`. Limits belong to the form: quadrics of one form share the widest."""
+    for i in range(len(kind)):
+        at = len(surfaces) - 1
+        if kind[i] == PLANE:
+            at = whole(row[i])
+        elif kind[i] == QUADRIC and 0 <= row[i] < len(quadrics):
+            at = whole(quadrics[row[i], 3]) + planes
+        place[i] = at
+        if kind[i] != SPHERE and i <= last and 0 <= at < len(surfaces):
+            surfaces[at] = i
 
 
 def _parts(first: Whole) -> Iterator[tuple[int, int]]:

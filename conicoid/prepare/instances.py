@@ -7,6 +7,7 @@ surface bounds several bodies, and copies have primitives in common: each primit
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Hashable, Iterable
 from dataclasses import replace
 from fractions import Fraction
@@ -488,8 +489,9 @@ class _TranslatedRows:
     def _diagonal_distances(self) -> Floats:
         """(bodies,) how far each body is from the diagonal of the shifts."""
         index = self.shifts.index
-        shares = [row / (1.0 + most) for row, most in zip(index, index.max(axis=1).tolist(), strict=True) if most > 0]
-        return np.subtract(np.max(shares, axis=0), np.min(shares, axis=0)) if shares else np.zeros(index.shape[1])
+        found = np.empty(index.shape[1])
+        put_diagonal_distances(index, 1.0 + index.max(axis=1), found)
+        return found
 
     def _leads(self, key: Any) -> tuple[Longs, Ints]:
         """Choose one body for each value of a key, near the diagonal of the shifts: such a body serves several axes.
@@ -589,6 +591,18 @@ def _first_least(keys: Floats, groups: Ints) -> Ints:
     first = np.full(len(least), -1, np.int32)
     put_first_least(keys, groups, least, first)
     return first
+
+
+@kernel(index="3 n", counts="3", distances="out n")
+def put_diagonal_distances(index: Ints, counts: Floats, distances: Floats) -> None:
+    """Write how far each body is from the diagonal of its shifts along the axes with several."""
+    for i in range(len(distances)):
+        low, high = math.inf, -math.inf
+        for axis in range(3):
+            share = index[axis, i] / counts[axis]
+            if counts[axis] > 1.0:
+                low, high = share if share < low else low, share if share > high else high
+        distances[i] = high - low if high >= low else 0.0
 
 
 @kernel(keys="n", groups="n", least="out g", first="out g")

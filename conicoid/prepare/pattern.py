@@ -436,6 +436,25 @@ class BodyGroups:
     balls: list[BulkBalls] = field(default_factory=list)
     ball_frames: list[Floats] = field(default_factory=list)
 
+    @cached_property
+    def group_numbers(self) -> Ints:
+        """(bodies,) the number of the group of each body, once all groups are known; -1 for bulk balls."""
+        numbers = np.full(self.body_count, -1, np.int32)
+        for number, group in enumerate(self.groups):
+            numbers[group.bodies] = number
+        return numbers
+
+
+@kernel(groups="n", each="g", first="out n")
+def place_rows(groups: Ints, each: Ints, first: Ints) -> int:
+    """Write where the rows of each body begin; `each` says how many a body of each group has. Return their number."""
+    count = 0
+    for i in range(len(groups)):
+        first[i] = count
+        if 0 <= groups[i] < len(each):
+            count += each[groups[i]]
+    return count
+
 
 @dataclass
 class RowPlaces:
@@ -451,11 +470,8 @@ class RowPlaces:
         """Place the rows in body order; `each` says how many rows a body of each group has."""
         if not any(each):
             return cls(np.broadcast_to(np.int32(0), contents.body_count), 0)
-        counts = np.zeros(contents.body_count, np.int32)
-        for group, number in zip(contents.groups, each, strict=True):
-            counts[group.bodies] = number
-        ends = np.cumsum(counts, dtype=np.int32)
-        return cls(ends - counts, int(ends[-1]) if len(ends) else 0)
+        first = np.empty(contents.body_count, np.int32)
+        return cls(first, place_rows(contents.group_numbers, np.array(each, np.int32), first))
 
     @classmethod
     def of_copies(cls, contents: BodyGroups, each: Sequence[int]) -> RowPlaces:

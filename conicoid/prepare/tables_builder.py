@@ -83,7 +83,9 @@ def put_ids(ids: Ints, senses: Signs, rank: Ints, turned: Signs, numbers: Ints, 
     """
     for i in range(len(numbers)):
         number = whole(numbers[i])
-        at = whole(rank[number]) if 0 <= number < len(rank) else (number if len(rank) == 0 else whole(-1))
+        at = whole(-1) if len(rank) > 0 else number
+        if 0 <= number < len(rank):
+            at = whole(rank[number]) if rank[number] >= 0 else whole(-1 - rank[number])
         known = 0 <= at < len(ids)
         numbers[i], found[i] = (ids[at], senses[at]) if known else (-1, 1)
         if known and len(turned) > 0:
@@ -109,6 +111,16 @@ def put_likes(first: Ints, number: int, row: Ints, faces: Ints, likes: Ints) -> 
         at, own = first[i] + number, (row[i] if len(row) > 1 else row[0]) + number
         if 0 <= at < len(faces):
             likes[at] = 2 * own + (1 if faces[at] < 0 else 0)
+
+
+@kernel(bodies="n", index="k n", places="out m 4")
+def put_map_places(bodies: Ints, first: int, index: Ints, places: Ints) -> None:
+    """Write rows of `body_maps`: the first face row, then the numbers from which rows of maps are found."""
+    for i in range(len(bodies)):
+        if 0 <= bodies[i] < len(places):
+            places[bodies[i], 0] = first
+            for k in range(min(len(index), 3)):
+                places[bodies[i], 1 + k] = index[k, i]
 
 
 class TableColumns:
@@ -182,7 +194,8 @@ def build_face_maps(contents: BodyGroups, faces: RowPlaces) -> tuple[Ints, Ints,
     if not moved:
         return maps, mapped_zeros((0, PLACE_SIZE), np.int32), rows
     parts, tables, places = [maps], [rows], mapped_zeros((contents.body_count, PLACE_SIZE), np.int32)
-    places[:, 0] = faces.first
+    if faces.count:
+        places[:, 0] = faces.first
     first, count = faces.count, own.count
     for group, moving in moved:
         p, which = group.pattern, _MapSources()
@@ -192,10 +205,9 @@ def build_face_maps(contents: BodyGroups, faces: RowPlaces) -> tuple[Ints, Ints,
             tables.append(table)
             count += len(table)
         parts.append(np.array(_number_map_rows(group, numbers), np.int32).reshape(-1, 3))
-        places[group.bodies, 0] = first
+        index = np.concatenate([each for _, each in which.known]) if which.known else np.zeros(0, np.int32)
+        put_map_places(group.bodies, first, index.reshape(-1, len(group.bodies)), places)
         first += len(p.angular)
-        for k, index in which.known:
-            places[group.bodies, k] = index
     return concatenate(parts), places, concatenate(tables)
 
 
@@ -412,7 +424,7 @@ class TablesBuilder:
                 continue
             for number, before in _repeated_surfaces(group):
                 begin = self.surfaces.first[group.bodies]
-                repeated[inputs.rank[begin + number]] = inputs.rank[begin + before]
+                repeated[-1 - inputs.rank[begin + number]] = -1 - inputs.rank[begin + before]
             # Every surface leads, and has the record, what rounding removed from it, and its sense side by side
             every, bodies = np.array(group.pattern.records).reshape(-1, 3), self.surfaces.first[group.bodies, None]
             for kind, size in SIZES.items():
@@ -423,7 +435,7 @@ class TablesBuilder:
                         bodies[some] + numbers,
                         group.rows[some, columns].reshape(-1, len(numbers), 2 * size + 1),
                     )
-                    rank = inputs.rank[at]
+                    rank = -1 - inputs.rank[at]
                     to, senses[rank] = inputs.row[rank], found[..., -1]
                     if kind == QUADRIC:
                         quadrics.rows[to, :3] = found[..., :3]
@@ -442,7 +454,7 @@ class TablesBuilder:
                 forms.append(group.rows[:1, column + 3 : column + size])
                 rests_of_forms.append(group.rows[:1, column + size : sense])
             for some in row_blocks(len(mine)):
-                rank = inputs.rank[mine[some]]
+                rank = -1 - inputs.rank[mine[some]]
                 row: Any = inputs.row[rank]
                 senses[rank] = group_columns(group, which, some, sense, sense + 1)[:, 0]
                 if kind == QUADRIC:
@@ -495,8 +507,7 @@ class TablesBuilder:
             plane.put(group, _sign_rows(p.planes), {0: surface})
             sheet.put(group, p.sheets, {0: surface, 1: first_program})
             polygon.put(group, p.polygons, {0: surface, 1: first_program})
-            for k, count in enumerate(p.cell_planes.tolist()):
-                cell_first[1:][first_cell + np.int32(k)] = count
+            put_numbers(first_cell, np.zeros(len(first_cell), np.int32), p.cell_planes, cell_first[1:])
             corners[self.polygons.rows(group, len(p.polygons))] = p.corners
             count = int(p.corners.sum())
             vertices[self.corners.rows(group, count)] = group.rows[:, p.corners_at : p.corners_at + 3 * count].reshape(
