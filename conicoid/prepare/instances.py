@@ -581,7 +581,8 @@ def _first_records(groups: Ints, records: list[tuple[Floats, Ints]]) -> Ints:
     for values, index in records:
         if index is not groups and (values != values[0]).any():
             distinct, rank = unique_with_inverse(values)
-            keys = keys * len(distinct) + rank[index]
+            keys *= len(distinct)
+            keys += rank.astype(np.float64)[index]
     return _first_least(keys, groups)[groups]
 
 

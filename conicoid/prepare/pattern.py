@@ -377,8 +377,8 @@ def shift_boxes(box: Floats, offsets: Floats) -> Floats:
 
 def put_shifted_boxes(box: Floats, bodies: Ints, offsets: Offsets, boxes: Floats) -> None:
     """Write `shift_boxes` to the rows of some bodies."""
-    size, far = _box_sizes(box)
-    put_boxes(np.ascontiguousarray(box), float(size), float(far), bodies, *offsets.index, *offsets.values, boxes)
+    (size, far), (x, y, z), along = _box_sizes(box), offsets.index, offsets.values
+    put_boxes(np.ascontiguousarray(box), float(size), float(far), bodies, x, y, z, *along, boxes)
 
 
 @kernel(box="6", bodies="n", x="n", y="n", z="n", along_x="a", along_y="b", along_z="c", boxes="out m 6")

@@ -620,9 +620,10 @@ def _sign_rows(rows: Ints) -> Ints:
 
 def _resolve_surfaces(surfaces: SurfaceTable, numbers: Ints) -> tuple[Ints, Signs]:
     """Replace surface numbers, in place, by ids in the finished table; return these and the senses there. -1 stays."""
-    senses, none = mapped_zeros(len(numbers), np.int8), np.zeros(0, np.int32)
-    rank, turned = (none if each is None else each for each in (surfaces.rank, surfaces.turned))
-    put_ids(surfaces.ids, surfaces.senses, rank, turned.astype(np.int8, copy=False), numbers, senses)
+    senses = mapped_zeros(len(numbers), np.int8)
+    rank = np.zeros(0, np.int32) if surfaces.rank is None else surfaces.rank
+    turned = np.zeros(0, np.int8) if surfaces.turned is None else surfaces.turned
+    put_ids(surfaces.ids, surfaces.senses, rank, turned, numbers, senses)
     return numbers, senses
 
 

@@ -526,7 +526,7 @@ def build_block_tree(
     sizes = np.append(np.array([block.size for block in blocks]), single)
     forms = np.append(np.array([number[block.form] for block in blocks]), len(trees) * single)
     around = np.empty((len(blocks), 6))
-    put_unions(boxes, *np.array([each[:2] for each in blocks]).T.copy(), around)
+    put_unions(boxes, np.array([each.first for each in blocks]), np.array([each.size for each in blocks]), around)
     around = np.concatenate([around, boxes[alone]])
     upper = build_tree(box_records(around, _EVERY, 0, np.zeros(0), limits), limits, 1)
     which = upper.items()
