@@ -126,7 +126,9 @@ def work() -> None:
     solid = co.Polyhedron(normals, np.ones(34))
     co.Scene([solid, solid.rotate((1, 2, 3), 30)]).first_hit((0, 0, -9), (0, 0, 1))
     co.Scene([co.Sphere(1.0)]).first_hit([(0, 0, 1e9)], (0, 0, -1)).point  # noqa: B018
-    co.Scene(CutCylinders()).moved(5, (0, 0, 0.5)).first_hit((0, 0, 9), (0, 0, -1))
+    scene_of_copies = co.Scene(CutCylinders())
+    scene_of_copies.prepare()
+    scene_of_copies.moved(5, (0, 0, 0.5)).first_hit((0, 0, 9), (0, 0, -1))
     _as_pages_ask(scene)
     for body in (0, "sheet"):
         sheet = co.Body(co.Polygon([(-1, -1, 0), (1, -1, 0), (0, 1, 0)]) & co.Sphere(1.0), name="sheet")
