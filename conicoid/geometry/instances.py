@@ -62,7 +62,7 @@ class ShiftTable:
 
     def select(self, numbers: Any) -> ShiftTable:
         """Return the shifts of some of the items, and only their values: a kind of few bodies costs as few."""
-        values, index = [], np.array(self.index[:, numbers])
+        values, index = [], self.index.take(numbers, axis=1)
         for axis, row in enumerate(index):
             if len(row) < len(self.values[axis]):
                 used, index[axis] = np.unique(row, return_inverse=True)

@@ -109,23 +109,6 @@ def sides_of(faces: Any) -> Any:
     return 2 * (faces > 0) - 1
 
 
-def deduplicate_rows(likes: Ints, faces: Ints, rows: int) -> tuple[Ints, Ints]:
-    """Return `cell_likes` and `cell_face` of cells that share rows.
-
-    Parameters
-    ----------
-    likes : array of int32, shape (cells,)
-        The row of each cell; cells of one row have equal numbers of the face.
-    faces : array of int32, shape (cells,)
-        1 + the number of the face, negated where the side is -1.
-    rows : int
-        Number of rows.
-    """
-    column = np.zeros(rows, np.int32)
-    column[likes] = np.abs(faces)
-    return 2 * likes + (faces < 0), column
-
-
 def as_bytes(faces: Ints) -> Ints:
     """Return numbers of `plane_face` four to an integer; unchanged if one does not fit in a byte or there are < 2."""
     if len(faces) < 2 or np.abs(faces).max() > _MOST:

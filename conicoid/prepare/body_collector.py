@@ -25,7 +25,7 @@ from ..geometry.instances import InstanceList
 from ..geometry.shape import PrimitiveSolid, Shape
 from ..geometry.surface import Key, PlaneSurface, QuadricSurface, Surface
 from ..geometry.transform import IDENTITY_MOTION, Rotate, Step, Transform, Translate
-from ..kernels.tables import Floats, Longs
+from ..kernels.tables import Floats, Ints, Longs
 from ..kernels.threads import run_chunks
 from ..materials.material import Material
 from ..numerics import bigfloat as ex
@@ -419,7 +419,7 @@ class BodyCollector:
 
     def __init__(self) -> None:
         self.contents = BodyGroups(0)
-        self.items: Sequence[int] = []  # bodies of each entry of the scene
+        self.items: Sequence[int] | Ints = []  # bodies of each entry of the scene
         self.frames: Sequence[int] = []  # frames of balls up to and with each entry
         self.paints: dict[int, dict[int, Material]] = {}  # body -> face -> material, where it is not the body's
         self._batch = BatchLowering()
@@ -477,7 +477,7 @@ class BodyCollector:
     def _take_instances(self, bodies: InstanceList, stages: ProgressStages) -> None:
         """`_take` for a scene with instances: each kind of body is lowered from few of its copies, where possible."""
         self.contents.body_count, done = len(bodies), 0
-        self.items = [1] * len(bodies)
+        self.items = np.ones(len(bodies), np.int32)
         primitives, mover = PrimitiveCache(), PointPlaneMover()
         for kind, numbers in enumerate(bodies.members):
             stages.advance(0.0, AFTER_READING, done, len(bodies))

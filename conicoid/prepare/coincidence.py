@@ -26,7 +26,7 @@ from .._util.arrays import dot_rows, unique_with_inverse
 from .._util.dataclass import dataclass
 from ..geometry.surface import ORIGIN, UPRIGHT, Key, QuadricSurface, Surface
 from ..kernels.tables import PLANE, QUADRIC, SPHERE, Floats, Ints, Longs, Signs
-from .pattern import SIZES, BodyGroup, FactoredRows, RowPlaces
+from .pattern import BodyGroup, FactoredRows, RowPlaces
 from .surface_features import CurvedFeatures, PlaneFeatures, QuadricTable, Remainders, coefficients, find_clusters
 
 # The surfaces of all bodies, grouped where equality is known without comparing records
@@ -35,81 +35,119 @@ _Anchors: TypeAlias = list[tuple[Floats, Ints]]
 """For each axis the distinct coordinates of anchors, and which of them each anchor has."""
 
 
+@kernel(first="n", leads="n", lead="out s")
+def put_leads(first: Ints, number: int, leads: Ints, lead: Ints) -> None:
+    """Write for a surface of each body of a group its lead: that surface of the body that `leads` names."""
+    for i in range(len(first)):
+        at = first[i] + number
+        if 0 <= at < len(lead) and 0 <= leads[i] < len(first):
+            lead[at] = first[leads[i]] + number
+
+
+@kernel(numbers="n", place="n", least="out p", lead="out s")
+def put_least(numbers: Ints, place: Longs, least: Ints, lead: Ints) -> None:
+    """Let the least number of all surfaces at a place lead them. `least` begins with numbers above all."""
+    for i in range(len(numbers)):
+        if 0 <= place[i] < len(least) and numbers[i] < least[place[i]]:
+            least[place[i]] = numbers[i]
+    for i in range(len(numbers)):
+        if 0 <= place[i] < len(least) and 0 <= numbers[i] < len(lead):
+            lead[numbers[i]] = least[place[i]]
+
+
+@kernel(first="n", own="k", kinds="out s")
+def put_kinds(first: Ints, own: Signs, kinds: Signs) -> None:
+    """Write the kinds of the surfaces of each body of a group."""
+    for i in range(len(first)):
+        for k in range(len(own)):
+            if 0 <= first[i] + k < len(kinds):
+                kinds[first[i] + k] = own[k]
+
+
+@kernel(kinds="s", rank="out s", leads="out s", row="out s")
+def number_leads(kinds: Signs, rank: Ints, leads: Ints, row: Ints) -> int:
+    """Number the leads, and return how many there are. Writes them, and their numbers among the leads of their kind.
+
+    `rank` names the lead of each surface; it becomes -1 - the number of a lead, for others the number of their lead.
+    """
+    count, planes, spheres = 0, 0, 0
+    for i in range(len(rank)):
+        if rank[i] == i:
+            plane, sphere = kinds[i] == PLANE, kinds[i] == SPHERE
+            leads[count], rank[i] = i, -1 - count
+            row[count] = planes if plane else (spheres if sphere else count - planes - spheres)
+            planes, spheres, count = planes + (1 if plane else 0), spheres + (1 if sphere else 0), count + 1
+    for i in range(len(rank)):
+        if 0 <= rank[i] < len(rank):
+            rank[i] = -1 - rank[rank[i]]
+    return count
+
+
+@kernel(first="n", rank="s", which="out n")
+def list_leads(first: Ints, number: int, rank: Ints, which: Ints) -> int:
+    """List the bodies of a group in which a surface is a lead; return how many there are."""
+    count = 0
+    for i in range(len(first)):
+        if 0 <= first[i] + number < len(rank) and rank[first[i] + number] < 0:
+            which[count], count = i, count + 1
+    return count
+
+
 @dataclass
 class InputSurfaces:
     """The surfaces of all bodies in input order; each has a lead, a surface that it certainly equals."""
 
-    kinds: Signs
-    lead: Ints
+    kinds: Signs  # of the leads
     leads: Ints  # the surfaces that are their own lead, rising
-    is_lead: npt.NDArray[np.bool_]
-    rank: Ints  # of a lead, its number among the leads
-    row: Ints  # of a lead, its number among the leads of its kind
+    rank: Ints  # -1 - the number of a lead among the leads; for another surface the number of its lead
+    row: Ints  # of each lead its number among the leads of its kind
     turned: Signs | None  # -1 where its record is its lead's negated; None where no record is
+    places: list[tuple[BodyGroup, int, Ints, Ints | None]]
+    """(group, which surface, its leads, their bodies) for each surface of groups of translated copies.
+
+    The bodies are None for all. In other groups every surface is a lead, and has a form of its own.
+    """
 
     @classmethod
     def of(cls, groups: Sequence[BodyGroup], places: RowPlaces) -> InputSurfaces:
         """Collect the surfaces of the bodies of all groups."""
-        kinds, lead = np.empty(places.count, np.int8), np.arange(places.count, dtype=np.int32)
+        kinds, rank = np.empty(places.count, np.int8), np.arange(places.count, dtype=np.int32)
         for group in groups:
-            at = places.rows(group, len(group.pattern.kinds))
-            kinds[at] = group.pattern.kinds
-            if isinstance(group.rows, FactoredRows):
-                for number, (_, column, _) in enumerate(group.pattern.records):
-                    if column in group.rows.leads:
-                        lead[at[:, number]] = at[group.rows.leads[column], number]
+            first = places.first[group.bodies]
+            put_kinds(first, group.pattern.kinds.astype(np.int8), kinds)
+            for number, (_, column, _) in enumerate(group.pattern.records):
+                if isinstance(group.rows, FactoredRows) and column in group.rows.leads:
+                    put_leads(first, number, group.rows.leads[column], rank)
         senses: Signs | None = None
         for same in _group_by_form(groups, places):
             numbers = np.concatenate([part for part, _, _ in same])
             count, place = _number_anchors([anchors for _, anchors, _ in same])
-            least = np.full(count, places.count, np.int32)
-            np.minimum.at(least, place, numbers)
-            lead[numbers] = least[place]
+            put_least(numbers, place, np.full(count, places.count, np.int32), rank)
             if len({sense for _, _, sense in same}) > 1:
                 senses = np.ones(places.count, np.int8) if senses is None else senses
                 for part, _, sense in same:
                     senses[part] = sense
-        is_lead = lead == np.arange(places.count, dtype=np.int32)
-        row = np.empty(places.count, np.int32)
-        for kind in SIZES:
-            own = is_lead & (kinds == kind)
-            row[own] = np.arange(own.sum())
-        rank = np.cumsum(is_lead, dtype=np.int32) - np.int32(1)
-        turned = None if senses is None else senses * senses[lead]
-        return cls(kinds, lead, np.flatnonzero(is_lead).astype(np.int32), is_lead, rank, row, turned)
+        leads, row = np.empty(places.count, np.int32), np.empty(places.count, np.int32)
+        count = number_leads(kinds, rank, leads, row)
+        leads, row = leads[:count].copy(), row[:count].copy()
+        turned = None if senses is None else senses * senses[leads][rank ^ (rank >> 31)]
+        return cls(kinds[leads], leads, rank, row, turned, list(_places_of_leads(groups, places, rank)))
 
     def count(self, kind: int) -> int:
         """Count the leads of a kind."""
-        return int((self.kinds[self.leads] == kind).sum())
+        return int(np.count_nonzero(self.kinds == kind))
 
-    def places_of(
-        self, groups: Sequence[BodyGroup], places: RowPlaces
-    ) -> Iterator[tuple[BodyGroup, int, Ints, Ints | None]]:
-        """Yield (group, which surface, its leads, their bodies) for each surface of groups of translated copies.
-
-        The bodies are None for all. In other groups every surface is a lead, and has a form of its own.
-        """
-        for group in groups:
-            if not isinstance(group.rows, FactoredRows):
-                continue
-            first = places.first[group.bodies]
-            for number in range(len(group.pattern.kinds)):
-                mine = first + number
-                lead = self.is_lead[mine]
-                which = None if lead.all() else np.flatnonzero(lead).astype(np.int32)
-                yield group, number, mine if which is None else mine[which], which
-
-    def rows_of_forms(self, groups: Sequence[BodyGroup], places: RowPlaces) -> tuple[Ints, int]:
+    def rows_of_forms(self) -> tuple[Ints, int]:
         """Return (for each quadric the row of its form and of its remainders, how many have rows of their own).
 
         Own rows come first, in order; then one for each form that a whole group shares.
         """
         form = np.full(self.count(QUADRIC), -1, np.int32)
         count = 0
-        for group, number, mine, _ in self.places_of(groups, places):
+        for group, number, mine, _ in self.places:
             kind, column, _ = group.pattern.records[number]
             if len(mine) and kind == QUADRIC and shares_form(group, column):
-                form[self.row[mine]] = count
+                form[self.row[-1 - self.rank[mine]]] = count
                 count += 1
         own = form < 0
         rows = np.cumsum(own, dtype=np.int32) - np.int32(1)
@@ -118,13 +156,23 @@ class InputSurfaces:
 
     def expand(self, surfaces: SurfaceTable) -> SurfaceTable:
         """Expand a table of the leads to all input surfaces."""
-        if len(self.leads) == len(self.lead):
+        if len(self.leads) == len(self.rank):
             return surfaces
-        rank, count = self.rank[self.lead], len(self.leads)
-        ids = np.concatenate([surfaces.ids[:count][rank], surfaces.ids[count:]])
-        own = surfaces.senses[:count][rank] if self.turned is None else surfaces.senses[:count][rank] * self.turned
-        senses = np.concatenate([own, surfaces.senses[count:]])
-        return replace(surfaces, ids=ids, senses=senses, single=self.leads[surfaces.single])
+        return replace(surfaces, rank=self.rank, turned=self.turned, single=self.leads[surfaces.single])
+
+
+def _places_of_leads(
+    groups: Sequence[BodyGroup], places: RowPlaces, rank: Ints
+) -> Iterator[tuple[BodyGroup, int, Ints, Ints | None]]:
+    """Yield `InputSurfaces.places`."""
+    for group in groups:
+        if isinstance(group.rows, FactoredRows):
+            first = places.first[group.bodies]
+            for number in range(len(group.pattern.kinds)):
+                which = np.empty(len(first), np.int32)
+                which = which[: list_leads(first, number, rank, which)].copy()
+                every = len(which) == len(first)
+                yield group, number, (first if every else first[which]) + np.int32(number), None if every else which
 
 
 def _group_by_form(groups: Sequence[BodyGroup], places: RowPlaces) -> list[list[tuple[Ints, _Anchors, int]]]:
@@ -148,6 +196,8 @@ def _number_anchors(parts: Sequence[_Anchors]) -> tuple[int, npt.NDArray[np.int6
     for axis in range(3):
         columns = [part[axis] for part in parts]
         values, place = unique_with_inverse(np.concatenate([values for values, _ in columns]))
+        if len(values) == 1:
+            continue
         ends = np.cumsum([len(values) for values, _ in columns])
         places = np.split(place, ends[:-1])
         index = np.concatenate([mine[which] for mine, (_, which) in zip(places, columns, strict=True)])
@@ -192,6 +242,61 @@ def group_columns(group: BodyGroup, which: Ints | None, some: slice, first: int,
     if isinstance(group.rows, FactoredRows):
         return group.rows.of(which[some], first, last)
     return group.rows[which[some], first:last]
+
+
+# Copies of a curved surface: where no other form may give an equal one, different anchors do not, either
+
+_DIFFERENT = 1e-9
+"""Coefficients that differ by this share of the largest differ by more than rounding."""
+_MOST_FORMS = 1 << 10
+
+
+@dataclass(frozen=True)
+class SharedForm:
+    """A form that copies of a surface share, by name, and along each axis the coordinate that all anchors have."""
+
+    name: Hashable
+    places: tuple[float | None, ...]
+
+    @classmethod
+    def of(cls, group: BodyGroup, column: int) -> SharedForm:
+        """Describe the form of a surface of a group, for which `shares_form` holds."""
+        assert isinstance(group.rows, FactoredRows)
+        axes = [group.rows.distinct(column + axis)[0] for axis in range(3)]
+        places = (float(values[0]) if (values == values[0]).all() else None for values in axes)
+        return cls(group.rows.forms[column], tuple(places))
+
+
+def settled_forms(forms: Floats, shared: Sequence[SharedForm], spheres: bool) -> npt.NDArray[np.bool_]:
+    """Return the forms of surfaces that certainly differ from all of another name or another anchor.
+
+    `shared` describes the last forms. A settled form is a sum of squares along axes less a constant: equal surfaces
+    have that constant, these squares and, along these axes, the center in common.
+    """
+    settled, own = np.zeros(len(forms), bool), len(forms) - len(shared)
+    if not shared or len(forms) > _MOST_FORMS:
+        return settled
+    count = len(forms)
+    whole = np.concatenate([np.zeros((count, 3)), forms], axis=1)
+    kinds, rows = np.full(count, QUADRIC, np.int8), np.arange(count, dtype=np.int32)
+    numbers = coefficients(kinds, rows, np.zeros((0, 4)), whole, np.zeros(3))
+    linear = numbers[:, 6:9].any(axis=1)
+    bends = (forms[:, :9].reshape(-1, 3, 3) != 0) & (forms[:, 9:12] != 0)[:, :, None]
+    plain = (bends.sum(axis=1) <= 1).all(axis=1) & (bends.sum(axis=2) <= 1).all(axis=1) & ~linear
+    names: dict[Hashable, int] = {}
+    name = np.array([-1] * own + [names.setdefault(form.name, len(names)) for form in shared])
+    for row in np.flatnonzero(plain & (name >= 0)).tolist():
+        near = name == -2
+        for sign in (1.0, -1.0):
+            away = np.abs(numbers - sign * numbers[row])
+            level = linear | (away[:, 9] <= _DIFFERENT * np.maximum(np.abs(numbers[:, 9]), abs(numbers[row, 9])))
+            near |= level & (away[:, :6].max(axis=1) <= _DIFFERENT)
+        flat = np.flatnonzero(~bends[row].any(axis=0)).tolist()
+        like = [form.places for form in shared if form.name == shared[row - own].name]
+        known = all(places[axis] is not None and places[axis] == like[0][axis] for places in like for axis in flat)
+        round_ = spheres and np.abs(numbers[row, :6] - (1, 1, 1, 0, 0, 0)).max() <= _DIFFERENT
+        settled[row] = known and not round_ and bool((name[near] == name[row]).all())
+    return settled
 
 
 # Planes across an axis
@@ -266,7 +371,10 @@ _CHUNK = 1 << 13
 
 @dataclass
 class SurfaceTable:
-    """The finished table of surfaces; for each input surface its id there and its sense (+1 or -1)."""
+    """The finished table of surfaces; for each input surface its id there and its sense (+1 or -1).
+
+    With `rank`, that of `InputSurfaces`, ids and senses are those of leads.
+    """
 
     kind: Signs
     row: Ints
@@ -279,10 +387,12 @@ class SurfaceTable:
     single: Any  # (n,) integers: the input number of each of the first surfaces of the table; the others are bulk balls
     raw: RawSurfaces
     first: Ints | None  # for each input surface the one whose record represents it; None where each represents itself
+    rank: Ints | None = None
+    turned: Signs | None = None  # -1 where an input surface is its lead negated; None where none is
 
     def forget_numbers(self) -> None:
         """Release the ids and senses of the input surfaces."""
-        self.ids, self.senses = self.ids[:0].copy(), self.senses[:0].copy()
+        self.ids, self.senses, self.rank, self.turned = self.ids[:0].copy(), self.senses[:0].copy(), None, None
 
 
 @dataclass
@@ -299,6 +409,8 @@ class RawSurfaces:
     exact: ExactSurfaces
     repeated: Longs | None = None
     """For each surface one that is equal because of how its body is made: itself, or an earlier one of the body."""
+    shared: Sequence[SharedForm] = ()
+    """The last forms of quadrics."""
     compact: bool = False
     """Drop the rows of planes and quadrics that another row represents? Scenes that may be edited keep them."""
 
@@ -362,18 +474,24 @@ class _SurfaceMerger:
         plain = np.ones(count, bool)
         plain[:single] = raw.plain
         is_fresh = plain & (first == np.arange(count, dtype=np.int32))
+        unique = settled_forms(quadrics.forms, raw.shared, len(all_spheres) > 0)
+        alone = np.zeros(count, bool)
+        if unique.any():
+            alone[np.flatnonzero(kind == QUADRIC)] = unique[quadrics.form_of]
+            is_fresh &= ~alone
         for k, table in ((PLANE, planes), (SPHERE, all_spheres), (QUADRIC, quadrics)):
-            if _has_equal(table):
-                members = np.flatnonzero(kind == k)
-                fresh = is_fresh[members]
-                _merge_equal(first, members[fresh], _rows_of(table, fresh))
+            members = np.flatnonzero(kind == k)
+            fresh = is_fresh[members]
+            some = table if fresh.all() else _rows_of(table, fresh)
+            if _has_equal(some):
+                _merge_equal(first, members[fresh], some)
         first = first[first]
         # Planes across the axes are compared without exact names, which take about a millisecond each.
         flat = np.flatnonzero((kind[:single] == PLANE) & plain[:single])
         settled = _merge_across_axes(first, flat, row, planes)
         senses = np.ones(count, np.int8)
         senses[:single] = raw.senses
-        self._merge_exact(first, senses, kind, row, planes, all_spheres, quadrics, settled)
+        self._merge_exact(first, senses, kind, row, planes, all_spheres, quadrics, settled, alone)
         # Number the representatives in input order.
         leads = first == np.arange(count, dtype=np.int32)
         chosen = np.flatnonzero(leads[:single])
@@ -408,9 +526,13 @@ class _SurfaceMerger:
         spheres: Floats,
         quadrics: QuadricTable,
         settled: int,
+        alone: npt.NDArray[np.bool_],
     ) -> None:
-        """Merge close records by their exact names; `settled` counts the planes that are already compared."""
-        distinct = np.flatnonzero(first[: self.single] == np.arange(self.single))
+        """Merge close records by their exact names.
+
+        `settled` counts the planes that are already compared; quadrics that are `alone` certainly equal no other.
+        """
+        distinct = np.flatnonzero((first[: self.single] == np.arange(self.single)) & ~alone[: self.single])
         is_flat, rest = kind[distinct] == PLANE, self.raw.rest
         flat, curved = distinct[is_flat], distinct[~is_flat]
         close = find_clusters(flat, PlaneFeatures.of(row[flat], planes, rest.planes)) if len(flat) > settled else []

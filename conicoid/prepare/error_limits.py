@@ -19,7 +19,7 @@ from .._jit.decorators import inline, kernel, record_shapes
 from .._util.arrays import row_ends
 from .._util.dataclass import dataclass
 from ..kernels.faces import rows_of_cells
-from ..kernels.programs import cells_of_leaves, leaves_of_programs, rows_of_programs
+from ..kernels.programs import MODEL_ROW, cells_of_leaves, leaves_of_programs, rows_of_programs
 from ..kernels.surface.doubt import FAR, KAPPA, KAPPA_OF_BALLS, KAPPA_OF_PLANES, RELATIVE
 from ..kernels.tables import CELL, PLANE, POLYGON, QUADRIC, REGION, SHEET, SPHERE, Floats, Ints, Signs, Tables, whole
 from .mmap_arrays import mapped_zeros, own_memory
@@ -142,6 +142,33 @@ def _larger(known: float, x: float) -> float:
     return known if known >= x or known != known else x
 
 
+@inline
+def _weigh_use(
+    records: RecordTables, boxes: Floats, size: float, s: int, p: int, o: int, e: int, bounded: bool, limits: Floats,
+    most: Floats,
+) -> None:  # fmt: skip
+    """Add one use to the limits: surface s, its column p of `most`, owner o, entry e, which a box bounds or not."""
+    reach = _reach(records, boxes, s, e, bounded, size)
+    kappa = _kappa(records, s, reach)
+    # The bounds hold within `far`; rounding of positions adds RELATIVE times the distance `around`.
+    around, far = _WIDE * size, FAR * reach
+    if bounded:
+        around = 0.0
+        for k in range(6):
+            around += abs(boxes[e, k])
+    # Exact planes carry no rounding of their own outward, so that they are trusted farther out
+    elif records.kind[s] == PLANE and kappa == 0.0:
+        around = far = _WIDEST * size
+    else:
+        far = _WIDE * size
+    # A relative error kappa of the discriminant moves the roots of a ray that just touches by about the root of kappa
+    off = 0.5 * math.sqrt(kappa) * reach + RELATIVE * around
+    limits[o, 0], limits[o, 1] = _larger(limits[o, 0], off), -_larger(-limits[o, 1], -far)
+    most[0, p], most[1, p] = _larger(most[0, p], reach), _larger(most[1, p], kappa)
+    # One unbounded use is enough: the limits of a surface hold for all its uses
+    most[2, p] = most[2, p] if bounded else 1.0
+
+
 @kernel(
     boxes="e 6", surface="n", place="n", owner="n", entry="n", begin="0..end", end="0..n", limits="out o 2",
     most="out 3 m",
@@ -159,30 +186,113 @@ def weigh(
     strange = 0
     for use in range(begin, end):
         s, p, o, e = surface[use], place[use], owner[use], entry[use]
-        if not (_is_row(records, s) and 0 <= p < most.shape[1] and 0 <= o < len(limits) and 0 <= e < len(boxes)):
-            strange += 1
-            continue
-        bounded = _is_bounded(boxes, e)
-        reach = _reach(records, boxes, s, e, bounded, size)
-        kappa = _kappa(records, s, reach)
-        # The bounds hold within `far`; rounding of positions adds RELATIVE times the distance `around`.
-        around, far = _WIDE * size, FAR * reach
-        if bounded:
-            around = 0.0
-            for k in range(6):
-                around += abs(boxes[e, k])
-        # Exact planes carry no rounding of their own outward, so that they are trusted farther out
-        elif records.kind[s] == PLANE and kappa == 0.0:
-            around = far = _WIDEST * size
+        if _is_row(records, s) and 0 <= p < most.shape[1] and 0 <= o < len(limits) and 0 <= e < len(boxes):
+            _weigh_use(records, boxes, size, s, p, o, e, _is_bounded(boxes, e), limits, most)
         else:
-            far = _WIDE * size
-        # A relative error kappa of the discriminant moves the roots of a ray that just touches by about the root of
-        # kappa
-        off = 0.5 * math.sqrt(kappa) * reach + RELATIVE * around
-        limits[o, 0], limits[o, 1] = _larger(limits[o, 0], off), -_larger(-limits[o, 1], -far)
-        most[0, p], most[1, p] = _larger(most[0, p], reach), _larger(most[1, p], kappa)
-        # One unbounded use is enough: the limits of a surface hold for all its uses
-        most[2, p] = most[2, p] if bounded else 1.0
+            strange += 1
+    return strange
+
+
+@record_shapes(
+    entry_kind="e", entry_index="e", cell_quadric="c", cell_likes="c|0", cell_first="c+1", plane_surface="w",
+    program_leaf="g", program_end="g", program_shifts="g|0 4", program_row="r", leaf_cell="v", clipped_surface="t",
+    clipped_program="t",
+)  # fmt: skip
+class EntryTables(NamedTuple):
+    """The tables that say which surfaces bound the cells, sheets and polygons of entries."""
+
+    entry_kind: Signs
+    entry_index: Ints
+    cell_quadric: Ints
+    cell_likes: Ints
+    cell_first: Ints
+    plane_surface: Ints
+    program_leaf: Ints
+    program_end: Ints  # the first leaf of the next program
+    program_shifts: Ints
+    program_row: Ints
+    leaf_cell: Ints
+    clipped_surface: Ints  # of sheets, then of polygons
+    clipped_program: Ints
+
+    @classmethod
+    def of(cls, tables: Tables) -> EntryTables:
+        """Collect these tables of a scene."""
+        t = tables
+        return cls(
+            t.entry_kind.astype(np.int8, copy=False), t.entry_index, t.cell_quadric, t.cell_likes, t.cell_first,
+            t.plane_surface, t.program_leaf[:-1], t.program_leaf[1:], t.program_shifts,
+            t.program_row, t.leaf_cell,
+            np.concatenate([t.sheet_surface, t.polygon_surface]), np.concatenate([t.sheet_program, t.polygon_program]),
+        )  # fmt: skip
+
+
+@inline
+def _leaves(tables: EntryTables, program: int) -> tuple[int, int]:
+    """Return (first, end) leaves of a program; (0, -1) where its rows do not exist."""
+    if not 0 <= program < len(tables.program_leaf):
+        return whole(0), whole(-1)
+    first, end = whole(tables.program_leaf[program]), whole(tables.program_end[program])
+    if len(tables.program_shifts) > 0:
+        row = whole(tables.program_shifts[program, MODEL_ROW])
+        if not 0 <= row < len(tables.program_row) - 1:
+            return whole(0), whole(-1)
+        end = first + tables.program_row[row + 1] - tables.program_row[row]
+    return first, end
+
+
+@kernel(boxes="e 6", place="s", sheets="0..t", begin="0..end", end="0..e", limits="out o 2", most="out 3 m")
+def weigh_entries(
+    records: RecordTables, tables: EntryTables, boxes: Floats, size: float, place: Ints, sheets: int, begin: int,
+    end: int, limits: Floats, most: Floats,
+) -> int:  # fmt: skip
+    """`weigh` for all uses by entries begin..end, of which no list is made.
+
+    place: the column of each surface in `most`. `limits` has the rows of cells, of `sheets` sheets, and of polygons.
+    """
+    strange, shares, cells = 0, len(tables.program_shifts) > 0, len(limits) - len(tables.clipped_surface)
+    for e in range(begin, end):
+        kind, index, bounded = tables.entry_kind[e], tables.entry_index[e], _is_bounded(boxes, e)
+        first, last = whole(0), whole(0)
+        if kind == CELL:
+            first, last = whole(index), whole(index) + 1
+        elif kind == REGION:
+            first, last = _leaves(tables, index)
+        elif kind in (SHEET, POLYGON):
+            at = whole(index) if kind == SHEET else whole(index) + sheets
+            if not (0 <= at < len(tables.clipped_surface) and cells >= 0):
+                strange += 1
+                continue
+            s = tables.clipped_surface[at]
+            if s >= 0 and _is_row(records, s) and 0 <= place[s] < most.shape[1]:
+                _weigh_use(records, boxes, size, s, place[s], cells + at, e, bounded, limits, most)
+            elif s >= 0:
+                strange += 1
+            if tables.clipped_program[at] >= 0:
+                first, last = _leaves(tables, tables.clipped_program[at])
+        strange += 1 if last < first else 0
+        for leaf in range(first, last):
+            listed = not (kind == CELL or shares)
+            cell = whole(-1)
+            if not listed or 0 <= leaf < len(tables.leaf_cell):
+                cell = whole(tables.leaf_cell[leaf]) if listed else leaf
+            o = whole(-1)
+            if 0 <= cell < len(tables.cell_quadric):
+                o = whole(tables.cell_likes[cell] >> 1) if len(tables.cell_likes) > 0 else cell
+            if not 0 <= o < cells:
+                strange += 1
+                continue
+            # The quadric first, then the planes
+            for slot in range(tables.cell_first[cell] - 1, tables.cell_first[cell + 1]):
+                is_plane = slot >= tables.cell_first[cell]
+                if is_plane and not 0 <= slot < len(tables.plane_surface):
+                    strange += 1
+                    continue
+                s = tables.plane_surface[slot] if is_plane else tables.cell_quadric[cell]
+                if s >= 0 and _is_row(records, s) and 0 <= place[s] < most.shape[1]:
+                    _weigh_use(records, boxes, size, s, place[s], o, e, bounded, limits, most)
+                elif s >= 0:
+                    strange += 1
     return strange
 
 
@@ -297,7 +407,8 @@ def size_of_records(planes: Floats, quadrics: Floats, forms: Floats, boxes: Floa
 
 Whole = npt.NDArray[Any]
 
-_USES = 1 << 17
+_USES, _ENTRIES = 1 << 17, 1 << 15
+_STRANGE = "the tables of a scene name surfaces, cells or boxes that they do not have"
 
 
 @dataclass
@@ -361,7 +472,6 @@ def compute_limits(tables: Tables, boxes: Floats, rest: Remainders) -> tuple[dic
         If a use names a surface, an owner or a box that does not exist.
     """
     cells, sheets, polygons = _rows_of_cells(tables), len(tables.sheet_surface), len(tables.polygon_surface)
-    cell_entry = _entries_of_cells(tables)
     size = None if np.isfinite(boxes).all() else scene_size(tables, boxes)  # for bounded bodies nothing depends on it
     limits = no_limits(cells + sheets + polygons)
     used_by = tables.cell_quadric, tables.plane_surface, tables.sheet_surface, tables.polygon_surface
@@ -369,9 +479,12 @@ def compute_limits(tables: Tables, boxes: Floats, rest: Remainders) -> tuple[dic
     place, used = _places(tables, last)
     most = mapped_zeros((3, len(used)), np.float64)
     records = RecordTables.of(tables, rest)
-    for surface, owner, users in _uses(tables, cell_entry):
-        places = place.take(surface, mode="clip")  # any place for a missing surface: `weigh` refuses it
-        weigh_all(records, boxes, size or 1.0, (surface, places, owner, users), limits, most)
+    entries, strange = EntryTables.of(tables), 0
+    for begin in range(0, len(boxes), _ENTRIES):  # Ctrl-C takes effect between calls
+        end = min(len(boxes), begin + _ENTRIES)
+        strange += weigh_entries(records, entries, boxes, size or 1.0, place, sheets, begin, end, limits, most)
+    if strange:
+        raise IndexError(_STRANGE)
     # Each column is kept by itself: a view would keep the whole array alive
     of_cells = own_memory(limits[:cells])
     of_planes, of_quadrics = (
@@ -408,64 +521,27 @@ def _places(tables: Tables, last: int) -> tuple[Whole, Whole]:
 
     Each plane has a column, and quadrics of one form share one; spheres need none, and share the last.
     """
-    planes, row = len(tables.planes), tables.surface_row
-    place = np.full(len(row), planes + len(tables.quadric_forms), np.int32)
-    surfaces = np.full(planes + len(tables.quadric_forms) + 1, -1, np.int32)
-    flat, curved = (np.flatnonzero(tables.surface_kind == kind) for kind in (PLANE, QUADRIC))
-    place[flat] = row[flat]
-    # Limits belong to the form: quadrics of one form share the widest
-    place[curved] = tables.quadrics[row[curved], 3] + planes
-    for some in (flat, curved):
-        some = some[some <= last]
-        surfaces[place[some]] = some
+    planes, forms = len(tables.planes), len(tables.quadric_forms)
+    place, surfaces = np.empty(len(tables.surface_row), np.int32), np.full(planes + forms + 1, -1, np.int32)
+    kind = tables.surface_kind.astype(np.int8, copy=False)
+    put_columns(kind, tables.surface_row, tables.quadrics, planes, last, place, surfaces)
     return place, surfaces
 
 
-def _entries_of_cells(tables: Tables) -> Whole:
-    """Return the entry of each cell; -1 for none."""
-    kind, index = tables.entry_kind, tables.entry_index
-    cell_entry = mapped_zeros(len(tables.cell_quadric), np.int32)
-    cell_entry.fill(-1)
-    own = np.flatnonzero(kind == CELL)
-    cell_entry[index[own]] = own
-    of_programs, (first, count) = _entries_of_programs(tables), leaves_of_programs(tables)
-    ends = row_ends(count)
-    for begin, end in _parts(ends):
-        some = count[begin:end]
-        entries = np.repeat(of_programs[begin:end], some)
-        leaves = np.repeat(first[begin:end] - ends[begin:end], some) + np.arange(ends[begin], ends[end], dtype=np.int32)
-        has_entry = entries >= 0
-        cell_entry[cells_of_leaves(tables, leaves[has_entry])] = entries[has_entry]
-    return cell_entry
-
-
-def _uses(tables: Tables, cell_entry: Whole) -> Iterator[tuple[Whole, Whole, Whole]]:
-    """Yield blocks of uses: (surface, owner, entry), which surface bounds which cell, sheet or polygon in which entry.
-
-    Missing surfaces, and owners in no entry, are left out.
-    """
-    kind, index, cells = tables.entry_kind, tables.entry_index, len(cell_entry)
-    # In blocks, so that lists of uses stay small beside the scene
-    for begin in range(0, cells, _USES):
-        end = min(cells, begin + _USES)
-        rows = rows_of_cells(tables, np.arange(begin, end, dtype=np.int32))
-        yield _drop_missing(tables.cell_quadric[begin:end], rows, cell_entry[begin:end])
-    for begin, end in _parts(tables.cell_first):
-        first = tables.cell_first[begin : end + 1]
-        owners = np.repeat(np.arange(begin, end, dtype=np.int32), np.diff(first))
-        rows = rows_of_cells(tables, owners)
-        yield _drop_missing(tables.plane_surface[first[0] : first[-1]], rows, cell_entry[owners])
-    base = _rows_of_cells(tables)
-    for which, column in ((SHEET, tables.sheet_surface), (POLYGON, tables.polygon_surface)):
-        own = np.flatnonzero(kind == which)
-        yield _drop_missing(column[index[own]], base + index[own], own)
-        base += len(column)
-
-
-def _drop_missing(surfaces: Whole, owners: Whole, entries: Whole) -> tuple[Whole, Whole, Whole]:
-    """Drop missing surfaces, and owners in no entry."""
-    known = (surfaces >= 0) & (entries >= 0)
-    return surfaces[known], owners[known], entries[known]
+@kernel(kind="s", row="s", quadrics="q 4", place="out s", surfaces="out c")
+def put_columns(
+    kind: Signs, row: Ints, quadrics: Floats, planes: int, last: int, place: Ints, surfaces: Ints
+) -> None:  # fmt: skip
+    """Write `_places`. Limits belong to the form: quadrics of one form share the widest."""
+    for i in range(len(kind)):
+        at = len(surfaces) - 1
+        if kind[i] == PLANE:
+            at = whole(row[i])
+        elif kind[i] == QUADRIC and 0 <= row[i] < len(quadrics):
+            at = whole(quadrics[row[i], 3]) + planes
+        place[i] = at
+        if kind[i] != SPHERE and i <= last and 0 <= at < len(surfaces):
+            surfaces[at] = i
 
 
 def _parts(first: Whole) -> Iterator[tuple[int, int]]:
@@ -475,16 +551,6 @@ def _parts(first: Whole) -> Iterator[tuple[int, int]]:
         end = min(count, max(begin + 1, int(np.searchsorted(first, first[begin] + _USES, side="right")) - 1))
         yield begin, end
         begin = end
-
-
-def _entries_of_programs(tables: Tables) -> Whole:
-    """Return the entry of each program; -1 for none."""
-    entries = np.full(len(tables.program_leaf) - 1, -1, np.int32)
-    for kind, clip in ((REGION, None), (SHEET, tables.sheet_program), (POLYGON, tables.polygon_program)):
-        own = np.flatnonzero(tables.entry_kind == kind)
-        program = tables.entry_index[own] if clip is None else clip[tables.entry_index[own]]
-        entries[program[program >= 0]] = own[program >= 0]
-    return entries
 
 
 def scene_size(tables: Tables, boxes: Floats) -> float:
@@ -519,7 +585,7 @@ def weigh_all(
     for begin in range(0, len(surface), _USES):  # Ctrl-C takes effect between calls
         end = min(len(surface), begin + _USES)
         if weigh(records, boxes, size, surface, place, owner, entry, begin, end, limits, most):
-            raise IndexError("the tables of a scene name surfaces, cells or boxes that they do not have")
+            raise IndexError(_STRANGE)
 
 
 def _merge_leaf_limits(tables: Tables, cells: Floats) -> Floats:

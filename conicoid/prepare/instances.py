@@ -7,6 +7,7 @@ surface bounds several bodies, and copies have primitives in common: each primit
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Hashable, Iterable
 from dataclasses import replace
 from fractions import Fraction
@@ -15,6 +16,7 @@ from typing import Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 
+from .._jit.decorators import kernel
 from .._util.arrays import unique_with_inverse
 from .._util.dataclass import dataclass
 from ..geometry.cell import Cell
@@ -487,22 +489,19 @@ class _TranslatedRows:
     def _diagonal_distances(self) -> Floats:
         """(bodies,) how far each body is from the diagonal of the shifts."""
         index = self.shifts.index
-        shares = [row / (1.0 + most) for row, most in zip(index, index.max(axis=1).tolist(), strict=True) if most > 0]
-        return np.subtract(np.max(shares, axis=0), np.min(shares, axis=0)) if shares else np.zeros(index.shape[1])
+        found = np.empty(index.shape[1])
+        put_diagonal_distances(index, 1.0 + index.max(axis=1), found)
+        return found
 
     def _leads(self, key: Any) -> tuple[Longs, Ints]:
         """Choose one body for each value of a key, near the diagonal of the shifts: such a body serves several axes.
 
         Return these bodies, and which of them each body has the value of.
         """
-        least = np.full(int(key.max()) + 1, np.inf)
-        np.minimum.at(least, key, self._diagonal_distances)
-        there = np.isfinite(least)
-        which = (np.cumsum(there, dtype=np.int32) - np.int32(1))[key]
-        nearest = np.flatnonzero(self._diagonal_distances == least[key])[::-1]
-        leads = np.empty(int(there.sum()), np.int64)
-        leads[which[nearest]] = nearest  # of equal ones the first
-        return leads, which
+        least = _first_least(self._diagonal_distances, key)
+        there = least >= 0
+        which = key if there.all() else (np.cumsum(there, dtype=np.int32) - np.int32(1))[key]
+        return least[there].astype(np.int64), which
 
     def _along(self, keys: Iterable[Any]) -> list[_AxisBodies]:
         """Choose bodies by each key, and compute the columns of all of them together."""
@@ -534,7 +533,7 @@ class _TranslatedRows:
             for x, y, z in self.shifts.index.T.tolist()
         ]
         many = len(distances) > max(FEWEST_INSTANCES, len(keys) // 8)
-        return None if many else self._along([np.array(keys)])[0]
+        return None if many else self._along([np.array(keys, np.int32)])[0]
 
     def _gather(self, alone: _AxisBodies, first: int, last: int) -> IndexedColumns:
         """Gather columns by the bodies that they depend on."""
@@ -578,16 +577,42 @@ def _first_records(groups: Ints, records: list[tuple[Floats, Ints]]) -> Ints:
 
     `records` has for each number of the records its distinct values, and which of them each row has.
     """
-    left, number = np.arange(len(groups), dtype=np.int32), int(groups.max()) + 1
-    # Column by column the rows with the least number of their group remain: much faster than to sort all
+    keys = np.zeros(len(groups))
     for values, index in records:
         if index is not groups and (values != values[0]).any():
-            some, own, least = groups[left], values[index[left]], np.full(number, np.inf)
-            np.minimum.at(least, some, own)
-            left = left[own == least[some]]
-    firsts = np.full(number, len(groups), np.int32)
-    np.minimum.at(firsts, groups[left], left)
-    return firsts[groups]
+            distinct, rank = unique_with_inverse(values)
+            keys *= len(distinct)
+            keys += rank.astype(np.float64)[index]
+    return _first_least(keys, groups)[groups]
+
+
+def _first_least(keys: Floats, groups: Ints) -> Ints:
+    """Return for each group the first row with the least key; -1 for a group without rows."""
+    least = np.full(int(groups.max()) + 1, np.inf)
+    first = np.full(len(least), -1, np.int32)
+    put_first_least(keys, groups, least, first)
+    return first
+
+
+@kernel(index="3 n", counts="3", distances="out n")
+def put_diagonal_distances(index: Ints, counts: Floats, distances: Floats) -> None:
+    """Write how far each body is from the diagonal of its shifts along the axes with several."""
+    for i in range(len(distances)):
+        low, high = math.inf, -math.inf
+        for axis in range(3):
+            share = index[axis, i] / counts[axis]
+            if counts[axis] > 1.0:
+                low, high = share if share < low else low, share if share > high else high
+        distances[i] = high - low if high >= low else 0.0
+
+
+@kernel(keys="n", groups="n", least="out g", first="out g")
+def put_first_least(keys: Floats, groups: Ints, least: Floats, first: Ints) -> None:
+    """Write for each group the least of its keys below `least`, and the first row that has it."""
+    for i in range(len(keys)):
+        group = groups[i]
+        if 0 <= group < len(least) and keys[i] < least[group]:
+            least[group], first[group] = keys[i], i
 
 
 # Rotated copies: bodies of a lattice that one motion carries as a whole

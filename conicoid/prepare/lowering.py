@@ -23,7 +23,7 @@ from .body_collector import BodyCollector, ExactBodySurfaces, ShapeSource
 from .coincidence import SurfaceTable
 from .error_limits import with_limits
 from .mmap_arrays import mapped_zeros, trim_heap
-from .pattern import BOX_NUMBERS, BodyGroup, FactoredRows, Offsets, row_blocks, shift_boxes
+from .pattern import BOX_NUMBERS, BodyGroup, FactoredRows, Offsets, put_shifted_boxes
 from .progress import AFTER_LAYOUT, AFTER_MERGING, ProgressStages
 from .row_layout import RowLayout
 from .surface_features import Remainders
@@ -61,10 +61,8 @@ class LazyBounds:
         for numbers, known in self.groups:
             if known.ndim > 1:
                 boxes[numbers] = known
-                continue
-            offsets = Offsets.among(self.bodies, numbers)
-            for some in row_blocks(len(numbers)):
-                boxes[numbers[some]] = shift_boxes(known, offsets[some])
+            else:
+                put_shifted_boxes(known, numbers, Offsets.among(self.bodies, numbers), boxes)
         return boxes
 
     def release(self) -> None:

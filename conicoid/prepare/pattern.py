@@ -8,7 +8,7 @@ come as an array, as a `RowTable`, or, for translated copies, as `FactoredRows`.
 
 from __future__ import annotations
 
-import functools
+import math
 from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import field
 from functools import cached_property
@@ -16,6 +16,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from .._jit.decorators import kernel
 from .._util.arrays import unique_with_inverse
 from .._util.dataclass import dataclass
 from ..geometry.instances import InstanceList, Ints as InstancesInts, ShiftTable, round_sums, transform_offsets
@@ -325,7 +326,9 @@ class FactoredRows:
         for at in range(*self.boxes, BOX_NUMBERS):
             a, b = max(first, at), min(last, at + BOX_NUMBERS)
             if a < b:
-                rows[:, a - first : b - first] = self._boxes(bodies, at)[:, a - at : b - at]
+                rows[:, a - first : b - first] = shift_boxes(self.base[at : at + BOX_NUMBERS], self.offsets[bodies])[
+                    :, a - at : b - at
+                ]
         return rows
 
     def distinct(self, column: int) -> tuple[Floats, InstancesInts]:
@@ -354,10 +357,6 @@ class FactoredRows:
             return self[:, at : at + 4], np.arange(len(self), dtype=np.int32)
         return self.base[None, at : at + 4], np.zeros(len(self), np.int32)
 
-    def _boxes(self, bodies: Any, at: int) -> Floats:
-        """Shift a box of the first body to others."""
-        return shift_boxes(self.base[at : at + BOX_NUMBERS], self.offsets[bodies])
-
     def around_all(self, at: int, count: int) -> Floats:
         """Return `count` boxes of the first body, widened so that each holds the boxes of all bodies shifted back."""
         boxes, far = self.base[at : at + BOX_NUMBERS * count].reshape(-1, BOX_NUMBERS).copy(), self.offsets.most
@@ -370,15 +369,49 @@ class FactoredRows:
 
 def shift_boxes(box: Floats, offsets: Floats) -> Floats:
     """Shift a box (6,) low and high by each of (n, 3), and widen it."""
-    wider = _box_slack(box, functools.reduce(np.maximum, np.abs(offsets.T)))
-    return np.stack([*(box[:3, None] + (offsets.T - wider)), *(box[3:, None] + (offsets.T + wider))], axis=1)
+    every, found = np.arange(len(offsets), dtype=np.int32), np.empty((len(offsets), BOX_NUMBERS))
+    x, y, z = np.ascontiguousarray(offsets.T)
+    put_shifted_boxes(box, every, Offsets((x, y, z), np.stack([every] * 3)), found)
+    return found
+
+
+def put_shifted_boxes(box: Floats, bodies: Ints, offsets: Offsets, boxes: Floats) -> None:
+    """Write `shift_boxes` to the rows of some bodies."""
+    (size, far), (x, y, z), along = _box_sizes(box), offsets.index, offsets.values
+    put_boxes(np.ascontiguousarray(box), float(size), float(far), bodies, x, y, z, *along, boxes)
+
+
+@kernel(box="6", bodies="n", x="n", y="n", z="n", along_x="a", along_y="b", along_z="c", boxes="out m 6")
+def put_boxes(
+    box: Floats, size: float, far: float, bodies: Ints, x: Ints, y: Ints, z: Ints, along_x: Floats, along_y: Floats,
+    along_z: Floats, boxes: Floats,
+) -> None:  # fmt: skip
+    """Write a box, shifted along the axes and widened, to the rows of some bodies.
+
+    x, y, z: which of the shifts along each axis each body has. size, far: `_box_sizes`.
+    """
+    for i in range(len(bodies)):
+        row = bodies[i]
+        known = 0 <= x[i] < len(along_x) and 0 <= y[i] < len(along_y) and 0 <= z[i] < len(along_z)
+        if not (known and 0 <= row < len(boxes)):
+            continue
+        p, q, r = along_x[x[i]], along_y[y[i]], along_z[z[i]]
+        wider = _WIDER * math.sqrt(size * (far + max(abs(p), abs(q), abs(r))))
+        boxes[row, 0], boxes[row, 1], boxes[row, 2] = box[0] + (p - wider), box[1] + (q - wider), box[2] + (r - wider)
+        boxes[row, 3], boxes[row, 4], boxes[row, 5] = box[3] + (p + wider), box[4] + (q + wider), box[5] + (r + wider)
+
+
+def _box_sizes(box: Floats) -> tuple[Any, Any]:
+    """Return the size of a box, and that with the distance of its farthest end from the origin."""
+    ends = np.where(np.isfinite(box), box, 0.0)
+    size = np.abs(ends[3:] - ends[:3]).max()
+    return size, size + np.abs(ends).max()
 
 
 def _box_slack(box: Floats, distance: Any) -> Any:
     """Return the widening of a box that is shifted so far (see `_WIDER`)."""
-    ends = np.where(np.isfinite(box), box, 0.0)
-    size = np.abs(ends[3:] - ends[:3]).max()
-    return _WIDER * np.sqrt(size * (size + np.abs(ends).max() + distance))
+    size, far = _box_sizes(box)
+    return _WIDER * np.sqrt(size * (far + distance))
 
 
 # Groups of a scene, and the places of their rows in the tables
@@ -403,6 +436,25 @@ class BodyGroups:
     balls: list[BulkBalls] = field(default_factory=list)
     ball_frames: list[Floats] = field(default_factory=list)
 
+    @cached_property
+    def group_numbers(self) -> Ints:
+        """(bodies,) the number of the group of each body, once all groups are known; -1 for bulk balls."""
+        numbers = np.full(self.body_count, -1, np.int32)
+        for number, group in enumerate(self.groups):
+            numbers[group.bodies] = number
+        return numbers
+
+
+@kernel(groups="n", each="g", first="out n")
+def place_rows(groups: Ints, each: Ints, first: Ints) -> int:
+    """Write where the rows of each body begin; `each` says how many a body of each group has. Return their number."""
+    count = 0
+    for i in range(len(groups)):
+        first[i] = count
+        if 0 <= groups[i] < len(each):
+            count += each[groups[i]]
+    return count
+
 
 @dataclass
 class RowPlaces:
@@ -410,31 +462,32 @@ class RowPlaces:
 
     first: Ints
     count: int
+    copies: dict[int, int] = field(default_factory=dict)
+    """id of a group of translated copies that have one set of rows -> where it begins."""
 
     @classmethod
     def of(cls, contents: BodyGroups, each: Sequence[int]) -> RowPlaces:
         """Place the rows in body order; `each` says how many rows a body of each group has."""
         if not any(each):
             return cls(np.broadcast_to(np.int32(0), contents.body_count), 0)
-        counts = np.zeros(contents.body_count, np.int32)
-        for group, number in zip(contents.groups, each, strict=True):
-            counts[group.bodies] = number
-        ends = np.cumsum(counts, dtype=np.int32)
-        return cls(ends - counts, int(ends[-1]) if len(ends) else 0)
+        first = np.empty(contents.body_count, np.int32)
+        return cls(first, place_rows(contents.group_numbers, np.array(each, np.int32), first))
 
     @classmethod
     def of_copies(cls, contents: BodyGroups, each: Sequence[int]) -> RowPlaces:
         """Place the rows where a group of translated copies (`FactoredRows`) has one set of rows, behind all others."""
         shares = [isinstance(group.rows, FactoredRows) for group in contents.groups]
-        if not any(shares):
-            return cls.of(contents, each)
         own = cls.of(contents, [0 if one else number for one, number in zip(shares, each, strict=True)])
-        first, count = np.array(own.first), own.count
         for group, one, number in zip(contents.groups, shares, each, strict=True):
             if one:
-                first[group.bodies] = count
-                count += number
-        return cls(first, count)
+                own.copies[id(group)] = own.count
+                own.count += number
+        return own
+
+    def of_group(self, group: BodyGroup) -> Ints:
+        """Return where the rows of a group's bodies begin: one number for copies that share them."""
+        shared = self.copies.get(id(group))
+        return self.first[group.bodies] if shared is None else np.array([shared], np.int32)
 
     def rows(self, group: BodyGroup, each: int) -> Ints:
         """Return the row numbers (bodies, each) of a group's bodies."""

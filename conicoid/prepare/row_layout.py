@@ -95,7 +95,7 @@ class RowLayout:
 
     @classmethod
     def of(
-        cls, contents: BodyGroups, items: Sequence[int], frames: Sequence[int], surfaces: SurfaceTable
+        cls, contents: BodyGroups, items: Sequence[int] | Ints, frames: Sequence[int], surfaces: SurfaceTable
     ) -> RowLayout | None:
         """Build the layout of a scene; None where some bodies belong to no group.
 

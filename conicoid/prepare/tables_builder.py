@@ -13,8 +13,7 @@ import numpy as np
 
 from .._jit.decorators import kernel
 from .._util.arrays import row_ends
-from ..kernels.faces import as_bytes, cell_faces, deduplicate_rows
-from ..kernels.programs import MODEL_ROW
+from ..kernels.faces import as_bytes, cell_faces
 from ..kernels.tables import (
     BALL,
     CELL,
@@ -31,14 +30,17 @@ from ..kernels.tables import (
     SPHERE,
     Floats,
     Ints,
+    Longs,
     Signs,
     Tables,
+    whole,
 )
 from ..kernels.threads import run_chunks
 from .coincidence import (
     ExactSurfaces,
     InputSurfaces,
     RawSurfaces,
+    SharedForm,
     SurfaceSubset,
     SurfaceTable,
     concatenate,
@@ -58,6 +60,7 @@ from .pattern import (
     FactoredRows,
     RowPlaces,
     RowTable,
+    put_shifted_boxes,
     row_blocks,
 )
 from .surface_features import QuadricTable, Remainders
@@ -72,13 +75,52 @@ def put_numbers(first: Ints, shifts: Ints, numbers: Ints, values: Ints) -> None:
                 values[first[i] + k] = numbers[k] + shifts[i] if numbers[k] >= 0 else numbers[k]
 
 
-@kernel(ids="s", turned="s", numbers="out n", senses="out n")
-def put_ids(ids: Ints, turned: Signs, numbers: Ints, senses: Signs) -> None:
-    """Replace numbers of surfaces by their ids, and write their senses there; -1 and +1 for none."""
+@kernel(ids="c", senses="c", rank="s", turned="s|0", numbers="out n", found="out n")
+def put_ids(ids: Ints, senses: Signs, rank: Ints, turned: Signs, numbers: Ints, found: Signs) -> None:
+    """Replace numbers of surfaces by the ids of their leads, and write their senses there; -1 and +1 for none.
+
+    Where `rank` is empty, each surface leads itself.
+    """
     for i in range(len(numbers)):
-        number = numbers[i]
-        known = 0 <= number < len(ids)
-        numbers[i], senses[i] = (ids[number], turned[number]) if known else (-1, 1)
+        number = whole(numbers[i])
+        at = whole(-1) if len(rank) > 0 else number
+        if 0 <= number < len(rank):
+            at = whole(rank[number]) if rank[number] >= 0 else whole(-1 - rank[number])
+        known = 0 <= at < len(ids)
+        numbers[i], found[i] = (ids[at], senses[at]) if known else (-1, 1)
+        if known and len(turned) > 0:
+            found[i] *= turned[number]
+
+
+@kernel(begin="n", x="n", y="n", z="n", shifts="3", model="m", rows="out p 4")
+def put_program_shifts(
+    begin: Ints, number: int, x: Ints, y: Ints, z: Ints, shifts: Longs, model: Ints, rows: Ints
+) -> None:
+    """Write the rows of `program_shifts` for a program of each body: places along the axes from `shifts` on, model."""
+    for i in range(len(begin)):
+        at, own = begin[i] + number, model[i] if len(model) > 1 else model[0]
+        if 0 <= at < len(rows):
+            rows[at, 0], rows[at, 1], rows[at, 2] = x[i] + shifts[0], y[i] + shifts[1], z[i] + shifts[2]
+            rows[at, 3] = own + number
+
+
+@kernel(first="n", row="m", faces="c", likes="out c")
+def put_likes(first: Ints, number: int, row: Ints, faces: Ints, likes: Ints) -> None:
+    """Write `cell_likes` of a cell of each body. `faces` are numbers as `cell_faces` gives them."""
+    for i in range(len(first)):
+        at, own = first[i] + number, (row[i] if len(row) > 1 else row[0]) + number
+        if 0 <= at < len(faces):
+            likes[at] = 2 * own + (1 if faces[at] < 0 else 0)
+
+
+@kernel(bodies="n", index="k n", places="out m 4")
+def put_map_places(bodies: Ints, first: int, index: Ints, places: Ints) -> None:
+    """Write rows of `body_maps`: the first face row, then the numbers from which rows of maps are found."""
+    for i in range(len(bodies)):
+        if 0 <= bodies[i] < len(places):
+            places[bodies[i], 0] = first
+            for k in range(min(len(index), 3)):
+                places[bodies[i], 1 + k] = index[k, i]
 
 
 class TableColumns:
@@ -97,10 +139,8 @@ class TableColumns:
         `shifts` maps a column to the first row of each body in another table: numbers >= 0 in that column count from
         there. Bodies that share their rows have them written once.
         """
-        first = self.places.first[group.bodies]
-        # Translated copies share one set of rows: the first and the last body then have the same place.
-        if len(first) > 1 and first[0] == first[-1]:
-            first, shifts = first[:1], {column: counted[:1] for column, counted in shifts.items()}
+        first = self.places.of_group(group)
+        shifts = {column: counted[: len(first)] for column, counted in shifts.items()}
         none = np.zeros(len(first), np.int32)
         for column, (values, numbers) in enumerate(zip(self.columns, rows.T.astype(np.int32, "C"), strict=True)):
             if values.dtype == np.int32:
@@ -154,7 +194,8 @@ def build_face_maps(contents: BodyGroups, faces: RowPlaces) -> tuple[Ints, Ints,
     if not moved:
         return maps, mapped_zeros((0, PLACE_SIZE), np.int32), rows
     parts, tables, places = [maps], [rows], mapped_zeros((contents.body_count, PLACE_SIZE), np.int32)
-    places[:, 0] = faces.first
+    if faces.count:
+        places[:, 0] = faces.first
     first, count = faces.count, own.count
     for group, moving in moved:
         p, which = group.pattern, _MapSources()
@@ -164,10 +205,9 @@ def build_face_maps(contents: BodyGroups, faces: RowPlaces) -> tuple[Ints, Ints,
             tables.append(table)
             count += len(table)
         parts.append(np.array(_number_map_rows(group, numbers), np.int32).reshape(-1, 3))
-        places[group.bodies, 0] = first
+        index = np.concatenate([each for _, each in which.known]) if which.known else np.zeros(0, np.int32)
+        put_map_places(group.bodies, first, index.reshape(-1, len(group.bodies)), places)
         first += len(p.angular)
-        for k, index in which.known:
-            places[group.bodies, k] = index
     return concatenate(parts), places, concatenate(tables)
 
 
@@ -259,7 +299,7 @@ def program_columns(contents: BodyGroups, programs: RowPlaces, cells: RowPlaces)
     shares = any(map(_shares_topology, contents.groups))
     first = TableColumns(programs, "i")
     for group in contents.groups:
-        p, first_cell, first_gate = group.pattern, cells.first[group.bodies], gates.first[group.bodies]
+        p, first_cell, first_gate = group.pattern, cells.first[group.bodies], gates.of_group(group)
         counts.put(group, p.programs, {})
         leaf.put(group, p.leaves, {0: first_cell, 1: first_gate})
         gate.put(group, p.gates, {0: first_gate})
@@ -303,23 +343,23 @@ def _leaf_bounds(contents: BodyGroups, programs: RowPlaces, leaves: RowPlaces, c
     program_shifts = mapped_zeros((programs.count if any(map(_shares_topology, groups)) else 0, SHIFT_SIZE), np.int32)
     shifts, shift = [np.zeros(min(1, len(program_shifts)))], 1
     for group in groups:
-        p, begin = group.pattern, programs.first[group.bodies]
-        first = leaves.first[group.bodies]
-        places: list[Any] = [0, 0, 0, copies.first[group.bodies]]
+        p, first, x = group.pattern, leaves.of_group(group), np.zeros(len(group.bodies), np.int32)
+        y, z, begins = x, x, [0, 0, 0]
         # One box that is large enough for each copy, about its own origin; the three shifts place it
         if isinstance(group.rows, FactoredRows) and len(p.leaves):
             rows[first[0] : first[0] + len(p.leaves)] = group.rows.around_all(p.bounds_at, len(p.leaves))
+            x, y, z = group.rows.offsets.index
             for axis, values in enumerate(group.rows.offsets.values):
-                places[axis] = group.rows.offsets.index[axis] + np.int32(shift)
+                begins[axis] = shift
                 shifts.append(values)
                 shift += len(values)
         else:
             for k in range(len(p.leaves)):
                 at = p.bounds_at + BOX_NUMBERS * k
                 rows[first + np.int32(k)] = group.rows[:, at : at + BOX_NUMBERS]
+        begin, model = programs.first[group.bodies], copies.of_group(group)
         for k in range(len(p.programs) if len(program_shifts) else 0):
-            for column, place in enumerate(places):
-                program_shifts[begin + np.int32(k), column] = place + np.int32(k if column == MODEL_ROW else 0)
+            put_program_shifts(begin, k, x, y, z, np.array(begins), model, program_shifts)
     return dict(leaf_bounds=rows, program_shifts=program_shifts, shifts=concatenate(shifts))
 
 
@@ -328,11 +368,13 @@ def share_faces(contents: BodyGroups, cells: RowPlaces, faces: Ints, planes: Int
     if not any(isinstance(group.rows, FactoredRows) for group in contents.groups):
         return dict(cell_likes=faces[:0], cell_face=faces, plane_face=planes)
     alike = RowPlaces.of_copies(contents, [len(group.pattern.cells) for group in contents.groups])
-    likes = mapped_zeros(cells.count, np.int32)
+    likes, column = mapped_zeros(cells.count, np.int32), np.zeros(alike.count, np.int32)
     for group in contents.groups:
-        for k in range(len(group.pattern.cells)):
-            likes[cells.first[group.bodies] + np.int32(k)] = alike.first[group.bodies] + np.int32(k)
-    likes, column = deduplicate_rows(likes, faces, alike.count)
+        first, row = cells.first[group.bodies], alike.of_group(group)
+        own = np.abs(_sign_rows(group.pattern.cells)[:, 1])
+        column[row[:, None] + np.arange(len(own))] = own
+        for k in range(len(own)):
+            put_likes(first, k, row, faces, likes)
     return dict(cell_likes=likes, cell_face=column, plane_face=as_bytes(planes))
 
 
@@ -368,7 +410,7 @@ class TablesBuilder:
     def surface_columns(self, exact: ExactSurfaces) -> SurfaceTable:
         """Build the table of surfaces, each once; `exact` gives the surfaces before they were rounded."""
         inputs = InputSurfaces.of(self.contents.groups, self.surfaces)
-        form_of, own = inputs.rows_of_forms(self.contents.groups, self.surfaces)
+        form_of, own = inputs.rows_of_forms()
         quadrics = QuadricTable.empty(form_of, own)
         counts = {PLANE: inputs.count(PLANE), SPHERE: inputs.count(SPHERE), QUADRIC: own}
         records = {kind: np.empty((counts[kind], SIZES[kind])) for kind in (PLANE, SPHERE)}
@@ -376,12 +418,13 @@ class TablesBuilder:
         lost = {kind: np.zeros((count, SIZES[kind])) for kind, count in counts.items()}
         forms, rests_of_forms = [quadrics.forms], [lost[QUADRIC]]
         senses, repeated = np.ones(len(inputs.leads), np.int8), np.arange(len(inputs.leads))
+        shared: list[SharedForm] = []
         for group in self.contents.groups:
             if isinstance(group.rows, FactoredRows):
                 continue
             for number, before in _repeated_surfaces(group):
                 begin = self.surfaces.first[group.bodies]
-                repeated[inputs.rank[begin + number]] = inputs.rank[begin + before]
+                repeated[-1 - inputs.rank[begin + number]] = -1 - inputs.rank[begin + before]
             # Every surface leads, and has the record, what rounding removed from it, and its sense side by side
             every, bodies = np.array(group.pattern.records).reshape(-1, 3), self.surfaces.first[group.bodies, None]
             for kind, size in SIZES.items():
@@ -392,7 +435,8 @@ class TablesBuilder:
                         bodies[some] + numbers,
                         group.rows[some, columns].reshape(-1, len(numbers), 2 * size + 1),
                     )
-                    to, senses[inputs.rank[at]] = inputs.row[at], found[..., -1]
+                    rank = -1 - inputs.rank[at]
+                    to, senses[rank] = inputs.row[rank], found[..., -1]
                     if kind == QUADRIC:
                         quadrics.rows[to, :3] = found[..., :3]
                         to = form_of[to]
@@ -402,15 +446,17 @@ class TablesBuilder:
                     rests = found[..., size:-1]
                     if rests.any() or np.signbit(rests).any():
                         lost[kind][to] = rests
-        for group, number, mine, which in inputs.places_of(self.contents.groups, self.surfaces):
+        for group, number, mine, which in inputs.places:
             kind, column, sense = group.pattern.records[number]
             size, formed = SIZES[kind], kind == QUADRIC and shares_form(group, column)
             if formed and len(mine):
+                shared.append(SharedForm.of(group, column))
                 forms.append(group.rows[:1, column + 3 : column + size])
                 rests_of_forms.append(group.rows[:1, column + size : sense])
             for some in row_blocks(len(mine)):
-                row: Any = inputs.row[mine[some]]
-                senses[inputs.rank[mine[some]]] = group_columns(group, which, some, sense, sense + 1)[:, 0]
+                rank = -1 - inputs.rank[mine[some]]
+                row: Any = inputs.row[rank]
+                senses[rank] = group_columns(group, which, some, sense, sense + 1)[:, 0]
                 if kind == QUADRIC:
                     quadrics.rows[row, :3] = group_columns(group, which, some, column, column + 3)
                     if formed:
@@ -425,10 +471,9 @@ class TablesBuilder:
         quadrics = QuadricTable(quadrics.rows, concatenate(forms))
         rest = Remainders(lost[PLANE], lost[SPHERE], concatenate(rests_of_forms))
         balls = [balls.spheres for balls in self.contents.balls]
-        kinds = inputs.kinds[inputs.leads]
         known = RawSurfaces(
-            kinds, senses, records[PLANE], records[SPHERE], quadrics, rest, balls, SurfaceSubset(exact, inputs.leads),
-            repeated, compact=len(inputs.leads) < len(inputs.lead),
+            inputs.kinds, senses, records[PLANE], records[SPHERE], quadrics, rest, balls,
+            SurfaceSubset(exact, inputs.leads), repeated, shared, compact=len(inputs.leads) < len(inputs.rank),
         )  # fmt: skip
         return inputs.expand(merge_surfaces(known))
 
@@ -462,8 +507,7 @@ class TablesBuilder:
             plane.put(group, _sign_rows(p.planes), {0: surface})
             sheet.put(group, p.sheets, {0: surface, 1: first_program})
             polygon.put(group, p.polygons, {0: surface, 1: first_program})
-            for k, count in enumerate(p.cell_planes.tolist()):
-                cell_first[1:][first_cell + np.int32(k)] = count
+            put_numbers(first_cell, np.zeros(len(first_cell), np.int32), p.cell_planes, cell_first[1:])
             corners[self.polygons.rows(group, len(p.polygons))] = p.corners
             count = int(p.corners.sum())
             vertices[self.corners.rows(group, count)] = group.rows[:, p.corners_at : p.corners_at + 3 * count].reshape(
@@ -502,9 +546,13 @@ class TablesBuilder:
             kind[bodies] = p.kind
             index[bodies] = of_kind[p.kind].first[bodies] + p.index
             body_face[bodies] = self.faces.first[bodies] if p.framed else group.ball_frame
+            if isinstance(group.rows, FactoredRows):
+                box = group.rows.base[p.box_at : p.box_at + BOX_NUMBERS]
+                put_shifted_boxes(box, bodies, group.rows.offsets, boxes)
+                continue
             for some in row_blocks(len(bodies)):
                 boxes[bodies[some]] = group.rows[some, p.box_at : p.box_at + BOX_NUMBERS]
-        first = self.surfaces.count
+        first = len(surfaces.ids) - sum(len(balls.bodies) for balls in contents.balls)
         for balls in contents.balls:
             ids = surfaces.ids[first : first + len(balls.bodies)]
 
@@ -573,7 +621,9 @@ def _sign_rows(rows: Ints) -> Ints:
 def _resolve_surfaces(surfaces: SurfaceTable, numbers: Ints) -> tuple[Ints, Signs]:
     """Replace surface numbers, in place, by ids in the finished table; return these and the senses there. -1 stays."""
     senses = mapped_zeros(len(numbers), np.int8)
-    put_ids(surfaces.ids, surfaces.senses, numbers, senses)
+    rank = np.zeros(0, np.int32) if surfaces.rank is None else surfaces.rank
+    turned = np.zeros(0, np.int8) if surfaces.turned is None else surfaces.turned
+    put_ids(surfaces.ids, surfaces.senses, rank, turned, numbers, senses)
     return numbers, senses
 
 

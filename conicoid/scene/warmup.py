@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 
 import numpy as np
 
@@ -11,8 +12,10 @@ from ..apps.checks.check import check
 from ..apps.measures.measure import FEWEST_RAYS, measure
 from ..geometry.bulk import Spheres
 from ..geometry.general_quadric import Quadric
+from ..geometry.instances import InstanceBlock, InstanceList, Shift, ShiftTable
 from ..geometry.polyhedron import MANY_FACES, Polyhedron
 from ..geometry.primitives import Box, Cylinder, HalfSpace, Sphere
+from ..geometry.shape import Solid
 from ..geometry.sheets import Polygon
 from ..kernels.crossings import trace_rows_alone
 from ..kernels.first_hits import HitBuffers, trace_first_alone
@@ -41,6 +44,7 @@ def warmup() -> None:
         _single_rays,
         _exact,
         _large_tree,
+        _copies,
         _batches,
         _polyhedra,
         _explanations,
@@ -119,6 +123,43 @@ def _exact() -> None:
     for query in (two.first_hit, two.spans, two.crossings):
         query(*edge).detached()
     Scene([Quadric(coefficients=dict(xx=1, xy=1, yy=1, zz=1, constant=-3))]).contains((1.0, 1.0, 0.0))
+
+
+class CutCylinders(InstanceList):
+    """Two blocks of copies of a cylinder without a ball."""
+
+    def __init__(self) -> None:
+        places, (x, y) = tuple(map(Fraction, range(64))), np.indices((64, 2), np.int32).reshape(2, -1, order="F")
+        shifts = ShiftTable((places, places[:2], places[:1]), np.stack([x, y, 0 * x]))
+        super().__init__(0 * x, shifts, [None])
+
+    def shape_at(self, kind: int, shift: Shift) -> Solid:
+        """Return the copy at a place."""
+        x, y, z = map(float, shift)
+        return (Cylinder((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), 0.5) - Sphere(0.2)).translate((x, y, z))
+
+    def name(self, number: int) -> str:
+        """Return the number as a name."""
+        return str(number)
+
+    def number(self, name: str) -> int:
+        """Return the number of a name."""
+        return int(name)
+
+    def is_rigid(self, kind: int) -> bool:
+        """Return True: no copy is thin."""
+        return True
+
+    def blocks(self) -> list[InstanceBlock]:
+        """Return both blocks."""
+        return [InstanceBlock(0, 64, 0), InstanceBlock(64, 64, 0)]
+
+
+def _copies() -> None:
+    """Lower translated copies, and edit one."""
+    scene = Scene(CutCylinders())
+    scene.prepare()
+    scene.moved(5, (0.0, 0.0, 0.5)).prepare()
 
 
 def _batches() -> None:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
+from conicoid.geometry.instances import InstanceList, Shift, ShiftTable
 from conicoid.geometry.shape import Solid
 from conicoid.kernels.tables import PLANE, QUADRIC
 from conicoid.prepare import body_collector as contents, coincidence, lowering
@@ -22,6 +23,7 @@ from conicoid.prepare.surface_features import (
     QuadricTable,
     coefficients,
 )
+from conicoid.scene.warmup import CutCylinders
 
 from .tapes.test_recorded import KINDS
 from .test_tables import solids_of
@@ -313,3 +315,37 @@ def test_halves_of_rods_are_named_only_where_their_axes_are_one(monkeypatch):
     assert (found[0] == found[1]).tolist() == one
     assert 20 <= sum(one) < 60
     assert len(named) <= 4 * sum(one)  # the sides and the caps in the middle of both halves
+
+
+class Rods(CutCylinders):
+    """Copies of two solids at the same 64 places."""
+
+    def __init__(self, *solids: Solid) -> None:
+        super().__init__()
+        x, kinds, z = self.shifts.index
+        shifts = ShiftTable(self.shifts.values, np.stack([x, 0 * x, z]))
+        InstanceList.__init__(self, kinds.copy(), shifts, [None, None])
+        self.solids = solids
+
+    def shape_at(self, kind: int, shift: Shift) -> Solid:
+        x, y, z = map(float, shift)
+        return self.solids[kind].translate((x, y, z))
+
+
+ROD = co.Cylinder((0, 0, 0), (0, 0, 1), 0.5)
+
+
+@pytest.mark.parametrize(
+    ("other", "walls"),
+    [
+        (co.Cylinder((0, 0, 2), (0, 0, 3), 0.5), 64),  # the same wall from an anchor farther along it
+        (co.Cylinder((0, 0, 1), (0, 0, 2), 0.25).scale(2), 64),  # the same wall, written otherwise
+        (co.Cylinder((1, 0, 0), (1, 0, 1), 0.5), 65),  # 63 walls in common
+        (co.Cylinder((0, 0, 2), (0, 0, 3), 0.25), 128),
+        (co.Cylinder((0, 0.25, 0), (0, 0.25, 1), 0.5), 128),
+        (co.Sphere(0.5), 128),
+    ],
+)
+def test_walls_of_copies_are_one_where_they_coincide(other: Solid, walls: int) -> None:
+    kinds = lower(Rods(ROD, other)).tables.surface_kind
+    assert (kinds != PLANE).sum() == walls

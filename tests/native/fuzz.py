@@ -70,6 +70,7 @@ def work() -> None:
     """Reach every kernel."""
     import conicoid as co
     from conicoid.prepare.bvh.sah_binning import ONE_THREAD
+    from conicoid.scene.warmup import CutCylinders
 
     rng = np.random.default_rng(0)
     scene = co.Scene(
@@ -125,6 +126,9 @@ def work() -> None:
     solid = co.Polyhedron(normals, np.ones(34))
     co.Scene([solid, solid.rotate((1, 2, 3), 30)]).first_hit((0, 0, -9), (0, 0, 1))
     co.Scene([co.Sphere(1.0)]).first_hit([(0, 0, 1e9)], (0, 0, -1)).point  # noqa: B018
+    scene_of_copies = co.Scene(CutCylinders())
+    scene_of_copies.prepare()
+    scene_of_copies.moved(5, (0, 0, 0.5)).first_hit((0, 0, 9), (0, 0, -1))
     _as_pages_ask(scene)
     for body in (0, "sheet"):
         sheet = co.Body(co.Polygon([(-1, -1, 0), (1, -1, 0), (0, 1, 0)]) & co.Sphere(1.0), name="sheet")

@@ -401,11 +401,10 @@ def flatten_block(block: UniverseBlock[P]) -> tuple[list[P], FlatBlock]:
     pending = [block]
     while pending:  # a loop in place of recursion: universes may be many levels deep
         last = pending[-1]
-        inner = [
-            item.block for item in last.items if isinstance(item, BlockPlacement) and id(item.block) not in flat_blocks
-        ]
-        if inner:
-            pending += reversed(inner)
+        inner = {id(item.block): item.block for item in last.items if isinstance(item, BlockPlacement)}
+        missing = [each for key, each in inner.items() if key not in flat_blocks]
+        if missing:
+            pending += reversed(missing)
         elif id(pending.pop()) not in flat_blocks:
             flat_blocks[id(last)] = _flatten(last, pieces, forms, flat_blocks)
     return pieces, flat_blocks[id(block)]
@@ -495,14 +494,13 @@ class BlockBodies(InstanceList, Generic[P]):
 
         Coordinates are extreme there, so building these bodies checks that the numbers of all are in range.
         """
-        found = [np.array([numbers[0] for numbers in self.members if len(numbers)], np.int64)]
-        for values, index in zip(self.shifts.values, self.shifts.index, strict=True):
-            place = _ranks(values)[index]
-            for order in (np.lexsort((place, self.kinds)), np.lexsort((-place, self.kinds))):
-                kinds = self.kinds[order]
-                found.append(order[np.flatnonzero(np.diff(kinds, prepend=-1))])
-        numbers = np.unique(np.concatenate(found))
-        yield from numbers[np.argsort(self.kinds[numbers], kind="stable")].tolist()
+        ranks = list(map(_ranks, self.shifts.values))
+        for numbers in self.members:
+            if len(numbers):
+                places = [rank[index[numbers]] for rank, index in zip(ranks, self.shifts.index, strict=True)]
+                # Of equal places the first body
+                ends = {int(each) for place in places for each in (place.argmin(), place.argmax())}
+                yield from numbers[sorted({0} | ends)].tolist()
 
     @cached_property
     def farthest(self) -> Fraction:

@@ -493,6 +493,19 @@ class BlockTree:
         return self.order
 
 
+@kernel(boxes="b 6", first="n", size="n", around="out n 6")
+def put_unions(boxes: Floats, first: Longs, size: Longs, around: Floats) -> None:
+    """Write the box around each run of boxes."""
+    for k in range(len(first)):
+        for axis in range(3):
+            around[k, axis], around[k, axis + 3] = math.inf, -math.inf
+        for i in range(max(0, first[k]), min(first[k] + size[k], len(boxes))):
+            for axis in range(3):
+                low, high = boxes[i, axis], boxes[i, axis + 3]
+                around[k, axis] = low if low < around[k, axis] else around[k, axis]
+                around[k, axis + 3] = high if high > around[k, axis + 3] else around[k, axis + 3]
+
+
 def build_block_tree(
     boxes: Floats, costs: Floats, limits: Floats, most: int, blocks: Sequence[InstanceBlock], alone: Longs
 ) -> BlockTree:
@@ -512,10 +525,9 @@ def build_block_tree(
     begins = np.append(np.array([block.first for block in blocks]), alone)
     sizes = np.append(np.array([block.size for block in blocks]), single)
     forms = np.append(np.array([number[block.form] for block in blocks]), len(trees) * single)
-    spans = [boxes[first : first + size] for first, size, _ in blocks]
-    around = np.concatenate([
-        np.array([[*span[:, :3].min(axis=0), *span[:, 3:].max(axis=0)] for span in spans]), boxes[alone],
-    ])  # fmt: skip
+    around = np.empty((len(blocks), 6))
+    put_unions(boxes, np.array([each.first for each in blocks]), np.array([each.size for each in blocks]), around)
+    around = np.concatenate([around, boxes[alone]])
     upper = build_tree(box_records(around, _EVERY, 0, np.zeros(0), limits), limits, 1)
     which = upper.items()
     begins, sizes, forms = begins[which], sizes[which], forms[which]
