@@ -269,7 +269,7 @@ def cut_group(
 # A cell is a record itself, the box around its boxes, with their number as cost and the place of the first as item. A
 # box that is wide for the grid is a cell of its own. Cells and groups depend on the boxes alone, so the tree does not
 # depend on the threads. The users are scenes of 10,000 bodies and more: over a million balls the upper branches take a
-# third of the time, with the sorting, that they take without cells; the tree's cost is half a hundredth more.
+# fourth of the time, with the sorting, that they take without cells; the tree's cost is half a hundredth more.
 
 ONE_THREAD = 1 << 13  # groups of no more records are built by one thread
 _IN_CELL = 64  # most records in a cell, in the mean; with 8 of them the cost of the tree is two hundredths more
