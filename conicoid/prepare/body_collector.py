@@ -16,6 +16,7 @@ from typing import Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 
+from .._jit.decorators import kernel
 from .._util.arrays import FloatArray
 from .._util.dataclass import dataclass
 from ..geometry.body import Body
@@ -25,8 +26,9 @@ from ..geometry.instances import InstanceList
 from ..geometry.shape import PrimitiveSolid, Shape
 from ..geometry.surface import Key, PlaneSurface, QuadricSurface, Surface
 from ..geometry.transform import IDENTITY_MOTION, Rotate, Step, Transform, Translate
+from ..kernels.numbers.double_double import next_float_down, next_float_up
 from ..kernels.tables import Floats, Ints, Longs
-from ..kernels.threads import run_chunks
+from ..kernels.threads import KernelRange, run_chunks
 from ..materials.material import Material
 from ..numerics import bigfloat as ex
 from .batch_lowering import BatchLowering
@@ -530,16 +532,19 @@ def _is_bulk(kind: type) -> bool:
 
 
 def _ball_boxes(centers: FloatArray, radii: FloatArray, stretch: FloatArray) -> Floats:
-    """Return boxes (n, 6) around balls whose radius is stretched along each axis, in blocks that stay in the cache."""
-    boxes = np.empty((len(radii), 6))
-
-    def enclose(begin: int, end: int) -> None:
-        """Write the boxes of balls begin..end."""
-        rows = slice(begin, end)
-        reach = radii[rows, None] * stretch
-        # One ulp outward covers the rounding of the sum.
-        np.nextafter(centers[rows] - reach, -np.inf, out=boxes[rows, :3])
-        np.nextafter(centers[rows] + reach, np.inf, out=boxes[rows, 3:])
-
-    run_chunks(enclose, len(radii), _CHUNK)
+    """Return boxes (n, 6) around balls whose radius is stretched along each axis."""
+    boxes, arrays = np.empty((len(radii), 6)), (np.ascontiguousarray(centers), np.ascontiguousarray(radii))
+    run_chunks(KernelRange(box_balls, arrays, (tuple(stretch.tolist()), boxes)), len(radii), _CHUNK)
     return boxes
+
+
+@kernel(centers="n 3", radii="n", begin="0..end", end="0..n", boxes="out n 6")
+def box_balls(
+    centers: Floats, radii: Floats, begin: int, end: int, stretch: tuple[float, float, float], boxes: Floats
+) -> None:
+    """Write the boxes of balls begin..end."""
+    for i in range(begin, end):
+        for k in range(3):
+            reach = radii[i] * stretch[k]
+            # One ulp outward covers the rounding of the sum.
+            boxes[i, k], boxes[i, k + 3] = next_float_down(centers[i, k] - reach), next_float_up(centers[i, k] + reach)

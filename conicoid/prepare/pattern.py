@@ -419,7 +419,7 @@ def _box_slack(box: Floats, distance: Any) -> Any:
 
 @dataclass
 class BulkBalls:
-    """Bulk balls: body numbers, (n, 4) centers and radii, boxes (n, 6), and -1 - k for their frame k."""
+    """Bulk balls: consecutive body numbers, (n, 4) centers and radii, boxes (n, 6), and -1 - k for their frame k."""
 
     bodies: Ints
     spheres: Floats

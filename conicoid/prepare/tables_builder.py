@@ -558,7 +558,7 @@ class TablesBuilder:
 
             def enter(begin: int, end: int, balls: BulkBalls = balls, ids: Any = ids) -> None:
                 """Write the entries of balls begin..end."""
-                bodies = balls.bodies[begin:end]
+                bodies = slice(int(balls.bodies[begin]), int(balls.bodies[begin]) + end - begin)
                 kind[bodies], body_face[bodies], index[bodies] = BALL, balls.frame, ids[begin:end]
                 boxes[bodies] = balls.boxes[begin:end]
 
