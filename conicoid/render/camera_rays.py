@@ -17,7 +17,8 @@ from ..kernels.tables import Floats, Signs
 from ..kernels.threads import KernelRange
 from ..queries.hit_fields import put_ray
 from ..queries.rays import LazyRays
-from .camera_kinds import (
+from .film import QUANTILES, lower_filter
+from .options import (
     CAMERA_NUMBERS,
     EQUIDISTANT,
     EQUIRECTANGULAR,
@@ -25,10 +26,9 @@ from .camera_kinds import (
     LINEAR,
     THIN_LENS,
     CameraModel,
+    Filter,
     check_size,
 )
-from .film import QUANTILES, lower_filter
-from .options import Filter
 
 
 @compare_by_value("camera", "width", "height")

@@ -15,10 +15,9 @@ from ..geometry.labels import body_material_table
 from ..materials.light import AmbientLight
 from ..materials.material import DEFAULT_MATERIAL, Material
 from .camera import AnyCamera, as_camera, fit_lights
-from .camera_kinds import check_size
 from .film import STEP, check_filter, is_end, select_squares
 from .integrators import INTEGRATORS
-from .options import MOST_SAMPLES, SAMPLES, Filter
+from .options import MOST_SAMPLES, SAMPLES, Filter, check_size
 
 if TYPE_CHECKING:
     from .tiles import Film

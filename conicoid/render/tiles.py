@@ -23,12 +23,12 @@ from ..kernels.packet.traversal import PixelSquare, new_square
 from ..kernels.ray import Ray
 from ..kernels.tables import Floats, Geometry, Longs, Signs, is_halted, whole
 from . import integrators
-from .camera_kinds import LINEAR, THIN_LENS
 from .camera_rays import CameraView, camera_ray, filtered_offset, general_ray
 from .film import BLUE, COUNT, GREEN, RED, SQUARES, SUMS
 from .integrators import INTEGRATORS
 from .integrators.samples import NO_SURFACE, Samples, Settings, finish_nothing, no_memory
 from .lights.light_tables import PathLight, WhittedLight
+from .options import LINEAR, THIN_LENS
 from .sampling import pair_by_keys, sample_in_pixel, sobol_keys, sobol_pair
 
 SQUARE = 8

@@ -953,7 +953,7 @@ class Scene:
 
     def rays(self, width: int, height: int) -> Rays:
         """Return the rays of pixel centres (height, width), from the camera of the scene or else the one that fits."""
-        from ..render.camera_kinds import check_size
+        from ..render.options import check_size
 
         width, height = check_size(width, height)
         return (self.camera or self.fitting_camera(width / height)).rays(width, height)

@@ -25,7 +25,8 @@ from .form import (
     reverse_axes,
     sort_axes,
 )
-from .neighbourhood import LOWER, Neighbourhood, limit
+from .neighbourhood import LOWER, Neighbourhood, WallQuery, limit
+from .projection import settle_point
 from .secular import (
     NONE,
     Secular,
@@ -36,7 +37,7 @@ from .secular import (
     place_below,
     root_above,
 )
-from .walls import CERTAIN_WALL, SLANTED, UNSETTLED, WallQuery, settle_point, try_point
+from .walls import CERTAIN_WALL, SLANTED, UNSETTLED, try_point
 
 _ROOTS = 6  # most stationary points of a quadric
 _NOWHERE = 2.0**-100  # least w of the search, as a share of the pole
