@@ -255,9 +255,9 @@ def _is_picture(rows: FloatArray) -> bool:
 
 # One ray or few, given by plain numbers
 #
-# Codes that trace ray by ray or in small lots, such as transport loops, wait mostly for what is around the kernel: some
-# 70 µs through arrays. Once a scene has answered a query of few rays it keeps a call for the next ones, which takes
-# 3 µs for one and 20 for a thousand (native/single.h).
+# Codes that trace ray by ray or in small lots, such as transport loops, wait mostly for the Python around the kernel:
+# some 70 µs through arrays. Once a scene has answered a query of few rays it keeps a call for the next ones. That takes
+# 3 µs for one ray and 20 for a thousand (native/single.h).
 
 _MOST_FEW = PACKETS * LANES  # rays of a list that are one tile, which one thread traces
 

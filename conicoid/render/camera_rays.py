@@ -208,7 +208,7 @@ def general_ray(
 
 @inline
 def filtered_offset(view: CameraView, a: float) -> tuple[float, float]:
-    """(how far from the middle of its pixel a sample lies, and what it counts) along one axis, for a in [0, 1)."""
+    """(distance of a sample from the middle of its pixel, and its weight) along one axis, for a in [0, 1)."""
     place = a * (QUANTILES - 1)
     k = int(place)
     low = view.quantiles[k]

@@ -536,7 +536,7 @@ class Scene:
 
     @ignore_fp_errors
     def _close_gaps(self) -> None:
-        """Prepare the scene afresh where edits of an imported model have left rows that nobody reads.
+        """Prepare the scene afresh where edits of an imported model have left unused rows.
 
         For those that go through all rows of the tables; numbers and answers stay.
         """
@@ -1166,7 +1166,7 @@ class Scene:
         return extension("view")(self, height)
 
     def _repr_mimebundle_(self, **_: Any) -> Any:
-        """Return what a notebook shows: the widget, or a picture without anywidget or of a scene that is too large."""
+        """Return the view for a notebook: the widget, or a picture without anywidget or of too large a scene."""
         try:
             return self.view()._repr_mimebundle_()
         except (ImportError, ValueError):

@@ -190,7 +190,7 @@ def slant(one: _Frame, two: _Frame, x: float, y: float, z: float) -> float:
 def settle_point(
     geometry: Geometry, room: Neighbourhood, at: WallQuery, count: int, x: float, y: float, z: float
 ) -> tuple[float, float, float, float]:
-    """Return (a displacement near another where the distance is stationary, what a further step along would gain).
+    """Return (a displacement near another where the distance is stationary, the gain of a further step).
 
     Newton's method on the first `count` of room.chosen, 1 or 2: with Lagrange's function |v|² / 2 + sum m_i f_i / 2 its
     gradient along the surfaces is r, its second derivative H = 1 + sum m_i A_i, a step H^-1 r gains r·H^-1 r / 2. The

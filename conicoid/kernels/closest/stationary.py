@@ -144,7 +144,7 @@ def _try_below(
         return
     # A root at w moves the point by at least |g0| / w, so one within the limit has w >= |g0| / limit
     start, room_left = pole * _NOWHERE, limit(room)
-    # The roots of a flat surface may lie nearer to s = 0 than the pole is known: what they are is left open
+    # The roots of a flat surface may lie nearer to s = 0 than the error of the pole: their kind is left open
     flat = min(abs(e.a1) if e.a1 != 0.0 else pole, abs(e.a2) if e.a2 != 0.0 else pole)
     if flat < _FLATTEST * pole:
         room.best[LOWER] = min(room.best[LOWER], room.bound[frame.curved])

@@ -164,7 +164,7 @@ def holds(geometry: Geometry, room: Neighbourhood) -> bool:
 def _is_wholly(geometry: Geometry, room: Neighbourhood, value: bool) -> bool:
     """True if the body surely has one value all around a point, by room.sign: the leaves through it may all be either.
 
-    Of three-valued logic: what the leaves at whose border the point lies could change is tried at its worst.
+    This is three-valued logic: each leaf at whose border the point lies takes the worse of its two values.
     """
     program = whole(room.sizes[PROGRAM])
     if program < 0:

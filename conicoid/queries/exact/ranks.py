@@ -499,8 +499,8 @@ def first_of_ranks(geometry: Geometry, stand: Geometry, scratch: Scratch, ranks:
 # Ties
 #
 # A ray may cross several surfaces at one place, touch one, start on one that is not its own, or pass through an edge of
-# a polygon. Its first hit hangs on the tie if it changes where the crossings of each place come one after the other, in
-# some order, and where a touch becomes two crossings. That is a property of the exact ray.
+# a polygon. Its first hit depends on the tie if it changes where the crossings of each place come one after the other,
+# in some order, and where a touch becomes two crossings. That is a property of the exact ray.
 #
 # Which bodies a ray is in depends on the set of surfaces that it has crossed, not on their order. So it is enough that
 # each set of the other crossings of its place comes once before that of the hit: 2^(n - 1) orders of n crossings.
@@ -602,7 +602,7 @@ def hangs_on_tie(
     """Return True if the first hit of a ray hangs on a tie. The ranks are lost."""
     sets, ways = _count_orders(geometry, scratch, ranks, count)
     surface = hit_surface(geometry, hit) if hit.body >= 0 else -1
-    # A sheet that solids cut is hit by what precedes it, as the hit is
+    # The crossings before a sheet that solids cut decide whether it is hit
     for k in range(-1, count if sets > 0 else -1):
         between = surface
         if k >= 0:
