@@ -161,8 +161,8 @@ class _FieldTrack:
     def _moving(self) -> list[str]:
         return [field for field in self.FIELDS if getattr(self, field) is not None]
 
-    def moved(self, thing: Any, time: float) -> Any:
-        """Return a camera or light at a `time` in seconds. Raise ValueError for a field that it does not have."""
+    def _move(self, thing: Any, time: float) -> Any:
+        """Return a camera or light with the fields that move as they are at a time."""
         k, s = _key_share(self.times, time, self.ease)
         for field in self._moving:
             if not hasattr(thing, field):
@@ -200,6 +200,10 @@ class CameraTrack(_FieldTrack):
     def __post_init__(self) -> None:
         self._check_keys()
 
+    def moved(self, camera: Any, time: float) -> Any:
+        """Return a `camera` at a `time` in seconds. Raise ValueError for a field that the camera does not have."""
+        return self._move(camera, time)
+
 
 @dataclass(frozen=True)
 class LightTrack(_FieldTrack):
@@ -234,6 +238,10 @@ class LightTrack(_FieldTrack):
             raise ValueError(f"LightTrack: light must be the number of a light, from 0, got {format_value(self.light)}")
         object.__setattr__(self, "light", light)
         self._check_keys()
+
+    def moved(self, light: Any, time: float) -> Any:
+        """Return a `light` at a `time` in seconds. Raise ValueError for a field that the light does not have."""
+        return self._move(light, time)
 
 
 _MOST_LIGHTS = 1_000_000
