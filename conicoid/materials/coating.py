@@ -202,7 +202,7 @@ class Coating:
     def at(
         self, wavelength: npt.ArrayLike, cos: npt.ArrayLike = 1.0, n1: npt.ArrayLike = 1.0, n2: npt.ArrayLike = 1.5
     ) -> Fresnel:
-        """Return what `co.optics.fresnel` returns, for light that comes from outside of the coat.
+        """Return the result of `co.optics.fresnel` for light that comes from outside of the coat.
 
         It is computed by the characteristic matrix of each film (Macleod, Thin-Film Optical Filters, chapter 2).
 

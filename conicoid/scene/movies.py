@@ -35,8 +35,8 @@ from ..parallel.scheduler import ScheduledTask, prepare_first, run_tasks
 from ..parallel.shared_state import SharedObject, shared_scene
 from ..parallel.workers import Workers, as_workers
 from ..render.camera import AnyCamera, as_camera, fit_camera, snap_to_domain
-from ..render.camera_kinds import check_size
 from ..render.job import check_options, lower_scene_light, lower_scene_shading
+from ..render.options import check_size
 from .scene import Scene, as_scene
 
 if TYPE_CHECKING:

@@ -16,9 +16,9 @@ from typing import TypeAlias
 
 from ..._util.arrays import Matrix4, Vector
 from ..._util.dataclass import dataclass
-from ...geometry.bounds.linear_program import cross
 from ...geometry.transform import IDENTITY_MOTION, Motion, Step, Translate
 from ...numerics import bigfloat as ex
+from ...numerics.rational import cross
 
 Point: TypeAlias = tuple[Fraction, Fraction, Fraction]
 Rows: TypeAlias = tuple[Point, Point, Point]
