@@ -12,6 +12,7 @@ import os
 import re
 from array import array
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import partial
 from itertools import islice
 from pathlib import Path
@@ -28,6 +29,10 @@ from .styles import MoleculeStyle, build_molecule_bodies
 MAX_CIF_BYTES, MAX_LINE_LENGTH = 1 << 30, 1 << 20
 """Most bytes of a CIF or mmCIF, and most letters of a line of other files."""
 _LINES_AT_ONCE = 1 << 16
+_COMPONENT_PLACES = (("model_Cartn_", ""), ("pdbx_model_Cartn_", "_ideal"), ("", ""))
+"""Before and after the axis in the names of places: of a model, ideal ones, and those of restraints' dictionaries."""
+_CIF_PLACES = ("_atom_site.Cartn_x", "_atom_site_fract_x", *(f"_chem_comp_atom.{a}x{b}" for a, b in _COMPONENT_PLACES))
+"""Names of places by which a data block has atoms."""
 
 
 def _read_lines(path: Path, encoding: str) -> Iterator[str]:
@@ -50,20 +55,26 @@ def read_cif(path: Path) -> Atoms:
     if path.stat().st_size > MAX_CIF_BYTES:  # gemmi would read all of it before it looked at any
         raise SceneFileError(path, [Problem(0, 0, "molecule", f"is larger than {MAX_CIF_BYTES >> 20:,} MiB")])
     try:
-        block = gemmi.cif.read(str(path)).sole_block()
-        if block.find_values("_chem_comp_atom.atom_id"):
-            return _component(block, gemmi.cif.as_string)
+        blocks = list(gemmi.cif.read(str(path)))
+        # Dictionaries of restraints begin with a block that lists the others
+        block = next((one for one in blocks if any(map(one.find_values, _CIF_PLACES))), blocks[0])
+        remarks = (f"{format_count(len(blocks) - 1, 'other data block')} not read",) if len(blocks) > 1 else ()
+        # Structures describe the components of their residues too, as a rule without places
         if block.find_values("_atom_site.Cartn_x"):
-            return _macromolecule(block, gemmi.cif.as_string)
-        return read_gemmi_atoms(gemmi.make_small_structure_from_block(block))
+            atoms = _macromolecule(block, gemmi.cif.as_string)
+        elif block.find_values("_chem_comp_atom.atom_id"):
+            atoms = _component(block, gemmi.cif.as_string)
+        else:
+            atoms = read_gemmi_atoms(gemmi.make_small_structure_from_block(block))
+        return replace(atoms, remarks=(*remarks, *atoms.remarks))
     except (ValueError, RuntimeError) as error:
         raise SceneFileError(path, [_cif_problem(path, str(error))]) from None
 
 
 def _component(block: Any, as_string: Any) -> Atoms:
     """Return the atoms of a definition of a chemical component: at places of a model, or else at ideal ones."""
-    for prefix, suffix in (("model_", ""), ("pdbx_model_", "_ideal")):
-        columns = [list(block.find_values(f"_chem_comp_atom.{prefix}Cartn_{axis}{suffix}")) for axis in "xyz"]
+    for prefix, suffix in _COMPONENT_PLACES:
+        columns = [list(block.find_values(f"_chem_comp_atom.{prefix}{axis}{suffix}")) for axis in "xyz"]
         if all(columns) and not any(text in (".", "?") for column in columns for text in column):
             places = np.column_stack([_cif_floats(np.array(column), "_chem_comp_atom") for column in columns])
             labels = tuple(as_string(text) for text in block.find_values("_chem_comp_atom.atom_id"))

@@ -202,6 +202,14 @@ def test_a_component_and_a_file_without_atoms(tmp_path):
     assert co.molecule(path).positions.tolist() == [[1, 2, 3], [2, 2, 3]]
     path.write_text(f"{head}{axes}{ideal}N N ? ? ? 4 5 6\nCA C ? ? ? 5 5 6\n")
     assert co.molecule(path).positions.tolist() == [[4, 5, 6], [5, 5, 6]]
+    # Structures list the atoms of their residues too; dictionaries of restraints begin with a list of components
+    site = "loop_\n_atom_site.type_symbol\n" + "".join(f"_atom_site.Cartn_{axis}\n" for axis in "xyz") + "C 7 8 9\n"
+    path.write_text(f"{head}N N\n{site}")
+    assert co.molecule(path).positions.tolist() == [[7, 8, 9]]
+    places = "".join(f"_chem_comp_atom.{axis}\n" for axis in "xyz")
+    path.write_text(f"data_comp_list\n_chem_comp.id ALA\n{head}{places}N N 1 1 2\n")
+    assert co.molecule(path).positions.tolist() == [[1, 1, 2]]
+    assert co.molecule(path).remarks == ("1 other data block not read",)
     # A category of one row has no loop: https://www.iucr.org/resources/cif/spec/version1.1/cifsyntax, paragraph 4
     ion = {"atom_id": "ZN", "type_symbol": "ZN", "model_Cartn_x": 1, "model_Cartn_y": 2, "model_Cartn_z": 3}
     for category, prefix in (("_chem_comp_atom", "model_"), ("_atom_site", "")):
