@@ -112,9 +112,9 @@ def _tree_surfaces(tree: Tree) -> list[Surface]:
 # Names of surfaces: exact numbers before the first step of a motion that would round them
 #
 # The walls of crystals in a rotated module, or of boxes in an oblique row, coincide by the hundred. Keys in 3,000 bits
-# would show it, at a millisecond each. Fractions carry a surface as far as translations, scalings along the axes and
-# quarter turns lead, and rotations about an axis that leave it where it is. From there on surfaces with equal numbers
-# are equal after equal steps, without the shifts that move a surface within itself.
+# would show it, at a millisecond each. Exact sums of floats carry many surfaces at once as far as translations and
+# quarter turns lead, and rotations about an axis that leave a surface where it is. From there on surfaces with equal
+# numbers are equal after equal steps, without the shifts that move a surface within itself.
 
 FEWEST_SURFACES = 64
 """For fewer surfaces exact keys are as quick."""
@@ -209,16 +209,18 @@ class _KnownSteps:
     """The kinds and the numbers of steps, each found once; other steps are numbered, equal ones alike."""
 
     def __init__(self) -> None:
-        self._kinds: dict[int, tuple[Step, _StepKind, tuple[float, ...]]] = {}
+        self.kinds: dict[_StepKind, int] = {_StepKind("shift"): 0}
+        self._steps: dict[int, tuple[Step, int, tuple[float, ...]]] = {}
         self._others: dict[Step, int] = {}
 
-    def of(self, step: Step) -> tuple[_StepKind, tuple[float, ...]]:
-        """Return the kind and the numbers of a step."""
+    def of(self, step: Step) -> tuple[int, tuple[float, ...]]:
+        """Return the number of the kind of a step, and the numbers of the step."""
         if isinstance(step, Translate):
-            return _SHIFT, step.offset
-        found = self._kinds.get(id(step))
+            return 0, step.offset
+        found = self._steps.get(id(step))
         if found is None:
-            found = self._kinds[id(step)] = step, *self._find(step)
+            kind, numbers = self._find(step)
+            found = self._steps[id(step)] = step, self.kinds.setdefault(kind, len(self.kinds)), numbers
         return found[1], found[2]
 
     def _find(self, step: Step) -> tuple[_StepKind, tuple[float, ...]]:
@@ -242,9 +244,6 @@ class _KnownSteps:
             numbers = [x for k in range(3) for x in step.matrix[k][:3]]
             return _StepKind("matrix", tuple(sources)), (*numbers, *(row[3] for row in step.matrix[:3]))
         return _StepKind("other", tuple(sources)), (float(self._others.setdefault(step, len(self._others))),)
-
-
-_SHIFT = _StepKind("shift")
 
 
 def name_surfaces(forms: Floats, chains: Sequence[tuple[Step, ...]], chain_of: Longs) -> Longs:
@@ -275,12 +274,13 @@ def name_surfaces(forms: Floats, chains: Sequence[tuple[Step, ...]], chain_of: L
     group = np.zeros(len(chains), np.int64)
     for number, members in enumerate(kinds_of.values()):
         group[members], position[members] = number, np.arange(len(members))
-    for number, (kinds, members) in enumerate(kinds_of.items()):
+    all_kinds = list(known.kinds)
+    for number, (codes, members) in enumerate(kinds_of.items()):
         which = np.flatnonzero(group[chain_of] == number)
         if len(which):
             at = position[chain_of[which]]
-            columns = [np.array([steps[chain][k][1] for chain in members])[at] for k in range(len(kinds))]
-            rows.add(_CarriedForms(forms[which]), which, kinds, columns)
+            columns = [np.array([steps[chain][k][1] for chain in members])[at] for k in range(len(codes))]
+            rows.add(_CarriedForms(forms[which]), which, [all_kinds[code] for code in codes], columns)
     rows.number(found)
     return found
 
@@ -453,35 +453,47 @@ class ExactBodySurfaces:
             return {}
         clusters = [cluster for cluster in clusters if len(cluster)]
         surfaces = np.concatenate(clusters)
-        primitives: dict[tuple[int, int], int] = {}  # by the objects of a primitive and of its steps
-        parts: list[tuple[Any, tuple[Step, ...]]] = []
-        starts, numbers = [], []  # of the primitives of each body: first surface, number
-        bodies = unique_sorted(np.searchsorted(self.first, surfaces, side="right") - 1)
-        for body, first in zip(bodies.tolist(), self.first[bodies].tolist(), strict=True):
-            leaves = _shape_leaves(self._single(body))
-            starts += [first] if leaves is None else [first + begin for begin in leaves.first[:-1]]
-            for leaf in () if leaves is None else leaves.moved:
-                numbers.append(primitives.setdefault((id(leaf[0]), id(leaf[1])), len(parts)))
-                if numbers[-1] == len(parts):
-                    parts.append(leaf)
-            if leaves is None:
-                numbers.append(-1)
-        of = np.searchsorted(starts, surfaces, side="right") - 1
-        which, own = np.array(numbers)[of], surfaces - np.array(starts)[of]
+        parts, which, own = self._locate(surfaces)
         # A volume is often a part of its mother, too: one surface of one primitive needs no numbers
-        names = np.where(which < 0, -1 - surfaces, which * (1 + int(own.max())) + own)
+        names = np.where(which < 0, -1, which * (1 + int(own.max())) + own)
         lengths = np.array(list(map(len, clusters)))
         begins = np.cumsum(lengths) - lengths
         is_one = np.logical_and.reduceat(names == np.repeat(names[begins], lengths), begins)
         others = np.flatnonzero(np.repeat(~is_one, lengths) & (which >= 0))
-        first_of, place = unique_first_with_inverse(names[others])
-        some, numbers_of = which[others[first_of]], own[others[first_of]]
-        forms = _list_forms([(parts[k][0], n) for k, n in zip(some.tolist(), numbers_of.tolist(), strict=True)])
-        carried = unique_sorted(some)
-        chains = [(*parts[k][0].placement.steps, *parts[k][1]) for k in carried.tolist()]
-        found = name_surfaces(forms, chains, np.searchsorted(carried, some))[place]
-        names[others] = np.where(found < 0, -1 - surfaces[others], found)
-        return dict(zip(surfaces.tolist(), names.tolist(), strict=True))
+        if len(others):
+            first_of, place = unique_first_with_inverse(names[others])
+            some, numbers = which[others[first_of]], own[others[first_of]]
+            forms = _list_forms([(parts[k][0], n) for k, n in zip(some.tolist(), numbers.tolist(), strict=True)])
+            carried = unique_sorted(some)
+            chains = [(*parts[k][0].placement.steps, *parts[k][1]) for k in carried.tolist()]
+            names[others] = name_surfaces(forms, chains, np.searchsorted(carried, some))[place]
+        # Negative, apart from the numbers of surfaces
+        named = names >= 0
+        return dict(zip(surfaces[named].tolist(), (-1 - names[named]).tolist(), strict=True))
+
+    def _locate(self, surfaces: Longs) -> tuple[list[tuple[Any, tuple[Step, ...]]], Longs, Longs]:
+        """Return primitives with their steps, and for each surface the number of its primitive and its number there.
+
+        The primitives are distinct objects; -1 stands for those that are no solids.
+        """
+        known: dict[tuple[int, int], int] = {}
+        parts: list[tuple[Any, tuple[Step, ...]]] = []
+        starts: list[int] = []  # of each primitive of each body the first surface, and the number of the primitive
+        numbers: list[int] = []
+        bodies = unique_sorted(np.searchsorted(self.first, surfaces, side="right") - 1)
+        for body, first in zip(bodies.tolist(), self.first[bodies].tolist(), strict=True):
+            leaves = _shape_leaves(self._single(body))
+            if leaves is None:
+                starts.append(first)
+                numbers.append(-1)
+                continue
+            starts += [first + begin for begin in leaves.first[:-1]]
+            for leaf in leaves.moved:
+                numbers.append(known.setdefault((id(leaf[0]), id(leaf[1])), len(parts)))
+                if numbers[-1] == len(parts):
+                    parts.append(leaf)
+        at = np.searchsorted(starts, surfaces, side="right") - 1
+        return parts, np.array(numbers)[at], surfaces - np.array(starts)[at]
 
     def outline(self, polygon: int) -> tuple[ex.Row, ...]:
         """Return the exact corners of a polygon."""
