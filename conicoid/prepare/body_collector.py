@@ -265,7 +265,7 @@ def name_surfaces(forms: Floats, chains: Sequence[tuple[Step, ...]], chain_of: L
     Returns
     -------
     array
-        (n,) the number of each; -1 where its numbers are no sums of two floats.
+        (n,) the number of each. Where its numbers are no sums of two floats, others have it under equal steps alone.
     """
     known, rows, found = _KnownSteps(), _NameRows(), np.full(len(forms), -1)
     steps = [list(map(known.of, chain)) for chain in chains]
@@ -289,6 +289,7 @@ class _CarriedForms:
     """Some forms with their centers as sums of two floats, and which of them are exact."""
 
     def __init__(self, forms: Floats) -> None:
+        self.given = forms
         self.kind, self.weights, self.rests = forms[:, 0], forms[:, 1:4].copy(), np.zeros((len(forms), 3))
         self.centers, self.constant = forms[:, 4:7].copy(), forms[:, 7:9].copy()
         self.exact = np.ones(len(forms), bool)
@@ -346,7 +347,7 @@ class _NameRows:
     """Rows of numbers, each under the kinds of the steps that are left: equal rows are equal surfaces."""
 
     def __init__(self) -> None:
-        self._rows: dict[tuple[_StepKind, ...], list[tuple[Longs, Floats]]] = {}
+        self._rows: dict[tuple[_StepKind | None, ...], list[tuple[Longs, Floats]]] = {}
 
     def add(self, forms: _CarriedForms, which: Longs, kinds: Sequence[_StepKind], numbers: Sequence[Floats]) -> None:
         """Carry forms as far as they stay exact, and add their rows; `numbers` are those of each step."""
@@ -360,6 +361,10 @@ class _NameRows:
                 active &= forms.keep(kind.axis) if kind.tag == "turn" else False
             count += active
         rows, free = forms.columns(), forms.weights == 0.0
+        others = np.flatnonzero(~forms.exact)
+        if len(others):
+            whole = [forms.given[others], *(own[others] for own in numbers)]
+            self._rows.setdefault((None, *kinds), []).append((which[others], np.concatenate(whole, axis=1)))
         code = count * 8 + free @ (1, 2, 4)
         for one in unique_sorted(code[forms.exact]).tolist():
             some = np.flatnonzero(forms.exact & (code == one))
