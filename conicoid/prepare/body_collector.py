@@ -24,7 +24,7 @@ from ..geometry.bulk import Bulk, Spheres
 from ..geometry.cell import Cell, Not, Tree
 from ..geometry.instances import InstanceList
 from ..geometry.shape import PrimitiveSolid, Shape
-from ..geometry.surface import Key, PlaneSurface, QuadricSurface, Surface
+from ..geometry.surface import UPRIGHT, Key, PlaneSurface, QuadricSurface, Surface, Triple
 from ..geometry.transform import IDENTITY_MOTION, Rotate, Step, Transform, Translate
 from ..kernels.tables import Floats, Longs
 from ..kernels.threads import run_chunks
@@ -134,8 +134,12 @@ def _surface_form(surface: Surface) -> SurfaceForm | None:
     """Return the form of a surface; None if its numbers do not fit into floats, or if it is not upright."""
     try:
         if isinstance(surface, PlaneSurface):
-            weights, center = [_rational(n) for n in surface.normal], [_ZERO] * 3
-            kind, constant = _PLANE_FORM, _rational(surface.offset)
+            weights, center = surface.normal, (0.0, 0.0, 0.0)
+            kind, constant = _PLANE_FORM, surface.offset
+        elif surface.rows is UPRIGHT and not any(surface.linear):
+            kind, weights, constant = _QUADRIC_FORM, surface.squares, surface.constant
+            x, y, z = (c if weight else 0.0 for c, weight in zip(surface.anchor, weights, strict=True))
+            center = x, y, z
         else:
             kind, (weights, center, constant) = _QUADRIC_FORM, _complete_squares(surface)
         return kind, *map(_exact_float, (*weights, *center)), *_two_floats(constant)
@@ -143,7 +147,7 @@ def _surface_form(surface: Surface) -> SurfaceForm | None:
         return None
 
 
-def _complete_squares(surface: QuadricSurface) -> tuple[list[Fraction], list[Fraction], Fraction]:
+def _complete_squares(surface: QuadricSurface) -> tuple[Triple, Triple, Fraction]:
     """Return (weights, center, constant) of an upright quadric."""
     constant, weights, center = _rational(surface.constant), [], []
     for axis, row in enumerate(surface.rows):
@@ -154,7 +158,7 @@ def _complete_squares(surface: QuadricSurface) -> tuple[list[Fraction], list[Fra
         anchor = _rational(surface.anchor[axis]) if square else _ZERO
         center.append(anchor - linear / (square * factor) if linear else anchor)
         constant += linear * linear / square if linear else 0
-    return weights, center, constant
+    return (weights[0], weights[1], weights[2]), (center[0], center[1], center[2]), constant
 
 
 class _InexactFormError(Exception):
@@ -171,17 +175,24 @@ def _rational(value: Any) -> Fraction:
     raise _InexactFormError
 
 
-def _exact_float(value: Fraction) -> float:
-    found = float(value)
-    if found != value:
+def _exact_float(value: Any) -> float:
+    """Return a number as a float; raise `_InexactFormError` if it is none."""
+    if type(value) is float:
+        return value
+    exact = _rational(value)
+    found = float(exact)
+    if found != exact:
         raise _InexactFormError
     return found
 
 
-def _two_floats(value: Fraction) -> tuple[float, float]:
+def _two_floats(value: Any) -> tuple[float, float]:
     """Return a number as a float and the float that is missing from it."""
-    high = float(value)
-    return high, 0.0 if high == value else _exact_float(value - Fraction(high))
+    if type(value) is float:
+        return value, 0.0
+    exact = _rational(value)
+    high = float(exact)
+    return high, 0.0 if high == exact else _exact_float(exact - Fraction(high))
 
 
 def _list_forms(surfaces: Sequence[tuple[Any, int]]) -> Floats:
