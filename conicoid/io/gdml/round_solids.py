@@ -22,7 +22,7 @@ from ...geometry.shape import Difference, Intersection, Solid
 from ...geometry.transform import IDENTITY_MOTION
 from ...numerics.portable_math import sin_cos_degrees
 from ..openmc.placement import Point
-from .solid_template import SolidFactory
+from .solid_template import MOST_HELD, SolidFactory
 from .values import GdmlError, GdmlValues
 
 ProfileCorners = Sequence[tuple[Fraction, Fraction]]
@@ -62,14 +62,10 @@ class RevolvedProfile:
         if solid is None:
             # One rounding for each height: faces of two solids at the same height in the world get the same float
             solid = Revolution(tuple((float(r), float(height + z)) for r, height in self.corners), *self.angles)
-            if len(self.cache) < _MOST_HELD:
+            if len(self.cache) < MOST_HELD:
                 self.cache[key] = solid
         # A copy: a template marks its solids
         return solid.translate((float(x), float(y), 0.0)) if x or y else solid._with_motion(IDENTITY_MOTION)
-
-
-_MOST_HELD = 1 << 11
-"""Most solids that a profile holds."""
 
 
 def revolve_profile(corners: ProfileCorners, angles: AngleRange, shift: Point) -> Solid:

@@ -31,7 +31,7 @@ SolidFactory = Callable[[Point], Solid]
 """Builds a solid, translated by a shift in mm."""
 BooleanKind = Literal["union", "subtraction", "intersection"]
 MOST_HELD = 1 << 11
-"""Most solids that a template holds."""
+"""Most solids that a template or a profile holds."""
 MAX_SOLID_PARTS, MAX_BOOLEAN_DEPTH = 4_000, 100
 """Most primitives of one solid, and most levels of nested Booleans; a chain of one kind counts as one level."""
 
