@@ -101,6 +101,17 @@ def test_a_daughter_displaces_its_mother(tmp_path):
     assert scene.bodies[0].material.transparency == 1  # air
 
 
+def test_a_solid_is_made_once_for_each_height(tmp_path, monkeypatch):
+    """As wires of a detector: five places of one turn, in a mother that loses all five."""
+    made, check = [], co.Revolution.__post_init__
+    monkeypatch.setattr(co.Revolution, "__post_init__", lambda self: made.append(self) or check(self))
+    wires = "".join(placed("p", f'<position x="{k}" y="{-k}" z="0"/><rotation x="30" unit="deg"/>') for k in range(5))
+    text = text_of(WORLD + '<tube name="p" rmax="0.2" z="6"/>', volume("p", "p") + volume("world", "w", wires))
+    world, *rest = (body.shape for body in scene_of(tmp_path, text).bodies)
+    assert len(made) == 1
+    assert [id(shape) for shape in world.operands[1:]] == list(map(id, rest))
+
+
 def test_flush_daughters_leave_no_gap(tmp_path):
     # 0.1 + 0.2 is not 0.3 in double precision: in fractions the plates touch, and no ray sees the mother between them
     plates = "".join(
