@@ -6,7 +6,6 @@ come later (`bvh/trees.py`, `error_limits.py`).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -242,24 +241,6 @@ def shares_frame(group: BodyGroup) -> bool:
     return isinstance(group.rows, FactoredRows) and all(
         len(group.rows.maps(column)[0]) == 1 for column in range(p.frame_at, p.corners_at, MAP_SIZE)
     )
-
-
-def collect_frames(groups: Sequence[BodyGroup], frames: RowPlaces) -> tuple[Floats, Ints]:
-    """Return maps from world to local coordinates (n, 3, 4) and the row of each body, without those of bulk balls.
-
-    `frames` gives the rows of bodies with a frame each; frames that a group shares follow behind.
-    """
-    rows, which = [np.empty((frames.count, FRAME_NUMBERS))], frames.first.astype(np.int32)
-    for group in groups:
-        p = group.pattern
-        if not p.framed:
-            which[group.bodies] = group.ball_frame
-        elif shares_frame(group):
-            which[group.bodies] = len(rows) - 1 + frames.count
-            rows.append(group.rows[:1, p.frame_at : p.corners_at])
-        else:
-            rows[0][frames.first[group.bodies]] = group.rows[:, p.frame_at : p.corners_at]
-    return concatenate(rows).reshape(-1, 3, 4), which
 
 
 # Programs: leaves and gates of Boolean bodies
@@ -546,12 +527,23 @@ class TablesBuilder:
     def frames_of_bodies(self) -> tuple[Floats, Ints]:
         """Return maps from world to local coordinates (n, 3, 4), and the row of each body.
 
-        A negative row -1 - k stands for coordinates about the ball's center, with the axes of ball frame k.
+        Frames that a group shares follow behind those of bodies with a frame each. A negative row -1 - k stands for
+        coordinates about the ball's center, with the axes of ball frame k.
         """
-        frames, which = collect_frames(self.contents.groups, self.frames)
+        first = self.frames.first
+        rows, which = [np.empty((self.frames.count, FRAME_NUMBERS))], first.astype(np.int32)
+        for group in self.contents.groups:
+            p = group.pattern
+            if not p.framed:
+                which[group.bodies] = group.ball_frame
+            elif shares_frame(group):
+                which[group.bodies] = len(rows) - 1 + self.frames.count
+                rows.append(group.rows[:1, p.frame_at : p.corners_at])
+            else:
+                rows[0][first[group.bodies]] = group.rows[:, p.frame_at : p.corners_at]
         for balls in self.contents.balls:
             which[balls.bodies] = balls.frame
-        return frames, which
+        return concatenate(rows).reshape(-1, 3, 4), which
 
     def corner_numbers(self, part: int) -> Floats:
         """Return (n, 3) numbers of the corners of polygons: part 0 their places, 1 what rounding removed from these."""

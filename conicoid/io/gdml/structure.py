@@ -222,11 +222,6 @@ def axis_shift(axis: str, amount: Fraction) -> Point:
     return (amount if axis == "x" else zero, amount if axis == "y" else zero, amount if axis == "z" else zero)
 
 
-def rotation_about_z(radians: Fraction) -> CellRotation:
-    """Return a counter-clockwise rotation about z."""
-    return operand_rotation((Fraction(0), Fraction(0), to_degrees(radians)))
-
-
 def read_replicas(structure: StructureReader, volume: LogicalVolume, element: XmlElement) -> None:
     """Place the copies of <replicavol number><replicate_along_axis><direction/><width/><offset/>.
 
@@ -286,7 +281,7 @@ def _place_wedges(
             if edges is not None and not is_flat:
                 edges = [Fraction(float(angle)) for angle in edges]
     for k in range(count):
-        part, rotation = inner, rotation_about_z(offset - start + k * width)
+        part, rotation = inner, operand_rotation((*ORIGIN[:2], to_degrees(offset - start + k * width)))
         if edges is not None:
             low, high = edges[k], edges[k + 1]
             # A wedge that crosses 0: a float from 180 to 360, less 360, is a float
@@ -403,10 +398,8 @@ def resize_volume(
     reading = structure.reading
     if inner.source is not None and _is_whole_slice(structure, inner.source, source, changes):
         return inner  # shares one template among all slices
-    units = {name: reading.value(source.attributes.get(name, unit), source, name) for name, unit in _UNITS.items()}
     attributes = dict(source.attributes) if kind is None else {"name": inner.name}
-    if kind is not None:  # a new element without lunit and aunit: mm and radians
-        units = {"lunit": Fraction(1), "aunit": Fraction(1)}
+    units = {name: reading.value(attributes.get(name, unit), source, name) for name, unit in _UNITS.items()}
     for name, value in changes.items():
         unit = units["aunit" if name.endswith("phi") else "lunit"] if name != "numsides" else Fraction(1)
         # The new element goes through the reader of its kind, so that a slice obeys the same checks as a written solid
