@@ -16,6 +16,7 @@ from conicoid.geometry.transform import Translate
 from conicoid.kernels.tables import PLANE, QUADRIC
 from conicoid.prepare import body_collector as contents, coincidence, lowering
 from conicoid.prepare.body_collector import ExactBodySurfaces
+from conicoid.prepare.instances import _first_records
 from conicoid.prepare.lowering import lower
 from conicoid.prepare.surface_features import (
     FIRST_DIRECTION,
@@ -377,3 +378,10 @@ ROD = co.Cylinder((0, 0, 0), (0, 0, 1), 0.5)
 def test_walls_of_copies_are_one_where_they_coincide(other: Solid, walls: int) -> None:
     kinds = lower(Rods(ROD, other)).tables.surface_kind
     assert (kinds != PLANE).sum() == walls
+
+
+def test_first_records_by_more_numbers_than_one_float_holds():
+    """Records are compared number by number: here by three, each among 2^18, which makes 2^54 records."""
+    values, last = np.arange(2.0**18), np.full(2, 2**18 - 1, np.int32)
+    records = [(values, last), (values, last), (values, np.array([1, 0], np.int32))]
+    assert _first_records(np.zeros(2, np.int32), records).tolist() == [1, 1]

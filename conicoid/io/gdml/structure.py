@@ -222,11 +222,6 @@ def axis_shift(axis: str, amount: Fraction) -> Point:
     return (amount if axis == "x" else zero, amount if axis == "y" else zero, amount if axis == "z" else zero)
 
 
-def rotation_about_z(radians: Fraction) -> CellRotation:
-    """Return a counter-clockwise rotation about z."""
-    return operand_rotation((Fraction(0), Fraction(0), to_degrees(radians)))
-
-
 def read_replicas(structure: StructureReader, volume: LogicalVolume, element: XmlElement) -> None:
     """Place the copies of <replicavol number><replicate_along_axis><direction/><width/><offset/>.
 
@@ -244,10 +239,7 @@ def read_replicas(structure: StructureReader, volume: LogicalVolume, element: Xm
     base = strip_pointer(element.attributes.get("name", "") or inner.name)
     if axis == "phi":
         # G4PVReplica: the frame of a copy points to the middle of its sector, and `offset` is where the first begins
-        for k, (part, rotation) in enumerate(
-            _wedges(structure, volume, element, inner, offset, width, -width / 2, count)
-        ):
-            structure.add(volume, PhysicalVolume(base, part, ORIGIN, rotation, k))
+        _place_wedges(structure, volume, base, inner, offset, width, -width / 2, count)
         return
     for k in range(count):
         part, shift = inner, ORIGIN
@@ -255,24 +247,24 @@ def read_replicas(structure: StructureReader, volume: LogicalVolume, element: Xm
             # Copies along rho stand in one place, so each is a volume of its own size, which Geant4 computes while it
             # navigates
             changes = {"rmin": offset + k * width, "rmax": offset + (k + 1) * width}
-            part = resize_volume(structure, element, inner, inner.source, changes, ("tube",))
+            part = resize_volume(structure, inner, inner.source, changes, ("tube",))
         else:
             shift = axis_shift(axis, (k - Fraction(count - 1, 2)) * width)  # centred on the mother
         structure.add(volume, PhysicalVolume(base, part, shift, NO_ROTATION, k))
     volume.is_filled = _fills_mother(structure, volume, axis, count * width)
 
 
-def _wedges(
+def _place_wedges(
     structure: StructureReader,
     mother: LogicalVolume,
-    element: XmlElement,
+    base: str,
     inner: LogicalVolume,
     offset: Fraction,
     width: Fraction,
     start: Fraction,
     count: int,
-) -> Iterator[tuple[LogicalVolume, CellRotation]]:
-    """Yield `count` wedges side by side and their rotations about z: wedge 0 begins at `offset`, in radians.
+) -> None:
+    """Place `count` wedges side by side, about z: wedge 0 begins at `offset`, in radians.
 
     `start` is where the solid begins in its own frame. Where degrees or their sums are no floats, rotated copies of one
     solid would miss their neighbours by a rounding. Then each wedge is a solid of its own that stands unrotated, from
@@ -289,16 +281,15 @@ def _wedges(
             if edges is not None and not is_flat:
                 edges = [Fraction(float(angle)) for angle in edges]
     for k in range(count):
-        rotation = rotation_about_z(offset - start + k * width)
-        if edges is None:
-            yield inner, rotation
-            continue
-        low, high = edges[k], edges[k + 1]
-        # A wedge that crosses 0: a float from 180 to 360, less 360, is a float
-        low -= 360 if low > high else 0
-        changes = {"startphi": low * PI / 180, "deltaphi": (high - low) * PI / 180}
-        part = resize_volume(structure, element, inner, source, changes, _WEDGE_KINDS)
-        yield replace(part, inner_rotation=rotation), NO_ROTATION
+        part, rotation = inner, operand_rotation((*ORIGIN[:2], to_degrees(offset - start + k * width)))
+        if edges is not None:
+            low, high = edges[k], edges[k + 1]
+            # A wedge that crosses 0: a float from 180 to 360, less 360, is a float
+            low -= 360 if low > high else 0
+            changes = {"startphi": low * PI / 180, "deltaphi": (high - low) * PI / 180}
+            part = resize_volume(structure, inner, source, changes, _WEDGE_KINDS)
+            part, rotation = replace(part, inner_rotation=rotation), NO_ROTATION
+        structure.add(mother, PhysicalVolume(base, part, ORIGIN, rotation, k))
 
 
 _WEDGE_KINDS = ("tube", "cone", "sphere", "polycone", "genericPolycone", "polyhedra", "genericPolyhedra")
@@ -369,7 +360,6 @@ def _replica_measure(structure: StructureReader, rule: XmlElement, tag: str) -> 
 
 def resize_volume(
     structure: StructureReader,
-    element: XmlElement,
     inner: LogicalVolume,
     source: XmlElement | None,
     changes: dict[str, Fraction],
@@ -383,8 +373,6 @@ def resize_volume(
     ----------
     structure
         The reader.
-    element
-        The element that places the copies.
     inner
         The volume to be resized.
     source
@@ -410,10 +398,8 @@ def resize_volume(
     reading = structure.reading
     if inner.source is not None and _is_whole_slice(structure, inner.source, source, changes):
         return inner  # shares one template among all slices
-    units = {name: reading.value(source.attributes.get(name, unit), source, name) for name, unit in _UNITS.items()}
     attributes = dict(source.attributes) if kind is None else {"name": inner.name}
-    if kind is not None:  # a new element without lunit and aunit: mm and radians
-        units = {"lunit": Fraction(1), "aunit": Fraction(1)}
+    units = {name: reading.value(attributes.get(name, unit), source, name) for name, unit in _UNITS.items()}
     for name, value in changes.items():
         unit = units["aunit" if name.endswith("phi") else "lunit"] if name != "numsides" else Fraction(1)
         # The new element goes through the reader of its kind, so that a slice obeys the same checks as a written solid
@@ -555,25 +541,15 @@ def read_divisions(structure: StructureReader, volume: LogicalVolume, element: X
     base = strip_pointer(element.attributes.get("name", "") or inner.name)
     if axis == "phi":
         changes = mother.wedge(width)
-        start, part = changes["startphi"], resize_volume(structure, element, inner, source, changes, DIVISIBLE_KINDS)
-        wedges = _wedges(structure, volume, element, part, start + offset, width, start, count)
-        for k, (part, rotation) in enumerate(wedges):
-            structure.add(volume, PhysicalVolume(base, part, ORIGIN, rotation, k))
-    slices = mother.slices(axis, width, offset, count, by_number) if axis != "phi" else ()
-    for k, slice_ in enumerate(slices):
-        slice_volume = resize_volume(
-            structure,
-            element,
-            inner,
-            source,
-            slice_.changes,
-            kinds=DIVISIBLE_KINDS,
-            sections=slice_.sections,
-            kind=slice_.kind,
-        )
-        if mother.leans(axis, by_number):
-            slice_volume = replace(slice_volume, template=_cut_across(structure, volume, slice_volume, slice_, axis))
-        structure.add(volume, PhysicalVolume(base, slice_volume, slice_.shift, copy=k))
+        start, part = changes["startphi"], resize_volume(structure, inner, source, changes, DIVISIBLE_KINDS)
+        _place_wedges(structure, volume, base, part, start + offset, width, start, count)
+    else:
+        leans = mother.leans(axis, by_number)
+        for k, cut in enumerate(mother.slices(axis, width, offset, count, by_number)):
+            part = resize_volume(structure, inner, source, cut.changes, DIVISIBLE_KINDS, cut.sections, cut.kind)
+            if leans:
+                part = replace(part, template=_cut_across(structure, volume, part, cut, axis))
+            structure.add(volume, PhysicalVolume(base, part, cut.shift, copy=k))
     # Exact again: otherwise the mother stays, less its slices
     volume.is_filled = offset == 0 and count * width == whole
 
@@ -593,10 +569,8 @@ def _cut_across(
     wide = _format_expression(values.reach)
     tag, sizes = "box", {"name": part.name, "x": wide, "y": wide, "z": _format_expression(height)}
     if axis == "y":
-        tag, sizes = (
-            part.source.tag,
-            part.source.attributes | {"x": _format_expression(values.reach / values.values.length_unit)},
-        )
+        wide = _format_expression(values.reach / values.values.length_unit)
+        tag, sizes = part.source.tag, part.source.attributes | {"x": wide}
     slab = read_template(structure.reading, XmlElement(tag, part.source.line, part.source.column, sizes), {})
     whole = mother.template, (-x, -y, -z), NO_ROTATION
     return combine_templates("intersection", [whole, (slab, axis_shift("z", middle), NO_ROTATION)])
@@ -624,15 +598,13 @@ class _DividedSolid:
 
     def leans(self, axis: str, by_number: bool) -> bool:
         """Return True if slices across an axis have corners of their own in walls of the mother that lean."""
-        if self.kind == "para" and axis in ("y", "z"):
-            return self.values.angle("theta" if axis == "z" else "alpha", 0) != 0
-        if axis != "z":
-            return False
+        values = self.values
+        if self.kind == "para":
+            return axis != "x" and values.angle("theta" if axis == "z" else "alpha", 0) != 0
         if self.kind == "cone":
-            return any(
-                self.values.length(f"{name}1", 0) != self.values.length(f"{name}2", 0) for name in ("rmin", "rmax")
-            )
-        return bool(self.sections) and not by_number
+            ends = ((values.length(f"{name}1", 0), values.length(f"{name}2", 0)) for name in ("rmin", "rmax"))
+            return axis == "z" and any(low != high for low, high in ends)
+        return axis == "z" and bool(self.sections) and not by_number
 
     def extent(self, axis: str) -> Fraction:
         """Return the extent along an axis, in mm or radians. Raise OmittedPart if the kind has no such axis."""
