@@ -157,6 +157,8 @@ def test_a_seam_within_a_body_is_no_wall_and_no_tie(name: str) -> None:
     assert hit.face in faces
     assert crossings.face[0] == hit.face
     assert crossings.t[0] == t
+    beside = np.add(origin, np.multiply(t, direction)) + np.divide(normal, 8)
+    assert scene.distance(beside, exact=True).face == hit.face
     assert (hits.surface == hit.surface).all()
     assert (hits.face == hit.face).all()
     assert not hits.doubtful.any()
