@@ -424,9 +424,9 @@ def _sides_of_lowest(geometry: Geometry, room: Neighbourhood, values: int, count
     for k in range(1 << count):
         if ((values >> k) & 1) != ((values >> (k ^ (1 << i))) & 1):
             _put_sides(room, count, i, k)
-            face = place_face(geometry, _place_of(geometry, room, room.chosen[i])[0])[1]
-            if face < lowest:
-                sides, lowest = k, face
+            place = _place_of(geometry, room, room.chosen[i])[0]
+            if place != NO_PLACE and place_face(geometry, place)[1] < lowest:
+                sides, lowest = k, place_face(geometry, place)[1]
     return sides
 
 
