@@ -127,6 +127,44 @@ def test_ties_of_a_box_without_a_ball_in_it(name: str) -> None:
     assert ties(scene, rays)[1][0] == tied
 
 
+CAKE = co.HalfSpace((0, 0, 1), 0)  # z <= 0, cut by the planes x = 0 and x + z = 0, which meet in a line of that wall
+PIECES = CAKE & co.HalfSpace((1, 0, 0), 0), co.HalfSpace((-1, 0, 0), 0) & co.HalfSpace((1, 0, 1), 0)
+TILES = co.Box((0, 0, 0), (1, 1, 1)), co.Box((1, 0, 0), (2, 1, 1))
+BALL_HALVES = [co.Sphere() & co.HalfSpace((side, 0, 0), 0) for side in (1, -1)]
+SEAMS = {  # ray, t and normal of its hit, and the faces that rays beside it cross there
+    "a cap of an extrusion at the plane of a side": (
+        co.Extrusion(((-3, 2), (-4, 3), (0, 3), (5, -3), (2, -2), (1, -4)), (-2, 1), 2),
+        ((-0.125, -0.875, -20.25), (0, 0, 1), 18.25, (0, 0, -1)), {6}),
+    "two boxes, inwards": (TILES[0] | TILES[1], ((3, 0.5, 3), (-1, 0, -1), 2, (0, 0, 1)), {5, 11}),
+    "two boxes, outwards": (TILES[0] | TILES[1], ((0.5, 0.5, 0.5), (1, 0, 1), 0.5, (0, 0, 1)), {5, 11}),
+    "two painted boxes": (
+        TILES[0].painted("red") | TILES[1].painted("blue"), ((-1, -0.5, 3), (1, 0.5, -1), 2, (0, 0, 1)), {5, 11}),
+    "three planes through one line": (
+        PIECES[0] | PIECES[1] | (CAKE & co.HalfSpace((-1, 0, -1), 0)), ((1, 0, 1), (-1, 0, -1), 1, (0, 0, 1)), {0, 4}),
+    "halves of a ball": (BALL_HALVES[0] | BALL_HALVES[1], ((1, 0, 2), (-1, 0, -1), 1, (0, 0, 1)), {0, 2}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SEAMS)
+def test_a_seam_within_a_body_is_no_wall_and_no_tie(name: str) -> None:
+    """Rays beside this one cross one wall only, in the order that (g·v) / (g·d) has: alone, in packets and in lists."""
+    shape, (origin, direction, t, normal), faces = SEAMS[name]
+    scene = co.Scene([shape])
+    hit, hits = scene.first_hit(origin, direction), scene.first_hit([origin] * 70, direction)
+    crossings = scene.crossings(origin, direction)
+    assert (hit.t, hit.doubtful, hit.before, hit.after) == (t, False, *((-1, 0) if hit.entering else (0, -1)))
+    assert hit.normal == pytest.approx(normal, abs=1e-15)
+    assert hit.face in faces
+    assert crossings.face[0] == hit.face
+    assert crossings.t[0] == t
+    beside = np.add(origin, np.multiply(t, direction)) + np.divide(normal, 8)
+    assert scene.distance(beside, exact=True).face == hit.face
+    assert (hits.surface == hit.surface).all()
+    assert (hits.face == hit.face).all()
+    assert not hits.doubtful.any()
+    assert np.asarray(hits.normal).tolist() == [np.asarray(hit.normal).tolist()] * 70
+
+
 @pytest.mark.parametrize("seed", range(40))
 def test_a_corner_of_three_walls_is_a_tie_if_rays_beside_it_hit_others(seed: int) -> None:
     """Rays beside it cross the walls x = y = z = 0 in each of the six orders, and have no ties themselves."""

@@ -11,7 +11,7 @@ import math
 
 from ..._jit.decorators import helper, inline
 from .. import tables as table
-from ..body.cell import NO_PLACE, quadric_place
+from ..body.cell import NO_PLACE, place_face, quadric_place
 from ..numbers.vectors import dot
 from ..programs import hold_program, leaf_decides, root_value, sense_of, turn_leaf
 from ..surface.quadric import QuadricRecord
@@ -242,6 +242,26 @@ def _turning_sides(values: int, count: int, i: int) -> int:
     return found
 
 
+@inline
+def _put_sides(room: Neighbourhood, count: int, i: int, sides: int) -> None:
+    """Write a combination of sides of the chosen surfaces to room.sign, 0 for chosen surface i itself."""
+    for k in range(count):
+        room.sign[room.chosen[k]] = 0 if k == i else (1 if (sides >> k) & 1 else -1)
+
+
+@helper
+def _sides_of_lowest(geometry: Geometry, room: Neighbourhood, values: int, count: int, i: int, sides: int) -> int:
+    """Return the sides in which chosen surface i bounds the body with its lowest face number, as for rays."""
+    lowest = whole(1 << 60)
+    for k in range(1 << count):
+        if ((values >> k) & 1) != ((values >> (k ^ (1 << i))) & 1):
+            _put_sides(room, count, i, k)
+            place = _place_of(geometry, room, room.chosen[i])[0]
+            if place != NO_PLACE and place_face(geometry, place)[1] < lowest:
+                sides, lowest = k, place_face(geometry, place)[1]
+    return sides
+
+
 @helper
 def _straddles_wall(geometry: Geometry, room: Neighbourhood, x: float, y: float, z: float, step: float) -> bool:
     """True if some points about a step away are certainly inside and others certainly outside."""
@@ -405,8 +425,9 @@ def try_point(
         return POSSIBLE_WALL
     room.best[UPPER] = min(room.best[UPPER], distance + off)
     if not sheet and many <= _MOST:  # of the point's surroundings, where the wall's own sides differ
-        for i in range(many):
-            room.sign[room.chosen[i]] = 0 if i == turned else (1 if (between >> i) & 1 else -1)
+        if count < many and room.sizes[PROGRAM] >= 0:
+            between = _sides_of_lowest(geometry, room, values, many, turned, between)
+        _put_sides(room, many, turned, between)
     keep_wall(geometry, room, at, wall, x, y, z, distance)
     return CERTAIN_WALL
 

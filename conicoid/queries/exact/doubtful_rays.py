@@ -6,24 +6,46 @@ decide.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..._jit.decorators import inline, kernel
+from ..._jit.decorators import allocator, helper, inline, kernel
 from ..._util.arrays import FloatArray
 from ...geometry.exact_crossings import RayPlace, decide_crossing, exact_ranks, integer_line, side_of_loop
 from ...kernels import tables as table
-from ...kernels.body.crossing_rows import CROSSING_COLUMNS, SPAN_COLUMNS
-from ...kernels.body.entry import collect_entries, entry_nearness
+from ...kernels.body.crossing_rows import (
+    CROSSING_COLUMNS,
+    ENTER,
+    ENTER_CLIPPED,
+    ENTER_OFF,
+    ENTER_SURFACE,
+    ENTERS,
+    EXIT,
+    EXIT_CLIPPED,
+    EXIT_OFF,
+    EXIT_SURFACE,
+    FACE,
+    OFF,
+    SIDE,
+    SPAN_COLUMNS,
+    SURFACE,
+    BodyRows,
+    T,
+    grow_rows,
+    put_rows,
+    sort_rows,
+)
+from ...kernels.body.entry import collect_entries, crossing_face, entry_nearness, is_solid
 from ...kernels.body.hit import scale_hit
-from ...kernels.body.scratch import Scratch, new_scratch
+from ...kernels.body.scratch import TIME, Scratch, new_scratch
 from ...kernels.first_hits import HitBuffers, put_hit
 from ...kernels.ray import Ray, RayArrays, load_ray, scale_ray, span_inverse
 from ...kernels.surface.exact_crossing import CROSSES, MISSES, TOUCHES, RoundingRest
 from ...kernels.surface.polygon_loop import EDGE
-from ...kernels.tables import POLYGON, Floats, Geometry, Ints, is_halted, length
+from ...kernels.tables import POLYGON, Floats, Geometry, Ints, is_halted, length, whole
 from ...kernels.threads import run_on
 from ...numerics.rational import ZERO, sign
 from ...prepare.mmap_arrays import mapped_zeros
@@ -39,20 +61,138 @@ from .ranks import (
     clear_ranks,
     clear_stand,
     count_form_floats,
-    first_of_ranks,
-    hangs_on_tie,
+    find_leaves,
+    forget_leaves,
     list_surfaces,
     put_canonical_surfaces,
     rank_ray,
+    ranked_crossings,
+    ray_of_ranks,
     report_fast_t,
-    rows_of_ranks,
+    t_of,
 )
+from .tie_orders import find_ties, first_of_ranks, hangs_on_tie, wall_of_tie
 
 if TYPE_CHECKING:
     from ...prepare.prepared_scene import PreparedScene
 
 TIED = 2
 """`Doubtful.undecided` of a ray that is decided and hangs on a tie."""
+
+
+# Rows of a ray with known ranks
+
+
+@helper
+def _put_places(scratch: Scratch, crossings: int, inside: bool, spans: bool, rows: Floats, used: int) -> int:
+    """Write the reported t of an entry's crossings to the last columns of its rows, and return the number of rows."""
+    for c in range(crossings):
+        t = scratch.time[TIME * c]
+        if not spans:
+            rows[used + c, OFF] = t
+        else:
+            rows[used, EXIT_OFF if inside else ENTER_OFF] = t
+            used += 1 if inside else 0
+            inside = not inside
+    return used + (crossings if not spans else (1 if inside else 0))
+
+
+@inline
+def _end(rows: Floats, i: int, spans: bool, last: bool) -> tuple[bool, float, float]:
+    """Return (is a crossing, rank, reported t) of the first end of row i, or of the last end of a span."""
+    if not spans:
+        return not last, rows[i, T], rows[i, OFF]
+    if last:
+        return rows[i, EXIT_CLIPPED] == 0.0, rows[i, EXIT], rows[i, EXIT_OFF]
+    return rows[i, ENTER_CLIPPED] == 0.0, rows[i, ENTER], rows[i, ENTER_OFF]
+
+
+@allocator
+def _ranks_to_t(rows: Floats, first: int, last: int, user_ray: Ray, scale: float, spans: bool) -> None:
+    """Replace ranks by t in units of the original direction, and clipped ends by the ends of the interval.
+
+    Each rank has one t for all bodies, and t rises with the ranks: it is the largest t reported up to that rank.
+    """
+    low, high = math.inf, -math.inf
+    for i in range(first, last):
+        for end in range(2):
+            crosses, rank, _ = _end(rows, i, spans, end == 1)
+            if crosses:
+                low, high = min(low, rank), max(high, rank)
+    latest = np.full(int(high - low) + 1 if low <= high else 0, -math.inf)
+    for i in range(first, last):
+        for end in range(2):
+            crosses, rank, t = _end(rows, i, spans, end == 1)
+            if crosses:
+                latest[int(rank - low)] = max(latest[int(rank - low)], t * scale)
+    for k in range(1, len(latest)):
+        latest[k] = max(latest[k], latest[k - 1])
+    for i in range(first, last):
+        crosses, rank, _ = _end(rows, i, spans, True)
+        if spans:
+            rows[i, EXIT] = latest[int(rank - low)] if crosses else user_ray.t_max
+        crosses, rank, _ = _end(rows, i, spans, False)
+        rows[i, T] = latest[int(rank - low)] if crosses else user_ray.t_min
+
+
+@helper
+def _put_walls(
+    geometry: Geometry, room: RankScratch, scratch: Scratch, ray: Ray, count: int, entry: int, spans: bool,
+    rows: Floats, first: int, last: int,
+) -> None:  # fmt: skip
+    """Write walls to the rows of an entry whose tied places have the surface of none."""
+    stand, ranks = room.stand, room.ranks
+    for i in range(first, last):
+        for end in range(2):
+            crosses, rank, _ = _end(rows, i, spans, end == 1)
+            if not crosses:
+                continue
+            column, enters, face = SURFACE, rows[i, ENTERS] == 1.0, whole(rows[i, FACE])
+            if spans:
+                column, enters, face = EXIT_SURFACE if end == 1 else ENTER_SURFACE, end == 0, whole(-1)
+            wall = whole(rows[i, column]), face
+            differs, place, sense = wall_of_tie(geometry, stand, scratch, ranks, ray, count, entry, rank, enters, wall)
+            if differs:
+                surface, number, side = crossing_face(geometry, entry, place, sense)
+                rows[i, column] = surface
+                if not spans:
+                    rows[i, FACE], rows[i, SIDE] = number, side
+                rows[i, OFF if not spans else EXIT_OFF if end == 1 else ENTER_OFF] = t_of(ranks, surface, rank)
+
+
+@allocator
+def rows_of_ranks(
+    geometry: Geometry,
+    room: RankScratch,
+    scratch: Scratch,
+    user_ray: Ray,
+    count: int,
+    spans: bool,
+    rows: Floats,
+    used: int,
+) -> tuple[Floats, int]:
+    """Append rows (kernels/body/crossing_rows.py) of the entries scratch.found[:count]. Return (rows, number)."""
+    (ray, scale), stand, ranks = scale_ray(user_ray), room.stand, room.ranks
+    first, along, tied = used, ray_of_ranks(ray.start), find_ties(geometry, ranks, ray)
+    for k in range(count):
+        entry = scratch.found[k]
+        if spans and not is_solid(geometry, entry):
+            continue
+        find_leaves(geometry, scratch, entry, ray)
+        crossings, inside = ranked_crossings(geometry, stand, scratch, ranks, entry, ray)
+        if crossings > 0 or inside:
+            rows = grow_rows(rows, used, crossings + 1)
+            put_rows(geometry, scratch, entry, BodyRows(crossings, inside, 0.0, False), along, spans, rows, used)
+            before, used = used, _put_places(scratch, crossings, inside, spans, rows, used)
+            if tied:
+                _put_walls(geometry, room, scratch, ray, count, entry, spans, rows, before, used)
+    forget_leaves(scratch)
+    sort_rows(rows, first, used, spans)
+    _ranks_to_t(rows, first, used, user_ray, scale, spans)
+    return rows, used
+
+
+# Kernels
 
 
 @kernel(room="out", doubtful="out", begin="0..end", end="0..m", found="out")
@@ -75,7 +215,8 @@ def settle_first(
         undecided[k] = 1 if count < 0 else 0
         if count >= 0:
             put_canonical_surfaces(geometry, stand, scratch, ranks, ray.start, count)
-            hit = first_of_ranks(geometry, stand, scratch, ranks, ray, count)
+            tied = find_ties(geometry, ranks, ray)
+            hit = first_of_ranks(geometry, stand, scratch, ranks, ray, count, tied)
             put_hit(scale_hit(hit, scale), i, found)
             undecided[k] = TIED if hangs_on_tie(geometry, stand, scratch, ranks, ray, count, hit) else 0
         clear_stand(stand, ranks)
@@ -150,7 +291,7 @@ def ranked_first(geometry: Geometry, room: RankScratch, rays: RayArrays, i: int,
     scratch, stand, ranks = new_scratch(geometry), room.stand, room.ranks
     ray, scale = scale_ray(load_ray(rays, i))
     count = prepare_ranked_ray(geometry, stand, scratch, ranks, ray)
-    hit = first_of_ranks(geometry, stand, scratch, ranks, ray, count)
+    hit = first_of_ranks(geometry, stand, scratch, ranks, ray, count, find_ties(geometry, ranks, ray))
     put_hit(scale_hit(hit, scale), i, found)
     tied = TIED if hangs_on_tie(geometry, stand, scratch, ranks, ray, count, hit) else 0
     clear_stand(stand, ranks)
@@ -181,16 +322,16 @@ def new_rank_scratch(scene: PreparedScene) -> RankScratch:
     surfaces, polygons = int(length(geometry, table.SURFACE_KIND)), int(length(geometry, table.POLYGON_SURFACE))
     most = 2 * surfaces + 8
 
-    def whole(count: int) -> Any:
+    def ints(count: int) -> Any:
         return mapped_zeros(count, np.int32, sparse=True)
 
     def real(count: int) -> Any:
         return mapped_zeros(count, np.float64, sparse=True)
 
     ranks = Ranks(
-        whole(surfaces), whole(surfaces), whole(2 * surfaces), whole(surfaces),
-        real(most), real(most), real(most), whole(most), real(most), whole(most), real(most),
-        whole(polygons), np.zeros(2, np.int64),
+        ints(surfaces), ints(surfaces), ints(2 * surfaces), ints(surfaces),
+        real(most), real(most), real(most), ints(most), real(most), ints(most), real(most),
+        real(most), real(2 * most), ints(most), ints(polygons), np.zeros(2, np.int64),
     )  # fmt: skip
     floats = real(len(geometry.floats) + count_form_floats(geometry))
     return RankScratch(scene.rest, Geometry(geometry.places, geometry.integers, floats), ranks)

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..._jit.decorators import helper, inline, kernel, record_shapes
 from ...kernels.body.boolean import read_crossing
-from ...kernels.body.entry import crossing_face, entry_crossings, is_solid
+from ...kernels.body.entry import entry_crossings, is_solid
 from ...kernels.body.media import AFTER, BEFORE, BLOCKER, Sides, body_after, body_before, no_sides, sides_at, with_body
 from ...kernels.body.scratch import Scratch, new_scratch
 from ...kernels.ray import Ray, RayArrays, load_ray, scale_ray, span_inverse
@@ -96,13 +96,16 @@ def _rank_of_hit(
     geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, t: float, surface: int, entry: int,
     enters: bool,
 ) -> float:  # fmt: skip
-    """Return the rank of a hit: of the crossing nearest to t, of the same entry, surface and sense; NaN if none is."""
+    """Return the rank of a hit: of the crossing nearest to t, of the same entry and sense, where its surface crosses.
+
+    NaN if there is none. The crossing itself may have another surface of that place (tie_orders.py).
+    """
     find_leaves(geometry, scratch, entry, ray)
     count, _, _ = entry_crossings(stand, scratch, entry, ray_of_ranks(ray.start), _EVERY)
-    rank, best = math.nan, math.inf
+    rank, best, first = math.nan, math.inf, ranks.first[surface]
     for n in range(count):
-        at, place, sense, turned = read_crossing(scratch, n)
-        if turned == enters and crossing_face(geometry, entry, place, sense)[0] == surface:
+        at, _, _, turned = read_crossing(scratch, n)
+        if turned == enters and (ranks.rank[first] == at or ranks.rank[first + 1] == at):
             gap = abs(t_of(ranks, surface, at) - t)
             if gap < best or math.isnan(rank):
                 rank, best = at, gap

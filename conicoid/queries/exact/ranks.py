@@ -15,44 +15,24 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-
-from ..._jit.decorators import allocator, helper, inline, record_shapes
+from ..._jit.decorators import helper, inline, record_shapes
 from ...kernels import tables as table
 from ...kernels.body.boolean import collect_leaves, put_crossing, read_crossing
 from ...kernels.body.cell import (
     FIRST_GROUPS,
-    NO_PLACE,
     groups_of,
     is_beside,
     margin_of,
     next_group,
-    place_face,
     plane_of_group,
-    quadric_place,
     slab_of_many,
 )
-from ...kernels.body.crossing_rows import (
-    ENTER,
-    ENTER_CLIPPED,
-    ENTER_OFF,
-    EXIT,
-    EXIT_CLIPPED,
-    EXIT_OFF,
-    OFF,
-    BodyRows,
-    T,
-    grow_rows,
-    put_rows,
-    sort_rows,
-)
-from ...kernels.body.entry import collect_entries, crossing_face, entry_crossings, is_solid
-from ...kernels.body.hit import Hit, comes_first, hit_surface, no_hit
+from ...kernels.body.entry import collect_entries, crossing_face, entry_crossings
 from ...kernels.body.scratch import LEAF_COUNT, TIME, Scratch
 from ...kernels.numbers.double_double import BoundedPair, bounded_pair, minus, opposite, sign, times
 from ...kernels.numbers.shell_sort import make_sort
-from ...kernels.programs import cell_of_leaf, sense_of
-from ...kernels.ray import Ray, scale_ray, span_inverse
+from ...kernels.programs import cell_of_leaf
+from ...kernels.ray import Ray, span_inverse
 from ...kernels.surface.doubt import T_ERROR
 from ...kernels.surface.exact_crossing import (
     CROSSES,
@@ -66,7 +46,7 @@ from ...kernels.surface.exact_crossing import (
     plane_terms,
 )
 from ...kernels.surface.interval import is_too_far, nearness_of
-from ...kernels.surface.polygon_loop import EDGE, decide_loop
+from ...kernels.surface.polygon_loop import decide_loop
 from ...kernels.surface.records import curved_roots, is_curved, plane_crossing
 from ...kernels.tables import (
     ANCHOR_SIZE,
@@ -85,7 +65,6 @@ from ...kernels.tables import (
     Signs,
     integer,
     length,
-    whole,
 )
 
 SURFACES, CROSSINGS = 0, 1
@@ -97,7 +76,8 @@ FREE = -1
 @record_shapes(
     surfaces="surface_kind", listed="surface_kind", verdict="2*surface_kind", first="surface_kind",
     high="2*surface_kind+8", low="2*surface_kind+8", error="2*surface_kind+8", owner="2*surface_kind+8",
-    t="2*surface_kind+8", order="2*surface_kind+8", rank="2*surface_kind+8", loops="polygon_surface", size="2",
+    t="2*surface_kind+8", order="2*surface_kind+8", rank="2*surface_kind+8", tied="2*surface_kind+8",
+    drift="4*surface_kind+16", sequence="2*surface_kind+8", loops="polygon_surface", size="2",
 )  # fmt: skip
 class Ranks(NamedTuple):
     """Memory for the crossings of one ray. Pages of the arrays take memory only once they are written."""
@@ -113,6 +93,9 @@ class Ranks(NamedTuple):
     t: Floats  # the reported t
     order: Ints  # crossings sorted by t
     rank: Floats
+    tied: Floats  # ranks with ties, while `rank` has none (tie_orders.py)
+    drift: Floats  # (4 surfaces + 16,) of each crossing: how far it moves as the ray moves along two axes
+    sequence: Ints  # crossings sorted by place, and within a place in the order of a ray beside this one
     loops: Ints  # (polygons,) 1 if the ray passes within the polygon's outline; with EDGE on its edge
     size: Longs  # (2,) see `SURFACES`
 
@@ -475,306 +458,6 @@ def ranked_crossings(
         put_crossing(scratch, k - first, rank, place, sense, 1 if enters else 0)
         scratch.time[TIME * (k - first)] = t
     return count - first, inside
-
-
-@helper
-def first_of_ranks(geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, count: int) -> Hit:
-    """Return the first crossing of the entries scratch.found[:count]; t is the largest reported t at its rank."""
-    best, latest = no_hit(), -math.inf
-    for k in range(count):
-        entry = scratch.found[k]
-        find_leaves(geometry, scratch, entry, ray)
-        crossings, _ = ranked_crossings(geometry, stand, scratch, ranks, entry, ray)
-        rank, place, sense, enters = read_crossing(scratch, 0)
-        body = whole(entry)
-        if crossings > 0 and rank <= best.t:
-            # Coinciding crossings report one t, the largest, so that t_min = hit.t passes all of them
-            latest = max(latest if rank == best.t else -math.inf, scratch.time[0])
-            if comes_first(rank, body, best.t, best.body):
-                best = Hit(rank, body, whole(entry), place, sense, enters, 0.0, False)
-    forget_leaves(scratch)
-    if best.entry < 0:
-        return best
-    return Hit(latest, best.body, best.entry, best.place, best.sense, best.enters, 0.0, False)
-
-
-# Ties
-#
-# A ray may cross several surfaces at one place, touch one, start on one that is not its own, or pass through an edge of
-# a polygon. Its first hit depends on the tie if it changes where the crossings of each place come one after the other,
-# in some order, and where a touch becomes two crossings. That is a property of the exact ray.
-#
-# Which bodies a ray is in depends on the set of surfaces that it has crossed, not on their order. So it is enough that
-# each set of the other crossings of its place comes once before that of the hit: 2^(n - 1) orders of n crossings. Of
-# places behind the start or beyond the hit no order matters.
-#
-# Of places with more than 7 crossings, 64 sets are tried and, for each entry, two more: the crossings that lead into
-# the half-spaces of its leaves come before those that lead out, and after them. Those two are the extremes of an entry
-# that has each surface with one side only, such as a cell. Others of so many crossings may hang on a tie unseen.
-
-_MOST_ORDERED = 6
-"""Of places with more than 7 crossings the members of a set repeat, so that it has at most 64 orders."""
-_INWARD, _OUTWARD = -1, -2
-"""In place of a set of members: the crossings into leaves of an entry come first, or those out of them."""
-_OUTSIDE_ABOVE, _OUTSIDE_BELOW = 2, 3
-"""`Ranks.listed` of a surface of the entry: where its form is positive, or negative, is outside of the leaf."""
-
-
-@inline
-def _comes_after(ranks: Ranks, i: int, j: int) -> bool:
-    """Return True if crossing i comes after crossing j, by rank, then in the order of the list."""
-    return ranks.rank[i] > ranks.rank[j] or (ranks.rank[i] == ranks.rank[j] and i > j)
-
-
-_sort_ties = make_sort(_comes_after)
-
-
-@inline
-def _is_own_place(geometry: Geometry, ranks: Ranks, k: int) -> bool:
-    """Return True if crossing k is not the second one of its plane or touch, which is where the first is."""
-    tied = ranks.error
-    return k == 0 or k & 1 == 1 or (is_curved(geometry, ranks.owner[k]) and tied[k] != tied[k - 1])
-
-
-@helper
-def _count_orders(
-    geometry: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, count: int, end: float
-) -> tuple[int, int]:
-    """Sort the crossings by rank, and make touches crossings. Return how many sets come first, and ways of the rest.
-
-    `end` is the rank of the hit. The first number is 0 for a ray without ties, and larger than 64 if sets are left out.
-    """
-    crossings, order, ties, ways, most = ranks.size[CROSSINGS], ranks.order, False, 1, 0
-    tied, matters = 0, False
-    for k in range(crossings):
-        order[k], ranks.error[k] = k, ranks.rank[k]
-    _sort_ties(order, crossings, ranks)
-    for k in range(crossings):
-        this = order[k]
-        if k == 0 or ranks.rank[order[k - 1]] != ranks.rank[this]:
-            tied, matters = 0, False
-        elif _is_own_place(geometry, ranks, this):
-            tied += 1
-        is_ahead = ranks.rank[this] >= 0.0 if ray.t_min == 0.0 else ranks.t[this] > ray.t_min
-        matters |= is_ahead and ranks.rank[this] <= end
-        most, ties = max(most, tied if matters else 0), ties or tied > 0
-    for k in range(ranks.size[SURFACES]):
-        at = 2 * ranks.surfaces[k]
-        ways = 2 if ranks.verdict[at] == TOUCHES else ways
-        ranks.verdict[at] = CROSSES if ranks.verdict[at] == TOUCHES else ranks.verdict[at]
-    for k in range(count):
-        entry = scratch.found[k]
-        if integer(geometry, table.ENTRY_KIND, entry) == POLYGON:
-            ways = 2 if ranks.loops[integer(geometry, table.ENTRY_INDEX, entry)] >= EDGE else ways
-    return 1 << min(most, _MOST_ORDERED + 1) if ties or ways > 1 else 0, ways
-
-
-@inline
-def _mark_place(geometry: Geometry, ranks: Ranks, place: int, sense: int) -> None:
-    """Mark the surface of a place of a cell, of a leaf of this sense, by the side that is outside."""
-    surface, _, side = place_face(geometry, place)
-    # Of a cell of many planes only those near the ray are listed
-    if surface >= 0 and ranks.listed[surface] > 0:
-        ranks.listed[surface] = _OUTSIDE_ABOVE if side * sense > 0 else _OUTSIDE_BELOW
-
-
-@helper
-def _mark_sides(geometry: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, entry: int) -> None:
-    """Mark the surfaces of an entry's cells by the side that is outside, and no others."""
-    for k in range(ranks.size[SURFACES]):
-        ranks.listed[ranks.surfaces[k]] = 1
-    program, count = entry_program(geometry, entry), 1
-    if program >= 0:
-        count = collect_leaves(geometry, scratch, program, ray)
-    elif integer(geometry, table.ENTRY_KIND, entry) != CELL:
-        count = 0
-    for j in range(count):
-        cell, reversal = integer(geometry, table.ENTRY_INDEX, entry), whole(1)
-        if program >= 0:
-            leaf = scratch.found_leaves[j]
-            cell, reversal = cell_of_leaf(geometry, leaf), sense_of(geometry, program, leaf)
-        _mark_place(geometry, ranks, quadric_place(cell), reversal)
-        for place in range(integer(geometry, table.CELL_FIRST, cell), integer(geometry, table.CELL_FIRST, cell + 1)):
-            _mark_place(geometry, ranks, place, reversal)
-
-
-@inline
-def _is_member(geometry: Geometry, ranks: Ranks, crossing: int, members: int, bit: int) -> bool:
-    """Return True if a crossing comes first: its bit is in `members`, or it leads into, or out of, marked leaves."""
-    if members >= 0:
-        return members >> bit % _MOST_ORDERED & 1 == 1
-    surface = ranks.owner[crossing]
-    # A form falls at its first root and rises at the second, or the other way round
-    falls = is_curved(geometry, surface) and crossing & 1 == 1
-    rises = (ranks.verdict[2 * surface + 1] > 0) != falls
-    mark = ranks.listed[surface]
-    return mark > 1 and ((mark == _OUTSIDE_BELOW) == rises) == (members == _INWARD)
-
-
-@helper
-def _break_ties(
-    geometry: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, count: int, between: int, members: int, apart: bool
-) -> None:
-    """Give each crossing a rank of its own; `ranks.error` holds the ranks with ties.
-
-    At each place those whose bit is in `members` (or which `_INWARD` or `_OUTWARD` names) come first, in the order of
-    the list, then that of the surface `between`, then the others against the list. Both crossings of a touch are around
-    them, or with `apart` before them; edges of polygons are passed outside, or with it inside. The crossing on which
-    the ray starts stays at the origin.
-    """
-    crossings, order, rank, tied, first = ranks.size[CROSSINGS], ranks.order, ranks.rank, ranks.error, 0
-    while first < crossings:
-        last, bit, middle = first, 0, -1
-        while last < crossings and tied[order[last]] == tied[order[first]]:
-            last += 1
-        low, high = first, last
-        for k in range(first, last):
-            this = order[k]
-            other = this - 1 if this & 1 == 0 else this + 1  # the other crossing of the surface
-            if this > 0 and tied[other] == tied[this] and is_curved(geometry, ranks.owner[this]):
-                end = float(first) - 0.125 if apart else float(last) - 0.75
-                rank[this] = float(first) - 0.25 if other > this else end
-            elif not _is_own_place(geometry, ranks, this):
-                rank[this] = rank[other]
-            elif ranks.owner[this] == between:
-                middle = this
-            elif _is_member(geometry, ranks, this, members, bit):
-                rank[this], low, bit = float(low), low + 1, bit + 1
-            else:
-                high, bit = high - 1, bit + 1
-                rank[this] = float(high)
-        if middle >= 0:
-            rank[middle] = float(low)
-        first = last
-    zero, start = rank[0], ray.start
-    for k in range(crossings):
-        rank[k] -= zero
-    if start >= 0 and ranks.listed[start] > 0 and ranks.verdict[2 * start] == CROSSES:
-        for k in range(ranks.first[start], ranks.first[start] + 2):
-            rank[k] = 0.0 if tied[k] == 0.0 else rank[k]
-    for k in range(count):
-        entry = scratch.found[k]
-        if integer(geometry, table.ENTRY_KIND, entry) == POLYGON:
-            polygon = integer(geometry, table.ENTRY_INDEX, entry)
-            if ranks.loops[polygon] >= EDGE:
-                ranks.loops[polygon] = EDGE + (1 if apart else 0)
-
-
-@helper
-def hangs_on_tie(
-    geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, count: int, hit: Hit
-) -> bool:
-    """Return True if the first hit of a ray hangs on a tie. The ranks are lost."""
-    surface, end = -1, math.inf
-    if hit.body >= 0:
-        surface = hit_surface(geometry, hit)
-        first = ranks.first[surface]
-        end = ranks.rank[first + 1] if ranks.t[first + 1] <= hit.t else ranks.rank[first]
-    sets, ways = _count_orders(geometry, scratch, ranks, ray, count, end)
-    more, sets = (2 * count if sets > 1 << _MOST_ORDERED else 0), min(sets, 1 << _MOST_ORDERED)
-    # The crossings before a sheet that solids cut decide whether it is hit
-    for k in range(-1, count if sets > 0 else -1):
-        between = surface
-        if k >= 0:
-            entry = scratch.found[k]
-            if is_solid(geometry, entry) or entry_program(geometry, entry) < 0:
-                continue
-            between = crossing_face(geometry, entry, NO_PLACE, 1)[0]
-        for trial in range((sets + more) * ways):
-            members = trial // ways
-            if members >= sets:
-                _mark_sides(geometry, scratch, ranks, ray, scratch.found[(members - sets) // 2])
-                members = _INWARD if (members - sets) % 2 == 0 else _OUTWARD
-            _break_ties(geometry, scratch, ranks, ray, count, between, members, trial % ways == 1)
-            put_canonical_surfaces(geometry, stand, scratch, ranks, ray.start, count)
-            other = first_of_ranks(geometry, stand, scratch, ranks, ray, count)
-            if other.body != hit.body or other.enters != hit.enters:
-                return True
-            if hit.body >= 0 and hit_surface(geometry, other) != surface:
-                return True
-    return False
-
-
-@helper
-def _put_places(scratch: Scratch, crossings: int, inside: bool, spans: bool, rows: Floats, used: int) -> int:
-    """Write the reported t of an entry's crossings to the last columns of its rows, and return the number of rows."""
-    for c in range(crossings):
-        t = scratch.time[TIME * c]
-        if not spans:
-            rows[used + c, OFF] = t
-        else:
-            rows[used, EXIT_OFF if inside else ENTER_OFF] = t
-            used += 1 if inside else 0
-            inside = not inside
-    return used + (crossings if not spans else (1 if inside else 0))
-
-
-@inline
-def _end(rows: Floats, i: int, spans: bool, last: bool) -> tuple[bool, float, float]:
-    """Return (is a crossing, rank, reported t) of the first end of row i, or of the last end of a span."""
-    if not spans:
-        return not last, rows[i, T], rows[i, OFF]
-    if last:
-        return rows[i, EXIT_CLIPPED] == 0.0, rows[i, EXIT], rows[i, EXIT_OFF]
-    return rows[i, ENTER_CLIPPED] == 0.0, rows[i, ENTER], rows[i, ENTER_OFF]
-
-
-@allocator
-def _ranks_to_t(rows: Floats, first: int, last: int, user_ray: Ray, scale: float, spans: bool) -> None:
-    """Replace ranks by t in units of the original direction, and clipped ends by the ends of the interval.
-
-    Each rank has one t for all bodies, and t rises with the ranks: it is the largest t reported up to that rank.
-    """
-    low, high = math.inf, -math.inf
-    for i in range(first, last):
-        for end in range(2):
-            crosses, rank, _ = _end(rows, i, spans, end == 1)
-            if crosses:
-                low, high = min(low, rank), max(high, rank)
-    latest = np.full(int(high - low) + 1 if low <= high else 0, -math.inf)
-    for i in range(first, last):
-        for end in range(2):
-            crosses, rank, t = _end(rows, i, spans, end == 1)
-            if crosses:
-                latest[int(rank - low)] = max(latest[int(rank - low)], t * scale)
-    for k in range(1, len(latest)):
-        latest[k] = max(latest[k], latest[k - 1])
-    for i in range(first, last):
-        crosses, rank, _ = _end(rows, i, spans, True)
-        if spans:
-            rows[i, EXIT] = latest[int(rank - low)] if crosses else user_ray.t_max
-        crosses, rank, _ = _end(rows, i, spans, False)
-        rows[i, T] = latest[int(rank - low)] if crosses else user_ray.t_min
-
-
-@allocator
-def rows_of_ranks(
-    geometry: Geometry,
-    room: RankScratch,
-    scratch: Scratch,
-    user_ray: Ray,
-    count: int,
-    spans: bool,
-    rows: Floats,
-    used: int,
-) -> tuple[Floats, int]:
-    """Append rows (kernels/body/crossing_rows.py) of the entries scratch.found[:count]. Return (rows, number)."""
-    (ray, scale), stand, ranks = scale_ray(user_ray), room.stand, room.ranks
-    first, along = used, ray_of_ranks(ray.start)
-    for k in range(count):
-        entry = scratch.found[k]
-        if spans and not is_solid(geometry, entry):
-            continue
-        find_leaves(geometry, scratch, entry, ray)
-        crossings, inside = ranked_crossings(geometry, stand, scratch, ranks, entry, ray)
-        if crossings > 0 or inside:
-            rows = grow_rows(rows, used, crossings + 1)
-            put_rows(geometry, scratch, entry, BodyRows(crossings, inside, 0.0, False), along, spans, rows, used)
-            used = _put_places(scratch, crossings, inside, spans, rows, used)
-    forget_leaves(scratch)
-    sort_rows(rows, first, used, spans)
-    _ranks_to_t(rows, first, used, user_ray, scale, spans)
-    return rows, used
 
 
 # Canonical surfaces: simple ones in place of those of a ray whose ranks are known
