@@ -182,7 +182,7 @@ class InstanceList(Sequence[Body], ABC):
 
         A kind counts if its rows reach beyond the boxes that were computed before, from the farthest on.
         """
-        alone = np.array([numbers[0] for numbers in self.members if len(numbers) == 1], np.int64)
+        alone = np.array([numbers[0] for numbers in self.members if len(numbers) == 1], np.int32)
         outer = rows[alone] * ([-1.0] * 3 + [1.0] * 3)
         slack = 2.0**-50 * np.where(np.isfinite(outer), np.abs(outer), 0.0)
         outer += (slack[:, :3] + slack[:, 3:])[:, [0, 1, 2, 0, 1, 2]]
@@ -190,7 +190,7 @@ class InstanceList(Sequence[Body], ABC):
         reach = -np.inf * np.ones(6)
         for low, high in boxes:
             reach = np.maximum(reach, [*-low, *high]) if (low <= high).all() else reach
-        wanted = ~np.isfinite(outer).all(axis=1)
+        wanted = np.logical_not(np.isfinite(outer).all(axis=1))
         boxes += [self._box(alone[k : k + 1]) for k in np.flatnonzero(wanted).tolist()]
         for end in range(6):
             for k in np.argsort(-outer[:, end], kind="stable").tolist():
