@@ -198,8 +198,6 @@ TUBE, PLANES = (
 )
 
 
-
-
 def placed_around(count: int, angle: str, unit: str) -> str:
     """Return a placement of each wedge; Geant4 turns it by the inverse of its rotation."""
     turns = (f'<rotation z="-({angle.format(k)})" unit="{unit}"/>' for k in range(count))
