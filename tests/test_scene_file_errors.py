@@ -12,7 +12,7 @@ import pytest
 
 import conicoid as co
 from conicoid.io import openmc
-from conicoid.io.ray_file import RayFile, read_rays
+from conicoid.io.ray_file import RayFile
 from conicoid.io.scene_file.scene_file import parse_scene
 from conicoid.viewer.html import export
 
@@ -189,7 +189,7 @@ def test_rotate_about_a_point(tmp_path):
 def test_read_rays_refuses_other_tables(tmp_path, content, phrase):
     (tmp_path / "rays.csv").write_text(content)
     with pytest.raises(ValueError, match=phrase):
-        read_rays(tmp_path / "rays.csv")
+        RayFile(tmp_path / "rays.csv", whole=True).read()
 
 
 @pytest.mark.parametrize(
@@ -204,7 +204,7 @@ def test_read_rays_refuses_other_tables(tmp_path, content, phrase):
 )
 def test_read_rays_skips_one_header(tmp_path, header):
     (tmp_path / "rays.csv").write_text(header + "\n1,2,3,4,5,6\n")
-    assert read_rays(tmp_path / "rays.csv").rays.directions.tolist() == [[4, 5, 6]]
+    assert RayFile(tmp_path / "rays.csv", whole=True).read().rays.directions.tolist() == [[4, 5, 6]]
 
 
 @pytest.mark.parametrize(("name", "meant"), [("tmin", "t_min"), ("T_MAX", "t_max"), ("origin", "origins")])
@@ -212,7 +212,7 @@ def test_read_rays_refuses_misspelt_arrays(tmp_path, name, meant):
     arrays = {"origins": np.zeros((2, 3)), "directions": np.ones((2, 3)), name: np.ones(2)}
     np.savez(tmp_path / "rays.npz", **arrays)
     with pytest.raises(ValueError, match=rf"unknown array '{name}' \(did you mean '{meant}'\?\)"):
-        read_rays(tmp_path / "rays.npz")
+        RayFile(tmp_path / "rays.npz", whole=True).read()
 
 
 def test_ray_notes_name_ignored_arrays(tmp_path):

@@ -137,3 +137,21 @@ def ignore_fp_errors(function: Callable[P, R]) -> Callable[P, R]:
             return function(*args, **keywords)
 
     return wrapper
+
+
+def two_sum(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return a sum and its rounding error (Knuth)."""
+    total = a + b
+    part = total - a
+    return total, (a - (total - part)) + (b - part)
+
+
+def two_product(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return a product and its rounding error (Dekker)."""
+    product, parts = a * b, []
+    for factor in (a, b):
+        scaled = 134217729.0 * factor  # 2^27 + 1: both halves have 26 bits
+        high = scaled - (scaled - factor)
+        parts.append((high, factor - high))
+    (p, q), (r, s) = parts
+    return product, ((p * r - product) + p * s + q * r) + q * s

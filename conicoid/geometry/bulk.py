@@ -8,7 +8,7 @@ from typing import Any, ClassVar, NoReturn, Self
 
 import numpy as np
 
-from .._util.arrays import BoxEnds, FloatArray, ignore_fp_errors, matmul_rows
+from .._util.arrays import BoxEnds, FloatArray, ignore_fp_errors, matmul_rows, two_sum
 from .._util.dataclass import dataclass
 from .._util.validation import DOMAIN, as_integer, format_value, is_outside_domain, real_array
 from .bounds.aabb import EVERYWHERE
@@ -320,18 +320,11 @@ class Spheres(Bulk, Solid):
 
 def _sum_up(one: FloatArray, other: FloatArray, third: FloatArray) -> FloatArray:
     """Return the sum of three, or the next float if it is below the exact sum. An end that is exactly 0 is 0."""
-    first, lost = _two_sum(one, other)
-    total, more = _two_sum(first, third)
-    small, least = _two_sum(lost, more)
-    total, rest = _two_sum(total, small)
+    first, lost = two_sum(one, other)
+    total, more = two_sum(first, third)
+    small, least = two_sum(lost, more)
+    total, rest = two_sum(total, small)
     return np.where(rest + least > 0, np.nextafter(total, np.inf), total)
-
-
-def _two_sum(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return a sum and its rounding error (Knuth)."""
-    total = a + b
-    part = total - a
-    return total, (a - (total - part)) + (b - part)
 
 
 def _floats(field: str, values: Any) -> FloatArray:

@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from .._util.arrays import FloatArray
 from .._util.dataclass import dataclass
-from .bounds.linear_program import cross, dot
+from ..numerics.rational import cross, dot3
 from .facets import (
     PROBES,
     SIGN_MARGIN,
@@ -241,7 +241,7 @@ class _Partition:
 
 def _cancel(facets: Sequence[Facet], plane: FlatPlane) -> bool:
     """Return True if facets in one plane bound nothing: on each line, ends of their edges cancel one another."""
-    if len(facets) < 2 or sum(dot(newell_normal(facet.corners), plane.normal) for facet in facets):
+    if len(facets) < 2 or sum(dot3(newell_normal(facet.corners), plane.normal) for facet in facets):
         return False
     ends: Counter[tuple[Point, Point, Point]] = Counter()
     for facet in facets:
@@ -342,7 +342,7 @@ def _clip_facet(plane: FlatPlane, corners: Sequence[Point], signs: Sequence[int]
             yield corner
         following, other = corners[(k + 1) % len(corners)], signs[(k + 1) % len(corners)]
         if sign * other < 0:
-            a, b = dot(plane.normal, corner) - plane.offset, dot(plane.normal, following) - plane.offset
+            a, b = dot3(plane.normal, corner) - plane.offset, dot3(plane.normal, following) - plane.offset
             t = a / (a - b)
             yield (
                 corner[0] + t * (following[0] - corner[0]),

@@ -155,8 +155,14 @@ def refuse_unknown_tracks(bodies: Bodies, animation: tuple[Any, ...]) -> None:
                 raise KeyError(f"Scene: animation[{i}]: {error.args[0]}") from None
 
 
+_MANY_KINDS = 1024
+"""From half as many kinds on, each of few bodies, a scene is prepared for its boxes: that is faster."""
+
+
 def boxes_of(bodies: Bodies, prepared: Callable[[], FloatArray], is_prepared: bool) -> FloatArray:
-    """Return boxes around bodies, (n, 6) low and high: one for each body, or one for each group of moved copies.
+    """Return boxes around bodies, (n, 6) low and high: one for each body, or some of groups of moved copies.
+
+    Groups without a box reach as far as the others at most.
 
     They do not depend on whether the scene is prepared: its boxes are those of the shapes to the bit, except those of
     Boolean solids, which always come from it, and those of bulk balls, which never do.
@@ -171,7 +177,8 @@ def boxes_of(bodies: Bodies, prepared: Callable[[], FloatArray], is_prepared: bo
         Whether the scene is prepared.
     """
     if isinstance(bodies, InstanceList):
-        return np.array(bodies.boxes, np.float64).reshape(-1, 6)
+        many = is_prepared or len(bodies) < 2 * len(bodies.members) > _MANY_KINDS
+        return np.array(bodies.deciding_boxes(prepared()) if many else bodies.boxes, np.float64).reshape(-1, 6)
     if not is_prepared and not any(isinstance(body.shape, Boolean) for body in bodies):
         return np.array([body.shape.bounds for body in bodies], np.float64).reshape(-1, 6)
     boxes = np.array(prepared(), np.float64).reshape(-1, 6)

@@ -11,7 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from .._util.arrays import FloatArray, IndexArray, ignore_fp_errors
-from .bounds.linear_program import cross, dot, integer_row
+from ..numerics.rational import cross, dot3
+from .bounds.linear_program import integer_row
 
 Point = tuple[Any, Any, Any]
 SIGN_MARGIN = 2.0**-40
@@ -52,7 +53,7 @@ def fit_plane(corners: Sequence[Point]) -> FlatPlane | None:
         return None
     scale = max(abs(c) for c in normal)
     normal = (normal[0] / scale, normal[1] / scale, normal[2] / scale)
-    offset = dot(normal, origin)
+    offset = dot3(normal, origin)
     return FlatPlane(normal, offset, (float(normal[0]), float(normal[1]), float(normal[2]), float(offset)))
 
 
@@ -92,7 +93,7 @@ def side_of_plane(plane: FlatPlane, point: Point) -> int:
     total = sum(terms)
     if abs(total) > SIGN_MARGIN * sum(map(abs, terms)):
         return 1 if total > 0 else -1
-    exact = dot(plane.normal, point) - plane.offset
+    exact = dot3(plane.normal, point) - plane.offset
     return int(exact > 0) - int(exact < 0)
 
 
@@ -189,14 +190,14 @@ class WindingNumbers:
         triangles = [(owner, [minus(corner, (x, y, z)) for corner in corners]) for owner, corners in self.triangles]
         volumes = [(owner, triangle, _determinant(*triangle)) for owner, triangle in triangles]
         for k in itertools.count(1):
-            slope = dot(self.planes[plane].normal, (Fraction(1), Fraction(k, 7), Fraction(k * k, 11)))
+            slope = dot3(self.planes[plane].normal, (Fraction(1), Fraction(k, 7), Fraction(k * k, 11)))
             sense = -1 if slope * side > 0 else 1
             along = Fraction(sense), Fraction(sense * k, 7), Fraction(sense * k * k, 11)
             winding = 0
             for owner, (a, b, c), volume in volumes:
                 # A ray leaves at once the plane of a triangle that contains its start
                 if not volume:
-                    if not dot(self.planes[owner].normal, along):
+                    if not dot3(self.planes[owner].normal, along):
                         break
                     continue
                 turns = [_determinant(along, p, q) for p, q in ((a, b), (b, c), (c, a))]
@@ -237,4 +238,4 @@ _MOST_PAIRS = 1 << 17
 
 
 def _determinant(a: Point, b: Point, c: Point) -> Any:
-    return dot(a, cross(b, c))
+    return dot3(a, cross(b, c))

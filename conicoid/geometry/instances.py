@@ -175,16 +175,42 @@ class InstanceList(Sequence[Body], ABC):
     @cached_property
     def boxes(self) -> list[BoxEnds]:
         """For each kind with bodies, (low, high) around all of them."""
-        boxes: list[BoxEnds] = []
-        for numbers in self.members:
-            if len(numbers):
-                low, high = self.shape(int(numbers[0])).bounds
-                offsets = self.shifts.select(numbers).offsets_from(0)
-                offsets = transform_offsets(offsets, self.motion(int(self.kinds[numbers[0]])))
-                # More than the rounding error of offsets and sums
-                slack = 2.0**-50 * (np.abs(offsets).max() + _finite_sizes(low) + _finite_sizes(high))
-                boxes.append((low + (offsets.min(axis=0) - slack), high + (offsets.max(axis=0) + slack)))
+        return [self._box(numbers) for numbers in self.members if len(numbers)]
+
+    def deciding_boxes(self, rows: FloatArray) -> list[BoxEnds]:
+        """Return those of `boxes` that decide each end of the box around all; `rows` (n, 6) hold the bodies.
+
+        A kind counts if its rows reach beyond the boxes that were computed before, from the farthest on.
+        """
+        alone = np.array([numbers[0] for numbers in self.members if len(numbers) == 1], np.int64)
+        outer = rows[alone] * ([-1.0] * 3 + [1.0] * 3)
+        slack = 2.0**-50 * np.where(np.isfinite(outer), np.abs(outer), 0.0)
+        outer += (slack[:, :3] + slack[:, 3:])[:, [0, 1, 2, 0, 1, 2]]
+        boxes = [self._box(numbers) for numbers in self.members if len(numbers) > 1]
+        reach = -np.inf * np.ones(6)
+        for low, high in boxes:
+            reach = np.maximum(reach, [*-low, *high]) if (low <= high).all() else reach
+        wanted = ~np.isfinite(outer).all(axis=1)
+        boxes += [self._box(alone[k : k + 1]) for k in np.flatnonzero(wanted).tolist()]
+        for end in range(6):
+            for k in np.argsort(-outer[:, end], kind="stable").tolist():
+                if outer[k, end] <= reach[end]:
+                    break
+                if not wanted[k]:
+                    wanted[k] = True
+                    low, high = box = self._box(alone[k : k + 1])
+                    boxes.append(box)
+                    reach = np.maximum(reach, [*-low, *high]) if (low <= high).all() else reach
         return boxes
+
+    def _box(self, numbers: Ints) -> BoxEnds:
+        """Return (low, high) around bodies of one kind."""
+        low, high = self.shape(int(numbers[0])).bounds
+        offsets = self.shifts.select(numbers).offsets_from(0)
+        offsets = transform_offsets(offsets, self.motion(int(self.kinds[numbers[0]])))
+        # More than the rounding error of offsets and sums
+        slack = 2.0**-50 * (np.abs(offsets).max() + _finite_sizes(low) + _finite_sizes(high))
+        return low + (offsets.min(axis=0) - slack), high + (offsets.max(axis=0) + slack)
 
     def put_bounds(self, shapes: Sequence[Solid]) -> None:
         """Give the shapes of all bodies their bounds, computed for one body of a kind at each place along an axis.

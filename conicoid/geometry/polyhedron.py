@@ -25,9 +25,10 @@ from .._util.validation import (
     format_value,
 )
 from ..numerics import bigfloat as ex
+from ..numerics.rational import dot3
 from .bounds.aabb import enclose_boxes
 from .bounds.intersection import BoundingSurfaces
-from .bounds.linear_program import dot, half_spaces_bounds, integer_row, integer_support, round_fraction_up
+from .bounds.linear_program import half_spaces_bounds, integer_row, integer_support, round_fraction_up
 from .bounds.support import half_space_bounds, plane_through, plane_uv, points_support, sum_up
 from .cell import UV, Any_, Cell, Face, Tree
 from .convex_decomposition import convex_parts
@@ -397,12 +398,12 @@ class FlatWall(HalfOfSpace, abstract=True):
         ]
         across, near = newell_normal(corners), tuple(map(ex.rational, self.near))
         lead, others = (tuple(map(ex.rational, row)) for row in (self.lead, [1.0 - c * c for c in self.lead]))
-        size = dot(across, lead)
+        size = dot3(across, lead)
         # The largest entry is 1 or -1, exactly: the quotient counts for the other two
         n: Any = tuple(own + rest * (c / size) for own, rest, c in zip(lead, others, across, strict=True))
-        above = dot(n, minus(corners[0], near)) / dot(n, n)
+        above = dot3(n, minus(corners[0], near)) / dot3(n, n)
         anchor: Any = tuple(p + above * c for p, c in zip(near, n, strict=True))
-        surface = PlaneSurface(n, dot(n, corners[0]), anchor, 0.0)
+        surface = PlaneSurface(n, dot3(n, corners[0]), anchor, 0.0)
         return Cell((Face(surface, 0, plane_uv(surface)),))
 
 

@@ -27,7 +27,7 @@ from ..numerics.portable_math import hypot, negative_indicator, portable_max, se
 from .bounds.intersection import BoundingSurfaces, BoundsKind, orient_surface
 from .bounds.support import along_normal, half_space_bounds, plane_through, plane_uv, sum_up
 from .cell import NO_ROW, PLAIN_UV, UV, All, Any_, Cell, Face, Tree, cartesian_uv, component_row, cylindrical_uv
-from .shape import PrimitiveSolid
+from .shape import Primitive, PrimitiveSolid
 from .surface import PlaneSurface, QuadricSurface
 from .transform import AxisFrame, Motion, Translate
 
@@ -161,12 +161,6 @@ class HalfSpace(PrimitiveSolid):
 # The axis of cylinders and cones, from start to end
 
 
-def check_axis(owner: str, start: Vector, end: Vector) -> None:
-    """Raise ValueError if the ends are equal."""
-    if start == end:
-        raise ValueError(f"{owner}: end must differ from start, got {end} for both")
-
-
 def axis_vector(start: Vector, end: Vector) -> ex.Row:
     """Return end - start, exact."""
     x, y, z = (ex.exact(b) - ex.exact(a) for a, b in zip(start, end, strict=True))
@@ -204,8 +198,48 @@ def frustum_side(r0: Any, z0: Any, r1: Any, z1: Any) -> QuadricSurface:
 # Cylinders, cones and tubes, and their wedges
 
 
+class AxialShape(Primitive, abstract=True):
+    """A shape about an axis from `start` to `end`; with angles, from the direction of `reference` on."""
+
+    start: Any
+    end: Any
+    start_angle: float
+    end_angle: float
+    reference: Any
+
+    def check_axis_and_angles(self) -> None:
+        """Check that the axis has a length; check start_angle, end_angle and reference, and set the checked values.
+
+        Raise ValueError if angles have no reference, or if the reference is on the axis.
+        """
+        owner = type(self).__name__
+        if self.start == self.end:
+            raise ValueError(f"{owner}: end must differ from start, got {self.end} for both")
+        check_angle_range(self)
+        if self.reference is not None:
+            check_fields(self, reference=check_vector)
+            axis, towards = axis_vector(self.start, self.end), axis_vector(self.start, self.reference)
+            # Exactly: a reference that is only nearly on the axis still has a direction
+            if not any(ex.cross(axis, towards)):
+                raise ValueError(f"{owner}: reference must lie off the axis, got {self.reference}")
+        # Where angle 0 points would otherwise depend on the axis, and jump when that turns
+        elif self.end_angle - self.start_angle < 360:
+            two = self.start_angle != 0 and self.end_angle == 360 and hasattr(self, "radius")
+            hint = "; of two radii it is a Cone(start, end, start_radius, end_radius)" if two else ""
+            raise ValueError(f"{owner}: reference must be given with angles: it is where angle 0 points{hint}")
+
+    @property
+    def length(self) -> float:
+        """The distance from start to end."""
+        return hypot(*map(sub, self.end, self.start))
+
+    @property
+    def placement(self) -> Motion:
+        return axis_frame(self.start, self.end, self.reference)
+
+
 @dataclass(frozen=True)
-class Cylinder(PrimitiveSolid):
+class Cylinder(AxialShape, PrimitiveSolid):
     """Closed circular cylinder between two points of its axis, any direction; a wedge with angles.
 
     Own frame (Sasaki 2021): origin at `start`, z along the axis, x towards `reference` projected
@@ -228,18 +262,8 @@ class Cylinder(PrimitiveSolid):
     reference: VectorLike | None = None
 
     def __post_init__(self) -> None:
-        owner = type(self).__name__
         check_fields(self, start=check_vector, end=check_vector, radius=check_positive)
-        check_axis(owner, self.start, self.end)
-        check_angles(self, owner)
-
-    @property
-    def length(self) -> float:
-        return hypot(*map(sub, self.end, self.start))
-
-    @property
-    def placement(self) -> Motion:
-        return axis_frame(self.start, self.end, self.reference)
+        self.check_axis_and_angles()
 
     def tree(self) -> Tree:
         faces = side_and_caps(self.radius, self.start, self.end)
@@ -251,25 +275,6 @@ class Cylinder(PrimitiveSolid):
         if self.end_angle - self.start_angle < 360:
             across = portable_max(0.0, across)
         return sum_up((portable_max(0.0, direction[2] * self.length), across))
-
-
-def check_angles(shape: Any, owner: str) -> None:
-    """Check start_angle, end_angle and reference of a frozen shape, and set the checked values.
-
-    Raise ValueError if angles have no reference, or if the reference is on the axis.
-    """
-    check_angle_range(shape)
-    if shape.reference is not None:
-        check_fields(shape, reference=check_vector)
-        axis, towards = axis_vector(shape.start, shape.end), axis_vector(shape.start, shape.reference)
-        # Exactly: a reference that is only nearly on the axis still has a direction
-        if not any(ex.cross(axis, towards)):
-            raise ValueError(f"{owner}: reference must lie off the axis, got {shape.reference}")
-    # Where angle 0 points would otherwise depend on the axis, and jump when that turns
-    elif shape.end_angle - shape.start_angle < 360:
-        two = shape.start_angle != 0 and shape.end_angle == 360 and hasattr(shape, "radius")
-        hint = "; of two radii it is a Cone(start, end, start_radius, end_radius)" if two else ""
-        raise ValueError(f"{owner}: reference must be given with angles: it is where angle 0 points{hint}")
 
 
 def side_and_caps(radius: float, start: Vector, end: Vector) -> tuple[Face, Face, Face]:
@@ -328,7 +333,7 @@ def arc_support(radius: float, start_angle: float, end_angle: float, direction: 
 
 
 @dataclass(frozen=True)
-class Cone(PrimitiveSolid):
+class Cone(AxialShape, PrimitiveSolid):
     """Closed circular cone or frustum between two points of its axis; equal radii make a cylinder; a wedge with angles.
 
     Own frame: origin at `start`, z along the axis, x towards `reference` as for `Cylinder`:
@@ -355,18 +360,9 @@ class Cone(PrimitiveSolid):
         check_fields(
             self, start=check_vector, end=check_vector, start_radius=check_nonnegative, end_radius=check_nonnegative
         )
-        check_axis("Cone", self.start, self.end)
         if self.start_radius == self.end_radius == 0:
             raise ValueError("Cone: start_radius and end_radius must not both be 0, got 0.0 and 0.0")
-        check_angles(self, "Cone")
-
-    @property
-    def length(self) -> float:
-        return hypot(*map(sub, self.end, self.start))
-
-    @property
-    def placement(self) -> Motion:
-        return axis_frame(self.start, self.end, self.reference)
+        self.check_axis_and_angles()
 
     def tree(self) -> Tree:
         height = axis_length(self.start, self.end)
@@ -398,7 +394,7 @@ def _cap_uv(radius: float) -> UV:
 
 
 @dataclass(frozen=True)
-class Tube(PrimitiveSolid):
+class Tube(AxialShape, PrimitiveSolid):
     """Closed circular tube between two points of its axis, any direction; a part of a turn with angles.
 
     Own frame: origin at `start`, z along the axis, x towards `reference`, all as for `Cylinder`:
@@ -424,17 +420,7 @@ class Tube(PrimitiveSolid):
             self, start=check_vector, end=check_vector, inner_radius=check_nonnegative, outer_radius=check_positive
         )
         check_inner_radius("Tube", "outer_radius", self.inner_radius, self.outer_radius)
-        check_axis("Tube", self.start, self.end)
-        check_angles(self, "Tube")
-
-    @property
-    def length(self) -> float:
-        """The distance from start to end."""
-        return hypot(*map(sub, self.end, self.start))
-
-    @property
-    def placement(self) -> Motion:
-        return axis_frame(self.start, self.end, self.reference)
+        self.check_axis_and_angles()
 
     def tree(self) -> Tree:
         side, *caps = side_and_caps(self.outer_radius, self.start, self.end)

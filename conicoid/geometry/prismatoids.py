@@ -24,7 +24,7 @@ from .._util.validation import (
     optional,
 )
 from ..numerics import bigfloat as ex
-from .bounds.linear_program import cross, dot
+from ..numerics.rational import cross, dot3
 from .bounds.support import corners_support
 from .cell import NO_ROW, UV, Cell, Face
 from .shape import PrimitiveSolid
@@ -399,7 +399,7 @@ class Parallelepiped(PrimitiveSolid):
     def __post_init__(self) -> None:
         check_fields(self, corner=check_vector, a=check_vector, b=check_vector, c=check_vector)
         # In fractions, as any share of the volume would refuse thin plates
-        if not dot(cross(*self._edges[:2]), self._edges[2]):
+        if not dot3(cross(*self._edges[:2]), self._edges[2]):
             raise ValueError("Parallelepiped: a, b and c must not lie in one plane")
 
     @property
@@ -408,13 +408,13 @@ class Parallelepiped(PrimitiveSolid):
 
     def tree(self) -> Cell:
         a, b, c = self._edges
-        volume = dot(cross(a, b), c)
+        volume = dot3(cross(a, b), c)
         corner = tuple(ex.rational(x) for x in self.corner)
         opposite = ex.exact_row(x + i + j + k for x, i, j, k in zip(corner, a, b, c, strict=True))
         rows = []
         for normal in (cross(b, c), cross(c, a), cross(a, b)):
             own = tuple(x / volume for x in normal)
-            rows.append((*own, -dot(own, corner)))
+            rows.append((*own, -dot3(own, corner)))
         faces, maps = [], [round_row(row) for row in rows]
         for i, (x, y, z, shift) in enumerate(rows):
             first, second = (row for k, row in enumerate(maps) if k != i)

@@ -58,6 +58,13 @@ class EllipticSolid(PrimitiveSolid, abstract=True):
     E: float
     z_range: Interval | None
 
+    def __post_init__(self) -> None:
+        """Check the numbers, and that z_range leaves a part of the solids that are not at every height."""
+        numbers = {name: check_positive for name in ("A", "E", "H", "slope") if name in vars(self)}
+        check_fields(self, **numbers, z_range=check_interval)
+        if self.profile[0] < 0 or self.profile[1]:
+            self.check_range()
+
     @property
     def squares(self) -> tuple[Any, Any]:
         """(sx, sy), exact and positive."""
@@ -312,9 +319,6 @@ class EllipticCylinder(EllipticSolid):
     E: float
     z_range: Interval | None = None
 
-    def __post_init__(self) -> None:
-        check_fields(self, A=check_positive, E=check_positive, z_range=check_interval)
-
     profile = 1, 0, 0
 
     @property
@@ -349,9 +353,6 @@ class EllipticCone(EllipticSolid):
     H: float
     z_range: Interval | None = None
 
-    def __post_init__(self) -> None:
-        check_fields(self, A=check_positive, E=check_positive, H=check_positive, z_range=check_interval)
-
     @property
     def profile(self) -> EllipticProfile:
         return 0, 0, self.H
@@ -372,10 +373,6 @@ class EllipticParaboloid(EllipticSolid):
     E: float
     z_range: Interval | None = None
 
-    def __post_init__(self) -> None:
-        check_fields(self, A=check_positive, E=check_positive, z_range=check_interval)
-        self.check_range()
-
     profile, extent = (0, 1, 0), (0.0, math.inf)
 
 
@@ -394,9 +391,6 @@ class OneSheetHyperboloid(EllipticSolid):
     E: float
     H: float
     z_range: Interval | None = None
-
-    def __post_init__(self) -> None:
-        check_fields(self, A=check_positive, E=check_positive, H=check_positive, z_range=check_interval)
 
     @property
     def profile(self) -> EllipticProfile:
@@ -419,10 +413,6 @@ class TwoSheetHyperboloid(EllipticSolid):
     H: float
     z_range: Interval | None = None
 
-    def __post_init__(self) -> None:
-        check_fields(self, A=check_positive, E=check_positive, H=check_positive, z_range=check_interval)
-        self.check_range()
-
     @property
     def profile(self) -> EllipticProfile:
         return -1, 0, self.H
@@ -439,9 +429,6 @@ class DoubleCone(EllipticSolid):
 
     slope: float = 1.0
     z_range: Interval | None = None
-
-    def __post_init__(self) -> None:
-        check_fields(self, slope=check_positive, z_range=check_interval)
 
     @property
     def squares(self) -> tuple[Any, Any]:

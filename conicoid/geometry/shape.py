@@ -118,12 +118,12 @@ class Shape(ABC):
 
     @cached_property
     def cache(self) -> dict[str, Any]:
-        """A cache, by name, of what later stages derive from the shape. Entries stay valid: the shape is immutable."""
+        """A cache, by name, of values that later stages derive from the shape, which is immutable."""
         return {}
 
     @cached_property
     def own_cache(self) -> dict[str, Any]:
-        """A cache like `cache` of what does not depend on the motion, which moved copies have in common."""
+        """A cache like `cache` of values that do not depend on the motion; moved copies share it."""
         return {}
 
     @cached_property
@@ -354,7 +354,7 @@ class Sheet(Shape, abstract=True):
 
 
 class PrimitiveSheet(Sheet, Primitive, abstract=True):
-    """A sheet given by one surface and what clips it, in its own frame."""
+    """A sheet given by one surface and the solid that clips it, in its own frame."""
 
     @abstractmethod
     def sheet(self, motion: Motion) -> SurfaceSheet | PolygonSheet:

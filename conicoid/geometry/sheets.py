@@ -8,7 +8,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
-from operator import sub
 from typing import Any
 
 import numpy as np
@@ -33,7 +32,7 @@ from ..numerics.portable_math import hypot, portable_max
 from .bounds.aabb import intersect_boxes
 from .bounds.support import along_normal, half_space_bounds, plane_through, plane_uv, points_support, sum_up
 from .cell import NO_ROW, UV, All, Any_, Cell, Face, Not, PolygonSheet, SurfaceSheet, Tree, cartesian_uv, transform_uv
-from .primitives import arc_support, axis_frame, check_angles, check_axis, side_and_caps, union_of_walls, wedge_walls
+from .primitives import AxialShape, arc_support, side_and_caps, union_of_walls, wedge_walls
 from .shape import PrimitiveSheet, PrimitiveSolid, Solid
 from .surface import PlaneSurface, QuadricSurface, Surface
 from .transform import IDENTITY_MOTION, AxisFrame, Motion
@@ -261,7 +260,7 @@ class Triangle(PrimitiveSheet):
 
 
 @dataclass(frozen=True)
-class CylinderPatch(PrimitiveSheet):
+class CylinderPatch(AxialShape, PrimitiveSheet):
     """Part of the side of a cylinder of a `radius` about the axis from `start` to `end`, open at its ends and edges.
 
     Own frame as for `Cylinder`: x² + y² = radius², 0 <= z <= length, the angle of (x, y) from `start_angle`
@@ -280,16 +279,7 @@ class CylinderPatch(PrimitiveSheet):
 
     def __post_init__(self) -> None:
         check_fields(self, start=check_vector, end=check_vector, radius=check_positive)
-        check_axis("CylinderPatch", self.start, self.end)
-        check_angles(self, "CylinderPatch")
-
-    @property
-    def length(self) -> float:
-        return hypot(*map(sub, self.end, self.start))
-
-    @property
-    def placement(self) -> Motion:
-        return axis_frame(self.start, self.end, self.reference)
+        self.check_axis_and_angles()
 
     def sheet(self, motion: Motion) -> SurfaceSheet:
         side, *ends = side_and_caps(self.radius, self.start, self.end)

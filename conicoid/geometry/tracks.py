@@ -7,7 +7,7 @@ share s of the time). Before the first key and after the last nothing moves.
 from __future__ import annotations
 
 import dataclasses
-from typing import Any, Literal, TypeAlias, get_args
+from typing import Any, ClassVar, Literal, TypeAlias, get_args
 
 import numpy as np
 
@@ -139,8 +139,41 @@ class BodyTrack:
         return shape.translate(offset) if any(offset) else shape
 
 
+class _FieldTrack:
+    """A track that moves fields of a camera or a light."""
+
+    FIELDS: ClassVar[tuple[str, ...]]
+    times: tuple[float, ...]
+    ease: Ease
+
+    def _check_keys(self) -> None:
+        """Check the keys of the fields that move; raise ValueError if none does."""
+        owner = type(self).__name__
+        object.__setattr__(self, "times", _times(owner, self.times))
+        for field in self._moving:
+            size = 3 if field in ("position", "direction", "look_at") else 1
+            object.__setattr__(self, field, _keys(owner, field, getattr(self, field), len(self.times), size))
+        if not self._moving:
+            raise ValueError(f"{owner}: {', '.join(self.FIELDS[:-1])} or {self.FIELDS[-1]} must say how it moves")
+        check_fields(self, ease=_check_ease)
+
+    @property
+    def _moving(self) -> list[str]:
+        return [field for field in self.FIELDS if getattr(self, field) is not None]
+
+    def _move(self, thing: Any, time: float) -> Any:
+        """Return a camera or light with the fields that move as they are at a time."""
+        k, s = _key_share(self.times, time, self.ease)
+        for field in self._moving:
+            if not hasattr(thing, field):
+                raise ValueError(f"{type(self).__name__}: {field} is nothing that a {type(thing).__name__} has")
+        return dataclasses.replace(
+            thing, **{field: _interpolate_keys(getattr(self, field), k, s) for field in self._moving}
+        )
+
+
 @dataclass(frozen=True)
-class CameraTrack:
+class CameraTrack(_FieldTrack):
     """The motion of the scene's camera.
 
     Parameters
@@ -162,29 +195,18 @@ class CameraTrack:
     focus_distance: tuple[float, ...] | None = None
     ease: Ease = "linear"
 
-    def __post_init__(self) -> None:
-        owner = "CameraTrack"
-        object.__setattr__(self, "times", _times(owner, self.times))
-        for field in _CAMERA_FIELDS:
-            value = getattr(self, field)
-            if value is not None:
-                size = 3 if field in ("position", "look_at") else 1
-                object.__setattr__(self, field, _keys(owner, field, value, len(self.times), size))
-        if not self._moving:
-            raise ValueError(f"{owner}: {', '.join(_CAMERA_FIELDS[:-1])} or {_CAMERA_FIELDS[-1]} must say how it moves")
-        check_fields(self, ease=_check_ease)
+    FIELDS = "position", "look_at", "field_of_view", "focus_distance"
 
-    @property
-    def _moving(self) -> list[str]:
-        return [field for field in _CAMERA_FIELDS if getattr(self, field) is not None]
+    def __post_init__(self) -> None:
+        self._check_keys()
 
     def moved(self, camera: Any, time: float) -> Any:
         """Return a `camera` at a `time` in seconds. Raise ValueError for a field that the camera does not have."""
-        return _move_fields(self, camera, time)
+        return self._move(camera, time)
 
 
 @dataclass(frozen=True)
-class LightTrack:
+class LightTrack(_FieldTrack):
     """The motion or brightness of one of the scene's lights. Lamps are bodies and move by a `BodyTrack`.
 
     Parameters
@@ -208,40 +230,21 @@ class LightTrack:
     intensity: tuple[float, ...] | None = None
     ease: Ease = "linear"
 
-    def __post_init__(self) -> None:
-        owner, light = "LightTrack", as_integer(self.light)
-        if light is None or not 0 <= light <= _MOST_LIGHTS:
-            raise ValueError(f"{owner}: light must be the number of a light, from 0, got {format_value(self.light)}")
-        vars(self).update(light=light, times=_times(owner, self.times))
-        for field in self._moving:
-            size = 1 if field == "intensity" else 3
-            object.__setattr__(self, field, _keys(owner, field, getattr(self, field), len(self.times), size))
-        if not self._moving:
-            raise ValueError(f"{owner}: {', '.join(_LIGHT_FIELDS[:-1])} or {_LIGHT_FIELDS[-1]} must say how it moves")
-        check_fields(self, ease=_check_ease)
+    FIELDS = "position", "direction", "intensity"
 
-    @property
-    def _moving(self) -> list[str]:
-        return [field for field in _LIGHT_FIELDS if getattr(self, field) is not None]
+    def __post_init__(self) -> None:
+        light = as_integer(self.light)
+        if light is None or not 0 <= light <= _MOST_LIGHTS:
+            raise ValueError(f"LightTrack: light must be the number of a light, from 0, got {format_value(self.light)}")
+        object.__setattr__(self, "light", light)
+        self._check_keys()
 
     def moved(self, light: Any, time: float) -> Any:
         """Return a `light` at a `time` in seconds. Raise ValueError for a field that the light does not have."""
-        return _move_fields(self, light, time)
-
-
-def _move_fields(track: CameraTrack | LightTrack, thing: Any, time: float) -> Any:
-    """Return a camera or light with the fields that a track moves as they are at a time."""
-    k, s = _key_share(track.times, time, track.ease)
-    for field in track._moving:
-        if not hasattr(thing, field):
-            raise ValueError(f"{type(track).__name__}: {field} is nothing that a {type(thing).__name__} has")
-    moved = {field: _interpolate_keys(getattr(track, field), k, s) for field in track._moving}
-    return dataclasses.replace(thing, **moved)
+        return self._move(light, time)
 
 
 _MOST_LIGHTS = 1_000_000
-_LIGHT_FIELDS = ("position", "direction", "intensity")
-_CAMERA_FIELDS = ("position", "look_at", "field_of_view", "focus_distance")
 Track: TypeAlias = BodyTrack | CameraTrack | LightTrack
 TRACKS: dict[str, type[Track]] = {kind.__name__: kind for kind in get_args(Track)}
 """Scene-file name -> class."""

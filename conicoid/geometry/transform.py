@@ -13,7 +13,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Iterable
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -374,6 +374,11 @@ class Motion:
         )
 
     @cached_property
+    def axis_images(self) -> AxisImages:
+        """For each axis the axis to which the linear part takes it, and the sign; None where it goes to no axis."""
+        return _axis_images(tuple(step for step in self.steps if not isinstance(step, Translate)))
+
+    @cached_property
     def similarity(self) -> ex.BigFloat | None:
         """The factor by which all lengths change if each step is a similarity by itself; else None."""
         before, other = self._last_factor("similarity")
@@ -454,6 +459,22 @@ def parse_axis(owner: str, field: str, axis: Any) -> Vector:
             f"{owner}: {field} must be 3 numbers, or 'x', 'y', 'z', '-x', '-y', '-z', got {format_value(axis)}"
         )
     return AXES[axis] if isinstance(axis, str) else check_vector(owner, field, axis, nonzero=True)
+
+
+AxisImages: TypeAlias = tuple[tuple[int, int] | None, ...]
+
+
+@lru_cache(maxsize=1 << 12)
+def _axis_images(turns: tuple[Step, ...]) -> AxisImages:
+    """`Motion.axis_images` of steps."""
+    # Cached, since many bodies are turned alike, and to compose a motion exactly takes a millisecond
+    rows = Motion(turns).affine[0]
+    images: list[tuple[int, int] | None] = []
+    for column in zip(*rows, strict=True):
+        i = next((i for i in range(3) if column[i]), 0)
+        is_axis = abs(column[i]) == ex.ONE and sum(map(bool, (*rows[i], *column))) == 2
+        images.append((i, 1 if column[i] > ex.ZERO else -1) if is_axis else None)
+    return tuple(images)
 
 
 IDENTITY_MOTION = Motion()

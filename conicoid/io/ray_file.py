@@ -238,8 +238,3 @@ def _check_memory(count: int) -> None:
         check_memory(count * _RAY_BYTES)
     except ValueError as error:
         raise ValueError(f"{count:,} rays with their hits: {error}") from None
-
-
-def read_rays(path: str | os.PathLike[str]) -> TimedRays:
-    """Read all rays of a file. Raise the errors of `RayFile`, also for rays that do not fit into memory."""
-    return RayFile(path, whole=True).read()

@@ -518,7 +518,7 @@ def sum_rays(
     geometry: Geometry, rays: RayArrays, width: int, columns: Ints, weights: Floats, begin: int, end: int,
     total: Floats, counts: Ints, marks: Signs,
 ) -> None:  # fmt: skip
-    """Write what `integrate_spans` does, of the spans of packets begin..end, which nobody keeps; and their marks.
+    """Write the line integrals of `integrate_spans` for packets begin..end, whose spans are not kept, and their marks.
 
     The place of body k is columns[k], or k where there are no columns.
     """

@@ -215,7 +215,7 @@ def first_bodies(
     geometry: Geometry, rest: RoundingRest, points: Floats, after: Ints, bodies: Ints, undecided: Signs,
     scratch: Scratch, begin: int, step: int,
 ) -> None:  # fmt: skip
-    """Write for points begin, begin + step, ... what `locate_packets` does."""
+    """`locate_packets` for the points begin, begin + step, ..."""
     _open_scratch(scratch)
     i = begin
     while i < len(points):
@@ -227,7 +227,7 @@ def first_bodies(
 def wall_bounds(
     geometry: Geometry, points: Floats, reach: Floats, bounds: Floats, scratch: Scratch, begin: int, step: int
 ) -> None:
-    """Write for points begin, begin + step, ... what `bounds_of_points` does."""
+    """`bounds_of_points` for the points begin, begin + step, ..."""
     i = begin
     while i < len(points):
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
@@ -531,7 +531,7 @@ def put_crossing_rows(
 def sign_distances(
     bodies: Ints, reach: Floats, distance: Floats, lower: Floats, error: Floats, begin: int, step: int
 ) -> None:  # fmt: skip
-    """Write what `distance_bounds` makes of the bounds in `lower` for points begin, begin + step, ..."""
+    """`distance_bounds` of the bounds in `lower`, for the points begin, begin + step, ..."""
     i = begin
     while i < len(bodies):
         bound, most = lower[i], reach[i if len(reach) > 1 else 0]

@@ -106,6 +106,15 @@ def is_blocked(geometry: Geometry, scratch: Scratch, ray: Ray, blocks: Signs) ->
     return first_crossing(geometry, scratch, ray, blocks, True).body >= 0
 
 
+@inline
+def _single_hit(geometry: Geometry, scratch: Scratch, rays: RayArrays, i: int, any_hit: bool) -> Hit:
+    """Return the first crossing of ray i, traced by itself; a miss for a dead ray, and after a halt."""
+    ray = load_ray(rays, i)
+    if ray.start == DEAD or is_halted(geometry):
+        return no_hit()
+    return first_crossing(geometry, scratch, ray, scratch.nothing, any_hit)
+
+
 # First hits of many rays, in one array for each field
 
 _PAGE = 4096  # bytes of a page of memory
@@ -241,11 +250,7 @@ def _trace_tile(
                 if together and lanes[DOUBT + np.uint64(8 * row + k)] == 0.0:
                     put_hit(lane_hit(lanes, 8 * row + k), i, found)
                     continue
-                hit = no_hit()
-                ray = load_ray(rays, i)
-                if ray.start != DEAD and not is_halted(geometry):
-                    hit = first_crossing(geometry, scratch, ray, scratch.nothing, False)
-                put_hit(hit, i, found)
+                put_hit(_single_hit(geometry, scratch, rays, i, False), i, found)
 
 
 @kernel(begin="0..end", end="0..n", found="out")
@@ -256,11 +261,7 @@ def trace_first_alone(geometry: Geometry, rays: RayArrays, begin: int, end: int,
     """
     scratch = new_scratch(geometry)
     for i in range(begin, end):
-        hit = no_hit()
-        ray = load_ray(rays, i)
-        if ray.start != DEAD and not is_halted(geometry):
-            hit = first_crossing(geometry, scratch, ray, scratch.nothing, False)
-        put_hit(hit, i, found)
+        put_hit(_single_hit(geometry, scratch, rays, i, False), i, found)
 
 
 @kernel(width="picture n", begin="0..end", end="0..n", result="out n")
@@ -288,10 +289,7 @@ def trace_occluded(geometry: Geometry, rays: RayArrays, width: int, begin: int, 
                     if together and lanes[DOUBT + lane] == 0.0:
                         result[i] = 1 if lanes[BEST + lane] < math.inf else 0
                         continue
-                    hit = no_hit()
-                    ray = load_ray(rays, i)
-                    if ray.start != DEAD and not is_halted(geometry):
-                        hit = first_crossing(geometry, scratch, ray, scratch.nothing, True)
+                    hit = _single_hit(geometry, scratch, rays, i, True)
                     result[i] = (1 if hit.body >= 0 else 0) + (DOUBTFUL if hit.unsure else 0)
 
 

@@ -298,7 +298,7 @@ def _with_geometry(work: Any, geometry: Geometry) -> Callable[[int, int], Any]:
 
 
 def marked_items(marks: Marks) -> npt.NDArray[np.int64]:
-    """Return the items with a mark; what threads wrote for them is seen from now on."""
+    """Return the items with a mark; this thread sees from now on the results that others wrote for them."""
     items = np.flatnonzero(marks)
     if SHIPPED is not None:
         SHIPPED.acquire()

@@ -132,8 +132,8 @@ def check_interface(owner: str, cos: Any, n1: Any, n2: Any, k: Any) -> tuple[Flo
 
 # --- Thin films
 
-_THICKEST = 20.0
-"""Thin films are thinner, in μm: a larger number is in nm."""
+_THINNEST, _THICKEST = 1e-5, 20.0
+"""Thin films are thicker than a tenth of an atom, and thinner, in μm: other numbers are in m or nm."""
 
 
 @dataclass(frozen=True)
@@ -145,7 +145,7 @@ class Layer:
     index : Index
         Refractive index, as for a material.
     thickness : float
-        In μm, > 0 and below 20.
+        In μm, from 1e-5 and below 20.
     """
 
     index: Index
@@ -154,9 +154,11 @@ class Layer:
     def __post_init__(self) -> None:
         object.__setattr__(self, "index", check_index("Layer", self.index))
         check_fields(self, thickness=check_positive)
-        if self.thickness >= _THICKEST:
-            found = f"{self.thickness:g}; {self.thickness:g} nm are {self.thickness / 1000:g}"
-            raise ValueError(f"Layer: thickness must be in μm, and below {_THICKEST:g}, got {found}")
+        if not _THINNEST <= self.thickness < _THICKEST:
+            unit, size = ("m", 1e6) if self.thickness < _THINNEST else ("nm", 1e-3)
+            found = f"{self.thickness:g}; {self.thickness:g} {unit} are {self.thickness * size:g}"
+            expected = f"in μm, from {_THINNEST:g} and below {_THICKEST:g}"
+            raise ValueError(f"Layer: thickness must be {expected}, got {found}")
 
 
 @dataclass(frozen=True)
@@ -202,7 +204,7 @@ class Coating:
     def at(
         self, wavelength: npt.ArrayLike, cos: npt.ArrayLike = 1.0, n1: npt.ArrayLike = 1.0, n2: npt.ArrayLike = 1.5
     ) -> Fresnel:
-        """Return what `co.optics.fresnel` returns, for light that comes from outside of the coat.
+        """Return the result of `co.optics.fresnel` for light that comes from outside of the coat.
 
         It is computed by the characteristic matrix of each film (Macleod, Thin-Film Optical Filters, chapter 2).
 

@@ -1,4 +1,4 @@
-"""Rational numbers, without rounding: linear algebra, and roots of quadratics with integer coefficients."""
+"""Rational numbers, without rounding: vectors, linear algebra, and roots of quadratics with integer coefficients."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import field
 from fractions import Fraction
 from functools import cached_property
 from math import gcd, inf, isqrt, nextafter
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from .._util.dataclass import dataclass
 
@@ -19,6 +19,16 @@ FractionMatrix: TypeAlias = Sequence[FractionRow]
 def dot(a: FractionRow, b: FractionRow) -> Fraction:
     """Return the dot product."""
     return sum((x * y for x, y in zip(a, b, strict=True)), Fraction(0))
+
+
+def dot3(a: Sequence[Any], b: Sequence[Any]) -> Any:
+    """Return the dot product of three numbers, which keep their type."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def cross(a: Sequence[Any], b: Sequence[Any]) -> tuple[Any, Any, Any]:
+    """Return the cross product of three numbers, which keep their type."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 def matmul(a: FractionMatrix, b: FractionMatrix) -> list[list[Fraction]]:

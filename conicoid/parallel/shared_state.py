@@ -74,7 +74,7 @@ def write_tables(
     rest: everything of a scene beyond its bodies. bodies: the pickle of a scene with bodies.
     Raise OSError if there is no room.
     """
-    # Without what only edits need
+    # Without the state of edits
     plain = replace(prepared, edit_state=EditState(), forms={}, lowered=replace(prepared.lowered, layout=None))
     vars(plain)["key"] = prepared.key
     buffers: list[pickle.PickleBuffer] = []

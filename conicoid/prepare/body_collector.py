@@ -10,23 +10,26 @@ from bisect import bisect_right
 from collections.abc import Hashable, Sequence
 from dataclasses import field
 from fractions import Fraction
-from functools import cache, lru_cache
-from itertools import accumulate
+from functools import cache
+from itertools import accumulate, compress
 from typing import Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
-from .._util.arrays import FloatArray
+from .._jit.decorators import kernel
+from .._util.arrays import FloatArray, two_product, two_sum, unique_first_with_inverse, unique_sorted
 from .._util.dataclass import dataclass
 from ..geometry.body import Body
 from ..geometry.bulk import Bulk, Spheres
 from ..geometry.cell import Cell, Not, Tree
 from ..geometry.instances import InstanceList
 from ..geometry.shape import PrimitiveSolid, Shape
-from ..geometry.surface import Key, PlaneSurface, QuadricSurface, Surface
+from ..geometry.surface import UPRIGHT, Key, PlaneSurface, QuadricSurface, Surface, Triple
 from ..geometry.transform import IDENTITY_MOTION, Rotate, Step, Transform, Translate
+from ..kernels.numbers.double_double import next_float_down, next_float_up
 from ..kernels.tables import Floats, Ints, Longs
-from ..kernels.threads import run_chunks
+from ..kernels.threads import KernelRange, run_chunks
 from ..materials.material import Material
 from ..numerics import bigfloat as ex
 from .batch_lowering import BatchLowering
@@ -36,6 +39,7 @@ from .lower_shape import lower_shape, lower_stretched_balls
 from .motion_batch import PointPlaneMover
 from .pattern import BodyGroup, BodyGroups, BodyPattern, BulkBalls
 from .progress import AFTER_BATCH, AFTER_READING, ProgressStages
+from .pytree import positions_by_key
 
 
 @dataclass
@@ -86,11 +90,11 @@ def own_surfaces(leaf: Any) -> Sequence[Surface]:
     return found
 
 
-def own_forms(leaf: Any) -> Sequence[UprightForm | Surface]:
-    """List the surfaces of a primitive solid as `surface_name` takes them, once for all its copies."""
-    found: list[UprightForm | Surface] | None = leaf.own_cache.get("forms")
+def own_forms(leaf: Any) -> Sequence[SurfaceForm | None]:
+    """List the forms of the surfaces of a primitive solid in its own frame, once for all its copies."""
+    found: list[SurfaceForm | None] | None = leaf.own_cache.get("forms")
     if found is None:
-        found = leaf.own_cache["forms"] = list(map(UprightForm.of, own_surfaces(leaf)))
+        found = leaf.own_cache["forms"] = list(map(_surface_form, own_surfaces(leaf)))
     return found
 
 
@@ -110,177 +114,300 @@ def _tree_surfaces(tree: Tree) -> list[Surface]:
 # Names of surfaces: exact numbers before the first step of a motion that would round them
 #
 # The walls of crystals in a rotated module, or of boxes in an oblique row, coincide by the hundred. Keys in 3,000 bits
-# would show it, at a millisecond each. Fractions carry a surface as far as translations, scalings along the axes and
-# quarter turns lead, and rotations about an axis that leave it where it is. From there on surfaces with equal numbers
-# are equal after equal steps, without the shifts that move a surface within itself.
+# would show it, at a millisecond each. Exact sums of floats carry many surfaces at once as far as translations and
+# quarter turns lead, and rotations about an axis that leave a surface where it is. From there on surfaces with equal
+# numbers are equal after equal steps, without the shifts that move a surface within itself.
 
 FEWEST_SURFACES = 64
 """For fewer surfaces exact keys are as quick."""
+_QUADRIC_FORM, _PLANE_FORM, _OTHER_FORM = 0.0, 1.0, 2.0
 
-_AxisMap: TypeAlias = tuple[tuple[int, Fraction | int, Fraction | int], ...]
-"""For each axis i (k, factor, shift): x[i] becomes factor x[k] + shift."""
+SurfaceForm: TypeAlias = tuple[float, ...]
+"""Exact floats: kind, weights w (3), center c (3), and d as a sum of two.
 
-
-class StepChain(NamedTuple):
-    """Steps of a motion, and the map of each that takes axes to axes."""
-
-    steps: tuple[Step, ...]
-    maps: list[_AxisMap | None]
-
-    @classmethod
-    def of(cls, steps: tuple[Step, ...]) -> StepChain:
-        """Return a chain with its maps."""
-        return cls(steps, [_shift(step) if isinstance(step, Translate) else _axis_map(step) for step in steps])
+Planes are w·(x - c) = d, upright quadrics the sum of w[i] (x[i] - c[i])² = d; c[i] = 0 where w[i] = 0.
+"""
+_FORM_NUMBERS = 9
+_LEAST_PRODUCT = 2.0**-900
+"""The rounding error of smaller products may underflow."""
 
 
-def surface_name(form: UprightForm | Surface, chain: StepChain) -> Hashable:
-    """Name a surface that steps carry: equal names are equal surfaces with the same inside, or equal planes."""
-    steps, maps = chain
-    if not isinstance(form, UprightForm):
-        return form, steps
-    flat, weights, center, constant = form
-    count = 0
-    for step, axes in zip(steps, maps, strict=True):
-        if axes is not None:
-            center = [
-                factor * center[k] + shift if weights[k] and (shift or factor != 1) else center[k]
-                for k, factor, shift in axes
-            ]
-            if not isinstance(step, Translate):
-                weights = [
-                    weights[k] / (factor if flat else factor * factor) if weights[k] and factor != 1 else weights[k]
-                    for k, factor, _ in axes
-                ]
-        elif not _is_kept(step, weights, center, flat):
-            break
-        count += 1
-    free = frozenset(axis for axis, weight in enumerate(weights) if not weight)
-    rest = _steps_across(steps[count:], free) if free else steps[count:]
-    lead = next((weight for weight in weights if weight), Fraction(1))
-    scale = lead if flat else abs(lead)
-    ratios = ((w / scale if w != scale else 1) if w else 0 for w in weights)
-    if flat:
-        return (rest, *ratios, sum((w * c for w, c in zip(weights, center, strict=True) if c), constant) / scale)
-    return (rest, *ratios, *center, constant / scale)
+def _surface_form(surface: Surface) -> SurfaceForm | None:
+    """Return the form of a surface; None if its numbers do not fit into floats, or if it is not upright."""
+    try:
+        if isinstance(surface, PlaneSurface):
+            weights, center = surface.normal, (0.0, 0.0, 0.0)
+            kind, constant = _PLANE_FORM, surface.offset
+        elif surface.rows is UPRIGHT and not any(surface.linear):
+            kind, weights, constant = _QUADRIC_FORM, surface.squares, surface.constant
+            x, y, z = (c if weight else 0.0 for c, weight in zip(surface.anchor, weights, strict=True))
+            center = x, y, z
+        else:
+            kind, (weights, center, constant) = _QUADRIC_FORM, _complete_squares(surface)
+        return kind, *map(_exact_float, (*weights, *center)), *_two_floats(constant)
+    except (_InexactFormError, OverflowError):
+        return None
 
 
-class _NotRationalError(Exception):
-    """A surface has a number that is no fraction, or it is turned in its own frame."""
+def _complete_squares(surface: QuadricSurface) -> tuple[Triple, Triple, Fraction]:
+    """Return (weights, center, constant) of an upright quadric."""
+    constant, weights, center = _rational(surface.constant), [], []
+    for axis, row in enumerate(surface.rows):
+        square, linear, factor = map(_rational, (surface.squares[axis], surface.linear[axis], row[axis]))
+        if any(row[k] for k in range(3) if k != axis) or (linear and not square):
+            raise _InexactFormError
+        weights.append(square if factor == 1 else square * factor * factor)
+        anchor = _rational(surface.anchor[axis]) if square else _ZERO
+        center.append(anchor - linear / (square * factor) if linear else anchor)
+        constant += linear * linear / square if linear else 0
+    return (weights[0], weights[1], weights[2]), (center[0], center[1], center[2]), constant
 
 
-class UprightForm(NamedTuple):
-    """w·(x - c) = d if flat, else the sum of w[i] (x[i] - c[i])² = d, in fractions; c[i] = 0 where w[i] = 0."""
+class _InexactFormError(Exception):
+    """A surface has a number that was rounded or has derivatives, or it is turned in its own frame."""
 
-    flat: bool
-    weights: Sequence[Fraction]
-    center: Sequence[Fraction]
-    constant: Fraction
 
-    @classmethod
-    def of(cls, surface: Surface) -> UprightForm | Surface:
-        """Return the form of a surface, or the surface itself if its numbers are no fractions or it is not upright."""
-        try:
-            if isinstance(surface, PlaneSurface):
-                normal = [_rational(n) for n in surface.normal]
-                return cls(True, normal, [Fraction(0)] * 3, _rational(surface.offset))
-            return cls._of_quadric(surface)
-        except _NotRationalError:
-            return surface
-
-    @classmethod
-    def _of_quadric(cls, surface: QuadricSurface) -> UprightForm:
-        """Return a quadric with squares completed."""
-        constant, weights, center = _rational(surface.constant), [], []
-        for axis, row in enumerate(surface.rows):
-            square, linear, factor = map(_rational, (surface.squares[axis], surface.linear[axis], row[axis]))
-            if any(row[k] for k in range(3) if k != axis) or (linear and not square):
-                raise _NotRationalError
-            weights.append(square * factor * factor)
-            center.append(_rational(surface.anchor[axis]) - linear / (square * factor) if square else Fraction(0))
-            constant += linear * linear / square if linear else 0
-        return cls(False, weights, center, constant)
+_ZERO = Fraction(0)
 
 
 def _rational(value: Any) -> Fraction:
-    """Return a number as a fraction; raise `_NotRationalError` for one that was rounded or has derivatives."""
+    """Return a number as a fraction; raise `_InexactFormError` for one that was rounded or has derivatives."""
     if isinstance(value, (float, Fraction, int)) or (isinstance(value, ex.BigFloat) and not value.off):
         return ex.fraction(value)
-    raise _NotRationalError
+    raise _InexactFormError
 
 
-def _shift(step: Translate) -> _AxisMap:
-    """Return the map of a translation."""
-    return tuple((k, 1, Fraction(t) if t else 0) for k, t in enumerate(step.offset))
-
-
-@lru_cache(maxsize=1 << 12)
-def _axis_map(step: Step) -> _AxisMap | None:
-    """Return a step that takes axes to axes, in fractions; None for others, whose numbers may be rounded."""
-    if isinstance(step, Rotate) and (step.degrees % 90 or sum(map(bool, step.axis)) > 1):
-        return None
-    rows, shift = step.forth_and_back[0]
-    numbers = [*(x for row in rows for x in row), *shift]
-    if any(x.off for x in numbers) or any(sum(map(bool, line)) != 1 for line in (*rows, *zip(*rows, strict=True))):
-        return None
-    sources = [next(k for k in range(3) if row[k]) for row in rows]
-    factors = [ex.fraction(row[k]) for k, row in zip(sources, rows, strict=True)]
-    return tuple(
-        (k, f if abs(f) != 1 else int(f), ex.fraction(t)) for k, f, t in zip(sources, factors, shift, strict=True)
-    )
-
-
-def _is_kept(step: Step, weights: Sequence[Fraction], center: Sequence[Fraction], flat: bool) -> bool:
-    """Return whether a rotation about an axis leaves a surface where it is."""
-    axis = _rotation_axis(step)
-    if axis is None:
-        return False
-    i, j = (k for k in range(3) if k != axis)
-    return weights[i] == weights[j] and not (weights[i] and (flat or center[i] or center[j]))
-
-
-def _rotation_axis(step: Step) -> int | None:
-    """Return the coordinate axis that a step rotates about; None for other steps."""
-    along = [k for k in range(3) if step.axis[k]] if isinstance(step, Rotate) else []
-    return along[0] if len(along) == 1 else None
-
-
-@lru_cache(maxsize=1 << 12)
-def _steps_across(steps: tuple[Step, ...], free: frozenset[int]) -> tuple[Step, ...]:
-    """Return steps without shifts along axes that lie in a surface everywhere: they carry it to the same one.
-
-    So the caps of parallel wires, side by side, are one plane.
-    """
-    kept: list[Step] = []
-    for number, step in enumerate(steps):
-        if not free:
-            return (*kept, *steps[number:])
-        if isinstance(step, Translate):
-            if not all(k in free or not t for k, t in enumerate(step.offset)):
-                x, y, z = (0.0 if k in free else t for k, t in enumerate(step.offset))
-                kept.append(Translate((x, y, z)))
-            continue
-        axes = _axis_map(step)
-        if axes is not None:
-            free = frozenset(axis for axis, (k, _, _) in enumerate(axes) if k in free)
-        elif isinstance(step, Transform):
-            matrix = step.matrix
-            free = frozenset(k for k in free if matrix[k][k] and not any(matrix[j][k] for j in range(3) if j != k))
-        else:
-            free = free & {_rotation_axis(step)}
-        if isinstance(step, Transform):
-            a, b, c = ((*row[:3], 0.0) if k in free else row for k, row in enumerate(step.matrix[:3]))
-            step = Transform((a, b, c, step.matrix[3]))
-        kept.append(step)
-    return tuple(kept)
-
-
-def surface_owners(first: np.ndarray, surfaces: np.ndarray) -> dict[int, list[int]]:
-    """Map bodies to their surfaces among these; `first` gives the first surface of each body."""
-    bodies = np.searchsorted(first, surfaces, side="right") - 1
-    found: dict[int, list[int]] = {}
-    for body, own in zip(bodies.tolist(), (surfaces - first[bodies]).tolist(), strict=True):
-        found.setdefault(body, []).append(own)
+def _exact_float(value: Any) -> float:
+    """Return a number as a float; raise `_InexactFormError` if it is none."""
+    if type(value) is float:
+        return value
+    exact = _rational(value)
+    found = float(exact)
+    if found != exact:
+        raise _InexactFormError
     return found
+
+
+def _two_floats(value: Any) -> tuple[float, float]:
+    """Return a number as a float and the float that is missing from it."""
+    if type(value) is float:
+        return value, 0.0
+    exact = _rational(value)
+    high = float(exact)
+    return high, 0.0 if high == exact else _exact_float(exact - Fraction(high))
+
+
+def _list_forms(surfaces: Sequence[tuple[Any, int]]) -> Floats:
+    """Return the forms (n, 9) of surfaces of primitives; surfaces without one are numbered, equal ones alike."""
+    numbers: dict[Surface, int] = {}
+    return np.array([
+        own_forms(leaf)[own]
+        or (_OTHER_FORM, 1.0, 2.0, 3.0, 0.0, 0.0, 0.0, numbers.setdefault(own_surfaces(leaf)[own], len(numbers)), 0.0)
+        for leaf, own in surfaces
+    ]).reshape(-1, _FORM_NUMBERS)  # fmt: skip
+
+
+class _StepKind(NamedTuple):
+    """How a step carries coordinates: all of it but its numbers."""
+
+    tag: str
+    """shift; axes, if it takes axes to axes and keeps lengths; turn, about `axis`; else other."""
+    sources: tuple[int | None, ...] = (0, 1, 2)
+    """For each axis the axis that it is the image of, if any."""
+    signs: tuple[int, ...] = (1, 1, 1)
+    axis: int = 0
+
+
+class _KnownSteps:
+    """The kinds and the numbers of steps, each found once; other steps are numbered, equal ones alike."""
+
+    def __init__(self) -> None:
+        self.kinds: dict[_StepKind, int] = {_StepKind("shift"): 0}
+        self._steps: dict[int, tuple[Step, int, tuple[float, ...]]] = {}
+        self._others: dict[Step, int] = {}
+
+    def of(self, step: Step) -> tuple[int, tuple[float, ...]]:
+        """Return the number of the kind of a step, and the numbers of the step."""
+        if isinstance(step, Translate):
+            return 0, step.offset
+        found = self._steps.get(id(step))
+        if found is None:
+            kind, numbers = self._find(step)
+            found = self._steps[id(step)] = step, self.kinds.setdefault(kind, len(self.kinds)), numbers
+        return found[1], found[2]
+
+    def _find(self, step: Step) -> tuple[_StepKind, tuple[float, ...]]:
+        if isinstance(step, Rotate) and sum(map(bool, step.axis)) == 1 and step.degrees % 90:
+            axis = next(k for k in range(3) if step.axis[k])
+            kept = tuple(k if k == axis else None for k in range(3))
+            return _StepKind("turn", kept, axis=axis), (*step.axis, step.degrees)
+        sources: list[int | None] = [None] * 3
+        if not isinstance(step, Rotate) or not (step.degrees % 90 or sum(map(bool, step.axis)) > 1):
+            linear, shift = step.forth_and_back[0]
+            for k, column in enumerate(zip(*linear, strict=True)):
+                if sum(map(bool, column)) == 1:
+                    sources[next(i for i in range(3) if column[i])] = k
+            factors = [row[k] for row, k in zip(linear, sources, strict=True) if k is not None]
+            # Nothing is rounded where all of it are signs
+            if len(factors) == 3 and all(abs(x) == ex.ONE and not x.off for x in factors) and not any(shift):
+                x, y, z = (1 if factor > ex.ZERO else -1 for factor in factors)
+                return _StepKind("axes", tuple(sources), (x, y, z)), ()
+        if isinstance(step, Transform):
+            # The shift of each row comes last, as that of a translation
+            numbers = [x for k in range(3) for x in step.matrix[k][:3]]
+            return _StepKind("matrix", tuple(sources)), (*numbers, *(row[3] for row in step.matrix[:3]))
+        return _StepKind("other", tuple(sources)), (float(self._others.setdefault(step, len(self._others))),)
+
+
+def name_surfaces(forms: Floats, chains: Sequence[tuple[Step, ...]], chain_of: Longs) -> Longs:
+    """Number surfaces that chains of steps carry: equal numbers are equal surfaces with the same inside, or planes.
+
+    Centers move exactly, as sums of two floats, as far as steps shift and exchange axes, or turn a surface within
+    itself. From there on surfaces of equal numbers are equal after equal steps, without the shifts that move them
+    within themselves: so the caps of parallel wires, side by side, are one plane.
+
+    Parameters
+    ----------
+    forms : array
+        (n, 9) the surfaces before any step, as `SurfaceForm`.
+    chains : sequence of tuples of steps
+        The motions.
+    chain_of : array
+        (n,) the motion of each surface.
+
+    Returns
+    -------
+    array
+        (n,) the number of each. Where its numbers are no sums of two floats, others have it under equal steps alone.
+    """
+    known, rows, found = _KnownSteps(), _NameRows(), np.full(len(forms), -1)
+    steps = [list(map(known.of, chain)) for chain in chains]
+    position = np.zeros(len(chains), np.int64)
+    kinds_of = positions_by_key([tuple(kind for kind, _ in chain) for chain in steps])
+    group = np.zeros(len(chains), np.int64)
+    for number, members in enumerate(kinds_of.values()):
+        group[members], position[members] = number, np.arange(len(members))
+    all_kinds = list(known.kinds)
+    for number, (codes, members) in enumerate(kinds_of.items()):
+        which = np.flatnonzero(group[chain_of] == number)
+        if len(which):
+            at = position[chain_of[which]]
+            columns = [np.array([steps[chain][k][1] for chain in members])[at] for k in range(len(codes))]
+            rows.add(_CarriedForms(forms[which]), which, [all_kinds[code] for code in codes], columns)
+    rows.number(found)
+    return found
+
+
+class _CarriedForms:
+    """Some forms with their centers as sums of two floats, and which of them are exact."""
+
+    def __init__(self, forms: Floats) -> None:
+        self.given = forms
+        self.kind, self.weights, self.rests = forms[:, 0], forms[:, 1:4].copy(), np.zeros((len(forms), 3))
+        self.centers, self.constant = forms[:, 4:7].copy(), forms[:, 7:9].copy()
+        self.exact = np.ones(len(forms), bool)
+
+    def shift(self, offsets: Floats, rows: npt.NDArray[np.bool_]) -> None:
+        """Move the centers of some forms."""
+        for axis in range(3):
+            some = np.flatnonzero(rows & (self.weights[:, axis] != 0.0) & (offsets[:, axis] != 0.0))
+            if len(some):
+                pair = np.stack([self.centers[some, axis], self.rests[some, axis]], axis=1)
+                self.centers[some, axis], self.rests[some, axis] = self._sum(pair, offsets[some, axis], some).T
+
+    def turn(self, kind: _StepKind, rows: npt.NDArray[np.bool_]) -> None:
+        """Exchange the axes of some forms."""
+        sources, signs = np.array(kind.sources, np.int64), np.array(kind.signs, np.float64)
+        self.centers[rows] = self.centers[rows][:, sources] * signs
+        self.rests[rows] = self.rests[rows][:, sources] * signs
+        signed = np.where((self.kind[rows] == _QUADRIC_FORM)[:, None], 1.0, signs)
+        self.weights[rows] = self.weights[rows][:, sources] * signed
+
+    def keep(self, axis: int) -> npt.NDArray[np.bool_]:
+        """Return which forms a rotation about an axis leaves where they are."""
+        i, j = (k for k in range(3) if k != axis)
+        centered = (self.centers[:, [i, j]] == 0.0).all(axis=1) & (self.kind == _QUADRIC_FORM)
+        return (self.weights[:, i] == self.weights[:, j]) & ((self.weights[:, i] == 0.0) | centered)
+
+    def _sum(self, pair: Floats, number: Floats, rows: Longs) -> Floats:
+        """Add numbers (n,) to sums of two floats (n, 2) of these rows, and note where the sum is none."""
+        total, lost = two_sum(pair[:, 0], number)
+        rest, least = two_sum(pair[:, 1], lost)
+        self.exact[rows] &= least == 0.0
+        return np.stack(two_sum(total, rest), axis=1)
+
+    def columns(self) -> Floats:
+        """Return the numbers of all forms: planes by their normals and distances, up to sign and powers of two."""
+        flat = np.flatnonzero(self.kind == _PLANE_FORM)
+        constant = self.constant[flat]
+        for axis in range(3):
+            for part in (self.centers, self.rests):
+                product, lost = two_product(self.weights[flat, axis], part[flat, axis])
+                self.exact[flat] &= (product == 0.0) | (np.abs(product) > _LEAST_PRODUCT)
+                for number in (product, lost):
+                    if number.any():
+                        constant = self._sum(constant, number, flat)
+        weights = self.weights[flat]
+        lead = weights[np.arange(len(flat)), (weights != 0.0).argmax(axis=1)]
+        scale = np.copysign(np.exp2(1.0 - np.frexp(lead)[1]), lead)[:, None]
+        self.weights[flat], self.constant[flat] = weights * scale, constant * scale
+        self.exact[flat] &= (self.constant[flat] / scale == constant).all(axis=1)
+        self.centers[flat] = self.rests[flat] = 0.0
+        return np.concatenate([self.kind[:, None], self.weights, self.centers, self.rests, self.constant], axis=1)
+
+
+class _NameRows:
+    """Rows of numbers, each under the kinds of the steps that are left: equal rows are equal surfaces."""
+
+    def __init__(self) -> None:
+        self._rows: dict[tuple[_StepKind | None, ...], list[tuple[Longs, Floats]]] = {}
+
+    def add(self, forms: _CarriedForms, which: Longs, kinds: Sequence[_StepKind], numbers: Sequence[Floats]) -> None:
+        """Carry forms as far as they stay exact, and add their rows; `numbers` are those of each step."""
+        active, count = np.ones(len(which), bool), np.zeros(len(which), np.int64)
+        for kind, own in zip(kinds, numbers, strict=True):
+            if kind.tag == "shift":
+                forms.shift(own, active)
+            elif kind.tag == "axes":
+                forms.turn(kind, active)
+            else:
+                active &= forms.keep(kind.axis) if kind.tag == "turn" else False
+            count += active
+        rows, free = forms.columns(), forms.weights == 0.0
+        others = np.flatnonzero(~forms.exact)
+        if len(others):
+            whole = [forms.given[others], *(own[others] for own in numbers)]
+            self._rows.setdefault((None, *kinds), []).append((which[others], np.concatenate(whole, axis=1)))
+        code = count * 8 + free @ (1, 2, 4)
+        for one in unique_sorted(code[forms.exact]).tolist():
+            some = np.flatnonzero(forms.exact & (code == one))
+            begin, own_free = one // 8, [bool(one >> axis & 1) for axis in range(3)]
+            columns, moves = [], []
+            for kind, own in zip(kinds[begin:], numbers[begin:], strict=True):
+                own = own[some]
+                if kind.tag != "shift":
+                    own_free = [k is not None and own_free[k] for k in kind.sources]
+                if kind.tag in ("shift", "matrix"):
+                    own[:, -3:][:, own_free] = 0.0
+                columns.append(own)
+                moves.append(own.any(axis=1) if kind.tag == "shift" else np.ones(len(some), bool))
+            # Shifts within the surface count as none
+            patterns, pattern_of = np.unique(np.array(moves, bool).reshape(-1, len(some)), axis=1, return_inverse=True)
+            for number, moved in enumerate(patterns.T.tolist()):
+                mine = np.flatnonzero(pattern_of.ravel() == number)
+                key = tuple(compress(kinds[begin:], moved))
+                parts = [part[mine] for part in (rows[some], *compress(columns, moved))]
+                self._rows.setdefault(key, []).append((which[some[mine]], np.concatenate(parts, axis=1)))
+
+    def number(self, names: Longs) -> None:
+        """Write the number of each surface."""
+        known: dict[tuple[int, bytes], int] = {}
+        for key, parts in enumerate(self._rows.values()):
+            for which, rows in parts:
+                raw, width = (rows + 0.0).tobytes(), 8 * rows.shape[1]
+                names[which] = [
+                    known.setdefault((key, raw[at : at + width]), len(known)) for at in range(0, len(raw), width)
+                ]
 
 
 # --- Bodies in groups of equal pattern
@@ -342,30 +469,49 @@ class ExactBodySurfaces:
         """
         if sum(map(len, clusters)) < FEWEST_SURFACES:
             return {}
-        parts: dict[int, tuple[Any, tuple[Step, ...], int]] = {}
-        for body, numbers in surface_owners(self.first, np.concatenate(clusters)).items():
+        clusters = [cluster for cluster in clusters if len(cluster)]
+        surfaces = np.concatenate(clusters)
+        parts, which, own = self._locate(surfaces)
+        # A volume is often a part of its mother, too: one surface of one primitive needs no numbers
+        names = np.where(which < 0, -1, which * (1 + int(own.max())) + own)
+        lengths = np.array(list(map(len, clusters)))
+        begins = np.cumsum(lengths) - lengths
+        is_one = np.logical_and.reduceat(names == np.repeat(names[begins], lengths), begins)
+        others = np.flatnonzero(np.repeat(~is_one, lengths) & (which >= 0))
+        if len(others):
+            first_of, place = unique_first_with_inverse(names[others])
+            some, numbers = which[others[first_of]], own[others[first_of]]
+            forms = _list_forms([(parts[k][0], n) for k, n in zip(some.tolist(), numbers.tolist(), strict=True)])
+            carried = unique_sorted(some)
+            chains = [(*parts[k][0].placement.steps, *parts[k][1]) for k in carried.tolist()]
+            names[others] = name_surfaces(forms, chains, np.searchsorted(carried, some))[place]
+        # Negative, apart from the numbers of surfaces
+        named = names >= 0
+        return dict(zip(surfaces[named].tolist(), (-1 - names[named]).tolist(), strict=True))
+
+    def _locate(self, surfaces: Longs) -> tuple[list[tuple[Any, tuple[Step, ...]]], Longs, Longs]:
+        """Return primitives with their steps, and for each surface the number of its primitive and its number there.
+
+        The primitives are distinct objects; -1 stands for those that are no solids.
+        """
+        known: dict[tuple[int, int], int] = {}
+        parts: list[tuple[Any, tuple[Step, ...]]] = []
+        starts: list[int] = []  # of each primitive of each body the first surface, and the number of the primitive
+        numbers: list[int] = []
+        bodies = unique_sorted(np.searchsorted(self.first, surfaces, side="right") - 1)
+        for body, first in zip(bodies.tolist(), self.first[bodies].tolist(), strict=True):
             leaves = _shape_leaves(self._single(body))
-            if leaves is not None:
-                parts.update((int(self.first[body]) + number, leaves.of(number)) for number in numbers)
-        names: dict[int, Hashable] = {}
-        chains: dict[tuple[int, int], StepChain] = {}
-        for cluster in clusters:
-            # A volume is often a part of its mother, too: one surface of one primitive needs no name
-            some = {index: parts[index] for index in cluster.tolist() if index in parts}
-            ids = {index: (id(leaf), id(steps), own) for index, (leaf, steps, own) in some.items()}
-            is_one = len(some) == len(cluster) and len(set(ids.values())) == 1
-            # The first surface of a name stands for it, so that long names are compared once
-            named: dict[Hashable, Hashable] = {}
-            firsts: dict[Hashable, tuple[int]] = {}
-            for index, (leaf, steps, own) in some.items():
-                key = ids[index]
-                if key not in named and not is_one:
-                    if key[:2] not in chains:
-                        chains[key[:2]] = StepChain.of((*leaf.placement.steps, *steps))
-                    name = surface_name(own_forms(leaf)[own], chains[key[:2]])
-                    named[key] = firsts.setdefault(name, (index,))
-                names[index] = named.get(key, key)
-        return names
+            if leaves is None:
+                starts.append(first)
+                numbers.append(-1)
+                continue
+            starts += [first + begin for begin in leaves.first[:-1]]
+            for leaf in leaves.moved:
+                numbers.append(known.setdefault((id(leaf[0]), id(leaf[1])), len(parts)))
+                if numbers[-1] == len(parts):
+                    parts.append(leaf)
+        at = np.searchsorted(starts, surfaces, side="right") - 1
+        return parts, np.array(numbers)[at], surfaces - np.array(starts)[at]
 
     def outline(self, polygon: int) -> tuple[ex.Row, ...]:
         """Return the exact corners of a polygon."""
@@ -530,16 +676,19 @@ def _is_bulk(kind: type) -> bool:
 
 
 def _ball_boxes(centers: FloatArray, radii: FloatArray, stretch: FloatArray) -> Floats:
-    """Return boxes (n, 6) around balls whose radius is stretched along each axis, in blocks that stay in the cache."""
-    boxes = np.empty((len(radii), 6))
-
-    def enclose(begin: int, end: int) -> None:
-        """Write the boxes of balls begin..end."""
-        rows = slice(begin, end)
-        reach = radii[rows, None] * stretch
-        # One ulp outward covers the rounding of the sum.
-        np.nextafter(centers[rows] - reach, -np.inf, out=boxes[rows, :3])
-        np.nextafter(centers[rows] + reach, np.inf, out=boxes[rows, 3:])
-
-    run_chunks(enclose, len(radii), _CHUNK)
+    """Return boxes (n, 6) around balls whose radius is stretched along each axis."""
+    boxes, arrays = np.empty((len(radii), 6)), (np.ascontiguousarray(centers), np.ascontiguousarray(radii))
+    run_chunks(KernelRange(box_balls, arrays, (tuple(stretch.tolist()), boxes)), len(radii), _CHUNK)
     return boxes
+
+
+@kernel(centers="n 3", radii="n", begin="0..end", end="0..n", boxes="out n 6")
+def box_balls(
+    centers: Floats, radii: Floats, begin: int, end: int, stretch: tuple[float, float, float], boxes: Floats
+) -> None:
+    """Write the boxes of balls begin..end."""
+    for i in range(begin, end):
+        for k in range(3):
+            reach = radii[i] * stretch[k]
+            # One ulp outward covers the rounding of the sum.
+            boxes[i, k], boxes[i, k + 3] = next_float_down(centers[i, k] - reach), next_float_up(centers[i, k] + reach)

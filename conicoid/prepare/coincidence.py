@@ -5,7 +5,7 @@ nearly equal features (`surface_features.py`), and exact names decide among them
 surfaces are equal, and none of them by other rules:
 
 - `geometry/surface.py` gives a surface its exact name, `key`: equal surfaces have equal keys, up to the sign.
-- `prepare/body_collector.py` names surfaces by their numbers before the first rotation (`surface_name`).
+- `prepare/body_collector.py` names surfaces by their numbers before the first rotation (`name_surfaces`).
 - `prepare/edits/surface_merge.py` and `prepare/edits/surface_classes.py` compare only new surfaces with the others
   after an edit; `prepare/edits/neighbour_index.py` finds the ones that are close.
 """
@@ -26,22 +26,13 @@ from .._util.arrays import dot_rows, unique_with_inverse
 from .._util.dataclass import dataclass
 from ..geometry.surface import ORIGIN, UPRIGHT, Key, QuadricSurface, Surface
 from ..kernels.tables import PLANE, QUADRIC, SPHERE, Floats, Ints, Longs, Signs
-from .pattern import BodyGroup, FactoredRows, RowPlaces
+from .pattern import BodyGroup, FactoredRows, RowPlaces, put_numbers
 from .surface_features import CurvedFeatures, PlaneFeatures, QuadricTable, Remainders, coefficients, find_clusters
 
 # The surfaces of all bodies, grouped where equality is known without comparing records
 
 _Anchors: TypeAlias = list[tuple[Floats, Ints]]
 """For each axis the distinct coordinates of anchors, and which of them each anchor has."""
-
-
-@kernel(first="n", leads="n", lead="out s")
-def put_leads(first: Ints, number: int, leads: Ints, lead: Ints) -> None:
-    """Write for a surface of each body of a group its lead: that surface of the body that `leads` names."""
-    for i in range(len(first)):
-        at = first[i] + number
-        if 0 <= at < len(lead) and 0 <= leads[i] < len(first):
-            lead[at] = first[leads[i]] + number
 
 
 @kernel(numbers="n", place="n", least="out p", lead="out s")
@@ -55,17 +46,8 @@ def put_least(numbers: Ints, place: Longs, least: Ints, lead: Ints) -> None:
             lead[numbers[i]] = least[place[i]]
 
 
-@kernel(first="n", own="k", kinds="out s")
-def put_kinds(first: Ints, own: Signs, kinds: Signs) -> None:
-    """Write the kinds of the surfaces of each body of a group."""
-    for i in range(len(first)):
-        for k in range(len(own)):
-            if 0 <= first[i] + k < len(kinds):
-                kinds[first[i] + k] = own[k]
-
-
 @kernel(kinds="s", rank="out s", leads="out s", row="out s")
-def number_leads(kinds: Signs, rank: Ints, leads: Ints, row: Ints) -> int:
+def number_leads(kinds: Ints, rank: Ints, leads: Ints, row: Ints) -> int:
     """Number the leads, and return how many there are. Writes them, and their numbers among the leads of their kind.
 
     `rank` names the lead of each surface; it becomes -1 - the number of a lead, for others the number of their lead.
@@ -93,6 +75,28 @@ def list_leads(first: Ints, number: int, rank: Ints, which: Ints) -> int:
     return count
 
 
+@dataclass(frozen=True)
+class CopiedSurface:
+    """A surface of each body of a group of translated copies, and the bodies in which it is a lead."""
+
+    rows: FactoredRows
+    kind: int
+    column: int  # of its record
+    sense: int  # column of its sense, behind the record and what rounding removed from that
+    leads: Ints
+    bodies: Ints | None  # None: all of the group
+
+    @property
+    def shares_form(self) -> bool:
+        """Return whether these are quadrics, equal but for their anchors, of which no anchor was rounded."""
+        known = self.kind == QUADRIC and self.rows.forms.get(self.column) is not None
+        return known and len(self.leads) > 0
+
+    def columns(self, some: slice, first: int, last: int) -> Floats:
+        """Return columns of some of the leads."""
+        return self.rows.of(some if self.bodies is None else self.bodies[some], first, last)
+
+
 @dataclass
 class InputSurfaces:
     """The surfaces of all bodies in input order; each has a lead, a surface that it certainly equals."""
@@ -102,22 +106,21 @@ class InputSurfaces:
     rank: Ints  # -1 - the number of a lead among the leads; for another surface the number of its lead
     row: Ints  # of each lead its number among the leads of its kind
     turned: Signs | None  # -1 where its record is its lead's negated; None where no record is
-    places: list[tuple[BodyGroup, int, Ints, Ints | None]]
-    """(group, which surface, its leads, their bodies) for each surface of groups of translated copies.
-
-    The bodies are None for all. In other groups every surface is a lead, and has a form of its own.
-    """
+    copies: list[CopiedSurface]
+    """In groups that are not of copies every surface is a lead, and has a form of its own."""
 
     @classmethod
     def of(cls, groups: Sequence[BodyGroup], places: RowPlaces) -> InputSurfaces:
         """Collect the surfaces of the bodies of all groups."""
-        kinds, rank = np.empty(places.count, np.int8), np.arange(places.count, dtype=np.int32)
+        kinds, rank = np.empty(places.count, np.int32), np.arange(places.count, dtype=np.int32)
         for group in groups:
             first = places.first[group.bodies]
-            put_kinds(first, group.pattern.kinds.astype(np.int8), kinds)
+            put_numbers(first, np.zeros(1, np.int32), group.pattern.kinds, kinds)
             for number, (_, column, _) in enumerate(group.pattern.records):
                 if isinstance(group.rows, FactoredRows) and column in group.rows.leads:
-                    put_leads(first, number, group.rows.leads[column], rank)
+                    # The lead of a surface is that of the body which `leads` names
+                    own = np.array([number], np.int32)
+                    put_numbers(first, first[group.rows.leads[column]], own, rank[number:])
         senses: Signs | None = None
         for same in _group_by_form(groups, places):
             numbers = np.concatenate([part for part, _, _ in same])
@@ -131,7 +134,8 @@ class InputSurfaces:
         count = number_leads(kinds, rank, leads, row)
         leads, row = leads[:count].copy(), row[:count].copy()
         turned = None if senses is None else senses * senses[leads][rank ^ (rank >> 31)]
-        return cls(kinds[leads], leads, rank, row, turned, list(_places_of_leads(groups, places, rank)))
+        copies = list(_list_copies(groups, places, rank))
+        return cls(kinds[leads].astype(np.int8), leads, rank, row, turned, copies)
 
     def count(self, kind: int) -> int:
         """Count the leads of a kind."""
@@ -144,10 +148,9 @@ class InputSurfaces:
         """
         form = np.full(self.count(QUADRIC), -1, np.int32)
         count = 0
-        for group, number, mine, _ in self.places:
-            kind, column, _ = group.pattern.records[number]
-            if len(mine) and kind == QUADRIC and shares_form(group, column):
-                form[self.row[-1 - self.rank[mine]]] = count
+        for copied in self.copies:
+            if copied.shares_form:
+                form[self.row[-1 - self.rank[copied.leads]]] = count
                 count += 1
         own = form < 0
         rows = np.cumsum(own, dtype=np.int32) - np.int32(1)
@@ -161,18 +164,17 @@ class InputSurfaces:
         return replace(surfaces, rank=self.rank, turned=self.turned, single=self.leads[surfaces.single])
 
 
-def _places_of_leads(
-    groups: Sequence[BodyGroup], places: RowPlaces, rank: Ints
-) -> Iterator[tuple[BodyGroup, int, Ints, Ints | None]]:
-    """Yield `InputSurfaces.places`."""
+def _list_copies(groups: Sequence[BodyGroup], places: RowPlaces, rank: Ints) -> Iterator[CopiedSurface]:
+    """Yield `InputSurfaces.copies`."""
     for group in groups:
         if isinstance(group.rows, FactoredRows):
             first = places.first[group.bodies]
-            for number in range(len(group.pattern.kinds)):
+            for number, record in enumerate(group.pattern.records):
                 which = np.empty(len(first), np.int32)
                 which = which[: list_leads(first, number, rank, which)].copy()
                 every = len(which) == len(first)
-                yield group, number, (first if every else first[which]) + np.int32(number), None if every else which
+                leads = (first if every else first[which]) + np.int32(number)
+                yield CopiedSurface(group.rows, *record, leads, None if every else which)
 
 
 def _group_by_form(groups: Sequence[BodyGroup], places: RowPlaces) -> list[list[tuple[Ints, _Anchors, int]]]:
@@ -205,13 +207,8 @@ def _number_anchors(parts: Sequence[_Anchors]) -> tuple[int, npt.NDArray[np.int6
         # Compact the numbers so that the products above stay within int64.
         if count > 2 * total:
             values, number = unique_with_inverse(number)
-            count = len(values)
+            count, number = len(values), number.astype(np.int64)  # NumPy's indices have 32 bits in WebAssembly
     return count, number
-
-
-def shares_form(group: BodyGroup, column: int) -> bool:
-    """Return whether the surfaces at a column are equal but for their anchors, and no anchor was rounded."""
-    return isinstance(group.rows, FactoredRows) and group.rows.forms.get(column) is not None
 
 
 @dataclass
@@ -235,15 +232,6 @@ class SurfaceSubset:
         return {index: names[number] for index in indices if (number := int(self.numbers[index])) in names}
 
 
-def group_columns(group: BodyGroup, which: Ints | None, some: slice, first: int, last: int) -> Floats:
-    """Return some columns of a block of bodies; `which` lists the bodies of the group to choose from, None: all."""
-    if which is None:
-        return group.rows[some, first:last]
-    if isinstance(group.rows, FactoredRows):
-        return group.rows.of(which[some], first, last)
-    return group.rows[which[some], first:last]
-
-
 # Copies of a curved surface: where no other form may give an equal one, different anchors do not, either
 
 _DIFFERENT = 1e-9
@@ -259,12 +247,11 @@ class SharedForm:
     places: tuple[float | None, ...]
 
     @classmethod
-    def of(cls, group: BodyGroup, column: int) -> SharedForm:
-        """Describe the form of a surface of a group, for which `shares_form` holds."""
-        assert isinstance(group.rows, FactoredRows)
-        axes = [group.rows.distinct(column + axis)[0] for axis in range(3)]
+    def of(cls, copied: CopiedSurface) -> SharedForm:
+        """Describe the form of a surface of copies that share it."""
+        axes = [copied.rows.distinct(copied.column + axis)[0] for axis in range(3)]
         places = (float(values[0]) if (values == values[0]).all() else None for values in axes)
-        return cls(group.rows.forms[column], tuple(places))
+        return cls(copied.rows.forms[copied.column], tuple(places))
 
 
 def settled_forms(forms: Floats, shared: Sequence[SharedForm], spheres: bool) -> npt.NDArray[np.bool_]:
@@ -482,9 +469,9 @@ class _SurfaceMerger:
         for k, table in ((PLANE, planes), (SPHERE, all_spheres), (QUADRIC, quadrics)):
             members = np.flatnonzero(kind == k)
             fresh = is_fresh[members]
-            some = table if fresh.all() else _rows_of(table, fresh)
-            if _has_equal(some):
-                _merge_equal(first, members[fresh], some)
+            if not fresh.all():
+                table = table.select(fresh) if isinstance(table, QuadricTable) else table[fresh]
+            _merge_equal(first, members[fresh], table)
         first = first[first]
         # Planes across the axes are compared without exact names, which take about a millisecond each.
         flat = np.flatnonzero((kind[:single] == PLANE) & plain[:single])
@@ -632,21 +619,14 @@ def _record_ranks(
     return ranks
 
 
-def _rows_of(table: Floats | QuadricTable, some: npt.NDArray[np.bool_]) -> Floats | QuadricTable:
-    """Return some rows of a table."""
-    return table.select(some) if isinstance(table, QuadricTable) else table[some]
-
-
-def _has_equal(table: Floats | QuadricTable) -> bool:
-    """Return whether two rows may be equal: in a large table without equal rows much faster than a full comparison."""
-    mixed = row_hashes(table)
-    mixed.sort()
-    return bool((mixed[1:] == mixed[:-1]).any())
-
-
 def _merge_equal(first: Any, members: Any, table: Floats | QuadricTable) -> None:
     """Point each member at the earliest one with a record equal to the bit, zeros of both signs alike."""
-    order = np.argsort(row_hashes(table), kind="stable")
+    hashes = row_hashes(table)
+    known = np.sort(hashes)
+    # Most tables have no equal rows, and numbers are sorted several times as fast as places
+    if not (known[1:] == known[:-1]).any():
+        return
+    order = np.argsort(hashes, kind="stable")
     same = np.zeros(len(order), bool)
     for begin in range(1, len(order), _CHUNK):
         rows = table[order[begin - 1 : begin + _CHUNK]]
@@ -668,7 +648,7 @@ def _merge_across_axes(first: Any, members: Any, row: Ints, planes: Floats) -> i
     if not across.all():
         members, axes, places = members[across], axes[across], places[across]
     least = np.empty(len(members), np.int64)
-    put_first_across_axes(planes, row[members], axes, places, np.argsort(places), least)
+    put_first_across_axes(planes, row[members], axes, places, np.argsort(places).astype(np.int64), least)
     others = np.flatnonzero(least != np.arange(len(members)))
     if len(others):
         first[members[others]] = members[least[others]]

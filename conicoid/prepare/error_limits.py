@@ -9,17 +9,14 @@ within `far` of the scene.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from .._jit.decorators import inline, kernel, record_shapes
-from .._util.arrays import row_ends
 from .._util.dataclass import dataclass
-from ..kernels.faces import rows_of_cells
-from ..kernels.programs import MODEL_ROW, cells_of_leaves, leaves_of_programs, rows_of_programs
+from ..kernels.programs import MODEL_ROW, rows_of_programs
 from ..kernels.surface.doubt import FAR, KAPPA, KAPPA_OF_BALLS, KAPPA_OF_PLANES, RELATIVE
 from ..kernels.tables import CELL, PLANE, POLYGON, QUADRIC, REGION, SHEET, SPHERE, Floats, Ints, Signs, Tables, whole
 from .mmap_arrays import mapped_zeros, own_memory
@@ -241,6 +238,22 @@ def _leaves(tables: EntryTables, program: int) -> tuple[int, int]:
     return first, end
 
 
+@inline
+def _cell_of_leaf(tables: EntryTables, leaf: int) -> int:
+    """Return the cell of a leaf; -1 where its row does not exist."""
+    if len(tables.program_shifts) > 0:
+        return whole(leaf)
+    return whole(tables.leaf_cell[leaf]) if 0 <= leaf < len(tables.leaf_cell) else whole(-1)
+
+
+@inline
+def _row_of_cell(tables: EntryTables, cell: int) -> int:
+    """Return the row of a cell in `cell_limits`; -1 for a cell that does not exist."""
+    if not 0 <= cell < len(tables.cell_quadric):
+        return whole(-1)
+    return whole(tables.cell_likes[cell] >> 1) if len(tables.cell_likes) > 0 else whole(cell)
+
+
 @kernel(boxes="e 6", place="s", sheets="0..t", begin="0..end", end="0..e", limits="out o 2", most="out 3 m")
 def weigh_entries(
     records: RecordTables, tables: EntryTables, boxes: Floats, size: float, place: Ints, sheets: int, begin: int,
@@ -250,7 +263,7 @@ def weigh_entries(
 
     place: the column of each surface in `most`. `limits` has the rows of cells, of `sheets` sheets, and of polygons.
     """
-    strange, shares, cells = 0, len(tables.program_shifts) > 0, len(limits) - len(tables.clipped_surface)
+    strange, cells = 0, len(limits) - len(tables.clipped_surface)
     for e in range(begin, end):
         kind, index, bounded = tables.entry_kind[e], tables.entry_index[e], _is_bounded(boxes, e)
         first, last = whole(0), whole(0)
@@ -272,13 +285,8 @@ def weigh_entries(
                 first, last = _leaves(tables, tables.clipped_program[at])
         strange += 1 if last < first else 0
         for leaf in range(first, last):
-            listed = not (kind == CELL or shares)
-            cell = whole(-1)
-            if not listed or 0 <= leaf < len(tables.leaf_cell):
-                cell = whole(tables.leaf_cell[leaf]) if listed else leaf
-            o = whole(-1)
-            if 0 <= cell < len(tables.cell_quadric):
-                o = whole(tables.cell_likes[cell] >> 1) if len(tables.cell_likes) > 0 else cell
+            cell = leaf if kind == CELL else _cell_of_leaf(tables, leaf)
+            o = _row_of_cell(tables, cell)
             if not 0 <= o < cells:
                 strange += 1
                 continue
@@ -294,6 +302,18 @@ def weigh_entries(
                 elif s >= 0:
                     strange += 1
     return strange
+
+
+@kernel(programs="m", cells="o 2", limits="out m 2")
+def put_limits_of_programs(tables: EntryTables, programs: Ints, cells: Floats, limits: Floats) -> None:
+    """Write the limits of some programs: the widest of their leaves, whose crossings are compared with each other."""
+    for i in range(len(programs)):
+        first, last = _leaves(tables, programs[i])
+        for leaf in range(first, last):
+            o = _row_of_cell(tables, _cell_of_leaf(tables, leaf))
+            if 0 <= o < len(cells):
+                limits[i, 0] = _larger(limits[i, 0], cells[o, 0])
+                limits[i, 1] = -_larger(-limits[i, 1], -cells[o, 1])
 
 
 @kernel(surface="n", most="3 n", limits="out p 2")
@@ -443,7 +463,7 @@ def with_limits(tables: Tables, boxes: Floats, rest: Remainders) -> Tables:
 def limit_shapes(tables: Tables) -> dict[str, Floats]:
     """Return arrays with the shapes of `compute_limits`, without memory."""
     counts = dict(
-        plane=len(tables.planes), quadric=len(tables.quadric_forms), cell=_rows_of_cells(tables),
+        plane=len(tables.planes), quadric=len(tables.quadric_forms), cell=len(tables.cell_face),
         program=len(_model_programs(tables)), sheet=len(tables.sheet_surface), polygon=len(tables.polygon_surface),
     )  # fmt: skip
     return {f"{of}_limits": np.broadcast_to(0.0, (count, 2)) for of, count in counts.items()}
@@ -471,7 +491,7 @@ def compute_limits(tables: Tables, boxes: Floats, rest: Remainders) -> tuple[dic
     IndexError
         If a use names a surface, an owner or a box that does not exist.
     """
-    cells, sheets, polygons = _rows_of_cells(tables), len(tables.sheet_surface), len(tables.polygon_surface)
+    cells, sheets, polygons = len(tables.cell_face), len(tables.sheet_surface), len(tables.polygon_surface)
     size = None if np.isfinite(boxes).all() else scene_size(tables, boxes)  # for bounded bodies nothing depends on it
     limits = no_limits(cells + sheets + polygons)
     used_by = tables.cell_quadric, tables.plane_surface, tables.sheet_surface, tables.polygon_surface
@@ -490,23 +510,21 @@ def compute_limits(tables: Tables, boxes: Floats, rest: Remainders) -> tuple[dic
     of_planes, of_quadrics = (
         mapped_zeros((len(table), 2), np.float64) for table in (tables.planes, tables.quadric_forms)
     )
+    models = _model_programs(tables)
+    of_programs = no_limits(len(models))
+    put_limits_of_programs(entries, models, of_cells, of_programs)
     put_limits_of_planes(records, used, most, of_planes)
     put_limits_of_quadrics(records, used, most, of_quadrics)
     columns = dict(
         plane_limits=of_planes,
         quadric_limits=of_quadrics,
         cell_limits=of_cells,
-        program_limits=_merge_leaf_limits(tables, of_cells),
+        program_limits=of_programs,
         sheet_limits=own_memory(limits[cells : cells + sheets]),
         polygon_limits=own_memory(limits[cells + sheets :]),
     )
     flat = len(tables.planes)
     return columns, LimitMaxima(size, own_memory(most[:, :flat]), own_memory(most[:, flat:-1]))
-
-
-def _rows_of_cells(tables: Tables) -> int:
-    """Count the limits of cells, which translated copies share."""
-    return len(tables.cell_face)
 
 
 def _model_programs(tables: Tables) -> Whole:
@@ -544,15 +562,6 @@ def put_columns(
             surfaces[at] = i
 
 
-def _parts(first: Whole) -> Iterator[tuple[int, int]]:
-    """Yield ranges of items, with rows first[k] to first[k + 1], of about `_USES` rows, or of one item."""
-    begin, count = 0, len(first) - 1
-    while begin < count:
-        end = min(count, max(begin + 1, int(np.searchsorted(first, first[begin] + _USES, side="right")) - 1))
-        yield begin, end
-        begin = end
-
-
 def scene_size(tables: Tables, boxes: Floats) -> float:
     """Return the largest finite length of a scene; 1 where there is none."""
     return size_of_records(tables.planes, tables.quadrics, tables.quadric_forms, boxes) or 1.0
@@ -586,20 +595,6 @@ def weigh_all(
         end = min(len(surface), begin + _USES)
         if weigh(records, boxes, size, surface, place, owner, entry, begin, end, limits, most):
             raise IndexError(_STRANGE)
-
-
-def _merge_leaf_limits(tables: Tables, cells: Floats) -> Floats:
-    """Merge the limits of leaves to those of programs: the widest."""
-    models = _model_programs(tables)
-    first, count = (each[models] for each in leaves_of_programs(tables))
-    ends = row_ends(count)
-    merged = mapped_zeros((len(models), 2), np.float64)
-    for begin, end in _parts(ends):
-        program = np.repeat(np.arange(end - begin, dtype=np.int32), np.diff(ends[begin : end + 1]))
-        leaves = np.arange(ends[begin], ends[end]) + (first - ends[:-1])[begin:end][program]
-        rows = rows_of_cells(tables, cells_of_leaves(tables, leaves))
-        merged[begin:end] = program_limits(program, cells[rows], end - begin)
-    return merged
 
 
 def program_limits(program: Whole, leaves: Floats, count: int) -> Floats:

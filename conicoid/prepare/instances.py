@@ -572,17 +572,25 @@ class _TranslatedRows:
         return bool((computed.view(np.int64) == expected.view(np.int64))[:, exact & own].all() and near[:, own].all())
 
 
+_EXACT = 1 << 53
+"""All integers up to this are floats."""
+
+
 def _first_records(groups: Ints, records: list[tuple[Floats, Ints]]) -> Ints:
     """Return for each row the row of its group whose record comes first, as `coincidence.py` chooses among equals.
 
     `records` has for each number of the records its distinct values, and which of them each row has.
     """
-    keys = np.zeros(len(groups))
+    keys, count = np.zeros(len(groups)), 1
     for values, index in records:
         if index is not groups and (values != values[0]).any():
             distinct, rank = unique_with_inverse(values)
+            if count * len(distinct) > _EXACT:
+                known, order = unique_with_inverse(keys)
+                keys, count = order.astype(np.float64), len(known)
             keys *= len(distinct)
             keys += rank.astype(np.float64)[index]
+            count *= len(distinct)
     return _first_least(keys, groups)[groups]
 
 

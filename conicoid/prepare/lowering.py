@@ -166,7 +166,7 @@ def lower(bodies: Sequence[Body], stages: ProgressStages | None = None) -> Lower
         np.repeat(np.arange(len(bodies), dtype=np.int32), counts),
         {int(first_face[body]) + face: one for body, faces in collected.paints.items() for face, one in faces.items()},
         collected.contents.body_count,
-        dataclasses.replace(surfaces.rest, vertices=layout.corner_rests()),
+        dataclasses.replace(surfaces.rest, vertices=layout.corner_numbers(1)),
         ExactTables(exact, surfaces.single),
         None
         if isinstance(bodies, InstanceList)

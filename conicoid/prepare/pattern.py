@@ -361,7 +361,8 @@ class FactoredRows:
         """Return `count` boxes of the first body, widened so that each holds the boxes of all bodies shifted back."""
         boxes, far = self.base[at : at + BOX_NUMBERS * count].reshape(-1, BOX_NUMBERS).copy(), self.offsets.most
         for box in boxes:
-            wider = _box_slack(box, far)
+            size, reach = _box_sizes(box)
+            wider = _WIDER * np.sqrt(size * (reach + far))
             box[:3] -= wider
             box[3:] += wider
         return boxes
@@ -408,18 +409,12 @@ def _box_sizes(box: Floats) -> tuple[Any, Any]:
     return size, size + np.abs(ends).max()
 
 
-def _box_slack(box: Floats, distance: Any) -> Any:
-    """Return the widening of a box that is shifted so far (see `_WIDER`)."""
-    size, far = _box_sizes(box)
-    return _WIDER * np.sqrt(size * (far + distance))
-
-
 # Groups of a scene, and the places of their rows in the tables
 
 
 @dataclass
 class BulkBalls:
-    """Bulk balls: body numbers, (n, 4) centers and radii, boxes (n, 6), and -1 - k for their frame k."""
+    """Bulk balls: consecutive body numbers, (n, 4) centers and radii, boxes (n, 6), and -1 - k for their frame k."""
 
     bodies: Ints
     spheres: Floats
@@ -443,6 +438,18 @@ class BodyGroups:
         for number, group in enumerate(self.groups):
             numbers[group.bodies] = number
         return numbers
+
+
+@kernel(first="n", shifts="m", numbers="k", values="out v")
+def put_numbers(first: Ints, shifts: Ints, numbers: Ints, values: Ints) -> None:
+    """Write some numbers for each body, from its first row on; those >= 0 count from its shift, or the only shift."""
+    if len(shifts) != 1 and len(shifts) < len(first):
+        return
+    for i in range(len(first)):
+        shift = shifts[i] if len(shifts) > 1 else shifts[0]
+        for k in range(len(numbers)):
+            if 0 <= first[i] + k < len(values):
+                values[first[i] + k] = numbers[k] + shift if numbers[k] >= 0 else numbers[k]
 
 
 @kernel(groups="n", each="g", first="out n")

@@ -6,7 +6,6 @@ come later (`bvh/trees.py`, `error_limits.py`).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -24,6 +23,7 @@ from ..kernels.tables import (
     PLANE,
     POLYGON,
     QUADRIC,
+    QUADRIC_SIZE,
     REGION,
     SHEET,
     SHIFT_SIZE,
@@ -44,9 +44,7 @@ from .coincidence import (
     SurfaceSubset,
     SurfaceTable,
     concatenate,
-    group_columns,
     merge_surfaces,
-    shares_form,
 )  # fmt: skip
 from .mmap_arrays import mapped_zeros, own_memory, trim_heap
 from .pattern import (
@@ -60,19 +58,11 @@ from .pattern import (
     FactoredRows,
     RowPlaces,
     RowTable,
+    put_numbers,
     put_shifted_boxes,
     row_blocks,
 )
 from .surface_features import QuadricTable, Remainders
-
-
-@kernel(first="n", shifts="n", numbers="k", values="out m")
-def put_numbers(first: Ints, shifts: Ints, numbers: Ints, values: Ints) -> None:
-    """Write some numbers for each body, from its first row on; those >= 0 count from its shift."""
-    for i in range(len(first)):
-        for k in range(len(numbers)):
-            if 0 <= first[i] + k < len(values):
-                values[first[i] + k] = numbers[k] + shifts[i] if numbers[k] >= 0 else numbers[k]
 
 
 @kernel(ids="c", senses="c", rank="s", turned="s|0", numbers="out n", found="out n")
@@ -104,15 +94,6 @@ def put_program_shifts(
             rows[at, 3] = own + number
 
 
-@kernel(first="n", row="m", faces="c", likes="out c")
-def put_likes(first: Ints, number: int, row: Ints, faces: Ints, likes: Ints) -> None:
-    """Write `cell_likes` of a cell of each body. `faces` are numbers as `cell_faces` gives them."""
-    for i in range(len(first)):
-        at, own = first[i] + number, (row[i] if len(row) > 1 else row[0]) + number
-        if 0 <= at < len(faces):
-            likes[at] = 2 * own + (1 if faces[at] < 0 else 0)
-
-
 @kernel(bodies="n", index="k n", places="out m 4")
 def put_map_places(bodies: Ints, first: int, index: Ints, places: Ints) -> None:
     """Write rows of `body_maps`: the first face row, then the numbers from which rows of maps are found."""
@@ -141,7 +122,7 @@ class TableColumns:
         """
         first = self.places.of_group(group)
         shifts = {column: counted[: len(first)] for column, counted in shifts.items()}
-        none = np.zeros(len(first), np.int32)
+        none = np.zeros(1, np.int32)
         for column, (values, numbers) in enumerate(zip(self.columns, rows.T.astype(np.int32, "C"), strict=True)):
             if values.dtype == np.int32:
                 put_numbers(first, shifts.get(column, none), numbers, values)
@@ -262,24 +243,6 @@ def shares_frame(group: BodyGroup) -> bool:
     )
 
 
-def collect_frames(groups: Sequence[BodyGroup], frames: RowPlaces) -> tuple[Floats, Ints]:
-    """Return maps from world to local coordinates (n, 3, 4) and the row of each body, without those of bulk balls.
-
-    `frames` gives the rows of bodies with a frame each; frames that a group shares follow behind.
-    """
-    rows, which = [np.empty((frames.count, FRAME_NUMBERS))], frames.first.astype(np.int32)
-    for group in groups:
-        p = group.pattern
-        if not p.framed:
-            which[group.bodies] = group.ball_frame
-        elif shares_frame(group):
-            which[group.bodies] = len(rows) - 1 + frames.count
-            rows.append(group.rows[:1, p.frame_at : p.corners_at])
-        else:
-            rows[0][frames.first[group.bodies]] = group.rows[:, p.frame_at : p.corners_at]
-    return concatenate(rows).reshape(-1, 3, 4), which
-
-
 # Programs: leaves and gates of Boolean bodies
 #
 # Translated copies share how leaves feed gates, the gates, the boxes around leaves, the numbers of faces, and the
@@ -359,7 +322,7 @@ def _leaf_bounds(contents: BodyGroups, programs: RowPlaces, leaves: RowPlaces, c
                 rows[first + np.int32(k)] = group.rows[:, at : at + BOX_NUMBERS]
         begin, model = programs.first[group.bodies], copies.of_group(group)
         for k in range(len(p.programs) if len(program_shifts) else 0):
-            put_program_shifts(begin, k, x, y, z, np.array(begins), model, program_shifts)
+            put_program_shifts(begin, k, x, y, z, np.array(begins, np.int64), model, program_shifts)
     return dict(leaf_bounds=rows, program_shifts=program_shifts, shifts=concatenate(shifts))
 
 
@@ -370,11 +333,10 @@ def share_faces(contents: BodyGroups, cells: RowPlaces, faces: Ints, planes: Int
     alike = RowPlaces.of_copies(contents, [len(group.pattern.cells) for group in contents.groups])
     likes, column = mapped_zeros(cells.count, np.int32), np.zeros(alike.count, np.int32)
     for group in contents.groups:
-        first, row = cells.first[group.bodies], alike.of_group(group)
-        own = np.abs(_sign_rows(group.pattern.cells)[:, 1])
+        row, own = alike.of_group(group), np.abs(_sign_rows(group.pattern.cells)[:, 1])
         column[row[:, None] + np.arange(len(own))] = own
-        for k in range(len(own)):
-            put_likes(first, k, row, faces, likes)
+        put_numbers(cells.first[group.bodies], 2 * row, np.arange(0, 2 * len(own), 2, dtype=np.int32), likes)
+    likes += faces < 0
     return dict(cell_likes=likes, cell_face=column, plane_face=as_bytes(planes))
 
 
@@ -418,56 +380,47 @@ class TablesBuilder:
         lost = {kind: np.zeros((count, SIZES[kind])) for kind, count in counts.items()}
         forms, rests_of_forms = [quadrics.forms], [lost[QUADRIC]]
         senses, repeated = np.ones(len(inputs.leads), np.int8), np.arange(len(inputs.leads))
-        shared: list[SharedForm] = []
+
+        def put(kind: int, rank: Ints, found: Floats) -> None:
+            """Write what is side by side in `found`: records of leads, what rounding removed from them, senses."""
+            row: Any = inputs.row[rank]
+            size, senses[rank] = SIZES[kind], found[..., -1]
+            if kind == QUADRIC:
+                quadrics.rows[row, :3] = found[..., :3]
+                row = form_of[row]
+                quadrics.forms[row] = found[..., 3:size]
+            else:
+                records[kind][row] = found[..., :size]
+            rests = found[..., size:-1]
+            if rests.any() or np.signbit(rests).any():
+                lost[kind][row] = rests
+
         for group in self.contents.groups:
             if isinstance(group.rows, FactoredRows):
                 continue
             for number, before in _repeated_surfaces(group):
                 begin = self.surfaces.first[group.bodies]
                 repeated[-1 - inputs.rank[begin + number]] = -1 - inputs.rank[begin + before]
-            # Every surface leads, and has the record, what rounding removed from it, and its sense side by side
             every, bodies = np.array(group.pattern.records).reshape(-1, 3), self.surfaces.first[group.bodies, None]
             for kind, size in SIZES.items():
                 numbers = np.flatnonzero(every[:, 0] == kind)
                 columns = (every[numbers, 1, None] + np.arange(2 * size + 1)).reshape(-1)
                 for some in row_blocks(len(bodies), len(columns)) if len(columns) else ():
-                    at, found = (
-                        bodies[some] + numbers,
-                        group.rows[some, columns].reshape(-1, len(numbers), 2 * size + 1),
-                    )
-                    rank = -1 - inputs.rank[at]
-                    to, senses[rank] = inputs.row[rank], found[..., -1]
-                    if kind == QUADRIC:
-                        quadrics.rows[to, :3] = found[..., :3]
-                        to = form_of[to]
-                        quadrics.forms[to] = found[..., 3:size]
-                    else:
-                        records[kind][to] = found[..., :size]
-                    rests = found[..., size:-1]
-                    if rests.any() or np.signbit(rests).any():
-                        lost[kind][to] = rests
-        for group, number, mine, which in inputs.places:
-            kind, column, sense = group.pattern.records[number]
-            size, formed = SIZES[kind], kind == QUADRIC and shares_form(group, column)
-            if formed and len(mine):
-                shared.append(SharedForm.of(group, column))
-                forms.append(group.rows[:1, column + 3 : column + size])
-                rests_of_forms.append(group.rows[:1, column + size : sense])
-            for some in row_blocks(len(mine)):
-                rank = -1 - inputs.rank[mine[some]]
-                row: Any = inputs.row[rank]
-                senses[rank] = group_columns(group, which, some, sense, sense + 1)[:, 0]
-                if kind == QUADRIC:
-                    quadrics.rows[row, :3] = group_columns(group, which, some, column, column + 3)
-                    if formed:
-                        continue
-                    row = form_of[row]
-                    quadrics.forms[row] = group_columns(group, which, some, column + 3, column + size)
+                    found = group.rows[some, columns].reshape(-1, len(numbers), 2 * size + 1)
+                    put(kind, -1 - inputs.rank[bodies[some] + numbers], found)
+        for copied in inputs.copies:
+            column, sense = copied.column, copied.sense
+            if copied.shares_form:
+                forms.append(copied.rows[:1, column + 3 : column + QUADRIC_SIZE])
+                rests_of_forms.append(copied.rows[:1, column + QUADRIC_SIZE : sense])
+            for some in row_blocks(len(copied.leads)):
+                rank = -1 - inputs.rank[copied.leads[some]]
+                if copied.shares_form:
+                    quadrics.rows[inputs.row[rank], :3] = copied.columns(some, column, column + 3)
+                    senses[rank] = copied.columns(some, sense, sense + 1)[:, 0]
                 else:
-                    records[kind][row] = group_columns(group, which, some, column, column + size)
-                rests = group_columns(group, which, some, column + size, sense)
-                if rests.any() or np.signbit(rests).any():
-                    lost[kind][row] = rests
+                    put(copied.kind, rank, copied.columns(some, column, sense + 1))
+        shared = [SharedForm.of(copied) for copied in inputs.copies if copied.shares_form]
         quadrics = QuadricTable(quadrics.rows, concatenate(forms))
         rest = Remainders(lost[PLANE], lost[SPHERE], concatenate(rests_of_forms))
         balls = [balls.spheres for balls in self.contents.balls]
@@ -497,7 +450,6 @@ class TablesBuilder:
         sheet = TableColumns(self.sheets, "iibb")
         polygon, corners = TableColumns(self.polygons, "ii"), np.zeros(self.polygons.count, np.int32)
         cell_first = mapped_zeros(self.cells.count + 1, np.int32)  # counts of planes until the cumulative sum
-        vertices = np.empty((self.corners.count, 3))
         for group in self.contents.groups:
             p = group.pattern
             surface, first_program, first_cell = (
@@ -507,12 +459,8 @@ class TablesBuilder:
             plane.put(group, _sign_rows(p.planes), {0: surface})
             sheet.put(group, p.sheets, {0: surface, 1: first_program})
             polygon.put(group, p.polygons, {0: surface, 1: first_program})
-            put_numbers(first_cell, np.zeros(len(first_cell), np.int32), p.cell_planes, cell_first[1:])
+            put_numbers(first_cell, np.zeros(1, np.int32), p.cell_planes, cell_first[1:])
             corners[self.polygons.rows(group, len(p.polygons))] = p.corners
-            count = int(p.corners.sum())
-            vertices[self.corners.rows(group, count)] = group.rows[:, p.corners_at : p.corners_at + 3 * count].reshape(
-                len(group.rows), -1, 3
-            )
         ids_and_senses = [_resolve_surfaces(surfaces, each.columns[0]) for each in (cell, plane, sheet, polygon)]
         (cell_quadric, cell_sense), (plane_surface, plane_sense) = ids_and_senses[:2]
         (sheet_surface, sheet_sense), (polygon_surface, polygon_sense) = ids_and_senses[2:]
@@ -530,7 +478,7 @@ class TablesBuilder:
             polygon_side=polygon_sense,
             polygon_first=row_ends(corners),
             polygon_program=polygon.columns[1],
-            vertices=vertices,
+            vertices=self.corner_numbers(0),
         )
         return {name: own_memory(column) for name, column in columns.items()}
 
@@ -558,7 +506,7 @@ class TablesBuilder:
 
             def enter(begin: int, end: int, balls: BulkBalls = balls, ids: Any = ids) -> None:
                 """Write the entries of balls begin..end."""
-                bodies = balls.bodies[begin:end]
+                bodies = slice(int(balls.bodies[begin]), int(balls.bodies[begin]) + end - begin)
                 kind[bodies], body_face[bodies], index[bodies] = BALL, balls.frame, ids[begin:end]
                 boxes[bodies] = balls.boxes[begin:end]
 
@@ -579,24 +527,33 @@ class TablesBuilder:
     def frames_of_bodies(self) -> tuple[Floats, Ints]:
         """Return maps from world to local coordinates (n, 3, 4), and the row of each body.
 
-        A negative row -1 - k stands for coordinates about the ball's center, with the axes of ball frame k.
+        Frames that a group shares follow behind those of bodies with a frame each. A negative row -1 - k stands for
+        coordinates about the ball's center, with the axes of ball frame k.
         """
-        frames, which = collect_frames(self.contents.groups, self.frames)
-        for balls in self.contents.balls:
-            which[balls.bodies] = balls.frame
-        return frames, which
-
-    def corner_rests(self) -> Floats:
-        """Return what rounding removed from the corners of polygons, (n, 3)."""
-        lost = np.empty((self.corners.count, 3))
+        first = self.frames.first
+        rows, which = [np.empty((self.frames.count, FRAME_NUMBERS))], first.astype(np.int32)
         for group in self.contents.groups:
             p = group.pattern
-            count = int(p.corners.sum())
-            begin = p.corners_at + 3 * count
-            lost[self.corners.rows(group, count)] = group.rows[:, begin : begin + 3 * count].reshape(
-                len(group.rows), -1, 3
-            )
-        return lost
+            if not p.framed:
+                which[group.bodies] = group.ball_frame
+            elif shares_frame(group):
+                which[group.bodies] = len(rows) - 1 + self.frames.count
+                rows.append(group.rows[:1, p.frame_at : p.corners_at])
+            else:
+                rows[0][first[group.bodies]] = group.rows[:, p.frame_at : p.corners_at]
+        for balls in self.contents.balls:
+            which[balls.bodies] = balls.frame
+        return concatenate(rows).reshape(-1, 3, 4), which
+
+    def corner_numbers(self, part: int) -> Floats:
+        """Return (n, 3) numbers of the corners of polygons: part 0 their places, 1 what rounding removed from these."""
+        numbers = np.empty((self.corners.count, 3))
+        for group in self.contents.groups:
+            p, count = group.pattern, int(group.pattern.corners.sum())
+            begin = p.corners_at + 3 * count * part
+            found = group.rows[:, begin : begin + 3 * count].reshape(len(group.rows), -1, 3)
+            numbers[self.corners.rows(group, count)] = found
+        return numbers
 
 
 def _repeated_surfaces(group: BodyGroup) -> list[tuple[int, int]]:

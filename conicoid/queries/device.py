@@ -204,7 +204,7 @@ class Device:
                 time.sleep(_NAP)
 
     def tables(self, scene: PreparedScene | None, function: str) -> list[int]:
-        """Return what kernels of a function take first: addresses of a scene's tables, and lengths."""
+        """Return the first arguments of a function's kernels: addresses of a scene's tables, and lengths."""
         if scene is None:
             return []
         tables: list[Any]

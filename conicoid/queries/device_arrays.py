@@ -1,6 +1,6 @@
 """Arrays that live on a card: those of CuPy, PyTorch, JAX and Numba as arguments, and `DeviceArray` in answers.
 
-An array comes by DLPack or by `__cuda_array_interface__`; the work waits for what its stream holds. Arrays of float64
+An array comes by DLPack or by `__cuda_array_interface__`; the work waits for the tasks in its stream. Arrays of float64
 in C order are used where they are. A kernel copies others: float32, gaps, another order of axes, repeated rows.
 """
 
@@ -227,7 +227,7 @@ def view_of(query: str, name: str, value: Any, device: Device) -> CardView:
 
 
 def _by_dlpack(value: Any, device: Device) -> tuple[Any, ...]:
-    """Return address, type, shape, strides or None, and what holds the memory."""
+    """Return address, type, shape, strides or None, and the owner of the memory."""
     capsule = value.__dlpack__(stream=device.driver.number(device.lanes[0].stream))
     tensor = _Tensor.from_address(_pointer_in(id(capsule), _NAME))
     shape = tuple(tensor.shape[: tensor.ndim])

@@ -200,7 +200,7 @@ class _RayRows:
         self._run(begin, end, place)
 
     def _run(self, begin: int, end: int, place: Callable[[int, int], list[int]]) -> bool:
-        """Run the kernel on rays begin..end; `place` returns what it takes for offsets and rows of some of them."""
+        """Run the kernel on rays begin..end; `place` returns its arguments for offsets and rows of some of them."""
 
         def numbers(first: int, last: int) -> list[int]:
             first, last = begin + first, begin + last

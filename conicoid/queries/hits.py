@@ -138,7 +138,7 @@ class Hits(QueryResult, HitDerivatives):
         return result
 
     def _compute_single(self, direction: Any = None) -> tuple[Any, ...] | None:
-        """Return what a call of `hit_alone` finds for a single hit near its ray; None where arrays must do.
+        """Return the result of `hit_alone` for a single hit near its ray; None where arrays are needed.
 
         direction: that of a ray which is to start there.
         """
@@ -489,7 +489,7 @@ def _keep_call_of_hit(scene: PreparedScene) -> None:
 
 
 def _first_call(calls: Sequence[Callable[..., Any]], scene: PreparedScene, *numbers: Any) -> Any:
-    """Return what the call finds."""
+    """Return the result of the first call."""
     return calls[0](*numbers)
 
 

@@ -124,7 +124,7 @@ class NvidiaDriver:
         return int(self._call("cuMemGetInfo")) + self._spare_bytes
 
     def _with_room(self, size: int, name: str, *arguments: Any) -> Any:
-        """Call the driver for what takes so many bytes of the card. Raise MemoryError with these."""
+        """Call a function of the driver that takes so many bytes of the card. Raise MemoryError with their number."""
         try:
             return self._call(name, *arguments)
         except MemoryError:

@@ -2,6 +2,8 @@
 
 Rays are traced in packets of 64, or in streams of sorted rays where packets are not coherent. The route changes no bit
 of a result. Kernels mark rays in doubt, which exact methods then decide.
+
+Order of the file: the queries, packets and streams, rows of pictures in lists of rays, calls for few rays, arguments.
 """
 
 from __future__ import annotations
@@ -37,6 +39,164 @@ from .result import QueryResult
 
 if TYPE_CHECKING:
     from .spans import Crossings, Spans
+
+
+# The queries: chunks of packets on several threads; results have the rays' shape
+
+
+def first_hit(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any, device: str | None = None) -> Hits:
+    """Return the nearest crossing of each ray in (t_min, t_max)."""
+    gpu = device_of("first_hit", device, _are_few(rays))
+    arrays = arrays_of("first_hit", scene, rays, t_min, t_max)
+    found = HitBuffers.new(len(arrays.origins))
+    if gpu is not None and gpu.run(scene, "first_hits", arrays, found, width=_packets(rays)[0]):
+        return _settle_hits(scene, rays, arrays, found)
+    width, packets = _packets(rays)
+    if not _is_coherent(scene, arrays, width, packets):
+        _trace_streams(scene, arrays, False, found)
+    else:
+        _trace_packets(scene, trace_first, arrays, width, found)
+    if _are_few(rays) and scene.lacks_single_calls("first_hit"):
+        one, few = ("trace_first_alone", 0, 1), ("trace_first", 0, 0, 1)
+        _keep_single_calls(scene, "first_hit", _hits_of_few, HitBuffers.new(1), one, few)
+    return _settle_hits(scene, rays, arrays, found)
+
+
+def first_hit_of_arrays(scene: PreparedScene, origins: Any, directions: Any, t_min: Any, t_max: Any) -> Hits | None:
+    """`first_hit` on the CPU of many rays in arrays, which are copied tile by tile as they are traced.
+
+    None where `first_hit` must answer: for other arrays, rays that are not coherent or not valid, and on a GPU.
+    """
+    rays = uncopied_rays(origins, directions)
+    if rays is None or device_of("first_hit", None) is not None:
+        return None
+    try:
+        arrays = arrays_of("first_hit", scene, rays, t_min, t_max)
+    except ValueError:  # `first_hit` raises it, after errors of the rays
+        return None
+    width, packets = _packets(rays)
+    if not _is_coherent(scene, arrays, width, packets):
+        return None
+    count, bad = rays.size, np.zeros(1, np.int8)
+    own, found = (empty_array((count, 3), np.float64), empty_array((count, 3), np.float64)), HitBuffers.new(count)
+    _trace_packets(scene, trace_first_and_copy, arrays, width, *own, bad, found)
+    if bad[0]:
+        return None
+    copies = Rays._spawned(own[0].reshape(origins.shape), own[1].reshape(origins.shape), arrays.starts)
+    return _settle_hits(scene, copies, arrays._replace(origins=own[0], directions=own[1]), found)
+
+
+def _settle_hits(scene: PreparedScene, rays: Rays, arrays: RayArrays, found: HitBuffers) -> Hits:
+    """Return hits as kernels found them, after exact methods have decided the doubtful ones."""
+    doubtful = is_doubtful(found.turn).nonzero()[0]
+    if len(doubtful):
+        from .exact.doubtful_rays import resolve_hits
+
+        doubtful = resolve_hits(scene, arrays, doubtful, found)
+    return Hits(scene, rays, found, doubtful)
+
+
+def occluded(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any, device: str | None = None) -> Any:
+    """Return bool of the rays' shape: whether there is any crossing in (t_min, t_max)."""
+    gpu = device_of("occluded", device, _are_few(rays))
+    arrays = arrays_of("occluded", scene, rays, t_min, t_max)
+    width, packets = _packets(rays)
+    result: Any = np.zeros(len(arrays.origins), np.int8)
+    if gpu is not None and gpu.run(scene, "any_hits", arrays, (result,), width=_packets(rays)[0]):
+        doubtful = np.flatnonzero(is_doubtful(result))
+    elif _is_coherent(scene, arrays, width, packets):
+        _trace_packets(scene, trace_occluded, arrays, width, result)
+        doubtful = np.flatnonzero(is_doubtful(result))
+        if _are_few(rays) and scene.lacks_single_calls("occluded"):
+            kernel = "trace_occluded", 0, 0, 1
+            _keep_single_calls(scene, "occluded", _are_few_occluded, (np.zeros(1, np.int8),), kernel, kernel)
+    else:
+        found = HitBuffers.new(len(arrays.origins))
+        _trace_streams(scene, arrays, True, found)
+        result, doubtful = found.body >= 0, np.flatnonzero(is_doubtful(found.turn))
+    if len(doubtful):
+        result[doubtful] = _resolve_occlusion(scene, arrays, doubtful)
+    return result.astype(np.bool_).reshape(rays.shape)[()]
+
+
+def _resolve_occlusion(scene: PreparedScene, arrays: RayArrays, which: Any) -> Any:
+    """Return bool: whether doubtful rays hit anything, decided with certainty."""
+    from .exact.doubtful_rays import resolve_hits
+
+    some = arrays.some(which)
+    found = HitBuffers.new(len(which))
+    resolve_hits(scene, some, np.arange(len(which)), found)
+    return found.body >= 0
+
+
+def spans(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any, device: str | None = None) -> Spans:
+    """Return every stretch of each ray inside each solid, clipped to [t_min, t_max]."""
+    from .spans import Spans, trace_lists
+
+    gpu = device_of("spans", device, _are_few(rays))
+    arrays = arrays_of("spans", scene, rays, t_min, t_max)
+    if len(arrays.origins) == 1 and scene.lacks_single_calls("spans"):
+        _keep_single_lists(scene, Spans)
+    return Spans(scene, rays, trace_lists(scene, arrays, *_packets(rays), True, gpu))
+
+
+def crossings(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any, device: str | None = None) -> Crossings:
+    """Return every crossing of each ray with every body, solid or sheet, in (t_min, t_max)."""
+    from .spans import Crossings, trace_lists
+
+    gpu = device_of("crossings", device, _are_few(rays))
+    arrays = arrays_of("crossings", scene, rays, t_min, t_max)
+    if len(arrays.origins) == 1 and scene.lacks_single_calls("crossings"):
+        _keep_single_lists(scene, Crossings)
+    return Crossings(scene, rays, trace_lists(scene, arrays, *_packets(rays), False, gpu))
+
+
+# Packets of rays in their own order, or streams of sorted rays
+
+_TILE_CHUNK = 32  # tiles that a thread takes at a time, at most
+_FEW_PACKETS = 32  # fewer packets are not tested for coherence
+_STREAM_RAYS = 8192  # rays of a stream
+
+
+def _packets(rays: Rays) -> tuple[int, int]:
+    """Return the width of the picture that the rays make, or 0, and the number of packets of 64 rays."""
+    shape, count = rays.shape, rays.origins.size // 3
+    width = row_length(rays) if len(shape) == 1 else shape[-1] if len(shape) > 1 and min(shape[-2:]) >= 8 else 0
+    if width == 0:
+        return 0, -(-count // 64)
+    return width, -(-width // 8) * -(-count // (8 * width))
+
+
+def _trace_packets(scene: PreparedScene, kernel: Callable[..., Any], arrays: RayArrays, width: int, *out: Any) -> None:
+    """Run a kernel over tiles of packets of rays, in chunks on several threads."""
+    count = len(arrays.origins)
+    tiles = tile_count(width, count)
+    work = KernelRange(kernel, (arrays, width), out)
+    run_on(scene.geometry, work, tiles, chunk_of_rays(scene.geometry, tiles, _TILE_CHUNK, count), count)
+
+
+def _trace_streams(scene: PreparedScene, arrays: RayArrays, any_hit: bool, found: HitBuffers) -> None:
+    """Trace first hits, or any hits, of rays without order: sort them and trace streams of neighbours."""
+    order = ray_order(scene.geometry, arrays.origins, arrays.directions)
+    streams = -(-len(order) // _STREAM_RAYS)
+    run_on(
+        scene.geometry,
+        KernelRange(trace_ordered, (arrays, order, _STREAM_RAYS, any_hit), (found,)),
+        streams,
+        chunk_size(streams, 8),
+        len(order),
+    )
+
+
+def _is_coherent(scene: PreparedScene, arrays: RayArrays, width: int, packets: int) -> bool:
+    """Return True if rays should be traced in packets in their own order.
+
+    That is so for few rays, and if at least half of a sample of the packets are coherent.
+    """
+    if packets < _FEW_PACKETS:
+        return True
+    sampled = 64
+    return coherent_packets(scene.geometry, arrays, width, packets, sampled) >= sampled // 2
 
 
 # Rows of a picture in a flat list of rays
@@ -93,11 +253,94 @@ def _is_picture(rows: FloatArray) -> bool:
     return bool((down <= _STEEP * across).all())
 
 
-# Arguments of queries
+# One ray or few, given by plain numbers
+#
+# Codes that trace ray by ray or in small lots, such as transport loops, wait mostly for the Python around the kernel:
+# some 70 µs through arrays. Once a scene has answered a query of few rays it keeps a call for the next ones. That takes
+# 3 µs for one ray and 20 for a thousand (native/single.h).
 
-_TILE_CHUNK = 32  # tiles that a thread takes at a time, at most
-_FEW_PACKETS = 32  # fewer packets are not tested for coherence
-_STREAM_RAYS = 8192  # rays of a stream
+_MOST_FEW = PACKETS * LANES  # rays of a list that are one tile, which one thread traces
+
+
+def _are_few(rays: Rays) -> bool:
+    """Return whether calls of few rays can answer for as many of the same shape."""
+    return rays.ndim < 2 and 0 < rays.size <= _MOST_FEW
+
+
+def _keep_single_calls(
+    scene: PreparedScene, query: str, answer: Callable[..., Any], outputs: tuple[Any, ...], *kernels: tuple[Any, ...]
+) -> None:
+    """Let `answer` answer the query from now on: by a kernel for one ray, and another for few.
+
+    A kernel comes with its arguments between rays and outputs. Few rays that may take long are traced where Ctrl-C is
+    watched for.
+    """
+    rays = RayArrays(np.zeros((1, 3)), np.ones((1, 3)), np.zeros(1), np.ones(1), np.full(1, -1, np.int32))
+    last = (outputs,) if isinstance(outputs, HitBuffers) else outputs
+    calls = [(kernel, (scene.geometry, rays, *rest, *last), tuple(rays), outputs) for kernel, *rest in kernels]
+    calls = calls if is_brief(scene.geometry, _MOST_FEW) else calls[:1]
+    scene.keep_single_calls(query, answer, *((*call, most) for call, most in zip(calls, (0, _MOST_FEW), strict=False)))
+
+
+def _call_single(
+    call: Callable[..., Any], scene: PreparedScene, origins: Any, directions: Any, t_min: Any, t_max: Any
+) -> tuple[Any, Rays | None]:
+    """Return the result of a call for one ray, and the ray if it was spawned on a wall of this scene."""
+    found = call(origins, directions, t_min, t_max, -1)
+    if found is None and directions is None and type(origins) is Rays and not origins.shape:
+        start = int(origins._starts[0])
+        if start >= 0 and origins._home == scene.key:
+            return call(origins.origins, origins.directions, t_min, t_max, start), origins
+    return found, None
+
+
+def _hits_of_few(calls: Sequence[Callable[..., Any]], scene: PreparedScene, *numbers: Any) -> Hits | None:
+    """Return the first hits of one ray or few; None where `first_hit` must answer."""
+    found, ray = _call_single(calls[0], scene, *numbers)
+    if found is not None:
+        return None if is_doubtful(found[5]) else Hits._of_single(scene, found, ray)
+    found = calls[1](*numbers, -1) if len(calls) > 1 else None
+    if found is None:
+        return None
+    rays, room = Rays._of_few(found[0]), found[1]
+    n = rays.size
+    body, entry, place = np.frombuffer(room, np.int32, 3 * n, 8 * n).reshape(3, n)
+    turn = np.frombuffer(room, np.int8, n, 20 * n)
+    if np.count_nonzero(is_doubtful(turn)):
+        return None
+    return Hits(scene, rays, HitBuffers(np.frombuffer(room, np.float64, n), body, entry, place, turn))
+
+
+def _are_few_occluded(calls: Sequence[Callable[..., Any]], scene: PreparedScene, *numbers: Any) -> Any:
+    """Return whether one ray or few are occluded; None where `occluded` must answer."""
+    found, _ = _call_single(calls[0], scene, *numbers)
+    if found is not None:
+        return None if is_doubtful(found[1]) else np.bool_(found[1])
+    found = calls[1](*numbers, -1) if len(calls) > 1 else None
+    if found is None:
+        return None
+    result = np.frombuffer(found[1], np.int8)
+    return None if np.count_nonzero(is_doubtful(result)) else result.astype(np.bool_)
+
+
+def _keep_single_lists(scene: PreparedScene, kind: type[Spans] | type[Crossings]) -> None:
+    """Let a call of one kernel answer the query of the spans or crossings of one ray from now on."""
+    query = kind.__name__.lower()
+    outputs, kernel = (np.zeros(1, np.int32), np.zeros(1, np.int8)), ("trace_rows_alone", query == "spans", 0, 1)
+    _keep_single_calls(scene, query, partial(_lists_of_single, kind), outputs, kernel)
+
+
+def _lists_of_single(
+    kind: type[Spans] | type[Crossings], calls: Sequence[Callable[..., Any]], scene: PreparedScene, *numbers: Any
+) -> Spans | Crossings | None:
+    """Return the spans or crossings of one ray; None where the query itself must answer."""
+    found, ray = _call_single(calls[0], scene, *numbers)
+    if found is None or found[2]:
+        return None
+    return kind._of_single(scene, found[0] if ray is None else ray, found[3])
+
+
+# Arguments of queries
 
 
 def as_rays(query: str, origins: Any, directions: Any, keep: bool = True) -> Rays:
@@ -202,248 +445,3 @@ def arrays_of(query: str, scene: PreparedScene, rays: Rays, t_min: Any, t_max: A
         limits_of(query, rays, "t_max", t_max),
         rays._starts_in(scene),
     )
-
-
-def _packets(rays: Rays) -> tuple[int, int]:
-    """Return the width of the picture that the rays make, or 0, and the number of packets of 64 rays."""
-    shape, count = rays.shape, rays.origins.size // 3
-    width = row_length(rays) if len(shape) == 1 else shape[-1] if len(shape) > 1 and min(shape[-2:]) >= 8 else 0
-    if width == 0:
-        return 0, -(-count // 64)
-    return width, -(-width // 8) * -(-count // (8 * width))
-
-
-# The queries: chunks of packets on several threads; results have the rays' shape
-
-
-def first_hit(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any, device: str | None = None) -> Hits:
-    """Return the nearest crossing of each ray in (t_min, t_max)."""
-    gpu = device_of("first_hit", device, _are_few(rays))
-    arrays = arrays_of("first_hit", scene, rays, t_min, t_max)
-    found = HitBuffers.new(len(arrays.origins))
-    if gpu is not None and gpu.run(scene, "first_hits", arrays, found, width=_packets(rays)[0]):
-        return _settle_hits(scene, rays, arrays, found)
-    width, packets = _packets(rays)
-    tiles = tile_count(width, len(arrays.origins))
-    if not _is_coherent(scene, arrays, width, packets):
-        _trace_streams(scene, arrays, False, found)
-    else:
-        run_on(
-            scene.geometry,
-            KernelRange(trace_first, (arrays, width), (found,)),
-            tiles,
-            chunk_of_rays(scene.geometry, tiles, _TILE_CHUNK, len(arrays.origins)),
-            len(arrays.origins),
-        )
-    if _are_few(rays) and scene.lacks_single_calls("first_hit"):
-        one, few = ("trace_first_alone", 0, 1), ("trace_first", 0, 0, 1)
-        _keep_single_calls(scene, "first_hit", _hits_of_few, HitBuffers.new(1), one, few)
-    return _settle_hits(scene, rays, arrays, found)
-
-
-def first_hit_of_arrays(scene: PreparedScene, origins: Any, directions: Any, t_min: Any, t_max: Any) -> Hits | None:
-    """`first_hit` on the CPU of many rays in arrays, which are copied tile by tile as they are traced.
-
-    None where `first_hit` must answer: for other arrays, rays that are not coherent or not valid, and on a GPU.
-    """
-    rays = uncopied_rays(origins, directions)
-    if rays is None or device_of("first_hit", None) is not None:
-        return None
-    try:
-        arrays = arrays_of("first_hit", scene, rays, t_min, t_max)
-    except ValueError:  # `first_hit` raises it, after errors of the rays
-        return None
-    width, packets = _packets(rays)
-    if not _is_coherent(scene, arrays, width, packets):
-        return None
-    count, tiles, bad = rays.size, tile_count(width, rays.size), np.zeros(1, np.int8)
-    own, found = (empty_array((count, 3), np.float64), empty_array((count, 3), np.float64)), HitBuffers.new(count)
-    work = KernelRange(trace_first_and_copy, (arrays, width), (*own, bad, found))
-    run_on(scene.geometry, work, tiles, chunk_of_rays(scene.geometry, tiles, _TILE_CHUNK, count), count)
-    if bad[0]:
-        return None
-    copies = Rays._spawned(own[0].reshape(origins.shape), own[1].reshape(origins.shape), arrays.starts)
-    return _settle_hits(scene, copies, arrays._replace(origins=own[0], directions=own[1]), found)
-
-
-def _settle_hits(scene: PreparedScene, rays: Rays, arrays: RayArrays, found: HitBuffers) -> Hits:
-    """Return hits as kernels found them, after exact methods have decided the doubtful ones."""
-    doubtful = is_doubtful(found.turn).nonzero()[0]
-    if len(doubtful):
-        from .exact.doubtful_rays import resolve_hits
-
-        doubtful = resolve_hits(scene, arrays, doubtful, found)
-    return Hits(scene, rays, found, doubtful)
-
-
-# One ray or few, given by plain numbers
-#
-# Codes that trace ray by ray or in small lots, such as transport loops, wait mostly for what is around the kernel: some
-# 70 µs through arrays. Once a scene has answered a query of few rays it keeps a call for the next ones, which takes
-# 3 µs for one and 20 for a thousand (native/single.h).
-
-_MOST_FEW = PACKETS * LANES  # rays of a list that are one tile, which one thread traces
-
-
-def _are_few(rays: Rays) -> bool:
-    """Return whether calls of few rays can answer for as many of the same shape."""
-    return rays.ndim < 2 and 0 < rays.size <= _MOST_FEW
-
-
-def _keep_single_calls(
-    scene: PreparedScene, query: str, answer: Callable[..., Any], outputs: tuple[Any, ...], *kernels: tuple[Any, ...]
-) -> None:
-    """Let `answer` answer the query from now on: by a kernel for one ray, and another for few.
-
-    A kernel comes with its arguments between rays and outputs. Few rays that may take long are traced where Ctrl-C is
-    watched for.
-    """
-    rays = RayArrays(np.zeros((1, 3)), np.ones((1, 3)), np.zeros(1), np.ones(1), np.full(1, -1, np.int32))
-    last = (outputs,) if isinstance(outputs, HitBuffers) else outputs
-    calls = [(kernel, (scene.geometry, rays, *rest, *last), tuple(rays), outputs) for kernel, *rest in kernels]
-    calls = calls if is_brief(scene.geometry, _MOST_FEW) else calls[:1]
-    scene.keep_single_calls(query, answer, *((*call, most) for call, most in zip(calls, (0, _MOST_FEW), strict=False)))
-
-
-def _call_single(
-    call: Callable[..., Any], scene: PreparedScene, origins: Any, directions: Any, t_min: Any, t_max: Any
-) -> tuple[Any, Rays | None]:
-    """Return the result of a call for one ray, and the ray if it was spawned on a wall of this scene."""
-    found = call(origins, directions, t_min, t_max, -1)
-    if found is None and directions is None and type(origins) is Rays and not origins.shape:
-        start = int(origins._starts[0])
-        if start >= 0 and origins._home == scene.key:
-            return call(origins.origins, origins.directions, t_min, t_max, start), origins
-    return found, None
-
-
-def _hits_of_few(calls: Sequence[Callable[..., Any]], scene: PreparedScene, *numbers: Any) -> Hits | None:
-    """Return the first hits of one ray or few; None where `first_hit` must answer."""
-    found, ray = _call_single(calls[0], scene, *numbers)
-    if found is not None:
-        return None if is_doubtful(found[5]) else Hits._of_single(scene, found, ray)
-    found = calls[1](*numbers, -1) if len(calls) > 1 else None
-    if found is None:
-        return None
-    rays, room = Rays._of_few(found[0]), found[1]
-    n = rays.size
-    body, entry, place = np.frombuffer(room, np.int32, 3 * n, 8 * n).reshape(3, n)
-    turn = np.frombuffer(room, np.int8, n, 20 * n)
-    if np.count_nonzero(is_doubtful(turn)):
-        return None
-    return Hits(scene, rays, HitBuffers(np.frombuffer(room, np.float64, n), body, entry, place, turn))
-
-
-def _are_few_occluded(calls: Sequence[Callable[..., Any]], scene: PreparedScene, *numbers: Any) -> Any:
-    """Return whether one ray or few are occluded; None where `occluded` must answer."""
-    found, _ = _call_single(calls[0], scene, *numbers)
-    if found is not None:
-        return None if is_doubtful(found[1]) else np.bool_(found[1])
-    found = calls[1](*numbers, -1) if len(calls) > 1 else None
-    if found is None:
-        return None
-    result = np.frombuffer(found[1], np.int8)
-    return None if np.count_nonzero(is_doubtful(result)) else result.astype(np.bool_)
-
-
-def _keep_single_lists(scene: PreparedScene, kind: type[Spans] | type[Crossings]) -> None:
-    """Let a call of one kernel answer the query of the spans or crossings of one ray from now on."""
-    query = kind.__name__.lower()
-    outputs, kernel = (np.zeros(1, np.int32), np.zeros(1, np.int8)), ("trace_rows_alone", query == "spans", 0, 1)
-    _keep_single_calls(scene, query, partial(_lists_of_single, kind), outputs, kernel)
-
-
-def _lists_of_single(
-    kind: type[Spans] | type[Crossings], calls: Sequence[Callable[..., Any]], scene: PreparedScene, *numbers: Any
-) -> Spans | Crossings | None:
-    """Return the spans or crossings of one ray; None where the query itself must answer."""
-    found, ray = _call_single(calls[0], scene, *numbers)
-    if found is None or found[2]:
-        return None
-    return kind._of_single(scene, found[0] if ray is None else ray, found[3])
-
-
-def _trace_streams(scene: PreparedScene, arrays: RayArrays, any_hit: bool, found: HitBuffers) -> None:
-    """Trace first hits, or any hits, of rays without order: sort them and trace streams of neighbours."""
-    order = ray_order(scene.geometry, arrays.origins, arrays.directions)
-    streams = -(-len(order) // _STREAM_RAYS)
-    run_on(
-        scene.geometry,
-        KernelRange(trace_ordered, (arrays, order, _STREAM_RAYS, any_hit), (found,)),
-        streams,
-        chunk_size(streams, 8),
-        len(order),
-    )
-
-
-def _is_coherent(scene: PreparedScene, arrays: RayArrays, width: int, packets: int) -> bool:
-    """Return True if rays should be traced in packets in their own order.
-
-    That is so for few rays, and if at least half of a sample of the packets are coherent.
-    """
-    if packets < _FEW_PACKETS:
-        return True
-    sampled = 64
-    return coherent_packets(scene.geometry, arrays, width, packets, sampled) >= sampled // 2
-
-
-def occluded(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any, device: str | None = None) -> Any:
-    """Return bool of the rays' shape: whether there is any crossing in (t_min, t_max)."""
-    gpu = device_of("occluded", device, _are_few(rays))
-    arrays = arrays_of("occluded", scene, rays, t_min, t_max)
-    width, packets = _packets(rays)
-    tiles = tile_count(width, len(arrays.origins))
-    result: Any = np.zeros(len(arrays.origins), np.int8)
-    if gpu is not None and gpu.run(scene, "any_hits", arrays, (result,), width=_packets(rays)[0]):
-        doubtful = np.flatnonzero(is_doubtful(result))
-    elif _is_coherent(scene, arrays, width, packets):
-        run_on(
-            scene.geometry,
-            KernelRange(trace_occluded, (arrays, width), (result,)),
-            tiles,
-            chunk_of_rays(scene.geometry, tiles, _TILE_CHUNK, len(arrays.origins)),
-            len(arrays.origins),
-        )
-        doubtful = np.flatnonzero(is_doubtful(result))
-        if _are_few(rays) and scene.lacks_single_calls("occluded"):
-            kernel = "trace_occluded", 0, 0, 1
-            _keep_single_calls(scene, "occluded", _are_few_occluded, (np.zeros(1, np.int8),), kernel, kernel)
-    else:
-        found = HitBuffers.new(len(arrays.origins))
-        _trace_streams(scene, arrays, True, found)
-        result, doubtful = found.body >= 0, np.flatnonzero(is_doubtful(found.turn))
-    if len(doubtful):
-        result[doubtful] = _resolve_occlusion(scene, arrays, doubtful)
-    return result.astype(np.bool_).reshape(rays.shape)[()]
-
-
-def _resolve_occlusion(scene: PreparedScene, arrays: RayArrays, which: Any) -> Any:
-    """Return bool: whether doubtful rays hit anything, decided with certainty."""
-    from .exact.doubtful_rays import resolve_hits
-
-    some = arrays.some(which)
-    found = HitBuffers.new(len(which))
-    resolve_hits(scene, some, np.arange(len(which)), found)
-    return found.body >= 0
-
-
-def spans(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any, device: str | None = None) -> Spans:
-    """Return every stretch of each ray inside each solid, clipped to [t_min, t_max]."""
-    from .spans import Spans, trace_lists
-
-    gpu = device_of("spans", device, _are_few(rays))
-    arrays = arrays_of("spans", scene, rays, t_min, t_max)
-    if len(arrays.origins) == 1 and scene.lacks_single_calls("spans"):
-        _keep_single_lists(scene, Spans)
-    return Spans(scene, rays, trace_lists(scene, arrays, *_packets(rays), True, gpu))
-
-
-def crossings(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any, device: str | None = None) -> Crossings:
-    """Return every crossing of each ray with every body, solid or sheet, in (t_min, t_max)."""
-    from .spans import Crossings, trace_lists
-
-    gpu = device_of("crossings", device, _are_few(rays))
-    arrays = arrays_of("crossings", scene, rays, t_min, t_max)
-    if len(arrays.origins) == 1 and scene.lacks_single_calls("crossings"):
-        _keep_single_lists(scene, Crossings)
-    return Crossings(scene, rays, trace_lists(scene, arrays, *_packets(rays), False, gpu))

@@ -517,7 +517,7 @@ class LazyRays(ArrayRecord):
     def _work(
         self, begin: int, origins: FloatArray, directions: FloatArray, bad: npt.NDArray[np.int8]
     ) -> Callable[[int, int], Any]:
-        """Return what writes rays first..last of those from `begin` on; bad[0] = 1 if one is invalid."""
+        """Return the work that writes rays first..last of those from `begin` on; bad[0] = 1 if one is invalid."""
 
         def fill(first: int, last: int) -> None:
             lines = origins[first:last], directions[first:last]

@@ -36,7 +36,7 @@ from .._util.validation import (
 )
 from ..materials.light import AmbientLight, DirectionalLight, Light
 from ..numerics.portable_math import sin_cos_degrees, tan_degrees
-from .camera_kinds import EQUIDISTANT, EQUIRECTANGULAR, EQUISOLID, FISHEYE, LINEAR, STEREOGRAPHIC, THIN_LENS, check_size
+from .options import EQUIDISTANT, EQUIRECTANGULAR, EQUISOLID, FISHEYE, LINEAR, STEREOGRAPHIC, THIN_LENS, check_size
 
 if TYPE_CHECKING:
     import numpy.typing as npt

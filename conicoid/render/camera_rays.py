@@ -17,7 +17,8 @@ from ..kernels.tables import Floats, Signs
 from ..kernels.threads import KernelRange
 from ..queries.hit_fields import put_ray
 from ..queries.rays import LazyRays
-from .camera_kinds import (
+from .film import QUANTILES, lower_filter
+from .options import (
     CAMERA_NUMBERS,
     EQUIDISTANT,
     EQUIRECTANGULAR,
@@ -25,10 +26,9 @@ from .camera_kinds import (
     LINEAR,
     THIN_LENS,
     CameraModel,
+    Filter,
     check_size,
 )
-from .film import QUANTILES, lower_filter
-from .options import Filter
 
 
 @compare_by_value("camera", "width", "height")
@@ -208,7 +208,7 @@ def general_ray(
 
 @inline
 def filtered_offset(view: CameraView, a: float) -> tuple[float, float]:
-    """(how far from the middle of its pixel a sample lies, and what it counts) along one axis, for a in [0, 1)."""
+    """(distance of a sample from the middle of its pixel, and its weight) along one axis, for a in [0, 1)."""
     place = a * (QUANTILES - 1)
     k = int(place)
     low = view.quantiles[k]

@@ -95,7 +95,7 @@ PICTURES = {
 
 
 # A picture is sent as pieces of some tiles and some samples, so that each takes a part of a second: between them Python
-# looks for Ctrl-C and reports what is done, and no watchdog of a card ends a kernel.
+# looks for Ctrl-C and reports progress, and no watchdog of a card ends a kernel.
 
 _CHUNK = 1 << 16  # pixels of a stream: as many threads as a large card has at a time
 _TILE = SIDE * SIDE

@@ -15,10 +15,9 @@ from ..geometry.labels import body_material_table
 from ..materials.light import AmbientLight
 from ..materials.material import DEFAULT_MATERIAL, Material
 from .camera import AnyCamera, as_camera, fit_lights
-from .camera_kinds import check_size
 from .film import STEP, check_filter, is_end, select_squares
 from .integrators import INTEGRATORS
-from .options import MOST_SAMPLES, SAMPLES, Filter
+from .options import MOST_SAMPLES, SAMPLES, Filter, check_size
 
 if TYPE_CHECKING:
     from .tiles import Film
@@ -39,7 +38,7 @@ class RenderJob:
     noise: float | None = None
     shutter: tuple[float, float] | None = None
     times: int = 1
-    """In so many moments of the shutter's time what moves is seen."""
+    """Moments of the shutter's time at which moving bodies are seen."""
 
     @property
     def round(self) -> int:
@@ -98,7 +97,7 @@ def make_job(
 
 
 MOST_TIMES = 64
-"""Moments of a shutter's time, where nobody says how many."""
+"""Default number of moments of a shutter's time."""
 
 
 def _shutter(value: Any) -> tuple[float, float]:
@@ -163,7 +162,7 @@ def lower_scene_shading(scene: Any, camera: AnyCamera, lights: Any = None) -> An
 
 
 def scale_to_pixels(look: Any, job: RenderJob) -> Any:
-    """A look, or what light transport needs, for pixels of a picture's size."""
+    """A look, or the tables of light transport, for pixels of a picture's size."""
     return look._replace(look=_with_pixels(look.look, job))
 
 

@@ -1,12 +1,16 @@
-"""Names of filters, tone curves, layers, colour keys and suffixes of slices, and numbers of samples.
+"""Names of filters, tone curves, layers and colour keys, kinds of cameras, checks of sizes and suffixes of pictures.
 
-The command line reads them at its start, so this module imports no NumPy.
+The command line reads them at its start, so this module imports no NumPy. Cameras (`camera`) share their kinds with
+the kernels of their rays (`camera_rays`) here, so that a scene with a camera can be read and edited without Numba.
 """
 
 from __future__ import annotations
 
 import os
-from typing import Any, Literal, TypeAlias, get_args
+from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias, get_args
+
+if TYPE_CHECKING:
+    from .._util.arrays import FloatArray
 
 BY = ("body", "material")
 """Keys by which slices are coloured and volume fractions are grouped."""
@@ -47,3 +51,35 @@ LAYERS = {
 
 SAMPLES, MOST_SAMPLES = 4, 1 << 14
 """Samples of a pixel by default, and at most where only the noise is set."""
+
+# Cameras
+
+LINEAR, THIN_LENS, EQUIRECTANGULAR, FISHEYE = range(4)
+"""Kinds of camera."""
+EQUIDISTANT, EQUISOLID, STEREOGRAPHIC = range(3)
+"""Projections of a fisheye camera."""
+CAMERA_NUMBERS = 4
+"""The numbers of a kind besides its lens."""
+
+
+class CameraModel(Protocol):
+    """A camera as the kernels see it; `camera.AnyCamera` is one."""
+
+    @property
+    def lens(self) -> FloatArray:
+        """(6, 3): o₀, o₁, o₂, d₀, d₁, d₂."""
+
+    @property
+    def optics(self) -> tuple[int, tuple[float, float, float, float]]:
+        """The kind of camera, and its numbers."""
+
+
+def check_size(width: int, height: int, owner: str = "rays") -> tuple[int, int]:
+    """Return the size of a picture in pixels; raise ValueError, which begins with `owner`, unless it is positive."""
+    from .._util.validation import as_integer, format_value
+
+    for name, value in (("width", width), ("height", height)):
+        pixels = as_integer(value)
+        if pixels is None or not 1 <= pixels < 1 << 31:
+            raise ValueError(f"{owner}: {name} must be a whole number of pixels >= 1, got {format_value(value)}")
+    return int(width), int(height)

@@ -23,12 +23,12 @@ from ..kernels.packet.traversal import PixelSquare, new_square
 from ..kernels.ray import Ray
 from ..kernels.tables import Floats, Geometry, Longs, Signs, is_halted, whole
 from . import integrators
-from .camera_kinds import LINEAR, THIN_LENS
 from .camera_rays import CameraView, camera_ray, filtered_offset, general_ray
 from .film import BLUE, COUNT, GREEN, RED, SQUARES, SUMS
 from .integrators import INTEGRATORS
 from .integrators.samples import NO_SURFACE, Samples, Settings, finish_nothing, no_memory
 from .lights.light_tables import PathLight, WhittedLight
+from .options import LINEAR, THIN_LENS
 from .sampling import pair_by_keys, sample_in_pixel, sobol_keys, sobol_pair
 
 SQUARE = 8
@@ -44,7 +44,7 @@ class SquareBuffers(NamedTuple):
     places: Floats  # (2 · 64) where in the picture a sample of each lies: x, then y
     offsets: Floats  # (2 · 64) where in its pixel a sample of each lies: x, then y
     keys: Any  # uint64 (2 · 64) of Sobol's points in each: `sobol_keys`
-    weights: Floats  # (64 a sample,) what samples count
+    weights: Floats  # (64 a sample,) of samples
     colors: Floats  # (64 a sample, 3) of some samples
     sums: Floats  # (64, SUMS) of all, see `film.sums`
 
@@ -216,7 +216,7 @@ def general_rays(
     view: CameraView, frame: SquareBuffers, lanes: Floats, film: Film, count: int, sample: int, settings: Settings,
     progressive: bool, first: int,
 ) -> None:  # fmt: skip
-    """`camera_rays` of any camera and filter; what they count goes into the frame, from `first` on."""
+    """`camera_rays` of any camera and filter; their weights go into the frame, from `first` on."""
     height, width = film.shape[0], film.shape[1]
     for i in range(count):
         ray, frame.weights[first + i] = sample_ray(
@@ -238,7 +238,7 @@ def sample_ray(
     view: CameraView, settings: Settings, progressive: bool, pixel: int, column: float, row: float, sample: int,
     width: int, height: int,
 ) -> tuple[Ray, float]:  # fmt: skip
-    """Return (the ray of a sample of a pixel, what it counts) of any camera and filter."""
+    """Return (the ray of a sample of a pixel, its weight) of any camera and filter."""
     x, y = _in_pixel(progressive, settings.seed, pixel, sample, settings.samples)
     weight = view.scale
     if view.filtered == 1:

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from .._util.arrays import dot_rows, ignore_fp_errors, unit_rows
-from .._util.files import replace_file, resolve_output
+from .._util.files import open_regular, replace_file, resolve_output
 from .._util.validation import (
     as_integer,
     check_callback,
@@ -35,8 +35,8 @@ from ..parallel.scheduler import ScheduledTask, prepare_first, run_tasks
 from ..parallel.shared_state import SharedObject, shared_scene
 from ..parallel.workers import Workers, as_workers
 from ..render.camera import AnyCamera, as_camera, fit_camera, snap_to_domain
-from ..render.camera_kinds import check_size
 from ..render.job import check_options, lower_scene_light, lower_scene_shading
+from ..render.options import check_size
 from .scene import Scene, as_scene
 
 if TYPE_CHECKING:
@@ -80,12 +80,15 @@ class Frames:
         """Return whether a frame is whole and of the right size."""
         from PIL import Image
 
+        size = self.options["width"], self.options["height"]
         try:
-            with Image.open(path) as file:
+            with open_regular(path) as raw, Image.open(raw, formats=["PNG"]) as file:
+                if file.size != size:  # before memory is taken for its pixels
+                    return False
                 file.verify()  # the checksums: a truncated file may still hold all pixels
-            with Image.open(path) as file:  # again, since nothing can be loaded after `verify`
+            with open_regular(path) as raw, Image.open(raw, formats=["PNG"]) as file:  # nothing loads after `verify`
                 file.load()
-                return file.format == "PNG" and file.size == (self.options["width"], self.options["height"])
+                return True
         except (OSError, ValueError, SyntaxError, Image.DecompressionBombError):
             return False
 

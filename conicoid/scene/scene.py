@@ -536,7 +536,7 @@ class Scene:
 
     @ignore_fp_errors
     def _close_gaps(self) -> None:
-        """Prepare the scene afresh where edits of an imported model have left rows that nobody reads.
+        """Prepare the scene afresh where edits of an imported model have left unused rows.
 
         For those that go through all rows of the tables; numbers and answers stay.
         """
@@ -953,7 +953,7 @@ class Scene:
 
     def rays(self, width: int, height: int) -> Rays:
         """Return the rays of pixel centres (height, width), from the camera of the scene or else the one that fits."""
-        from ..render.camera_kinds import check_size
+        from ..render.options import check_size
 
         width, height = check_size(width, height)
         return (self.camera or self.fitting_camera(width / height)).rays(width, height)
@@ -1166,7 +1166,7 @@ class Scene:
         return extension("view")(self, height)
 
     def _repr_mimebundle_(self, **_: Any) -> Any:
-        """Return what a notebook shows: the widget, or a picture without anywidget or of a scene that is too large."""
+        """Return the view for a notebook: the widget, or a picture without anywidget or of too large a scene."""
         try:
             return self.view()._repr_mimebundle_()
         except (ImportError, ValueError):

@@ -12,9 +12,11 @@ import pytest
 import conicoid as co
 from conicoid.geometry.instances import InstanceList, Shift, ShiftTable
 from conicoid.geometry.shape import Solid
+from conicoid.geometry.transform import Translate
 from conicoid.kernels.tables import PLANE, QUADRIC
 from conicoid.prepare import body_collector as contents, coincidence, lowering
 from conicoid.prepare.body_collector import ExactBodySurfaces
+from conicoid.prepare.instances import _first_records
 from conicoid.prepare.lowering import lower
 from conicoid.prepare.surface_features import (
     FIRST_DIRECTION,
@@ -80,6 +82,14 @@ def walls() -> list[co.Body]:
     shapes += [
         (co.Cylinder((0, 0, 5), (0, 0, 6 + k), 1.5) - co.Sphere(0.5, (0, 0, 5))).rotate("x", 12) for k in range(8)
     ]
+    # Mirrored, slanted before the turn, and under shears and scalings that keep one direction
+    shapes += [co.Box((k, 0, 20), (k + 1, 1, 21)).scale((-1, 1, 1)).rotate("y", 33) for k in range(4)]
+    slanted = co.Sphere(2) & co.HalfSpace((3, 1, 0), 0.3)
+    for shift in ((0.5, 0.25, 8), (0.25, 1.0, 8), (0.75, -0.5, 8)):  # 3 x + y is 1.75 in all
+        shapes.append(slanted.translate(shift).rotate("x", 12))
+    shear = [[1, 0, 0, 0], [0.5, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+    shapes += [co.Box((0, k, 30), (1, k + 1, 31)).transform(shear).rotate("z", 7) for k in range(4)]
+    shapes += [co.Box((0, k, 40), (1, k + 1, 41)).scale((2, 3, 4)).rotate("z", 7) for k in range(4)]
     shapes.append(at_an_angle(co.Box((math.nextafter(1.0, 2.0), 3.5, 4), (2, 4, 5))))
     shapes.append(at_an_angle(co.Box((1, 3.5, 7), (2, 4, 8))))
     shapes.append(co.Box((-1, -4, 9), (2, 4, 10)).rotate("z", 10).rotate("z", 20).rotate((1, 2, 3), 20))
@@ -109,6 +119,25 @@ def test_tables_are_those_of_exact_names(named: list[int], monkeypatch: pytest.M
     assert 0 < few < (len(named) - few) / 3
     for field, mine, its in zip(found.tables._fields, found.tables, expected.tables, strict=True):
         assert mine.tobytes() == its.tobytes(), field
+
+
+def test_planes_that_shifts_carry_are_named_by_their_exact_sums() -> None:
+    """Of sums that two floats do not hold, as 2^60 + 1 + 2^-60, equal steps are enough."""
+    offsets = [
+        (0.1, 0.2),
+        (0.3,),
+        (0.5, 0.25),
+        (0.75,),
+        (0.2, 0.1),
+        (1e16, 1.0, -1e16),
+        (1.0,),
+        *[(2.0**60, 1.0, 2.0**-60)] * 2,
+    ]
+    chains = [tuple(Translate((x, 0.0, 0.0)) for x in row) for row in offsets]
+    plane = [1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+    names = contents.name_surfaces(np.array([plane] * len(chains)), chains, np.arange(len(chains))).tolist()
+    sums = [sum(map(Fraction, row)) for row in offsets]
+    assert [[a == b for b in names] for a in names] == [[a == b for b in sums] for a in sums]
 
 
 @pytest.mark.parametrize("turn", [("z", 0), ("z", 90), ("x", -90)])
@@ -349,3 +378,10 @@ ROD = co.Cylinder((0, 0, 0), (0, 0, 1), 0.5)
 def test_walls_of_copies_are_one_where_they_coincide(other: Solid, walls: int) -> None:
     kinds = lower(Rods(ROD, other)).tables.surface_kind
     assert (kinds != PLANE).sum() == walls
+
+
+def test_first_records_by_more_numbers_than_one_float_holds():
+    """Records are compared number by number: here by three, each among 2^18, which makes 2^54 records."""
+    values, last = np.arange(2.0**18), np.full(2, 2**18 - 1, np.int32)
+    records = [(values, last), (values, last), (values, np.array([1, 0], np.int32))]
+    assert _first_records(np.zeros(2, np.int32), records).tolist() == [1, 1]

@@ -56,6 +56,13 @@ SCENES = {
     "far away": (balls(200)[0] + (1e9, 0, 0), balls(200)[1]),
     "a dense place": (balls(2000)[0] * np.where(np.arange(2000)[:, None] < 1000, 1, 1e-12), np.full(2000, 1e-13)),
     "huge": (balls(50)[0] * 1e99, balls(50)[1] * 1e99),
+    # Of these, one thread builds parts: by cells of a grid, but for wide balls, and again where most are in one cell
+    "many, some wide": (balls(12_000)[0], np.where(np.arange(12_000) % 50 == 0, 0.3, 0.01)),
+    "many on a line": (np.linspace((-1, -1, 0), (1, 1, 0), 10_000), np.full(10_000, 1e-4)),
+    "many at one place": (np.ones((8193, 3)), np.full(8193, 0.5)),
+    "many, one far away": (np.where(np.arange(9000)[:, None] == 7, 1e99, balls(9000)[0]), np.full(9000, 1e-3)),
+    "halves of halves": (2.0 ** -(np.arange(9000)[:, None] % 320) * (1, 0, 1), np.full(9000, 1e-99)),
+    "each a little nearer": (0.99 ** np.arange(20_000)[:, None] * (1, 0.3, 0.2), 0.99 ** np.arange(20_000) * 1e-3),
 }
 
 

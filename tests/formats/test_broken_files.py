@@ -19,7 +19,7 @@ from conicoid.geometry.registry import REGISTRY
 from conicoid.io.scene_file.nodes import Node, ScalarNode, SequenceNode, is_null, is_text, parse_bool, parse_float
 from conicoid.io.scene_file.scene_file import read_scene
 from conicoid.io.scene_file.schema import scene_schema
-from conicoid.io.scene_file.yaml_parser import parse_yaml
+from conicoid.io.scene_file.yaml_parser import parse_document
 
 from .broken import CASES
 from .strategies import scenes
@@ -79,7 +79,8 @@ def plain(node: Node) -> Any:
 
 
 def tree(text: str) -> Any:
-    root, problems = parse_yaml(text)
+    document = parse_document(text)
+    root, problems = document.root, document.problems
     assert root is not None
     assert not problems
     return plain(root)

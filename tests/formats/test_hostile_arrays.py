@@ -16,7 +16,7 @@ import pytest
 import conicoid as co
 from conicoid._util.files import SceneFileError
 from conicoid.io import npz
-from conicoid.io.ray_file import read_rays
+from conicoid.io.ray_file import RayFile
 
 RAYS = np.arange(30.0).reshape(5, 6) + 1
 MB = 1 << 20
@@ -61,7 +61,7 @@ def refusal(path: Path, content: bytes) -> str:
     """What is said about a file of rays, which is one line that names it."""
     path.write_bytes(content)
     with pytest.raises(ValueError) as caught:  # noqa: PT011  its text is what the caller looks at
-        read_rays(path)
+        RayFile(path, whole=True).read()
     text = str(caught.value)
     assert text.startswith(f"{path}: ")
     assert len(text.splitlines()) == 1
@@ -152,12 +152,12 @@ def test_what_numpy_writes_is_read(tmp_path):
             for values in (RAYS, np.asfortranarray(RAYS), RAYS[:0], RAYS[0], RAYS.reshape(5, 1, 6)):
                 with (tmp_path / "rays.npy").open("wb") as file:
                     np.lib.format.write_array(file, values.astype(kind), version, allow_pickle=False)
-                table = read_rays(tmp_path / "rays.npy")
+                table = RayFile(tmp_path / "rays.npy", whole=True).read()
                 assert np.array_equal(table.rays.origins, values[..., :3])
                 assert np.array_equal(table.rays.directions, values[..., 3:])
     for save in (np.savez, np.savez_compressed):
         save(tmp_path / "rays.npz", origins=RAYS[:, :3], directions=np.asfortranarray(RAYS[:, 3:]), t_min=np.int8(-3))
-        table = read_rays(tmp_path / "rays.npz")
+        table = RayFile(tmp_path / "rays.npz", whole=True).read()
         assert np.array_equal(table.rays.directions, RAYS[:, 3:])
         assert (table.t_min == -3).all()
         hits = co.Scene([co.HalfSpace((1, 0, 0), 1e3)]).first_hit(table.rays)  # a kernel reads rows
@@ -169,7 +169,7 @@ def test_small_files_do_not_unpack_to_large_ones(tmp_path, monkeypatch):
     zeros = plain(shape="(100000, 3)", data=bytes(2_400_000))
     ones = plain(shape="(100000, 3)", data=np.ones(300_000).tobytes())
     (tmp_path / "rays.npz").write_bytes(packed(origins=zeros, directions=ones))
-    assert len(read_rays(tmp_path / "rays.npz").rays) == 100_000
+    assert len(RayFile(tmp_path / "rays.npz", whole=True).read().rays) == 100_000
     monkeypatch.setattr(npz, "FREE_BYTES", 3 * MB)
     monkeypatch.setattr(npz, "MAX_COMPRESSION", 10)
     assert "unpacks to" in refusal(tmp_path / "rays.npz", packed(origins=zeros, directions=ones))
@@ -203,7 +203,7 @@ def test_sparse_files_take_no_memory(tmp_path):
         except OSError:
             pytest.skip("this disk has no such files")
     with pytest.raises(ValueError, match=r"rays\.npy: takes 89\.4 GiB of memory"):
-        read_rays(tmp_path / "rays.npy")
+        RayFile(tmp_path / "rays.npy", whole=True).read()
 
 
 def test_a_directory_without_end_is_not_read(tmp_path):
@@ -220,7 +220,7 @@ def test_pipes_and_devices_are_not_read(suffix, tmp_path):
     (tmp_path / f"zero{suffix}").symlink_to("/dev/zero")
     for name in ("pipe", "zero"):
         with pytest.raises(OSError, match="is not a regular file") as caught:
-            read_rays(tmp_path / f"{name}{suffix}")
+            RayFile(tmp_path / f"{name}{suffix}", whole=True).read()
         assert caught.value.filename == str(tmp_path / f"{name}{suffix}")
         (tmp_path / "scene.yaml").write_text(f"bodies: [{{shape: {{Spheres: {{file: {name}{suffix}}}}}}}]\n")
         with pytest.raises(SceneFileError, match=r"is not an existing file|must stay inside"):
@@ -230,7 +230,7 @@ def test_pipes_and_devices_are_not_read(suffix, tmp_path):
 def test_links_to_files_are_read(tmp_path):
     np.save(tmp_path / "real.npy", RAYS)
     (tmp_path / "link.npy").symlink_to("real.npy")
-    assert np.array_equal(read_rays(tmp_path / "link.npy").rays.origins, RAYS[:, :3])
+    assert np.array_equal(RayFile(tmp_path / "link.npy", whole=True).read().rays.origins, RAYS[:, :3])
 
 
 @pytest.mark.parametrize(
@@ -267,7 +267,7 @@ def test_little_memory_is_told(tmp_path):
         try:
             taken = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
             resource.setrlimit(resource.RLIMIT_AS, (taken + 100 * MB, taken + 100 * MB))
-            read_rays(tmp_path / "rays.npy")
+            RayFile(tmp_path / "rays.npy", whole=True).read()
         except ValueError as error:
             os._exit(0 if "rays.npy: takes 0.2 GiB, more memory than there is left" in str(error) else 1)
         except BaseException:

@@ -12,7 +12,7 @@ import conicoid as co
 from conicoid._util.files import replace_file
 from conicoid.cli import app
 from conicoid.io.array_file import check_output, write_columns
-from conicoid.io.ray_file import read_rays
+from conicoid.io.ray_file import RayFile
 from conicoid.io.result_file import table_columns
 
 from ..command_line import done, run
@@ -25,7 +25,7 @@ ROWS = RNG.normal(size=(5, 6))
 
 def test_npy(tmp_path):
     np.save(tmp_path / "rays.npy", ROWS)
-    table = read_rays(tmp_path / "rays.npy")
+    table = RayFile(tmp_path / "rays.npy", whole=True).read()
     assert (table.rays.origins == ROWS[:, :3]).all()
     assert (table.rays.directions == ROWS[:, 3:]).all()
     assert (table.t_min, table.t_max) == (None, None)
@@ -33,7 +33,7 @@ def test_npy(tmp_path):
 
 def test_npy_keeps_the_leading_shape_and_takes_other_numbers(tmp_path):
     np.save(tmp_path / "rays.npy", np.arange(24, dtype=np.float32).reshape(2, 2, 6))
-    table = read_rays(tmp_path / "rays.npy")
+    table = RayFile(tmp_path / "rays.npy", whole=True).read()
     assert table.rays.origins.shape == (2, 2, 3)
     assert table.rays.directions.dtype == np.float64
     assert table.rays.directions[1, 1].tolist() == [21, 22, 23]
@@ -41,7 +41,7 @@ def test_npy_keeps_the_leading_shape_and_takes_other_numbers(tmp_path):
 
 def test_npz(tmp_path):
     np.savez(tmp_path / "rays.npz", origins=ROWS[:, :3], directions=ROWS[0, 3:], t_min=np.full(5, -1.0), other=["x"])
-    table = read_rays(tmp_path / "rays.npz")
+    table = RayFile(tmp_path / "rays.npz", whole=True).read()
     assert (table.rays.directions == ROWS[0, 3:]).all()
     assert table.t_min.tolist() == [-1] * 5
     assert table.t_max is None
@@ -51,14 +51,14 @@ def test_npz(tmp_path):
 def test_csv(tmp_path, header):
     lines = "".join(",".join(map(repr, row)) + "\n" for row in ROWS.tolist())
     (tmp_path / "rays.csv").write_text("\ufeff" + header + lines, encoding="utf-8")
-    table = read_rays(tmp_path / "rays.csv")
+    table = RayFile(tmp_path / "rays.csv", whole=True).read()
     assert (table.rays.origins == ROWS[:, :3]).all()
     assert (table.rays.directions == ROWS[:, 3:]).all()
 
 
 def test_csv_of_nothing(tmp_path):
     (tmp_path / "rays.csv").write_text("ox,oy,oz,dx,dy,dz\n")
-    assert read_rays(tmp_path / "rays.csv").rays.origins.shape == (0, 3)
+    assert RayFile(tmp_path / "rays.csv", whole=True).read().rays.origins.shape == (0, 3)
 
 
 @pytest.mark.parametrize(
@@ -75,7 +75,7 @@ def test_csv_of_nothing(tmp_path):
 def test_bad_files(tmp_path, name, content, phrase):
     (tmp_path / name).write_bytes(content)
     with pytest.raises(ValueError, match=phrase.replace(".", r"\.")):
-        read_rays(tmp_path / name)
+        RayFile(tmp_path / name, whole=True).read()
 
 
 @pytest.mark.parametrize(
@@ -86,15 +86,15 @@ def test_bad_files(tmp_path, name, content, phrase):
 def test_bad_arrays(tmp_path, array, phrase):
     np.save(tmp_path / "rays.npy", array)
     with pytest.raises(ValueError, match=phrase):
-        read_rays(tmp_path / "rays.npy")
+        RayFile(tmp_path / "rays.npy", whole=True).read()
 
 
 def test_missing_file_and_folder(tmp_path):
     with pytest.raises(FileNotFoundError):
-        read_rays(tmp_path / "rays.npy")
+        RayFile(tmp_path / "rays.npy", whole=True).read()
     (tmp_path / "folder.csv").mkdir()
     with pytest.raises(IsADirectoryError):
-        read_rays(tmp_path / "folder.csv")
+        RayFile(tmp_path / "folder.csv", whole=True).read()
 
 
 HITS = {

@@ -23,7 +23,7 @@ from conicoid.io.scene_file.nodes import (
     parse_int,
 )
 from conicoid.io.scene_file.writer import dump_yaml, format_scalar, format_text
-from conicoid.io.scene_file.yaml_parser import YamlError, parse_document, parse_yaml
+from conicoid.io.scene_file.yaml_parser import YamlError, parse_document
 
 from .fuzzing.scene_cases import sources
 
@@ -101,7 +101,7 @@ def test_other_readers_agree_on_floats(value):
 
 @given(st.text(st.characters(exclude_categories=("Cs",)), min_size=1, max_size=30))
 def test_written_texts_read_back(text):
-    root, _ = parse_yaml(f"a: {format_text(text)}\n{format_text(text)}: [{format_text(text)}]\n")
+    root = parse_document(f"a: {format_text(text)}\n{format_text(text)}: [{format_text(text)}]\n").root
     assert isinstance(root, MappingNode)
     if text == "a":
         return
@@ -126,7 +126,7 @@ def test_long_things_take_several_lines():
 
 
 def test_json_is_read():
-    root, _ = parse_yaml('{\n\t"a": [1, -2.5e3, true, null, "\\u00e9\\ud83d\\ude00\\/"]\n}')
+    root = parse_document('{\n\t"a": [1, -2.5e3, true, null, "\\u00e9\\ud83d\\ude00\\/"]\n}').root
     assert isinstance(root, MappingNode)
     items = root.entries["a"].items
     assert [parse_float(items[0]), parse_float(items[1]), parse_bool(items[2]), is_null(items[3])] == [
@@ -139,16 +139,16 @@ def test_json_is_read():
 
 
 def test_a_backslash_before_an_escape_stays():
-    root, _ = parse_yaml(r'{"a": "\\ud83d\\ude00"}')
+    root = parse_document(r'{"a": "\\ud83d\\ude00"}').root
     assert isinstance(root, MappingNode)
     assert root.entries["a"].text == r"\ud83d\ude00"
 
 
 def test_comments_and_directives_before_the_document():
-    root, _ = parse_yaml("# hello\n%YAML 1.2\n---\na: |\n  %x\n")
+    root = parse_document("# hello\n%YAML 1.2\n---\na: |\n  %x\n").root
     assert isinstance(root, MappingNode)
     with pytest.raises(YamlError, match="directive"):
-        parse_yaml("%FOO bar\n---\na: 1\n")
+        parse_document("%FOO bar\n---\na: 1\n")
 
 
 # --- The tree of a scene file: lines, columns, counts and repeated keys; and reading as a whole, with its progress
@@ -175,7 +175,8 @@ def same_places(node: Node, other: yaml.Node) -> None:
 def test_everything_stands_where_it_stands():
     texts, trees, _ = sources()
     for text in [*texts, *map(dump_yaml, trees)]:
-        root, problems = parse_yaml(text)
+        document = parse_document(text)
+        root, problems = document.root, document.problems
         assert problems == []
         same_places(root, yaml.compose(text, Loader=yaml.CSafeLoader))
 
@@ -202,7 +203,7 @@ def test_values_are_counted_once():
 def test_repeated_keys_know_the_first_one_of_their_own_mapping():
     """Also where mappings came and went before: those that are values of repeated keys are not kept."""
     gone = "".join(f"a: {{x{k}: 1, x{k}: 2}}\n" for k in range(50))
-    _, problems = parse_yaml(f"a: 1\n{gone}b:\n  c: 1\n  d: 2\n  c: 3\n  e: 4\n  e: 5\n")
+    problems = parse_document(f"a: 1\n{gone}b:\n  c: 1\n  d: 2\n  c: 3\n  e: 4\n  e: 5\n").problems
     first = [problem.message.rpartition(" ")[2] for problem in problems]
     assert first[-2:] == ["53)", "56)"]
     assert sum(message == "1)" for message in first) == 50
@@ -211,7 +212,7 @@ def test_repeated_keys_know_the_first_one_of_their_own_mapping():
 def test_aliases_may_add_less_than_a_file_may_hold():
     text = "a: &a [" + "1, " * 1000 + "]\nb: [" + "*a, " * 999 + "]\n"
     with pytest.raises(YamlError, match="more than 1,000,000 values, aliases expanded"):
-        parse_yaml(text.replace("*a, ", "*a, " * 2))
+        parse_document(text.replace("*a, ", "*a, " * 2))
     assert parse_document(text).distinct == 1005
 
 

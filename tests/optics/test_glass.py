@@ -259,6 +259,7 @@ def test_what_is_no_coat():
     for layers, told in (
         ([(1.38, -1)], r"layers\[0\]: Layer: thickness must be > 0"), ([1.38], r"layers\[0\] must be a pair"),
         ([(1.38, 99.6)], r"layers\[0\]: Layer: thickness must be in μm.*99.6 nm are 0.0996"),
+        ([(1.38, 99.6e-9)], r"layers\[0\]: Layer: thickness must be in μm.*9.96e-08 m are 0.0996"),
         ("MgF2", "layers must be pairs"), ([(0, 1)], "refractive_index must be > 0"),
     ):  # fmt: skip
         with pytest.raises(ValueError, match=told):
@@ -279,7 +280,9 @@ def test_wavelengths_in_nanometres_are_refused():
             co.optics.index_at(index, [0.5, 550])
         with pytest.raises(ValueError, match="wavelength must be in μm.*5.5e-07 m are 0.55"):
             co.optics.index_at(index, 5.5e-7)
+    lens = co.optics.prescription([(50, 5, (1.5, 40)), (-50,)], 10)
     tables = (
+        lambda: lens.thin(550),
         lambda: co.optics.Tabulated((550, 700), (1.5, 1.4)),
         lambda: co.optics.Tabulated((550,), (1.5,)),
         lambda: co.optics.Cauchy((1.5,), range=(550, 700)),

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.geometry.bounds.linear_program import half_spaces_support
+from conicoid.geometry.bounds.linear_program import integer_row, integer_support
 from conicoid.geometry.bounds.support import plane_uv
 from conicoid.geometry.cell import cartesian_uv
 from conicoid.geometry.surface import PlaneSurface
@@ -25,7 +25,9 @@ def support(normals, offsets, direction):
     def rows(values):
         return [Fraction(v) for v in values]
 
-    return half_spaces_support([rows(n) for n in normals], rows(offsets), rows(direction))
+    return integer_support(
+        [integer_row((*rows(n), o)) for n, o in zip(normals, rows(offsets), strict=True)], rows(direction)
+    )
 
 
 CUBE = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)]

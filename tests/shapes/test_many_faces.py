@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.geometry.bounds.linear_program import half_spaces_support
+from conicoid.geometry.bounds.linear_program import integer_row, integer_support
 from conicoid.geometry.polyhedron import MANY_FACES
 from conicoid.io.openscad.solids import sided_ball
 from conicoid.prepare.lower_shape import compute_shape
@@ -72,12 +72,11 @@ def test_a_prism_without_ends_contains_what_its_half_spaces_contain():
 @pytest.mark.parametrize("name", ["ball", "rough", "unbounded"])
 def test_bounds_are_those_of_all_half_spaces(name: str):
     shape = SHAPES[name]
-    normals = [tuple(map(Fraction, normal)) for normal in shape.normals]
-    offsets = list(map(Fraction, shape.offsets))
+    rows = [integer_row((*map(Fraction, n), Fraction(d))) for n, d in zip(shape.normals, shape.offsets, strict=True)]
     for axis in range(3):
         for sign, end in ((1, shape.bounds[1][axis]), (-1, -shape.bounds[0][axis])):
             direction = [Fraction(sign * (k == axis)) for k in range(3)]
-            exact = half_spaces_support(normals, offsets, direction)
+            exact = integer_support(rows, direction)
             assert end >= exact
             assert end == math.inf or math.nextafter(end, -math.inf) < exact
 

@@ -186,6 +186,16 @@ def test_a_wall_that_touches_the_plane_takes_no_other_away():
     ]  # fmt: skip
 
 
+@pytest.mark.parametrize("turn", [0, 90, 180])
+def test_walls_along_the_axis_of_a_parabola_cut_it(turn):
+    """z = x² - 1/2 in the box |x| <= 1 ends at z = 1/2."""
+    bowl = (co.Box() - co.EllipticParaboloid(1, 1).translate((0, 0, -0.5))).rotate("y", turn)
+    (found,) = (one for one in co.Scene([bowl]).slice("y").outlines if one.kind == "parabola")
+    (s, c) = {0: (0, 1), 90: (1, 0), 180: (0, -1)}[turn]
+    ends = [(x * c + 0.5 * s, 0.5 * c - x * s) for x in (-1, 1)]
+    assert np.array(sorted([tuple(found.start), tuple(found.end)])) == pytest.approx(np.array(sorted(ends)), abs=1e-14)
+
+
 ALMOST = {
     "paraboloid": co.EllipticParaboloid(1, 2), "two sheets": co.TwoSheetHyperboloid(1, 2, 1),
     "one sheet": co.OneSheetHyperboloid(1, 1, 2), "cone": co.EllipticCone(1, 1, 1), "flat": co.EllipticCone(1e-3, 1, 1),

@@ -122,7 +122,7 @@ def test_paths_that_cannot_be(tmp_path, monkeypatch):
         (
             lambda: SCENE.voxels(WINDOW, SHAPE, path=tmp_path / "voxels.vti"),
             ValueError,
-            r"path must end in \.npy or \.zarr, got '.*voxels\.vti'",
+            r"path must end in \.npy or \.zarr, got '",
         ),
         (
             lambda: SCENE.voxels(WINDOW, SHAPE, path=tmp_path / "none" / "voxels.npy"),

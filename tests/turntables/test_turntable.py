@@ -102,6 +102,10 @@ def test_frames_that_are_there_are_taken(tmp_path):
     PIL.Image.new("RGB", (9, 9)).save(some[2])
     total = co.turntable(SCENE, tmp_path / "a.gif", **once)
     assert total + co.turntable(SCENE, tmp_path / "a.gif", **(once | {"frames": 8})) == 3
+    some[0].unlink()
+    os.mkfifo(some[0])  # nobody waits for it
+    with pytest.raises(OSError, match="is not a regular file"):
+        co.turntable(SCENE, tmp_path / "a.gif", **(once | {"frames": 8}))
 
 
 @pytest.mark.parametrize("change", [

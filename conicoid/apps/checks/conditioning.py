@@ -241,7 +241,7 @@ def ball_movements(centers: FloatArray, radii: FloatArray, fields: MotionFields)
 
 
 def ball_shares(center: FloatArray, radius: float, n: FloatArray, fields: MotionFields) -> FloatArray:
-    """Return what each number of one ball adds to its movement: center, radius, then those of the motion."""
+    """Return the share of each number of one ball in its movement: center, radius, then those of the motion."""
     own = HALF_ULP * np.append(np.abs(n * center), radius)
     return np.append(own, np.abs(fields.fields @ np.append(center + radius * n, 1.0) @ n))
 

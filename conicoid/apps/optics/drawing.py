@@ -1,243 +1,31 @@
-"""Drawings of optical systems: the section of bodies with the plane x = 0 as paths of SVG, z to the right and y up.
+"""Drawings of optical systems: the section of bodies with the plane x = 0, z to the right and y up, and rays, as SVG.
 
-Spheres, ellipsoids and paraboloids are exact: SVG has elliptic arcs and parabolas. It has no hyperbolas: these are
-drawn by pieces of cubics that are within a millionth of their width.
+The sections are the outlines of slices (`apps/section`), as paths. Lines, ellipses and parabolas are exact, since SVG
+has them. It has no hyperbolas: these are cubics that are within a millionth of the drawing.
 """
 
 from __future__ import annotations
 
-import itertools
 import math
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from html import escape
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ..._util.dataclass import dataclass
 from ..._util.validation import check_integer, check_number, check_path, describe_kind
-from ...geometry.conic import Conic, ConicSheet, ConicWall, Stop
-from ...geometry.optical_elements import FlatGlass, Lens, Mirror
-from ...geometry.primitives import Sphere
-from ...geometry.shape import Painted, Shape
 from ...materials.material import Material
 from ...queries.rays import Rays
 from ...queries.scene_protocol import SceneLike, is_scene
+from ..section.drawing import svg_path
+from ..section.outline import OutlineCutter
+from ..section.window import Window
 from .prescriptions import Prescription
 from .ray_trace import follow, trace
 from .spot_diagram import beam
-
-Point: TypeAlias = tuple[float, float]
-"""(z, y)"""
-
-_CLOSE = 1e-6
-_MOST_PIECES = 512
-
-
-def section_path(shape: Shape) -> str | None:
-    """Return the path of a section in the shape's own frame; None for other shapes."""
-    if isinstance(shape, Lens):
-        return _closed(_down(shape.front), _up(shape.back))
-    if isinstance(shape, Mirror):
-        return _mirror(shape)
-    if isinstance(shape, Conic):
-        return _closed(_down(shape.wall), "")
-    if isinstance(shape, ConicSheet):
-        return _sheet(shape.wall, shape.hole / 2)
-    if isinstance(shape, Stop):
-        inner, outer = shape.aperture / 2, shape.diameter / 2
-        return " ".join(f"{_move((0.0, sign * outer))} {_line((0.0, sign * inner))}" for sign in (1, -1))
-    if isinstance(shape, Sphere):
-        r = shape.radius
-        return f"{_move((-r, 0.0))} {_arc(r, r, 1, (r, 0.0))} {_arc(r, r, 1, (-r, 0.0))} Z"
-    if isinstance(shape, FlatGlass):
-        return _polygon(shape)
-    return None
-
-
-def place_path(shape: Shape) -> str | None:
-    """Return the attribute that places the shape's frame; None if the motion does not map the plane x = 0 to itself."""
-    m = np.asarray(shape.under().matrix)
-    # The motion must neither tilt nor shift the plane x = 0.
-    if np.any(m[0, 1:] != 0) or np.any(m[1:, 0] != 0):
-        return None
-    if np.array_equal(m, np.eye(4)):
-        return ""
-    # Columns of SVG's matrix: z to the right, y up, while SVG's y points down.
-    numbers = (m[2, 2], -m[1, 2], -m[2, 1], m[1, 1], m[2, 3], -m[1, 3])
-    return f' transform="matrix({" ".join(format_path(float(x)) for x in numbers)})"'
-
-
-def format_path(value: float) -> str:
-    """Return a number in the form of SVG."""
-    return f"{value + 0.0:.12g}"
-
-
-# Commands of paths.
-
-
-def _move(point: Point) -> str:
-    """Return the command that moves the pen to a point."""
-    return f"M {_at(point)}"
-
-
-def _line(point: Point) -> str:
-    """Return the command for a line to a point."""
-    return f"L {_at(point)}"
-
-
-def _at(point: Point) -> str:
-    """Return a point as text; y of SVG points down."""
-    return f"{format_path(point[0])} {format_path(-point[1])}"
-
-
-def _arc(rx: float, ry: float, sweep: int, end: Point) -> str:
-    """Return the command for an elliptic arc to a point."""
-    return f"A {format_path(rx)} {format_path(ry)} 0 0 {sweep} {_at(end)}"
-
-
-def _closed(*parts: str) -> str:
-    """Return a closed path of commands; the first one becomes a move."""
-    return "M " + " ".join(part for part in parts if part).removeprefix("L ").removeprefix("M ") + " Z"
-
-
-# Conics.
-
-
-def _down(wall: ConicWall) -> str:
-    """Return the path from the upper edge over the vertex to the lower edge."""
-    return _across(wall, wall.edge, wall.semi, -wall.semi, -wall.edge)
-
-
-def _up(wall: ConicWall) -> str:
-    """Return the path from the lower edge over the vertex to the upper edge."""
-    return _across(wall, -wall.edge, -wall.semi, wall.semi, wall.edge)
-
-
-def _across(wall: ConicWall, first: float, start: float, end: float, last: float) -> str:
-    """Return the path flat from `first` to `start`, along the conic to `end`, and flat again."""
-    rim = _height(wall, abs(start))
-    flat = [_line((rim, first)), _line((rim, start))] if abs(first) > abs(start) else [_line((rim, start))]
-    tail = [_line((rim, last))] if abs(last) > abs(end) else []
-    return " ".join([*flat, conic_path(wall, start, end), *tail])
-
-
-def _height(wall: ConicWall, y: float) -> float:
-    """Return z of the wall at the height y."""
-    return float(wall.vertex) + float(wall.sag(abs(y)))
-
-
-def conic_path(wall: ConicWall, start: float, end: float) -> str:
-    """Return the path along a conic, from the height `start` to `end`; the pen is at its start."""
-    target = (_height(wall, end), end)
-    if wall.is_plane:
-        return _line(target)
-    radius, steep = wall.radius, 1 + wall.conic
-    if steep > 0:
-        # The side of the arc depends on the sign of the radius and on the direction of the pen.
-        sweep = int((radius < 0) == (end < start))
-        return _arc(abs(radius) / steep, abs(radius) / math.sqrt(steep), sweep, target)
-    if steep == 0:  # tangents at y and y' meet at z = y y' / (2 R)
-        corner = (float(wall.vertex) + start * end / (2 * radius), (start + end) / 2)
-        return f"Q {_at(corner)} {_at(target)}"
-    return _hyperbola(wall, start, end)
-
-
-def _hyperbola(wall: ConicWall, start: float, end: float) -> str:
-    """Return cubics with the hyperbola's own tangents, as many as the tolerance needs."""
-    pieces = 2
-    # Each doubling reduces the error of the cubics.
-    while pieces < _MOST_PIECES and _error(wall, start, end, pieces) > _CLOSE * abs(end - start):
-        pieces *= 2
-    heights = np.linspace(start, end, pieces + 1).tolist()
-    return " ".join(_cubic(wall, a, b) for a, b in itertools.pairwise(heights))
-
-
-def _slope(wall: ConicWall, y: float) -> float:
-    """Return dz / dy of the wall."""
-    return y / (wall.radius * math.sqrt(1 - (1 + wall.conic) * (y / wall.radius) ** 2))
-
-
-def _controls(wall: ConicWall, a: float, b: float) -> Sequence[Point]:
-    """Return the inner control points of the cubic between two heights (Hermite)."""
-    third = (b - a) / 3
-    return (_height(wall, a) + third * _slope(wall, a), a + third), (
-        _height(wall, b) - third * _slope(wall, b),
-        b - third,
-    )
-
-
-def _cubic(wall: ConicWall, a: float, b: float) -> str:
-    """Return the command for the cubic between two heights."""
-    first, second = _controls(wall, a, b)
-    return f"C {_at(first)} {_at(second)} {_at((_height(wall, b), b))}"
-
-
-def _error(wall: ConicWall, start: float, end: float, pieces: int) -> float:
-    """Return the distance of the middles of the pieces from the hyperbola: there a cubic is worst."""
-    heights = np.linspace(start, end, pieces + 1).tolist()
-    worst = 0.0
-    for a, b in itertools.pairwise(heights):
-        (first, _), (second, _) = _controls(wall, a, b)
-        middle = (_height(wall, a) + 3 * first + 3 * second + _height(wall, b)) / 8
-        worst = max(worst, abs(middle - _height(wall, (a + b) / 2)))
-    return worst
-
-
-# Shapes.
-
-
-def _sheet(wall: ConicWall, hole: float) -> str:
-    """Return the path of the conic alone, in two pieces around a hole."""
-    ends = [(wall.semi, hole), (-hole, -wall.semi)] if hole else [(wall.semi, -wall.semi)]
-    return " ".join(f"{_move((_height(wall, a), a))} {conic_path(wall, a, b)}" for a, b in ends)
-
-
-def _mirror(shape: Mirror) -> str:
-    """Return the path of a mirror with its substrate."""
-    wall, back, hole = shape.front, shape.thickness, shape.hole / 2
-    if not hole:
-        return _closed(_down(wall), _line((back, -wall.edge)), _line((back, wall.edge)))
-    pieces = [(wall.semi, hole), (-hole, -wall.semi)]
-    return " ".join(
-        f"{_move((_height(wall, a), a))} {conic_path(wall, a, b)} {_line((back, b))} {_line((back, a))} Z"
-        for a, b in pieces
-    )
-
-
-def _polygon(shape: FlatGlass) -> str:
-    """Return the section of a convex solid with planes: corners of its edges with the plane x = 0, in order."""
-    corners = np.array([[float(c) for c in corner] for corner in shape.corners()])
-    # Corners in the plane, then crossings of edges from negative to positive x.
-    points: list[Any] = [c for c in corners if c[0] == 0]
-    for a in corners[corners[:, 0] < 0]:
-        points.extend(a + (b - a) * (a[0] / (a[0] - b[0])) for b in corners[corners[:, 0] > 0])
-    section = convex_path([(float(p[2]), float(p[1])) for p in points])
-    return " ".join([_move(section[0]), *map(_line, section[1:]), "Z"])
-
-
-def convex_path(points: Iterable[Point]) -> list[Point]:
-    """Return the corners of the convex hull, counter-clockwise (Andrew's monotone chain)."""
-    ordered = sorted(set(points))
-    hull: list[Point] = []
-    for run in (ordered, ordered[::-1]):
-        half: list[Point] = []
-        for p in run:
-            while len(half) > 1 and _turn(half[-2], half[-1], p) <= 0:
-                half.pop()
-            half.append(p)
-        hull.extend(half[:-1])
-    return hull
-
-
-def _turn(a: Point, b: Point, c: Point) -> float:
-    """Return twice the signed area of a triangle, over 0 for a left turn."""
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-
-
-# The drawing of an optical system: the section of its bodies with the plane x = 0, and rays.
 
 Floats = npt.NDArray[np.float64]
 
@@ -255,7 +43,7 @@ class Layout:
     svg : str
         Its text.
     omissions : tuple of str
-        Names or numbers of bodies without a section here, or without symmetry to x = 0.
+        Names or numbers of bodies that the plane x = 0 does not cut.
     """
 
     svg: str
@@ -293,7 +81,7 @@ def layout(
     Parameters
     ----------
     system : Prescription or Scene
-        A scene must be of lenses, mirrors, stops and prisms, turned about x and moved in y and z alone.
+        A scene of any bodies, which together are of finite size.
     fields : sequence of float, optional
         Fields of a prescription whose beams are drawn, each with a colour; the default is its own fields.
     rays : int or Rays
@@ -317,7 +105,7 @@ def layout(
     end = box[2] if z_end is None else check_number("layout", "z_end", z_end)
     lines = _lines(system, scene, fields, rays, box[0], end)
     box = _union([box, *(_extent(line) for _, line in lines)])
-    bodies, left_out = _bodies(scene)
+    bodies, left_out = _bodies(scene, box)
     image = system.image if isinstance(system, Prescription) else None
     return Layout(_document(box, pixels, bodies, lines, image, system), left_out)
 
@@ -402,22 +190,67 @@ def _union(boxes: list[Extent]) -> Extent:
 
 # The parts of the document.
 
+_CLOSE = 1e-6
+"""Largest distance of a cubic from its hyperbola, as a share of the drawing's size."""
 
-def _bodies(scene: SceneLike) -> tuple[list[str], tuple[str, ...]]:
+
+def format_path(value: float) -> str:
+    """Return a number in the form of SVG."""
+    return f"{value + 0.0:.12g}"
+
+
+@dataclass(frozen=True)
+class _SectionFrame:
+    """The frame of the paths: lengths z to the right and -y down, about a middle."""
+
+    middle: tuple[float, float]
+    scale: tuple[float, float] = (1.0, 1.0)
+
+    def places(self, about: Any) -> Floats:
+        """Return the places in the paths of places about the middle."""
+        return np.asarray((about + np.array(self.middle)) * (1.0, -1.0))
+
+
+def _bodies(scene: SceneLike, box: Extent) -> tuple[list[str], tuple[str, ...]]:
     """Return the path of each body, and the names of bodies without one."""
     drawn, left_out = [], []
+    across, up = 1.1 * (box[2] - box[0]), 1.1 * (box[3] - box[1])
+    frame = _SectionFrame(((box[0] + box[2]) / 2, (box[1] + box[3]) / 2))
+    corner = np.array([0.0, frame.middle[1] - up / 2, frame.middle[0] - across / 2])
+    window = Window(corner, np.array([0.0, 0.0, across]), np.array([0.0, up, 0.0]), 1, 1)
     for i in range(len(scene)):
         body = scene.body(i)
-        shape = body.shape
-        while isinstance(shape, Painted) and not shape.motion.steps:
-            shape = shape.operand
-        line, moved = section_path(shape), place_path(shape)
-        if line is None or moved is None:
+        line = _section_path(scene, i, window, frame)
+        if not line:
             left_out.append(body.name or str(i))
             continue
         title = f"<title>{escape(body.name)}</title>" if body.name else ""
-        drawn.append(f'<path class="{_kind(body.material, shape.is_sheet)}" d="{line}"{moved}>{title}</path>')
+        drawn.append(f'<path class="{_kind(body.material, body.shape.is_sheet)}" d="{line}">{title}</path>')
     return drawn, tuple(left_out)
+
+
+def _section_path(scene: SceneLike, body: int, window: Window, frame: _SectionFrame) -> str:
+    """Return the path of a body's section: closed loops around a solid, open lines of a sheet; empty if there is none.
+
+    The pen goes along each outline with the solid on its left. The next outline is the one that starts nearest to its
+    place, which is the same corner but for rounding.
+    """
+    parts: list[str] = []
+    start, end = np.zeros(2), np.full(2, math.inf)
+    rest, off = OutlineCutter(scene._prepared, window, body).outlines(), _CLOSE * max(window.size)
+    while rest:
+        ends = [(one.end, one.start) if body in one.right else (one.start, one.end) for one in rest]
+        gaps = [float(np.linalg.norm(first - end)) for first, _ in ends]
+        k = int(np.argmin(gaps))
+        path = svg_path(frame, rest[k], off, format_path, body in rest[k].right)
+        del rest[k]
+        is_next = gaps[k] <= off
+        parts.append(path.split(" ", 3)[3] if is_next else path)  # without the move to where the pen is
+        start, end = start if is_next else ends[k][0], ends[k][1]
+        if np.linalg.norm(end - start) <= off and not scene.body(body).shape.is_sheet:
+            parts.append("Z")
+            end = np.full(2, math.inf)
+    return " ".join(parts)
 
 
 def _kind(material: Material | None, is_sheet: bool) -> str:

@@ -415,6 +415,7 @@ class Prescription:
         -------
         list of ParaxialSurface
         """
+        wavelength = check_wavelength("Prescription", wavelength)
         surfaces, side, before = [], 1.0, self.media[0].index(wavelength)
         for row, medium in zip(self.rows, self.media[1:], strict=True):
             # Behind a mirror light travels the other way, and indices change their sign.

@@ -257,7 +257,10 @@ class Graph(Curve):
             second_order(other, along, along), 2 * half_slope(other, base, along), _at(other, base)
         ])  # fmt: skip
         mixed = np.convolve(middle, other_value) - np.convolve(other_middle, value)
-        if high == 0:
+        if high == 0 and not other_middle.any():
+            # Lines along y, as the axis of a parabola: its resultant with A = 0 is zero, whatever crosses it.
+            square, rest = np.array([0.0, 0.0, *other_value]), other_middle
+        elif high == 0:
             # Here the resultant has the factor A, which may be zero itself.
             square, rest = a * np.convolve(other_value, other_value), other_middle
         else:

@@ -225,6 +225,8 @@ OFF = 1e-6
 """Largest distance of a Bézier from its curve, in pixels."""
 _FLAT = 1e5
 """Ellipses with larger half-axes, in pixels, are drawn as Béziers: renderers compute the centres in short floats."""
+_MOST_TURN = 0.75 * math.pi
+"""Longer arcs of ellipses are two commands."""
 
 
 def svg_text(drawing: SliceDrawing) -> str:
@@ -273,14 +275,24 @@ class PixelFrame(Protocol):
         """Return the pixel coordinates of places about the middle of the window."""
 
 
-def svg_path(frame: PixelFrame, outline: Outline, off: float = OFF, text: Callable[[float], str] = _svg_text) -> str:
-    """Return the path data of an outline: exact, or Béziers at most `off` of a pixel from it. `text` writes numbers."""
+def svg_path(
+    frame: PixelFrame,
+    outline: Outline,
+    off: float = OFF,
+    text: Callable[[float], str] = _svg_text,
+    is_reversed: bool = False,
+) -> str:
+    """Return the path data of an outline, from its start or from its end; `text` writes numbers.
+
+    The path is exact, or of Béziers that are at most `off` of a pixel from the outline.
+    """
 
     def pair(place: Any) -> str:
         return f"{text(place[0])} {text(place[1])}"
 
     x, y = frame.scale
     radii, angle = outline.radii, outline.angle
+    order = slice(None, None, -1 if is_reversed else 1)
     # Arcs need equal scales across and up: an unequal scale would change the radii and the angle.
     if (
         radii
@@ -289,13 +301,13 @@ def svg_path(frame: PixelFrame, outline: Outline, off: float = OFF, text: Callab
         and max(radii) * max(x, y) < _FLAT
         and abs(x - y) <= 1e-12 * max(x, y)
     ):
-        # More than half a turn becomes two arcs: an arc of a whole turn has no direction.
-        parts = 2 if outline._stop - outline._begin > math.pi else 1
-        places = frame.places(outline.points(parts + 1) - outline._origin)
+        # An arc of a whole turn has no direction; the centre of one of half a turn depends on rounding of its ends.
+        parts = 2 if outline._stop - outline._begin > _MOST_TURN else 1
+        places = frame.places(outline.points(parts + 1) - outline._origin)[order]
         # y points down, so the angle changes its sign.
-        arc = f"A {text(radii[0] * x)} {text(radii[1] * x)} {text(-angle)} 0 0"
+        arc = f"A {text(radii[0] * x)} {text(radii[1] * x)} {text(-angle)} 0 {int(is_reversed)}"
         return f"M {pair(places[0])} " + " ".join(f"{arc} {pair(place)}" for place in places[1:])
-    cubics = frame.places(outline._cubics(off / max(x, y)))
+    cubics = frame.places(outline._cubics(off / max(x, y)))[order, order]
     begin = f"M {pair(cubics[0, 0])}"
     if outline.kind == "line":
         return f"{begin} L {pair(cubics[-1, 3])}"

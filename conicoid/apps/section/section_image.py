@@ -17,7 +17,7 @@ from ...materials.material import Material
 from ...materials.texture import mean_color
 from ...prepare.prepared_scene import PreparedScene
 from ...render.camera import OrthographicCamera
-from ...render.camera_kinds import check_size
+from ...render.options import check_size
 from .window import AXES
 
 _FACING = ((-1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -1.0))

@@ -13,7 +13,7 @@ from typing import ClassVar, Literal, Protocol, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from ..._util.arrays import BoxEnds, FloatArray
+from ..._util.arrays import BoxEnds, FloatArray, dot_rows
 from ..._util.dataclass import dataclass
 from ..cell import All, Any_, Cell, Face, Not, Tree
 from ..surface import PlaneSurface, QuadricSurface
@@ -70,13 +70,9 @@ def are_balls_or_boxes(kind: BoundsKind, back: FloatArray) -> Mask:
     if kind != "ball":
         return np.zeros(len(back), bool)
     x, y, z = back[:, 0], back[:, 1], back[:, 2]
-    xx, yy, zz, xy, xz, yz = (_dot(a, b) for a, b in ((x, x), (y, y), (z, z), (x, y), (x, z), (y, z)))
+    xx, yy, zz, xy, xz, yz = (dot_rows(a, b) for a, b in ((x, x), (y, y), (z, z), (x, y), (x, z), (y, z)))
     error = np.abs(np.stack([xx - yy, xx - zz, xy, xz, yz])).max(axis=0)
     return np.asarray(error <= _SIMILARITY_ERROR * xx)
-
-
-def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
-    return (a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1]) + a[:, 2] * b[:, 2]
 
 
 def bound_ball_intersections(boxes: Sequence[FloatArray], balls: Sequence[bool]) -> tuple[FloatArray, Mask]:

@@ -18,6 +18,7 @@ import numpy as np
 
 from ..._util.arrays import BoxEnds
 from ...numerics import bigfloat as ex
+from ...numerics.rational import cross, dot3
 from ..surface import PlaneSurface
 
 Numbers: TypeAlias = Sequence[Fraction]
@@ -27,16 +28,6 @@ _STEPS = 100
 """After so many steps the method takes the first plane that cuts, not the deepest: so it cannot cycle (Bland)."""
 _FAR, _SLACK = 2.0**20, 2.0**-44
 """How far sides are in floats, in offsets; the share of its terms by which a point may be beyond a plane there."""
-
-
-def half_spaces_support(normals: Sequence[Numbers], offsets: Numbers, direction: Numbers) -> Fraction | float:
-    """Return sup direction·x over all normal·x <= offset: a fraction, inf if unbounded, -inf if empty.
-
-    The direction and each of the normals are three fractions.
-    """
-    return integer_support(
-        [integer_row((*normal, offset)) for normal, offset in zip(normals, offsets, strict=True)], direction
-    )
 
 
 def are_ratios(values: Iterable[Any]) -> bool:
@@ -55,7 +46,10 @@ def integer_row(row: Sequence[Fraction | float]) -> list[int]:
 
 
 def integer_support(rows: Sequence[Whole], direction: Numbers) -> Fraction | float:
-    """Return `half_spaces_support` of half-spaces given as rows of four integers, normal and offset (`integer_row`)."""
+    """Return sup direction·x over all normal·x <= offset: a fraction, inf if unbounded, -inf if empty.
+
+    rows: half-spaces as four integers, normal and offset (`integer_row`). The direction is of three fractions.
+    """
     if not any(direction):
         return -math.inf if _Program(rows).support((1, 0, 0)) == -math.inf else Fraction(0)
     scaled = integer_row((*direction, 1))
@@ -64,7 +58,7 @@ def integer_support(rows: Sequence[Whole], direction: Numbers) -> Fraction | flo
 
 
 class _Program:
-    """Half-spaces as rows of four integers, and what all directions share."""
+    """Half-spaces as rows of four integers, and the start of the search that all directions share."""
 
     def __init__(self, rows: Sequence[Whole]) -> None:
         self.rows = rows
@@ -85,7 +79,7 @@ class _Program:
             return -math.inf
         if any(share and plane >= len(self.rows) for share, plane in zip(found.shares, found.planes, strict=True)):
             return math.inf
-        return Fraction(dot(towards, found.point), found.unit)
+        return Fraction(dot3(towards, found.point), found.unit)
 
     def _float_basis(self, direction: Whole) -> list[int]:
         """Return the planes that bound in a direction according to a run in floats; the far sides if floats fail."""
@@ -135,12 +129,12 @@ def _descend(planes: Sequence[Any], direction: Any, start: list[int], slack: flo
     while True:
         first, second, third = (planes[i] for i in basis)
         crosses = [cross(second, third), cross(third, first), cross(first, second)]
-        unit = dot(first, crosses[0])
+        unit = dot3(first, crosses[0])
         if unit < 0:
             unit, crosses = -unit, [(-x, -y, -z) for x, y, z in crosses]
         # Cramer's rule: the point times the determinant is Σ offset_i cross_i, and so is the direction times it
         # Σ (cross_i·direction) normal_i
-        shares = [dot(row, direction) for row in crosses]
+        shares = [dot3(row, direction) for row in crosses]
         if not unit or (not slack and min(shares) < 0):
             basis = [len(planes) - 3, len(planes) - 2, len(planes) - 1]
             continue
@@ -153,7 +147,7 @@ def _descend(planes: Sequence[Any], direction: Any, start: list[int], slack: flo
         if most <= room or (slack and done > _STEPS):
             return _Corner(basis, shares, (x, y, z), unit)
         entering = beyond.index(most) if done < _STEPS else next(i for i, over in enumerate(beyond) if over > 0)
-        rates = [dot(row, planes[entering]) for row in crosses]
+        rates = [dot3(row, planes[entering]) for row in crosses]
         leaving = -1
         for k in range(3):
             if rates[k] > 0:
@@ -165,16 +159,6 @@ def _descend(planes: Sequence[Any], direction: Any, start: list[int], slack: flo
             return None  # minus the entering normal is in the cone of the others (Farkas)
         basis[leaving] = entering
         done += 1
-
-
-def dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
-    """Return the dot product of three numbers."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def cross(a: Sequence[Any], b: Sequence[Any]) -> tuple[Any, Any, Any]:
-    """Return the cross product."""
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 # Bounds of an intersection of half-spaces

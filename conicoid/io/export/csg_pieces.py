@@ -312,16 +312,8 @@ def _move_node(node: PieceNode, steps: Steps) -> PieceNode:
     return PieceBoolean(node.kind, node.parts, node.steps + steps, node.color)
 
 
-def _sphere(solid: Sphere, _: BodyBox) -> PieceNode:
-    return PieceLeaf(BallPiece(solid.radius), _shift(solid.center))
-
-
 def _shift(offset: Any) -> Steps:
     return (Translate(offset),) if any(offset) else ()
-
-
-def _box(solid: Box, _: BodyBox) -> PieceNode:
-    return PieceLeaf(BoxPiece(solid.low, solid.high))
 
 
 def _ellipsoid(solid: Ellipsoid, _: BodyBox) -> PieceNode | None:
@@ -329,14 +321,6 @@ def _ellipsoid(solid: Ellipsoid, _: BodyBox) -> PieceNode | None:
     if solid.coefficients is not None or solid.z_range is not None:
         return None
     return PieceLeaf(EllipsoidPiece(solid.radii), _shift(solid.center))
-
-
-def _cylinder(solid: Cylinder, _: BodyBox) -> PieceNode:
-    return _frustum(solid, solid.radius, solid.radius)
-
-
-def _cone(solid: Cone, _: BodyBox) -> PieceNode:
-    return _frustum(solid, solid.start_radius, solid.end_radius)
 
 
 def _frustum(solid: Cylinder | Cone, first: float, second: float) -> PieceNode:
@@ -363,23 +347,11 @@ def _is_rounded(solid: Cylinder | Cone) -> bool:
     return bool(ex.cancelling_sum((length, -ex.exact(solid.length))))
 
 
-def _revolution_piece(solid: Revolution, _: BodyBox) -> PieceNode:
-    return PieceLeaf(RevolutionPiece(solid.profile, solid.start_angle, solid.end_angle))
-
-
-def _extrusion_piece(solid: Extrusion, _: BodyBox) -> PieceNode:
-    return PieceLeaf(ExtrusionPiece(solid.outline, *solid.z_range, solid.scale_at_top))
-
-
 def _mesh(solid: Mesh, _: BodyBox) -> PieceNode | None:
     if solid._pieces_overlap:  # other programs have rules of their own where faces cross
         return None
     corners = tuple(tuple(map(Fraction, vertex)) for vertex in solid.vertices)
     return PieceLeaf(PolyhedronPiece(corners, solid.faces))  # type: ignore[arg-type]
-
-
-def _half_space(solid: HalfSpace, room: BodyBox) -> PieceNode:
-    return _polyhedron_faces([(solid.normal, solid.offset)], room)
 
 
 def _polyhedron(solid: Polyhedron, room: BodyBox) -> PieceNode:
@@ -417,9 +389,19 @@ def _fractions(normal: Vector) -> tuple[Fraction, Fraction, Fraction]:
 
 
 _PIECE_RULES: dict[type[PrimitiveSolid], Callable[[Any, BodyBox], PieceNode | None]] = {
-    Sphere: _sphere, Box: _box, Ellipsoid: _ellipsoid, Cylinder: _cylinder, Cone: _cone, Revolution: _revolution_piece,
-    Extrusion: _extrusion_piece, Mesh: _mesh, HalfSpace: _half_space, Polyhedron: _polyhedron,
-}  # fmt: skip
+    Sphere: lambda solid, _: PieceLeaf(BallPiece(solid.radius), _shift(solid.center)),
+    Box: lambda solid, _: PieceLeaf(BoxPiece(solid.low, solid.high)),
+    Ellipsoid: _ellipsoid,
+    Cylinder: lambda solid, _: _frustum(solid, solid.radius, solid.radius),
+    Cone: lambda solid, _: _frustum(solid, solid.start_radius, solid.end_radius),
+    Revolution: lambda solid, _: PieceLeaf(RevolutionPiece(solid.profile, solid.start_angle, solid.end_angle)),
+    Extrusion: lambda solid, _: PieceLeaf(
+        ExtrusionPiece(solid.outline, solid.z_range[0], solid.z_range[1], solid.scale_at_top)
+    ),
+    Mesh: _mesh,
+    HalfSpace: lambda solid, room: _polyhedron_faces([(solid.normal, solid.offset)], room),
+    Polyhedron: _polyhedron,
+}
 
 
 # Any primitive, by its cells.

@@ -50,8 +50,6 @@ from .openmc_regions import (
     format_region,
     join_regions,
     list_conjuncts,
-    negate_region,
-    region_sides,
 )
 
 # Solids as nested universes.
@@ -416,14 +414,14 @@ def _cut_overlaps(cells: list[_CellEntry], emptiness: EmptinessTest, report: Exp
         # On demand: most bodies overlap no other's box
         for k in (i, j):
             if k not in sides_of:
-                sides_of[k] = region_sides(cells[k].region)
+                sides_of[k] = emptiness.sides(cells[k].region)
         # The quick test first.
         if first.region is None or later.region is None or are_disjoint_sides(sides_of[i], sides_of[j]):
             continue
         if emptiness.are_disjoint(first.region, later.region):
             continue
-        later.region = join_regions(IntersectionNode, [later.region, negate_region(first.region)])
-        sides_of[j] = region_sides(later.region)
+        later.region = join_regions(IntersectionNode, [later.region, emptiness.complement(first.region)])
+        sides_of[j] = emptiness.sides(later.region)
         report.narrow("cut by bodies before them, as cells must not overlap", later.item.name)
 
 

@@ -253,12 +253,22 @@ def join_regions(kind: type[IntersectionNode] | type[UnionNode], parts: Iterable
     return next(iter(terms)) if len(terms) == 1 else kind(tuple(terms))
 
 
-def negate_region(region: Region) -> Region:
-    """Return the complement of a region."""
+def negate_region(region: Region, known: dict[int, tuple[Region, Region]] | None = None) -> Region:
+    """Return the complement of a region.
+
+    `known` holds complements by the identity of their regions, which it keeps: one region in many places stays one.
+    """
+    found = None if known is None else known.get(id(region))
+    if found is not None:
+        return found[1]
     if isinstance(region, HalfSpaceNode):
-        return HalfSpaceNode(region.surface, not region.positive)
-    kind = UnionNode if isinstance(region, IntersectionNode) else IntersectionNode
-    return kind(tuple(negate_region(part) for part in region.parts))
+        result: Region = HalfSpaceNode(region.surface, not region.positive)
+    else:
+        kind = UnionNode if isinstance(region, IntersectionNode) else IntersectionNode
+        result = kind(tuple(negate_region(part, known) for part in region.parts))
+    if known is not None:
+        known[id(region)], known[id(result)] = (region, result), (result, region)
+    return result
 
 
 def list_conjuncts(region: Region) -> tuple[Region, ...]:
@@ -299,12 +309,6 @@ _MAX_SPLITS, _MAX_BRANCHES = 3, 8
 RegionSides: TypeAlias = tuple[frozenset[Region], list[frozenset[Region]]]
 
 
-def region_sides(region: Region | None) -> RegionSides:
-    """Return the parts that a region is the intersection of, and the same for the complement of each part."""
-    parts = () if region is None else list_conjuncts(region)
-    return frozenset(parts), [frozenset(list_conjuncts(negate_region(part))) for part in parts]
-
-
 def are_disjoint_sides(one: RegionSides, other: RegionSides) -> bool:
     """Return True if one region is within a part and the other outside of it; a quick test of equal half-spaces."""
     return any(out <= other[0] for out in one[1]) or any(out <= one[0] for out in other[1])
@@ -320,6 +324,17 @@ class EmptinessTest:
     table: ExportSurfaceTable
     _known: dict[tuple[object, ...], bool] = field(default_factory=dict)
     _places: dict[int, _SurfacePlace | None] = field(default_factory=dict)
+    _bound: dict[int, tuple[Region, RegionPart]] = field(default_factory=dict)
+    _complements: dict[int, tuple[Region, Region]] = field(default_factory=dict)
+
+    def complement(self, region: Region) -> Region:
+        """Return the complement of a region: the same object each time."""
+        return negate_region(region, self._complements)
+
+    def sides(self, region: Region | None) -> RegionSides:
+        """Return the parts that a region is the intersection of, and the same for the complement of each part."""
+        parts = () if region is None else list_conjuncts(region)
+        return frozenset(parts), [frozenset(list_conjuncts(self.complement(part))) for part in parts]
 
     def are_disjoint(self, first: Region, later: Region) -> bool:
         """Return True if two regions are surely disjoint."""
@@ -334,7 +349,8 @@ class EmptinessTest:
         form = self._form(regions)
         found = None if form is None else self._known.get(form)
         if found is None:
-            found = _is_empty_intersection([bind_surfaces(each, self.table.surfaces) for each in regions], _MAX_SPLITS)
+            parts = [bind_surfaces(each, self.table.surfaces, self._bound) for each in regions]
+            found = _is_empty_intersection(parts, _MAX_SPLITS)
             if form is not None:
                 self._known[form] = found
         return found
@@ -344,11 +360,14 @@ class EmptinessTest:
         form: list[object] = []
         base: dict[int, Fraction] = {}
         pending: list[Region] = list(regions)
+        numbers: dict[int, int] = {}
         while pending:
             node = pending.pop()
             if not isinstance(node, HalfSpaceNode):
-                form += type(node), len(node.parts)
-                pending += node.parts
+                # A node that comes again is its number
+                form += type(node), -numbers.get(id(node), -len(node.parts))
+                pending += node.parts if id(node) not in numbers else ()
+                numbers.setdefault(id(node), len(numbers) + 1)
                 continue
             if node.surface not in self._places:
                 self._places[node.surface] = _surface_place(self.table.surfaces[node.surface])

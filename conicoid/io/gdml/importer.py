@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import os
 from collections import ChainMap, Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Hashable, Iterator
 from dataclasses import field
 from fractions import Fraction
 from itertools import pairwise
@@ -47,7 +47,7 @@ from ..openmc.universe_block import RIGID_TOLERANCE, BlockBodies, BlockPiece, Pl
 from ..scene_file.nodes import shorten
 from ..xml_tree import XmlElement, read_xml
 from .materials import GAS_DENSITY, GdmlMaterial, MaterialTable, read_materials
-from .solid_template import SolidTemplate
+from .solid_template import MOST_HELD, SolidTemplate
 from .solids import SolidTable, read_solids
 from .structure import LogicalVolume, StructureReader
 from .values import GdmlError, GdmlReader, local_tag, look_up, read_defines, read_reference
@@ -111,6 +111,7 @@ class GdmlPlacement:
         """Return the placement in the world when the block is translated by `by`."""
         if self.is_straight:
             return UniversePlacement(self.turn, add_points(self.shift, by))
+        _ = self.outer.reach  # which the longer motion takes over, of all places
         before, after = split_shift(self.outer, add_points(self.lift, by))
         outer = self.outer.then(Motion((Translate(to_floats(after)),))) if any(after) else self.outer
         return UniversePlacement(self.turn, add_points(self.shift, before), outer)
@@ -133,8 +134,26 @@ class VolumePiece(BlockPiece):
 
         Raise OmittedPart, ValueError or OverflowError if the numbers make no solid there.
         """
-        own, *others = (template.at(place.moved(shift)) for template, place in (self.own, *self.displaced))
+        own, *others = (_solid_at(template, place, shift) for template, place in (self.own, *self.displaced))
         return Difference((own, *others)) if others else own
+
+
+def _solid_at(template: SolidTemplate, place: GdmlPlacement, shift: Shift) -> Solid:
+    """Build a solid with the block that it stands in translated by `shift`; recent ones are held.
+
+    A daughter's solid stands in the bodies of both its volume and its mother.
+    """
+    x, y, z = add_points(place.shift if place.is_straight else place.lift, shift)
+    # Fractions are slow to look up, and so is what a motion holds
+    key: Hashable = (x.as_integer_ratio(), y.as_integer_ratio(), z.as_integer_ratio(), place.turn, id(place.outer))
+    if not place.may_stand_anywhere:
+        key = key, place.shift
+    found = template.held.get(key)
+    if found is None:
+        found = place.outer, template.at(place.moved(shift))
+        if len(template.held) < MOST_HELD:
+            template.held[key] = found
+    return found[1]
 
 
 class VolumeBlock(UniverseBlock[VolumePiece]):

@@ -9,17 +9,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import field
 from fractions import Fraction
 from functools import partial
 
+from ..._util.dataclass import dataclass
 from ...geometry.general_quadric import Quadric
 from ...geometry.primitives import Box, HalfSpace, Sphere
 from ...geometry.quadrics import Ellipsoid
 from ...geometry.revolution import Revolution
 from ...geometry.shape import Difference, Intersection, Solid
+from ...geometry.transform import IDENTITY_MOTION
 from ...numerics.portable_math import sin_cos_degrees
 from ..openmc.placement import Point
-from .solid_template import SolidFactory
+from .solid_template import MOST_HELD, SolidFactory
 from .values import GdmlError, GdmlValues
 
 ProfileCorners = Sequence[tuple[Fraction, Fraction]]
@@ -41,26 +44,40 @@ def read_angles(values: GdmlValues, start: str = "startphi", delta: str = "delta
     return float(first), float(first + width)
 
 
-def revolve_profile(corners: ProfileCorners, angles: AngleRange, shift: Point) -> Solid:
-    """Return a profile revolved about the axis through `shift` that is parallel to z.
+@dataclass(eq=False)
+class RevolvedProfile:
+    """Builds a profile revolved about the axis through a shift that is parallel to z; `cache` has one of each height.
 
     The shift in z is added to the profile in fractions; the shift in x and y becomes a translation.
     """
-    x, y, z = shift
-    # One rounding for each height: faces of two solids at the same height in the world get the same float
-    solid = Revolution(tuple((float(r), float(height + z)) for r, height in corners), *angles)
-    return solid.translate((float(x), float(y), 0.0)) if x or y else solid
+
+    corners: ProfileCorners
+    angles: AngleRange
+    cache: dict[tuple[int, int], Revolution] = field(default_factory=dict)
+
+    def __call__(self, shift: Point) -> Solid:
+        x, y, z = shift
+        key = z.as_integer_ratio()
+        solid = self.cache.get(key)
+        if solid is None:
+            # One rounding for each height: faces of two solids at the same height in the world get the same float
+            solid = Revolution(tuple((float(r), float(height + z)) for r, height in self.corners), *self.angles)
+            if len(self.cache) < MOST_HELD:
+                self.cache[key] = solid
+        # A copy: a template marks its solids
+        return solid.translate((float(x), float(y), 0.0)) if x or y else solid._with_motion(IDENTITY_MOTION)
 
 
-def _profile_factory(corners: ProfileCorners, angles: AngleRange) -> SolidFactory:
-    return partial(revolve_profile, corners, angles)
+def revolve_profile(corners: ProfileCorners, angles: AngleRange, shift: Point) -> Solid:
+    """Return a profile revolved about the axis through `shift` that is parallel to z."""
+    return RevolvedProfile(corners, angles)(shift)
 
 
 def tube(values: GdmlValues) -> SolidFactory:
     """<tube>: rmin, rmax, full length z, startphi, deltaphi."""
     inner, outer, half = values.radius("rmin"), values.positive("rmax"), values.positive("z") / 2
     _check_radii(values, inner, outer)
-    return _profile_factory([(inner, -half), (outer, -half), (outer, half), (inner, half)], read_angles(values))
+    return RevolvedProfile([(inner, -half), (outer, -half), (outer, half), (inner, half)], read_angles(values))
 
 
 def _check_radii(values: GdmlValues, inner: Fraction, outer: Fraction) -> None:
@@ -102,7 +119,7 @@ def cone(values: GdmlValues) -> SolidFactory:
     # Equal radii at one end are allowed, where the wall of the cone ends in an edge
     if r1 > r2 or r3 > r4 or r1 + r3 >= r2 + r4:
         raise GdmlError(values.element, "rmin1 and rmin2 must be less than rmax1 and rmax2")
-    return _profile_factory([(r1, -half), (r2, -half), (r4, half), (r3, half)], read_angles(values))
+    return RevolvedProfile([(r1, -half), (r2, -half), (r4, half), (r3, half)], read_angles(values))
 
 
 def orb(values: GdmlValues) -> SolidFactory:

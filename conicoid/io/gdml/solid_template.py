@@ -15,7 +15,7 @@ from typing import Literal
 
 from ..._util.dataclass import dataclass
 from ...geometry.shape import Difference, Intersection, Solid, Union
-from ...geometry.transform import IDENTITY_MOTION
+from ...geometry.transform import Motion
 from ..openmc.placement import (
     NO_TURN,
     ORIGIN,
@@ -30,8 +30,8 @@ from ..openmc.placement import (
 SolidFactory = Callable[[Point], Solid]
 """Builds a solid, translated by a shift in mm."""
 BooleanKind = Literal["union", "subtraction", "intersection"]
-_MOST_HELD = 1 << 11
-"""Most solids that a template holds."""
+MOST_HELD = 1 << 11
+"""Most solids that a template or a profile holds."""
 MAX_SOLID_PARTS, MAX_BOOLEAN_DEPTH = 4_000, 100
 """Most primitives of one solid, and most levels of nested Booleans; a chain of one kind counts as one level."""
 
@@ -47,10 +47,14 @@ class SourceElement:
 
 
 class SolidTemplate(ABC):
-    """A solid that can be built at any placement. `parts` counts its primitives, `depth` its nested Booleans."""
+    """A solid that can be built at any placement. `parts` counts its primitives, `depth` its nested Booleans.
+
+    `held` has some of the solids by their places in blocks (`VolumePiece`), with the motions that keys name by id.
+    """
 
     parts: int
     depth: int
+    held: dict[Hashable, tuple[Motion, Solid]]
 
     @abstractmethod
     def at(self, placement: UniversePlacement) -> Solid:
@@ -61,39 +65,32 @@ class SolidTemplate(ABC):
 class PrimitiveTemplate(SolidTemplate):
     """A primitive: `make` builds it from its numbers, translated by a shift.
 
-    `cache` holds some of the solids by placement. Solids keep `source`, if there is one, for the exporter.
+    `cache` holds some of the solids by their shifts before any turn. Solids keep `source`, if there is one, for the
+    exporter.
     """
 
     make: SolidFactory
     source: SourceElement | None = None
     parts: int = 1
     depth: int = 0
-    cache: dict[Hashable, Solid] = field(default_factory=dict)
+    cache: dict[tuple[tuple[int, int], ...], Solid] = field(default_factory=dict)
+    held: dict[Hashable, tuple[Motion, Solid]] = field(default_factory=dict)
 
     def at(self, placement: UniversePlacement) -> Solid:
-        # A solid stands in the body of its volume and in that of the mother, which loses it. Keys are numerators and
-        # denominators: integers hash faster than fractions
-        shift = tuple(value.as_integer_ratio() for value in placement.shift)
-        key = shift, placement.turn, placement.outer
+        # The shift follows the turn, so the inverse turn brings it before the turn, where it is exact.
+        shift = placement.turn.inverse.apply(placement.shift)
+        key = tuple(value.as_integer_ratio() for value in shift)
         solid = self.cache.get(key)
         if solid is None:
-            solid = self._made(placement)
-            if len(self.cache) < _MOST_HELD:
+            solid = self.make(shift)
+            if self.source is not None and solid.motion.is_identity:
+                vars(solid)["_source"] = replace(self.source, shift=shift)
+            if len(self.cache) < MOST_HELD:
                 self.cache[key] = solid
-        return solid
-
-    def _made(self, placement: UniversePlacement) -> Solid:
-        """Build the solid at a placement."""
-        # The shift follows the turn, so the inverse turn brings it before the turn, where it is exact.
-        own = UniversePlacement(shift=placement.turn.inverse.apply(placement.shift))
-        if own != placement:
-            solid = self.at(own)
-            motion = IDENTITY_MOTION if placement.turn == NO_TURN else motion_of_turn(placement.turn)
-            return solid._moved(solid.motion.then(motion).then(placement.outer))
-        solid = self.make(own.shift)
-        if self.source is not None and solid.motion.is_identity:
-            vars(solid)["_source"] = replace(self.source, shift=own.shift)
-        return solid
+        motion = placement.outer
+        if placement.turn != NO_TURN:
+            motion = motion_of_turn(placement.turn).then(motion)
+        return solid if motion.is_identity else solid._moved(solid.motion.then(motion))
 
 
 TemplateOperand = tuple[SolidTemplate, Point, CellRotation]
@@ -117,6 +114,7 @@ class BooleanTemplate(SolidTemplate):
     operands: tuple[TemplateOperand, ...]
     parts: int
     depth: int
+    held: dict[Hashable, tuple[Motion, Solid]] = field(default_factory=dict)
 
     def at(self, placement: UniversePlacement) -> Solid:
         solids = tuple(

@@ -236,7 +236,7 @@ def _place_around(
 ) -> None:
     """Place a copy rotated about z, counter-clockwise."""
     azimuth = to_degrees(radians)
-    rotation = operand_rotation((Fraction(0), Fraction(0), azimuth))
+    rotation = operand_rotation((*ORIGIN[:2], azimuth))
     structure.add(volume, PhysicalVolume(label, part, ORIGIN, rotation, copy, azimuth))
 
 
@@ -266,7 +266,7 @@ def read_replicas(structure: StructureReader, volume: LogicalVolume, element: Xm
             # Copies along rho stand in one place, so each is a volume of its own size, which Geant4 computes while it
             # navigates
             changes = {"rmin": offset + k * width, "rmax": offset + (k + 1) * width}
-            part = resize_volume(structure, element, inner, inner.source, changes, ("tube",))
+            part = resize_volume(structure, inner, inner.source, changes, ("tube",))
         else:
             shift = axis_shift(axis, (k - Fraction(count - 1, 2)) * width)  # centred on the mother
         structure.add(volume, PhysicalVolume(base, part, shift, NO_ROTATION, k))
@@ -301,7 +301,7 @@ def join_wedges(structure: StructureReader, mother: LogicalVolume) -> None:
     walls = (_wedge_range(structure, mother.source) or ()) if sites else ()
     for site, wedges in sites.items():
         if len({daughter.azimuth for daughter, _, _ in wedges}) > 1:
-            _join_site(structure, mother.element, wedges, () if any(site) else walls)
+            _join_site(structure, wedges, () if any(site) else walls)
 
 
 def _wedge_range(structure: StructureReader, source: XmlElement | None) -> tuple[Fraction, Fraction] | None:
@@ -315,7 +315,6 @@ def _wedge_range(structure: StructureReader, source: XmlElement | None) -> tuple
 
 def _join_site(
     structure: StructureReader,
-    element: XmlElement,
     wedges: list[tuple[PhysicalVolume, Fraction, Fraction]],
     walls: tuple[Fraction, ...],
 ) -> None:
@@ -352,7 +351,7 @@ def _join_site(
         low -= 360 if low >= high else 0
         changes = {"startphi": low * PI / 180, "deltaphi": (high - low) * PI / 180}
         inner = daughter.volume
-        part = resize_volume(structure, element, inner, inner.source, changes, _WEDGE_KINDS)
+        part = resize_volume(structure, inner, inner.source, changes, _WEDGE_KINDS)
         daughter.volume = replace(part, inner_rotation=daughter.rotation)
         daughter.rotation = NO_ROTATION
 
@@ -391,7 +390,6 @@ def _replica_measure(structure: StructureReader, rule: XmlElement, tag: str) -> 
 
 def resize_volume(
     structure: StructureReader,
-    element: XmlElement,
     inner: LogicalVolume,
     source: XmlElement | None,
     changes: dict[str, Fraction],
@@ -405,8 +403,6 @@ def resize_volume(
     ----------
     structure
         The reader.
-    element
-        The element that places the copies.
     inner
         The volume to be resized.
     source
@@ -432,10 +428,8 @@ def resize_volume(
     reading = structure.reading
     if inner.source is not None and _is_whole_slice(structure, inner.source, source, changes):
         return inner  # shares one template among all slices
-    units = {name: reading.value(source.attributes.get(name, unit), source, name) for name, unit in _UNITS.items()}
     attributes = dict(source.attributes) if kind is None else {"name": inner.name}
-    if kind is not None:  # a new element without lunit and aunit: mm and radians
-        units = {"lunit": Fraction(1), "aunit": Fraction(1)}
+    units = {name: reading.value(attributes.get(name, unit), source, name) for name, unit in _UNITS.items()}
     for name, value in changes.items():
         unit = units["aunit" if name.endswith("phi") else "lunit"] if name != "numsides" else Fraction(1)
         # The new element goes through the reader of its kind, so that a slice obeys the same checks as a written solid
@@ -577,24 +571,16 @@ def read_divisions(structure: StructureReader, volume: LogicalVolume, element: X
     base = strip_pointer(element.attributes.get("name", "") or inner.name)
     if axis == "phi":
         changes = mother.wedge(width)
-        part = resize_volume(structure, element, inner, source, changes, DIVISIBLE_KINDS)
+        part = resize_volume(structure, inner, source, changes, DIVISIBLE_KINDS)
         for k in range(count):
             _place_around(structure, volume, base, part, offset + k * width, k)
-    slices = mother.slices(axis, width, offset, count, by_number) if axis != "phi" else ()
-    for k, slice_ in enumerate(slices):
-        slice_volume = resize_volume(
-            structure,
-            element,
-            inner,
-            source,
-            slice_.changes,
-            kinds=DIVISIBLE_KINDS,
-            sections=slice_.sections,
-            kind=slice_.kind,
-        )
-        if mother.leans(axis, by_number):
-            slice_volume = replace(slice_volume, template=_cut_across(structure, volume, slice_volume, slice_, axis))
-        structure.add(volume, PhysicalVolume(base, slice_volume, slice_.shift, copy=k))
+    else:
+        leans = mother.leans(axis, by_number)
+        for k, cut in enumerate(mother.slices(axis, width, offset, count, by_number)):
+            part = resize_volume(structure, inner, source, cut.changes, DIVISIBLE_KINDS, cut.sections, cut.kind)
+            if leans:
+                part = replace(part, template=_cut_across(structure, volume, part, cut, axis))
+            structure.add(volume, PhysicalVolume(base, part, cut.shift, copy=k))
     # Exact again: otherwise the mother stays, less its slices
     volume.is_filled = offset == 0 and count * width == whole
 
@@ -614,10 +600,8 @@ def _cut_across(
     wide = _format_expression(values.reach)
     tag, sizes = "box", {"name": part.name, "x": wide, "y": wide, "z": _format_expression(height)}
     if axis == "y":
-        tag, sizes = (
-            part.source.tag,
-            part.source.attributes | {"x": _format_expression(values.reach / values.values.length_unit)},
-        )
+        wide = _format_expression(values.reach / values.values.length_unit)
+        tag, sizes = part.source.tag, part.source.attributes | {"x": wide}
     slab = read_template(structure.reading, XmlElement(tag, part.source.line, part.source.column, sizes), {})
     whole = mother.template, (-x, -y, -z), NO_ROTATION
     return combine_templates("intersection", [whole, (slab, axis_shift("z", middle), NO_ROTATION)])
@@ -645,15 +629,13 @@ class _DividedSolid:
 
     def leans(self, axis: str, by_number: bool) -> bool:
         """Return True if slices across an axis have corners of their own in walls of the mother that lean."""
-        if self.kind == "para" and axis in ("y", "z"):
-            return self.values.angle("theta" if axis == "z" else "alpha", 0) != 0
-        if axis != "z":
-            return False
+        values = self.values
+        if self.kind == "para":
+            return axis != "x" and values.angle("theta" if axis == "z" else "alpha", 0) != 0
         if self.kind == "cone":
-            return any(
-                self.values.length(f"{name}1", 0) != self.values.length(f"{name}2", 0) for name in ("rmin", "rmax")
-            )
-        return bool(self.sections) and not by_number
+            ends = ((values.length(f"{name}1", 0), values.length(f"{name}2", 0)) for name in ("rmin", "rmax"))
+            return axis == "z" and any(low != high for low, high in ends)
+        return axis == "z" and bool(self.sections) and not by_number
 
     def extent(self, axis: str) -> Fraction:
         """Return the extent along an axis, in mm or radians. Raise OmittedPart if the kind has no such axis."""

@@ -262,7 +262,7 @@ class _DeckReader:
         """Return the checked geometry. Raise SceneFileError for circles, too many levels, or an empty world."""
         root = XmlElement("deck", 1, 1, {})
         inside = geometry.count_fillings(builder.cells, builder.lattices)
-        order = geometry.sort_universes(inside)
+        order = geometry.topological_order(inside)
         circle = geometry.find_circle(inside, order)
         if circle:
             self._report(1, "", f"has universes that contain themselves: {builder.readable(circle)}")

@@ -9,6 +9,7 @@ import re
 from collections.abc import Callable, Mapping
 from itertools import pairwise
 
+from ..openmc.geometry import topological_order
 from ..openmc.region import (
     LONGEST_REGION,
     MAX_HALF_SPACES,
@@ -172,21 +173,7 @@ def sort_cells(regions: Mapping[int, list[str]]) -> tuple[list[int], list[int]]:
     `regions` holds the words of each cell's region.
     """
     needs = {number: _complements(words) & regions.keys() for number, words in regions.items()}
-    users: dict[int, list[int]] = {}
-    for user, others in needs.items():
-        for other in others:
-            users.setdefault(other, []).append(user)
-    waiting = {number: len(others) for number, others in needs.items()}
-    # Reversed for `pop`, so that cells without references stay in the order of the deck.
-    ready = [number for number in reversed([*regions]) if not waiting[number]]
-    order = []
-    while ready:
-        number = ready.pop()
-        order.append(number)
-        for user in users.get(number, ()):
-            waiting[user] -= 1
-            if not waiting[user]:
-                ready.append(user)
+    order = topological_order(needs)
     sorted_cells = set(order)
     return order, [number for number in regions if number not in sorted_cells]
 

@@ -14,8 +14,8 @@ from fractions import Fraction
 
 from ..._util.dataclass import dataclass
 from ..._util.text import suggest_name
-from ...geometry.bounds.linear_program import cross, dot
 from ...numerics.portable_math import portable_sqrt
+from ...numerics.rational import cross, dot3
 from ..importers import OmittedPart
 from ..openmc.placement import ORIGIN, Point
 from ..openmc.region import HalfSpaceNode, IntersectionNode, Region, join_regions
@@ -111,7 +111,7 @@ def _plane(numbers: Numbers) -> SurfaceBounds:
     normal = cross(add_scaled(b, a, -1), add_scaled(c, a, -1))
     if not any(normal):
         raise ValueError("the three points of a plane lie on a line")
-    offset = dot(normal, a)
+    offset = dot3(normal, a)
     # MCNP's rule for the sense: the origin is on the negative side. If the plane goes through the origin, (0, 0, ∞) is
     # on the positive side; if the plane contains that direction too, (0, ∞, 0) is, and then (∞, 0, 0).
     if next(value for value in (offset, *reversed(normal)) if value) < 0:
@@ -182,7 +182,7 @@ def _quadric(numbers: Numbers, shift: Point = ORIGIN) -> SurfaceBounds:
     normal = to_point(numbers[6:9])
     if not any(normal):
         raise ValueError("must hold more than a constant")
-    return _single_bound(FlatSurface(normal, dot(normal, shift) - numbers[9]))
+    return _single_bound(FlatSurface(normal, dot3(normal, shift) - numbers[9]))
 
 
 def _surface_by_points(axis: int) -> Callable[[Numbers], SurfaceBounds]:
@@ -357,7 +357,7 @@ def _facet(normal: Point, through: Point) -> FlatSurface:
     """Return the plane through a point, across a vector that points out of the body."""
     if not any(normal):
         raise ValueError("a vector must not be zero")
-    return FlatSurface(normal, dot(normal, through))
+    return FlatSurface(normal, dot3(normal, through))
 
 
 def _end_planes(vector: Point, base: Point) -> tuple[FlatSurface, FlatSurface]:
@@ -370,7 +370,7 @@ def _check_across(*vectors: Point) -> None:
     for i, u in enumerate(vectors):
         for v in vectors[i + 1 :]:
             # Squared, so that no root is needed; decks write unit vectors with few digits
-            if dot(u, v) ** 2 > MAX_SKEW**2 * dot(u, u) * dot(v, v):
+            if dot3(u, v) ** 2 > MAX_SKEW**2 * dot3(u, u) * dot3(v, v):
                 raise ValueError(
                     f"its vectors must be perpendicular to each other, with cosines of at most {float(MAX_SKEW):g}"
                 )
@@ -417,7 +417,7 @@ def _cylinder_about(base: Point, height: Point, radius: Fraction) -> Surface:
     if not along:
         raise ValueError("a vector must not be zero")
     # |q|² - (q·H)²/H² = r² with q = x - base.
-    across = add_rows(IDENTITY, outer_product(height), -1 / dot(height, height))
+    across = add_rows(IDENTITY, outer_product(height), -1 / dot3(height, height))
     return shift_quadric(across, (_ZERO_OFFSET, _ZERO_OFFSET, _ZERO_OFFSET), -(radius**2), base)
 
 
@@ -431,7 +431,7 @@ def _trc(numbers: Numbers) -> SurfaceBounds:
     # The cone of equal radii has its apex at infinity
     if first == last:
         return SurfaceBounds((_cylinder_about(base, height, first), *ends), True)
-    square, step = dot(height, height), last - first
+    square, step = dot3(height, height), last - first
     # With q = x - base: |q|² - (q·H)²/H² = (R1 + (R2 - R1) q·H/H²)².
     matrix = add_rows(IDENTITY, outer_product(height), -1 / square - (step / square) ** 2)
     return SurfaceBounds(
@@ -447,10 +447,10 @@ def _rec(numbers: Numbers) -> SurfaceBounds:
         raise ValueError("a vector must not be zero")
     _check_across(height, major, minor)
     if len(numbers) == 12:
-        other = 1 / dot(minor, minor) ** 2
+        other = 1 / dot3(minor, minor) ** 2
     else:
-        other = 1 / (dot(minor, minor) * check_positive("radius", numbers[9]) ** 2)
-    matrix = add_rows(scale_rows(outer_product(major), 1 / dot(major, major) ** 2), outer_product(minor), other)
+        other = 1 / (dot3(minor, minor) * check_positive("radius", numbers[9]) ** 2)
+    matrix = add_rows(scale_rows(outer_product(major), 1 / dot3(major, major) ** 2), outer_product(minor), other)
     return SurfaceBounds(
         (
             shift_quadric(matrix, (_ZERO_OFFSET, _ZERO_OFFSET, _ZERO_OFFSET), Fraction(-1), base),
@@ -473,11 +473,11 @@ def _ell(numbers: Numbers) -> SurfaceBounds:
             scale_vector(add_scaled(a, b), Fraction(1, 2)),
             scale_vector(add_scaled(b, a, -1), Fraction(1, 2)),
         )
-        long, short = radius**2, radius**2 - dot(along, along)
+        long, short = radius**2, radius**2 - dot3(along, along)
         if short <= 0:
             raise ValueError("ell: half of the long axis must be greater than the way from the centre to a focus")
     elif radius < 0 and any(b):
-        center, along, long, short = a, b, dot(b, b), radius**2
+        center, along, long, short = a, b, dot3(b, b), radius**2
     else:
         raise ValueError("ell: neither the radius nor the axis may be zero")
     if not any(along) or long == short:
@@ -485,7 +485,7 @@ def _ell(numbers: Numbers) -> SurfaceBounds:
             return SurfaceBounds((RoundSurface(None, center, -radius),))
         return SurfaceBounds((RoundSurface(None, center, radius),))
     # |q|²/b² + (1/a² - 1/b²) (q·A)²/A² = 1 with q = x - centre and the axis A; `long` is a², `short` is b².
-    size = dot(along, along)
+    size = dot3(along, along)
     matrix = add_rows(scale_rows(IDENTITY, 1 / short), outer_product(along), (1 / long - 1 / short) / size)
     return SurfaceBounds((shift_quadric(matrix, (_ZERO_OFFSET, _ZERO_OFFSET, _ZERO_OFFSET), Fraction(-1), center),))
 
@@ -507,14 +507,14 @@ def _rhp(numbers: Numbers) -> SurfaceBounds:
         s = add_scaled(scale_vector(r, Fraction(1, 2)), across, _ROOT_3_4)
         t = add_scaled(s, r, -1)
     facets = [_facet(scale_vector(v, sign), add_scaled(base, v, sign)) for v in (r, s, t) for sign in (1, -1)]
-    ends = () if dot(height, height) >= _INFINITE_HEIGHT**2 else _end_planes(height, base)
+    ends = () if dot3(height, height) >= _INFINITE_HEIGHT**2 else _end_planes(height, base)
     return SurfaceBounds((*facets, *ends), True)
 
 
 def _length(vector: Point) -> Fraction:
     """Return the length of a vector, exact along an axis."""
     along = [abs(value) for value in vector if value]
-    return along[0] if len(along) == 1 else Fraction(portable_sqrt(dot(vector, vector)))
+    return along[0] if len(along) == 1 else Fraction(portable_sqrt(dot3(vector, vector)))
 
 
 def _wed(numbers: Numbers) -> SurfaceBounds:
@@ -523,17 +523,17 @@ def _wed(numbers: Numbers) -> SurfaceBounds:
     _check_across(a, height)
     _check_across(b, height)
     slant = cross(height, add_scaled(b, a, -1))
-    if dot(slant, a) < 0:
+    if dot3(slant, a) < 0:
         slant = scale_vector(slant, -1)
     facets = [_facet(slant, add_scaled(corner, a))]
     for u, v, inward in ((b, height, a), (a, height, b)):  # the vectors may be left- or right-handed
         normal = cross(u, v)
-        facets.append(_facet(scale_vector(normal, -1 if dot(normal, inward) > 0 else 1), corner))
+        facets.append(_facet(scale_vector(normal, -1 if dot3(normal, inward) > 0 else 1), corner))
     top = cross(a, b)
-    if dot(top, height) < 0:
+    if dot3(top, height) < 0:
         top = scale_vector(top, -1)
     facets += [_facet(top, add_scaled(corner, height)), _facet(scale_vector(top, -1), corner)]
-    if not dot(slant, a):
+    if not dot3(slant, a):
         raise ValueError("wed: its vectors lie in a plane")
     return SurfaceBounds(tuple(facets), True)
 
@@ -554,20 +554,20 @@ def _arb(numbers: Numbers) -> SurfaceBounds:
         sum((p[2] for p in used), _ZERO_OFFSET),
     )
     middle = scale_vector(middle, Fraction(1, len(used)))
-    size = max(dot(add_scaled(p, middle, -1), add_scaled(p, middle, -1)) for p in used)
+    size = max(dot3(add_scaled(p, middle, -1), add_scaled(p, middle, -1)) for p in used)
     facets = []
     for side in sides:
         a, b, c, *rest = (corners[int(n) - 1] for n in side)
         normal = cross(add_scaled(b, a, -1), add_scaled(c, a, -1))
         if not any(normal):
             raise ValueError(f"arb: the corners of the side {side} lie on a line")
-        if dot(normal, add_scaled(middle, a, -1)) > 0:
+        if dot3(normal, add_scaled(middle, a, -1)) > 0:
             normal = scale_vector(normal, -1)
         # Corners are rounded in decks: a fourth corner may be a little off the plane of the first three.
-        slack = MAX_SKEW * Fraction(portable_sqrt(dot(normal, normal) * size))
-        if any(abs(dot(normal, add_scaled(p, a, -1))) > slack for p in rest):
+        slack = MAX_SKEW * Fraction(portable_sqrt(dot3(normal, normal) * size))
+        if any(abs(dot3(normal, add_scaled(p, a, -1))) > slack for p in rest):
             raise ValueError(f"arb: the corners of the side {side} do not lie in a plane")
-        if any(dot(normal, add_scaled(p, a, -1)) > slack for p in used):
+        if any(dot3(normal, add_scaled(p, a, -1)) > slack for p in used):
             raise ValueError(f"arb: must be convex, there are corners beyond the side {side}")
         facets.append(_facet(normal, a))
     return SurfaceBounds(tuple(facets), True)

@@ -11,8 +11,8 @@ from fractions import Fraction
 from functools import cached_property
 
 from ..._util.dataclass import dataclass
-from ...geometry.bounds.linear_program import cross, dot
 from ...numerics.portable_math import portable_sqrt, sin_cos_degrees
+from ...numerics.rational import cross, dot3
 from ..openmc.placement import (
     NO_ROTATION,
     ORIGIN,
@@ -45,7 +45,7 @@ def scale_vector(u: Point, times: Fraction | int) -> Point:
 
 def apply_rows(rows: Rows, u: Point) -> Point:
     """Return the product of a matrix and a vector."""
-    return dot(rows[0], u), dot(rows[1], u), dot(rows[2], u)
+    return dot3(rows[0], u), dot3(rows[1], u), dot3(rows[2], u)
 
 
 def transpose(rows: Rows) -> Rows:
@@ -91,10 +91,10 @@ def dual_vectors(vectors: Sequence[Point]) -> list[Point]:
         if not rest:
             across = vector
         elif len(rest) == 1:
-            across = add_scaled(vector, rest[0], -dot(vector, rest[0]) / dot(rest[0], rest[0]))
+            across = add_scaled(vector, rest[0], -dot3(vector, rest[0]) / dot3(rest[0], rest[0]))
         else:
             across = cross(*rest)
-        size = dot(across, vector)
+        size = dot3(across, vector)
         if not size:
             raise ValueError("directions depend on each other")
         duals.append(scale_vector(across, 1 / size))
@@ -222,13 +222,13 @@ def _complete_two_rows(lines: list[list[Fraction | None]], row_indices: list[int
 def _complete_one_row(lines: list[list[Fraction | None]], row_index: int) -> Rows:
     """Return a matrix with two rows across the known one, the first of them as near to an axis as possible."""
     a = to_point(lines[row_index])  # type: ignore[arg-type]
-    size = Fraction(portable_sqrt(dot(a, a)))
+    size = Fraction(portable_sqrt(dot3(a, a)))
     if not size:
         raise ValueError("an axis of a transformation must not be zero")
     # The axis most nearly perpendicular to `a`; of equal ones the first, so that the choice is defined.
     least = min(range(3), key=lambda i: (abs(a[i]), i))
-    b = add_scaled(IDENTITY[least], a, -a[least] / dot(a, a))
-    b = scale_vector(b, 1 / Fraction(portable_sqrt(dot(b, b))))
+    b = add_scaled(IDENTITY[least], a, -a[least] / dot3(a, a))
+    b = scale_vector(b, 1 / Fraction(portable_sqrt(dot3(b, b))))
     rows = {row_index: a, (row_index + 1) % 3: b, (row_index + 2) % 3: scale_vector(cross(a, b), 1 / size)}
     return rows[0], rows[1], rows[2]
 
@@ -262,7 +262,7 @@ def transform_surface(surface: Surface, change: FrameChange) -> Surface:
     # A plane or a ball needs no general quadric, and stays comparable with others of its kind
     if isinstance(surface, FlatSurface):
         normal = apply_rows(transpose(rows), surface.normal)
-        return FlatSurface(normal, surface.offset + dot(normal, change.origin))
+        return FlatSurface(normal, surface.offset + dot3(normal, change.origin))
     back = invert_rows(rows)
     assert back is not None
     if isinstance(surface, RoundSurface) and surface.axis is None:  # a sphere stays one

@@ -14,7 +14,7 @@ from fractions import Fraction
 from itertools import product
 
 from ..._util.dataclass import dataclass
-from ...geometry.bounds.linear_program import cross, dot
+from ...numerics.rational import cross, dot3
 from ..openmc.geometry import UniverseCell
 from ..openmc.lattices import Index, Lattice, LatticePrism, LatticeTiles, grid_indices
 from ..openmc.placement import NO_ROTATION, ORIGIN, Extent, ExtentEnd, Point, UniversePlacement
@@ -98,7 +98,7 @@ class CellLattice(Lattice):
         low, high = self.center(first), self.center(last)
         planes = []
         for slab in self.first.slabs:
-            shifts = dot(slab.normal, low), dot(slab.normal, high)
+            shifts = dot3(slab.normal, low), dot3(slab.normal, high)
             planes.append((slab.normal, slab.high + max(shifts)))
             planes.append((scale_vector(slab.normal, -1), -slab.low - min(shifts)))
         extents = [self.first.extent.placed(UniversePlacement(shift=shift)) for shift in (low, high)]
@@ -176,11 +176,11 @@ def hexagonal_element(slabs: list[LatticeSlab]) -> LatticeElement:
     a, b, c = slabs[:3]
     along = cross(a.normal, b.normal)
     # Exactly, since the sides are planes along one direction also in rounded decks
-    if dot(along, c.normal):
+    if dot3(along, c.normal):
         raise ValueError("LAT=2: the sides of a hexagonal prism must have one direction in common")
     u, v = _slab_duals([a, b])
     center = add_scaled(scale_vector(u, a.middle), v, b.middle)
-    off = dot(c.normal, center) - c.middle
+    off = dot3(c.normal, center) - c.middle
     # Decks hold a side of sqrt(3)/2 with a few digits
     if abs(off) > MAX_SKEW * c.half:
         raise ValueError("LAT=2: opposite sides of the hexagon must be as far from its centre as each other")
@@ -190,17 +190,17 @@ def hexagonal_element(slabs: list[LatticeSlab]) -> LatticeElement:
     corners = [_corner(a, b), _corner(b, c), _corner(c, LatticeSlab(scale_vector(a.normal, -1), -a.high, -a.low))]
     for corner, slab in zip(corners, (c, a, b), strict=True):
         # The corner of two sides lies outside the third slab where the order of the sides is another one
-        if abs(dot(slab.normal, corner)) >= slab.half:
+        if abs(dot3(slab.normal, corner)) >= slab.half:
             raise ValueError("LAT=2: the sides must be listed so that the fifth is between the third and the second")
     ways = [add_scaled(corners[0], corners[2], -1), add_scaled(corners[1], corners[0])]
     sides = [a, b, c]
     if len(slabs) > 3:
         end = slabs[3]
-        rise = dot(end.normal, along)
+        rise = dot3(end.normal, along)
         if not rise:
             raise ValueError("LAT=2: the ends of a hexagonal prism must lie across its sides")
-        center = add_scaled(center, along, (end.middle - dot(end.normal, center)) / rise)
-        corners = [add_scaled(p, along, -dot(end.normal, p) / rise) for p in corners]
+        center = add_scaled(center, along, (end.middle - dot3(end.normal, center)) / rise)
+        corners = [add_scaled(p, along, -dot3(end.normal, p) / rise) for p in corners]
         ways.append(scale_vector(along, (end.high - end.low) / rise))
         sides.append(end)
     lows: list[ExtentEnd] = []
@@ -213,7 +213,7 @@ def hexagonal_element(slabs: list[LatticeSlab]) -> LatticeElement:
         highs.append(center[axis] + half if is_bounded else None)
     extent = Extent((lows[0], lows[1], lows[2]), (highs[0], highs[1], highs[2]))
     # A hexagon reaches less than one way from its centre, so these bounds are safe.
-    reach = tuple((d, dot(d, center) - 1, dot(d, center) + 1) for d in dual_vectors(ways))
+    reach = tuple((d, dot3(d, center) - 1, dot3(d, center) + 1) for d in dual_vectors(ways))
     return LatticeElement(tuple(sides), tuple(ways), extent, reach)
 
 
@@ -615,10 +615,10 @@ def _element_plane(side: HalfSpaceNode, surfaces: Mapping[int, OpenmcSurface]) -
 
 def _element_slab(first: FlatSurface, second: FlatSurface) -> LatticeSlab:
     """Return the slab between two opposite planes. Raise ValueError if they are not opposite."""
-    if any(cross(first.normal, second.normal)) or dot(first.normal, second.normal) >= 0:
+    if any(cross(first.normal, second.normal)) or dot3(first.normal, second.normal) >= 0:
         raise ValueError("lat: the planes must be listed in opposite pairs, for the directions 1, -1, 2, -2 and so on")
     # Scale the second plane to minus the normal of the first.
-    times = dot(first.normal, first.normal) / -dot(first.normal, second.normal)
+    times = dot3(first.normal, first.normal) / -dot3(first.normal, second.normal)
     low = -second.offset * times
     if low >= first.offset:
         raise ValueError("lat: there is nothing between two opposite planes")

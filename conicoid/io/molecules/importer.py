@@ -12,6 +12,7 @@ import os
 import re
 from array import array
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import partial
 from itertools import islice
 from pathlib import Path
@@ -28,6 +29,10 @@ from .styles import MoleculeStyle, build_molecule_bodies
 MAX_CIF_BYTES, MAX_LINE_LENGTH = 1 << 30, 1 << 20
 """Most bytes of a CIF or mmCIF, and most letters of a line of other files."""
 _LINES_AT_ONCE = 1 << 16
+_COMPONENT_PLACES = (("model_Cartn_", ""), ("pdbx_model_Cartn_", "_ideal"), ("", ""))
+"""Before and after the axis in the names of places: of a model, ideal ones, and those of restraints' dictionaries."""
+_CIF_PLACES = ("_atom_site.Cartn_x", "_atom_site_fract_x", *(f"_chem_comp_atom.{a}x{b}" for a, b in _COMPONENT_PLACES))
+"""Names of places by which a data block has atoms."""
 
 
 def _read_lines(path: Path, encoding: str) -> Iterator[str]:
@@ -50,24 +55,30 @@ def read_cif(path: Path) -> Atoms:
     if path.stat().st_size > MAX_CIF_BYTES:  # gemmi would read all of it before it looked at any
         raise SceneFileError(path, [Problem(0, 0, "molecule", f"is larger than {MAX_CIF_BYTES >> 20:,} MiB")])
     try:
-        block = gemmi.cif.read(str(path)).sole_block()
-        if block.find_loop("_chem_comp_atom.atom_id"):
-            return _component(block, gemmi.cif.as_string)
-        if block.find_loop("_atom_site.Cartn_x"):
-            return _macromolecule(block, gemmi.cif.as_string)
-        return read_gemmi_atoms(gemmi.make_small_structure_from_block(block))
+        blocks = list(gemmi.cif.read(str(path)))
+        # Dictionaries of restraints begin with a block that lists the others
+        block = next((one for one in blocks if any(map(one.find_values, _CIF_PLACES))), blocks[0])
+        remarks = (f"{format_count(len(blocks) - 1, 'other data block')} not read",) if len(blocks) > 1 else ()
+        # Structures describe the components of their residues too, as a rule without places
+        if block.find_values("_atom_site.Cartn_x"):
+            atoms = _macromolecule(block, gemmi.cif.as_string)
+        elif block.find_values("_chem_comp_atom.atom_id"):
+            atoms = _component(block, gemmi.cif.as_string)
+        else:
+            atoms = read_gemmi_atoms(gemmi.make_small_structure_from_block(block))
+        return replace(atoms, remarks=(*remarks, *atoms.remarks))
     except (ValueError, RuntimeError) as error:
         raise SceneFileError(path, [_cif_problem(path, str(error))]) from None
 
 
 def _component(block: Any, as_string: Any) -> Atoms:
     """Return the atoms of a definition of a chemical component: at places of a model, or else at ideal ones."""
-    for prefix, suffix in (("model_", ""), ("pdbx_model_", "_ideal")):
-        columns = [list(block.find_loop(f"_chem_comp_atom.{prefix}Cartn_{axis}{suffix}")) for axis in "xyz"]
+    for prefix, suffix in _COMPONENT_PLACES:
+        columns = [list(block.find_values(f"_chem_comp_atom.{prefix}{axis}{suffix}")) for axis in "xyz"]
         if all(columns) and not any(text in (".", "?") for column in columns for text in column):
             places = np.column_stack([_cif_floats(np.array(column), "_chem_comp_atom") for column in columns])
-            labels = tuple(as_string(text) for text in block.find_loop("_chem_comp_atom.atom_id"))
-            return Atoms(places, list(block.find_loop("_chem_comp_atom.type_symbol")), labels=labels)
+            labels = tuple(as_string(text) for text in block.find_values("_chem_comp_atom.atom_id"))
+            return Atoms(places, list(block.find_values("_chem_comp_atom.type_symbol")), labels=labels)
     raise ValueError("_chem_comp_atom must have places of all atoms, of a model or ideal ones")
 
 
@@ -77,7 +88,7 @@ def _macromolecule(block: Any, as_string: Any) -> Atoms:
     def column(*names: str) -> Any:
         """Return the first column that exists, without quotes; None if none does."""
         for name in names:
-            values = list(block.find_loop(f"_atom_site.{name}"))
+            values = list(block.find_values(f"_atom_site.{name}"))
             if values:
                 return np.array([as_string(v) if v[0] in "'\";" else v for v in values])
         return None
@@ -266,11 +277,14 @@ def _pdb_elements(path: Path, rows: Any, line_of: Any) -> Any:
 
 _RESIDUES = frozenset(
     "ALA ARG ASN ASP ASX CYS CYX GLN GLU GLX GLY HIS HID HIE HIP ILE LEU LYS MET MSE PHE PRO PYL SEC SER THR TRP TYR "
-    "VAL ACE NH2 NME A C G U I DA DC DG DT DI DU T ADE CYT GUA THY URA +A +C +G +U +T HOH WAT DOD SOL TIP".split()
+    "VAL ACE NH2 NME A C G U I DA DC DG DT DI DU T ADE CYT GUA THY URA +A +C +G +U +T HOH WAT DOD SOL TIP "
+    "HSD HSE HSP ASH GLH LYN CYM ARN HYP NLE ORN NMA FOR PCA SEP TPO PTR CSO MLY GOL EDO PEG NAG BMA MAN".split()
 )
 """Names of residues whose atoms are of C, H, D, N, O, P and S, but for `_HEAVY`."""
 _HEAVY = {"MSE": "SE", "SEC": "SE", "HEM": "FE", "HEC": "FE", "HEA": "FE"}
 """Residue -> the one element of it with two letters."""
+_RARE = ("HE", "HF", "HO", "NE")
+"""Elements that molecules do not have, but for ions in residues of their names: others are names of H and N."""
 
 
 def _element_of_atom_name(name: str, residue: str) -> int:
@@ -279,6 +293,8 @@ def _element_of_atom_name(name: str, residue: str) -> int:
     if (heavy := _HEAVY.get(residue)) and letters.startswith(heavy):
         return atomic_number(heavy) or 0
     if (residue in _RESIDUES or heavy) and letters[:1] in tuple("CHDNOPS"):
+        return atomic_number(letters[:1]) or 0
+    if letters.startswith(_RARE) and not residue.startswith(letters[:2]):
         return atomic_number(letters[:1]) or 0
     # Four letters leave no column for a blank: with a digit or a prime they are hydrogen's, HF11 as well as HO5'
     if len(name.strip()) == 4 and name[0] == "H" and not name.isalpha():

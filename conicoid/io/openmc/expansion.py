@@ -410,7 +410,7 @@ class UniverseExpansion:
 
 @dataclass
 class ElementRoom:
-    """Where elements of a lattice lie clear of what is around it, so that their contents are copies of each other.
+    """Where elements of a lattice lie clear of the cells around it, so that their contents are copies of each other.
 
     An element is clear if its centre lies strictly between `low` and `high` along each axis, and the part of its box
     that is within `around` on the inner side of all curved surfaces. The first clear element of each universe adds its

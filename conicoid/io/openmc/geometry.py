@@ -10,9 +10,10 @@ from __future__ import annotations
 import math
 import os
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Hashable, Iterable, Iterator, Mapping
 from dataclasses import field
 from functools import cached_property
+from typing import TypeVar
 
 from ..._util.arrays import BoxEnds
 from ..._util.dataclass import dataclass
@@ -215,22 +216,26 @@ def count_fillings(universes: dict[int, list[UniverseCell]], lattices: dict[int,
     return {node: +counts for node, counts in inside.items()}
 
 
-def sort_universes(inside: FillCounts) -> list[UniverseNode]:
-    """Return the nodes in topological order, each after its fillings; nodes that contain circles are missing.
+_Key = TypeVar("_Key", bound=Hashable)
 
-    This is a loop in place of a recursion, as nodes may nest deeply.
+
+def topological_order(needs: Mapping[_Key, Collection[_Key]]) -> list[_Key]:
+    """Return the keys in an order in which each is after those that it needs; keys that contain circles are missing.
+
+    This is a loop in place of a recursion, as needs may nest deeply.
     """
-    users: dict[UniverseNode, list[UniverseNode]] = {}
-    for node, fills in inside.items():
-        for fill in fills:
-            users.setdefault(fill, []).append(node)
-    waiting = {node: len(fills) for node, fills in inside.items()}
-    ready = [node for node, count in waiting.items() if not count]
+    users: dict[_Key, list[_Key]] = {}
+    for user, others in needs.items():
+        for other in others:
+            users.setdefault(other, []).append(user)
+    waiting = {key: len(others) for key, others in needs.items()}
+    # Reversed for `pop`, so that keys without needs keep their order
+    ready = [key for key in reversed([*needs]) if not waiting[key]]
     order = []
     while ready:
-        node = ready.pop()
-        order.append(node)
-        for user in users.get(node, ()):
+        key = ready.pop()
+        order.append(key)
+        for user in users.get(key, ()):
             waiting[user] -= 1
             if not waiting[user]:
                 ready.append(user)

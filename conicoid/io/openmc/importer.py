@@ -386,7 +386,7 @@ class _OpenmcReader:
     def _counts(self, root: XmlElement) -> dict[UniverseNode, int]:
         """Return the number of bodies of each universe and lattice; report circles and too many levels."""
         inside = geometry.count_fillings(self.universes, self.lattices)
-        order = geometry.sort_universes(inside)
+        order = geometry.topological_order(inside)
         circle = geometry.find_circle(inside, order)
         if circle:
             self._report(root, "geometry", f"has universes that contain themselves: {circle}")

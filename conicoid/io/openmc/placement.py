@@ -11,14 +11,13 @@ import dataclasses
 import math
 from collections.abc import Callable, Iterable
 from fractions import Fraction
-from functools import cache, cached_property, lru_cache
+from functools import cache, cached_property
 from typing import TypeAlias
 
 from ..._util.arrays import Matrix4, Vector
 from ..._util.dataclass import dataclass
-from ...geometry.bounds.linear_program import cross
-from ...geometry.transform import IDENTITY_MOTION, Motion, Step, Translate
-from ...numerics import bigfloat as ex
+from ...geometry.transform import IDENTITY_MOTION, Motion
+from ...numerics.rational import cross
 
 Point: TypeAlias = tuple[Fraction, Fraction, Fraction]
 Rows: TypeAlias = tuple[Point, Point, Point]
@@ -190,24 +189,11 @@ def split_shift(motion: Motion, shift: Point) -> tuple[Point, Point]:
     with that part in fractions, so that its walls across the axis are those of its surroundings.
     """
     before, after = list(ORIGIN), list(shift)
-    for k, image in enumerate(_axis_images(tuple(step for step in motion.steps if not isinstance(step, Translate)))):
-        if image is not None:
+    for k, image in enumerate(motion.axis_images):
+        if image is not None and shift[image[0]]:
             axis, sign = image
             before[k], after[axis] = sign * shift[axis], ORIGIN[axis]
     return (before[0], before[1], before[2]), (after[0], after[1], after[2])
-
-
-@lru_cache(maxsize=1 << 12)
-def _axis_images(turns: tuple[Step, ...]) -> tuple[tuple[int, int] | None, ...]:
-    """Return for each axis the axis to which steps take it, and the sign; None where it goes to no axis."""
-    # Cached, since many bodies are turned alike, and to compose a motion exactly takes a millisecond
-    rows = Motion(turns).affine[0]
-    images: list[tuple[int, int] | None] = []
-    for column in zip(*rows, strict=True):
-        i = next((i for i in range(3) if column[i]), 0)
-        is_axis = abs(column[i]) == ex.ONE and sum(map(bool, (*rows[i], *column))) == 2
-        images.append((i, 1 if column[i] > ex.ZERO else -1) if is_axis else None)
-    return tuple(images)
 
 
 def add_rounded(a: Fraction, b: Fraction) -> float:

@@ -242,12 +242,24 @@ class PartUnion:
 RegionPart: TypeAlias = SurfaceSide | PartIntersection | PartUnion
 
 
-def bind_surfaces(region: Region, surfaces: Mapping[int, Surface]) -> RegionPart:
-    """Return a region with surfaces in place of their numbers."""
+def bind_surfaces(
+    region: Region, surfaces: Mapping[int, Surface], known: dict[int, tuple[Region, RegionPart]] | None = None
+) -> RegionPart:
+    """Return a region with surfaces in place of their numbers.
+
+    `known` holds the results by the identity of their regions, which it keeps: one part in many places stays one.
+    """
+    found = None if known is None else known.get(id(region))
+    if found is not None:
+        return found[1]
     if isinstance(region, HalfSpaceNode):
-        return SurfaceSide(surfaces[region.surface], region.positive)
-    kind = PartIntersection if isinstance(region, IntersectionNode) else PartUnion
-    return kind(tuple(bind_surfaces(part, surfaces) for part in region.parts))
+        result: RegionPart = SurfaceSide(surfaces[region.surface], region.positive)
+    else:
+        kind = PartIntersection if isinstance(region, IntersectionNode) else PartUnion
+        result = kind(tuple(bind_surfaces(part, surfaces, known) for part in region.parts))
+    if known is not None:
+        known[id(region)] = region, result
+    return result
 
 
 class PlacedSurfaces(dict[Any, Surface]):
@@ -294,7 +306,8 @@ class Conjunction:
         needed = None if unpaired is None else _drop_implied_curved(_drop_idle_planes(unpaired, unions, box), box)
         if needed is None:
             return None
-        restricted = [restrict_part(union, box) for union in unions]
+        known: dict[int, RegionPart | bool] = {}
+        restricted = [restrict_part(union, box, known) for union in unions]
         if False in restricted:
             return None
         branches = [part for part in restricted if not isinstance(part, bool)]
@@ -404,7 +417,8 @@ def _drop_idle_planes(sides: list[SurfaceSide], unions: list[PartUnion], box: Ex
     """
     needed: list[SurfaceSide] = []
     ends: set[tuple[int, bool]] = set()
-    extents = [_part_extent(union) for union in unions]
+    known: dict[int, Extent] = {}
+    extents = [_part_extent(union, known) for union in unions]
     for side in sides:
         plane = side.surface
         axis = plane.axis if isinstance(plane, FlatSurface) else None
@@ -428,11 +442,14 @@ def _lies_beyond(end: Fraction, axis: int, above: bool, extent: Extent) -> bool:
     return own is not None and (own > end if above else own < end)
 
 
-def _part_extent(part: RegionPart) -> Extent:
-    """Return a box around a part."""
+def _part_extent(part: RegionPart, known: dict[int, Extent]) -> Extent:
+    """Return a box around a part; `known` holds those of parts by their identity."""
     if isinstance(part, SurfaceSide):
         return part.surface.extent(part.positive)
-    return reduce(Extent.common if isinstance(part, PartIntersection) else Extent.union, map(_part_extent, part.parts))
+    if id(part) not in known:
+        join = Extent.common if isinstance(part, PartIntersection) else Extent.union
+        known[id(part)] = reduce(join, (_part_extent(inner, known) for inner in part.parts))
+    return known[id(part)]
 
 
 def _drop_paired_sides(sides: list[SurfaceSide]) -> list[SurfaceSide] | None:
@@ -470,15 +487,28 @@ def _relation(solid: RoundSurface, side: SurfaceSide) -> int:
     return -relation if side.positive else relation
 
 
-def restrict_part(part: RegionPart, box: Extent) -> RegionPart | bool:
-    """Return the part that decides for points of the box: True if it has them all, False if it has none."""
+def restrict_part(
+    part: RegionPart, box: Extent, known: dict[int, RegionPart | bool] | None = None
+) -> RegionPart | bool:
+    """Return the part that decides for points of the box: True if it has them all, False if it has none.
+
+    `known` holds the results for this box by the identity of parts: a region that others are cut by is in many places.
+    """
+    known = {} if known is None else known
+    if id(part) not in known:
+        known[id(part)] = _restrict(part, box, known)
+    return known[id(part)]
+
+
+def _restrict(part: RegionPart, box: Extent, known: dict[int, RegionPart | bool]) -> RegionPart | bool:
+    """Return the part that decides for points of the box, from those of its own parts."""
     if isinstance(part, SurfaceSide):
         relation = part.of(box)
         return part if relation == 0 else relation < 0
     # One piece with all points decides a union (True), one piece with none an intersection (False).
     decisive = isinstance(part, PartUnion)
     open_pieces = []
-    for piece in (restrict_part(inner, box) for inner in part.parts):
+    for piece in (restrict_part(inner, box, known) for inner in part.parts):
         if piece is decisive:
             return decisive
         if not isinstance(piece, bool):

@@ -314,7 +314,11 @@ class UniverseBlock(Generic[P]):
     items: list[P | BlockPlacement[P]] = field(default_factory=list)
     count: int = 0
     materials: Counter[Any] = field(default_factory=Counter)
-    empty_places: EmptyPlaces = field(default_factory=EmptyPlaces)
+
+    @cached_property
+    def empty_places(self) -> EmptyPlaces:
+        """The counts of its places that are left out; few blocks have any."""
+        return EmptyPlaces()
 
     def add(self, piece: P, material: Any) -> None:
         """Append a body of a material."""
@@ -330,14 +334,16 @@ class UniverseBlock(Generic[P]):
         self.count += block.count
         for material, times in block.materials.items():
             self.materials[material] += times
-        self.empty_places.add(block.empty_places)
+        if "empty_places" in vars(block):
+            self.empty_places.add(block.empty_places)
 
     def take(self, other: UniverseBlock[P]) -> None:
         """Append the items of another block as items of this block."""
         self.items += other.items
         self.count += other.count
         self.materials.update(other.materials)
-        self.empty_places.add(other.empty_places)
+        if "empty_places" in vars(other):
+            self.empty_places.add(other.empty_places)
 
     @cached_property
     def _ends(self) -> list[int]:

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -29,7 +30,7 @@ UNSUPPORTED_CALLS = {
     "hull": "the convex hull of its children",
     "minkowski": "the sum of its children", "text": "letters", "import": "a file",
     "surface": "a height field", "projection": "a projection", "offset": "an outline at a distance",
-    "resize": "a size that depends on its children", "roof": "a roof",
+    "resize": "a size that depends on its children", "roof": "a roof", "fill": "an outline without its holes",
 }  # fmt: skip
 """Modules that are not supported, as their results are no quadrics or are not computed here."""
 _GROUP_CALLS = ("group", "union", "render", "root")
@@ -116,14 +117,19 @@ class CsgEvaluation:
     def _moved(self, call: CsgCall, arguments: CallArguments) -> list[ColoredSolid]:
         """Return the children of a multmatrix, moved."""
         matrix = arguments.matrix()
-        # A scaling by 0 leaves no volume
-        if abs(np.linalg.det(matrix[:3, :3])) == 0:
-            self._remark(call, "flattens what it moves, which is left out")
+        if self._loses_all(call, matrix):
             return []
         rows, moved = matrix.tolist(), []
         for part in self.parts(call.children):
             moved.append(ColoredSolid(arguments.build(partial(part.solid.transform, rows)), part.color))
         return moved
+
+    def _loses_all(self, call: CsgCall, matrix: np.ndarray[Any, Any]) -> bool:
+        """Return whether a motion leaves nothing of its children, and remark it: a scaling by 0 or infinity."""
+        loses_all = not np.isfinite(matrix).all() or bool(np.linalg.det(matrix[:3, :3]) == 0)
+        if loses_all:
+            self._remark(call, "flattens what it moves, or makes it infinite; it is left out")
+        return loses_all
 
     def _colored(self, call: CsgCall, arguments: CallArguments) -> list[ColoredSolid]:
         """Return the children of a color, in this colour."""
@@ -171,8 +177,10 @@ class CsgEvaluation:
         scale = arguments.value("scale")
         # Two different factors make sides that are no planes
         scales = scale if isinstance(scale, list) else [scale if scale is not None else 1.0] * 2
-        if len(scales) != 2 or not all(isinstance(s, float) and s >= 0 for s in scales):
-            raise ValueError(f"scale must be one or two numbers >= 0, got {scale!s:.40}")
+        if len(scales) != 2 or not all(isinstance(s, float) for s in scales):
+            raise ValueError(f"scale must be one or two numbers, got {scale!s:.40}")
+        if not all(0 <= s < math.inf for s in scales):
+            raise OmittedPart(f"has the scale {scale!s:.40}")
         if scales[0] != scales[1]:
             raise OmittedPart(f"has two scales, {scales[0]:g} and {scales[1]:g}, between which no side is a plane")
         if not height > 0:
@@ -218,7 +226,8 @@ class CsgEvaluation:
             elif call.name == "multmatrix":
                 matrix = arguments.matrix()
                 matrix[2], matrix[:2, 2] = (0, 0, 1, 0), 0  # the part of the motion within the plane
-                figures += [part.moved(matrix) for part in self._flat(call.children)]
+                if not self._loses_all(call, matrix):
+                    figures += [part.moved(matrix) for part in self._flat(call.children)]
             elif call.name in UNSUPPORTED_CALLS:
                 self._remark(call, f"is {UNSUPPORTED_CALLS[call.name]}, and left out")
             else:
@@ -238,7 +247,7 @@ class CsgEvaluation:
             sizes = [size] * 2 if isinstance(size, float) else size if isinstance(size, list) else [1.0] * 2
             if len(sizes) != 2 or not all(isinstance(s, float) for s in sizes):
                 raise ValueError(f"size must be two numbers, got {size!s:.40}")
-            if min(sizes) <= 0:
+            if not all(0 < s < math.inf for s in sizes):
                 raise OmittedPart(f"has the size {size!s:.40}")
             x, y = (-sizes[0] / 2, -sizes[1] / 2) if arguments.flag("center") else (0.0, 0.0)
             return plane_polygon([(x, y), (x + sizes[0], y), (x + sizes[0], y + sizes[1]), (x, y + sizes[1])], None)
@@ -246,6 +255,8 @@ class CsgEvaluation:
             points = arguments.rows("points", 2)
             paths = arguments.value("paths")
             return plane_polygon(points, None if paths is None else arguments.paths("paths", len(points)))
+        if name in self._builders():  # OpenSCAD warns that it mixes figures and solids, and goes on
+            raise OmittedPart("is no figure of the plane")
         raise arguments.refuse("is nothing of the plane, which cannot be extruded here")
 
 

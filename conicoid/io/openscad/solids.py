@@ -73,10 +73,8 @@ class PlaneFigure:
 
         Raises
         ------
-        ValueError
-            A polygon lies on both sides of the axis.
         OmittedPart
-            The solid is no quadric (a torus).
+            The solid is no quadric (a torus), or a polygon lies on both sides of the axis.
 
         """
         motion = IDENTITY_MATRIX if self.motion is None else self.motion
@@ -85,7 +83,7 @@ class PlaneFigure:
             if max(x for x, _ in points) <= 0:  # a polygon on the left side is mirrored
                 points = [(-x, y) for x, y in points]
             if min(x for x, _ in points) < 0:
-                raise ValueError("the polygon must lie on one side of the y axis, not on both")
+                raise OmittedPart("has a polygon on both sides of the y axis")
             return (
                 _revolve_in_steps(points, sides, start, end)
                 if sides
@@ -167,7 +165,7 @@ def plane_polygon(points: Sequence[Any], paths: Sequence[Sequence[int]] | None) 
 def _revolve_in_steps(points: Sequence[Any], sides: int, start: float, end: float) -> Solid:
     """Return a polygon revolved in `sides` steps: a stack of frustums with flat sides."""
     if end - start != 360:
-        raise ValueError("$fn with an angle is not read: smooth makes it round")
+        raise OmittedPart("has $fn and an angle, which are not read: smooth makes it round")
     heights = sorted({y for _, y in points})
 
     rings = []
@@ -194,9 +192,9 @@ def cube(arguments: CallArguments) -> Solid:
     """Return a box with a corner at the origin, or centred on it."""
     size = arguments.value("size")
     sizes = [size] * 3 if isinstance(size, float) else size if isinstance(size, list) else [1.0] * 3
-    if len(sizes) != 3 or not all(isinstance(s, float) and s < 1e100 for s in sizes):
+    if len(sizes) != 3 or not all(isinstance(s, float) for s in sizes):
         raise arguments.refuse(f"size must be three numbers, got {size!s:.60}")
-    if min(sizes) <= 0:
+    if not all(0 < s < 1e100 for s in sizes):
         raise OmittedPart(f"has the size {size!s:.60}")
     low = [-s / 2 if arguments.flag("center") else 0.0 for s in sizes]
     high = [s / 2 if arguments.flag("center") else s for s in sizes]

@@ -20,6 +20,7 @@ import numpy as np
 from ..._util.dataclass import dataclass
 from ..._util.files import Problem, SceneFileError, read_regular
 from ..._util.validation import format_value
+from ..importers import OmittedPart
 from ..scene_file.nodes import shorten
 
 MAX_CSG_BYTES, MAX_CALLS, MAX_CALL_DEPTH = 1 << 26, 1_000_000, 200
@@ -249,12 +250,14 @@ class CallArguments:
         return self.call.arguments.get(name)
 
     def number(self, name: str, otherwise: float) -> float:
-        """Return a finite number; `otherwise` if it is missing."""
+        """Return a finite number; `otherwise` if it is missing. Raise OmittedPart for others, as OpenSCAD goes on."""
         value = self.value(name)
         if value is None:
             return otherwise
-        if isinstance(value, bool) or not isinstance(value, float) or not math.isfinite(value):
+        if isinstance(value, bool) or not isinstance(value, float):
             raise self.refuse(f"{name} must be a finite number, got {format_value(value)}")
+        if not math.isfinite(value):
+            raise OmittedPart(f"has the {name} {value:g}")
         return value
 
     def radius(self, end: str, otherwise: float) -> float:
@@ -281,8 +284,10 @@ class CallArguments:
         except (TypeError, ValueError):
             raise self.refuse(f"{name} must be a list of points, got {format_value(value)}") from None
         for k, row in enumerate(rows):
-            if len(row) != width or not all(map(math.isfinite, row)):
+            if len(row) != width:
                 raise self.refuse(f"{name}[{k}] must be {width} finite numbers, got {format_value(row)}")
+            if not all(map(math.isfinite, row)):
+                raise OmittedPart(f"has the point {format_value(row)}")
         return rows
 
     def paths(self, name: str, count: int) -> list[tuple[int, ...]]:
@@ -309,8 +314,8 @@ class CallArguments:
             matrix = np.zeros(0)
         if matrix.shape == (3, 4):
             matrix = np.vstack([matrix, [0, 0, 0, 1]])
-        if matrix.shape != (4, 4) or not np.isfinite(matrix).all() or matrix[3].tolist() != [0, 0, 0, 1]:
-            raise self.refuse(f"m must be four rows of four finite numbers, the last 0 0 0 1, got {format_value(rows)}")
+        if matrix.shape != (4, 4) or matrix[3].tolist() != [0, 0, 0, 1]:
+            raise self.refuse(f"m must be four rows of four numbers, the last 0 0 0 1, got {format_value(rows)}")
         return matrix
 
     def sides(self, smooth: bool) -> int:

@@ -90,12 +90,6 @@ _COLON = re.compile(r"\w:[\[{]?$")
 """The end of a text before a mistake: a word and a colon without a blank after it."""
 
 
-def parse_yaml(text: str) -> tuple[Node | None, list[Problem]]:
-    """Return the root of the single document of `text`, None if there is none, and problems with repeated keys."""
-    document = parse_document(text)
-    return document.root, document.problems
-
-
 def parse_document(text: str, progress: Callable[[int], Any] | None = None, first_line: int = 1) -> YamlDocument:
     """Parse the single document of `text`.
 

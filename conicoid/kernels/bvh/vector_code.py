@@ -328,7 +328,7 @@ def copy_points(
 
 @intrinsic
 def finish_streams(typing_context: Any) -> Any:
-    """Let other threads see what was written past the caches."""
+    """Make stores past the caches visible to other threads."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         builder.fence("seq_cst")

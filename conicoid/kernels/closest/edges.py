@@ -31,11 +31,13 @@ from .neighbourhood import (
     SURFACES,
     UPPER,
     Neighbourhood,
+    WallQuery,
     is_flat,
     limit,
 )
+from .projection import TANGENT, project_point
 from .stationary import rounding_share, try_conic
-from .walls import CERTAIN_WALL, TANGENT, WallQuery, project_point, sheet_around, sides_around, try_point
+from .walls import CERTAIN_WALL, sheet_around, sides_around, try_point
 
 _ZERO_SHARE = 2.0**-44
 """Size, as a share of its terms, below which a coefficient counts as zero."""

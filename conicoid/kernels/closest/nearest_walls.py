@@ -52,6 +52,7 @@ from .neighbourhood import (
     UPPER,
     WITHIN,
     Neighbourhood,
+    WallQuery,
     begin_body,
     box_length,
     distance_outside,
@@ -65,7 +66,7 @@ from .neighbourhood import (
     reset_nearest,
 )
 from .stationary import try_face
-from .walls import WallQuery, keep_wall, nearest_of_polygon, try_sides
+from .walls import keep_wall, nearest_of_polygon, try_sides
 
 
 class PointBox(NamedTuple):

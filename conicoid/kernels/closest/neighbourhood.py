@@ -55,6 +55,16 @@ _CENTER = 1e-150
 """s so small that every s + a_i rounds to a_i, unless a_i is zero."""
 
 
+class WallQuery(NamedTuple):
+    """The query point, and the body and entry whose walls are searched."""
+
+    x: float
+    y: float
+    z: float
+    body: int
+    entry: int
+
+
 @inline
 def secular_of(form: SurfaceForm, axes: Axes, scale: float, over: bool) -> Secular:
     """Return the secular equation of a quadric, or with `over` of -f, along its axes about a point."""

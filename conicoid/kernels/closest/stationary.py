@@ -25,7 +25,8 @@ from .form import (
     reverse_axes,
     sort_axes,
 )
-from .neighbourhood import LOWER, Neighbourhood, limit
+from .neighbourhood import LOWER, Neighbourhood, WallQuery, limit
+from .projection import settle_point
 from .secular import (
     NONE,
     Secular,
@@ -36,7 +37,7 @@ from .secular import (
     place_below,
     root_above,
 )
-from .walls import CERTAIN_WALL, SLANTED, UNSETTLED, WallQuery, settle_point, try_point
+from .walls import CERTAIN_WALL, SLANTED, UNSETTLED, try_point
 
 _ROOTS = 6  # most stationary points of a quadric
 _NOWHERE = 2.0**-100  # least w of the search, as a share of the pole
@@ -143,7 +144,7 @@ def _try_below(
         return
     # A root at w moves the point by at least |g0| / w, so one within the limit has w >= |g0| / limit
     start, room_left = pole * _NOWHERE, limit(room)
-    # The roots of a flat surface may lie nearer to s = 0 than the pole is known: what they are is left open
+    # The roots of a flat surface may lie nearer to s = 0 than the error of the pole: their kind is left open
     flat = min(abs(e.a1) if e.a1 != 0.0 else pole, abs(e.a2) if e.a2 != 0.0 else pole)
     if flat < _FLATTEST * pole:
         room.best[LOWER] = min(room.best[LOWER], room.bound[frame.curved])

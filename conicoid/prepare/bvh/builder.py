@@ -30,7 +30,9 @@ from .sah_binning import (
     ITEM,
     NEGATED_LOW,
     SIZE,
+    boxes_in,
     clear,
+    copy,
     cut_group,
     half_area,
     join,
@@ -81,14 +83,16 @@ def _cost_of_one(records: Floats, branches: Branches, branch: int, costs: Floats
 def weigh(branches: Branches, branch: int, area: float, as_leaf: float, costs: Floats, at: int, half: int) -> None:
     """Compute the costs of a branch from those of its halves, costs[half:] and costs[half + 8:]."""
     choice, size = branches.choice, branches.last[branch] - branches.first[branch]
-    other = half + ROW
+    left = branches.left[branch]
+    other, is_one = half + ROW, branches.last[left] - branches.first[left] == 1
     for slots in range(2, WIDTH + 1):
-        best, taken = math.inf, 1
-        # A half takes one to seven slots: eight would be a node of its own
-        for k in range(max(1, slots - 7), min(slots, WIDTH)):
-            cost = costs[half + k] + costs[other + slots - k]
-            if cost < best:
-                best, taken = cost, k
+        best, taken = costs[half + 1] + costs[other + slots - 1], 1
+        if not is_one:
+            # A half takes one to seven slots, and a single entry one: eight would be a node of its own
+            for k in range(max(2, slots - 7), min(slots, WIDTH)):
+                cost = costs[half + k] + costs[other + slots - k]
+                if cost < best:
+                    best, taken = cost, k
         if slots == WIDTH:
             choice[ROW * branch + NODE] = taken
             as_node = best + area
@@ -115,33 +119,62 @@ def _cost_as_leaf(records: Floats, first: int, last: int, area: float, most: int
     return area * (LEAF_COST + cost)
 
 
-@kernel(records="8*n", branches="out", root="0..branches-1", root_costs="out c", row="0..c-8")
-def grow(records: Floats, branches: Branches, root: int, area: float, most: int, root_costs: Floats, row: int) -> None:
-    """Build a branch down to its entries, and weigh it: its costs go to root_costs[row:]. Leaves hold `most`."""
+@inline
+def _load_cell(source: Floats, cells: Floats, cell: int, records: Floats, first: int, last: int) -> None:
+    """Copy the records of a cell to records first..last."""
+    place = np.int64(cells[SIZE * cell + ITEM])
+    for k in range(last - first):
+        if 0 <= place + k < len(source) // SIZE:
+            copy(records, SIZE * (first + k), source, SIZE * (place + k))
+
+
+@kernel(
+    records="out 8*n", source="8*s", cells="out 8*c", branches="out", root="0..branches-1", root_costs="out m",
+    row="0..m-8",
+)  # fmt: skip
+def grow(
+    records: Floats, source: Floats, cells: Floats, branches: Branches, root: int, area: float, most: int,
+    root_costs: Floats, row: int,
+) -> None:  # fmt: skip
+    """Build a branch down to its entries, and weigh it: its costs go to root_costs[row:]. Leaves hold `most`.
+
+    Where there are cells, the records come from `source`.
+    """
     begin, end = branches.first[root], branches.last[root]
-    if not (0 <= begin < end <= len(records) // SIZE and 2 * end <= len(branches.first)):
+    is_whole = 0 <= begin < end <= len(records) // SIZE and 2 * end <= len(branches.first)
+    if not is_whole or len(cells) > SIZE * (end - begin):
         return
     base, used = 2 * begin, 2 * begin
     boxes, counts = np.empty(BOXES), np.empty(3 * BINS, np.int64)
     areas, costs = np.empty(2 * (end - begin)), np.empty(ROW * 2 * (end - begin))
     # 64 levels: with the smaller half first the stack holds the logarithm of the number of entries
-    stack, top = np.empty(64, np.int64), 1
-    stack[0] = root
+    stack, top = np.empty((64, 3), np.int64), 1
+    stack[0, 0], stack[0, 1], stack[0, 2] = root, 0, len(cells) // SIZE
     while top > 0:
         top -= 1
-        branch = stack[top]
+        branch, cell, border, last_cell = stack[top, 0], stack[top, 1], stack[top, 1], stack[top, 2]
         first, last = branches.first[branch], branches.last[branch]
+        if last_cell - cell == 1:
+            _load_cell(source, cells, cell, records, first, last)
+            last_cell = cell
         if last - first == 1:
             branches.left[branch] = -1
             continue
-        middle, left_area, right_area = cut_group(records, first, last, boxes, counts)
+        if last_cell > cell:
+            border, left_area, right_area = cut_group(cells, cell, last_cell, True, boxes, counts)
+            # Clipped, so that there is a record for each cell, whatever cells say
+            middle = first + max(border - cell, boxes_in(cells, cell, border))
+            middle = min(middle, last - (last_cell - border))
+        else:
+            middle, left_area, right_area = cut_group(records, first, last, False, boxes, counts)
         branches.left[branch] = used
         _put(branches, used, -1, first, middle)
         _put(branches, used + 1, -1, middle, last)
         areas[used - base], areas[used + 1 - base] = left_area, right_area
         # The smaller half comes first: so the stack stays below the logarithm of the size.
-        larger = used if middle - first > last - middle else used + 1
-        stack[top], stack[top + 1] = larger, 2 * used + 1 - larger
+        after = 1 if middle - first > last - middle else 0
+        stack[top + after, 0], stack[top + after, 1], stack[top + after, 2] = used + 1, border, last_cell
+        stack[top + 1 - after, 0], stack[top + 1 - after, 1], stack[top + 1 - after, 2] = used, cell, border
         used += 2
         top += 2
     # Children have larger numbers than their parents, so that backwards is from the leaves up
@@ -431,20 +464,22 @@ def build_tree(records: Floats, limits: Floats, most: int) -> BoxTree:
         Nodes of eight, their boxes on demand.
     """
     count = len(records) // SIZE
-    groups = partition_large(records)
+    groups, source = partition_large(records)
     # Branches of groups have the numbers from 2 n on: first the root's, then two for each group that was split.
     branches, costs = new_branches(2 * count + len(groups)), np.zeros(ROW * len(groups))
     areas = np.array([group.area for group in groups])
     number = 1
     for k, group in enumerate(groups):
         branches.first[2 * count + k], branches.last[2 * count + k] = group.first, group.last
-        if group.halves is not None:
+        if group.halves:
             branches.left[2 * count + k] = 2 * count + number
             number += 2
-    unsplit = [k for k, group in enumerate(groups) if group.halves is None]
     # The area of a lone root is not known, and an infinite one never makes it a leaf
-    rest = [(2 * count + k, groups[k].area if len(groups) > 1 else math.inf, most, costs, ROW * k) for k in unsplit]
-    run_calls(grow, [(records, branches, *each) for each in rest])
+    areas[0] = math.inf
+    run_calls(grow, [
+        (records, source, group.cells, branches, 2 * count + k, areas[k], most, costs, ROW * k)
+        for k, group in enumerate(groups) if not group.halves
+    ])  # fmt: skip
     # The root is a node in any case, so that its area decides nothing
     areas[0] = 0.0
     weigh_first(branches, 2 * count, areas, costs)
@@ -522,11 +557,11 @@ def build_block_tree(
     # The last form is that of items in no block
     counts = np.array([*(len(tree.children) for tree in trees), 0])
     single = np.ones(len(alone), np.int64)
-    begins = np.append(np.array([block.first for block in blocks]), alone)
-    sizes = np.append(np.array([block.size for block in blocks]), single)
+    firsts, lengths = (np.array([block[k] for block in blocks], np.int64) for k in range(2))
+    begins, sizes = np.append(firsts, alone), np.append(lengths, single)
     forms = np.append(np.array([number[block.form] for block in blocks]), len(trees) * single)
     around = np.empty((len(blocks), 6))
-    put_unions(boxes, np.array([each.first for each in blocks]), np.array([each.size for each in blocks]), around)
+    put_unions(boxes, firsts, lengths, around)
     around = np.concatenate([around, boxes[alone]])
     upper = build_tree(box_records(around, _EVERY, 0, np.zeros(0), limits), limits, 1)
     which = upper.items()

@@ -14,6 +14,7 @@ from collections.abc import Sequence
 
 from ..._jit.decorators import helper, inline, kernel
 from ...kernels import tables as table
+from ...kernels.bvh.culling import prefetch_soon
 from ...kernels.bvh.culling_constants import (
     BALL_BOX,
     ORIGIN_SLACK,
@@ -28,7 +29,7 @@ from ...kernels.faces import cell_side, plane_side
 from ...kernels.numbers.vectors import dot
 from ...kernels.surface.quadric import QuadricRecord, SphereRecord
 from ...kernels.surface.records import load_plane, load_quadric, load_sphere
-from ...kernels.tables import BALL, CELL, SPHERE, Floats, Geometry, integer, length
+from ...kernels.tables import BALL, CELL, SPHERE, SPHERE_SIZE, Floats, Geometry, integer, length
 from ...kernels.threads import KernelRange, run_chunks
 
 _LEAST, _MOST = 1e-250, 1e250  # beyond these, products may overflow
@@ -153,6 +154,7 @@ def cell_ball(geometry: Geometry, cell: int, x: float, y: float, z: float, reach
 # The table of the items in the leaves of the scene's tree
 
 _CHUNK = 1 << 14
+_AHEAD = 64  # children whose entries are prefetched together: they lie anywhere in the tables
 
 
 def put_items(geometry: Geometry, boxes: Floats, place: int, parts: Sequence[tuple[int, int]] = ()) -> None:
@@ -183,7 +185,10 @@ def put_items(geometry: Geometry, boxes: Floats, place: int, parts: Sequence[tup
 def _put_leaves(geometry: Geometry, boxes: Floats, place: int, of_roots: bool, begin: int, end: int) -> None:
     """Write the leaves among begin..end of the roots, or of the children; leaves of bodies' trees have no items."""
     codes = table.ROOTS if of_roots else table.NODE_CHILDREN
-    for k in range(begin, min(end, length(geometry, codes))):
+    end = min(end, length(geometry, codes))
+    for k in range(begin, end):
+        if (k - begin) % _AHEAD == 0:
+            _prefetch_leaves(geometry, boxes, place, codes, k, min(k + _AHEAD, end))
         code = integer(geometry, codes, k)
         if code >= 0:
             continue
@@ -196,6 +201,21 @@ def _put_leaves(geometry: Geometry, boxes: Floats, place: int, of_roots: bool, b
         if rounds == count:
             # In the number of the first item: entries are integers below 2^53, so that the half is exact
             geometry.floats[at + WHO * count] += ROUND
+
+
+@inline
+def _prefetch_leaves(geometry: Geometry, boxes: Floats, place: int, codes: int, begin: int, end: int) -> None:
+    """Prefetch what the entries of leaves begin..end are read from."""
+    for child in range(begin, end):
+        code = integer(geometry, codes, child)
+        first, last = leaf_range(code) if code < 0 else (0, 0)
+        for k in range(first, last if first >= place else first):
+            entry = integer(geometry, table.TREE_ORDER, k)
+            if integer(geometry, table.ENTRY_KIND, entry) == BALL:
+                row = integer(geometry, table.SURFACE_ROW, integer(geometry, table.ENTRY_INDEX, entry))
+                prefetch_soon(geometry.floats, geometry.places[table.SPHERES] + SPHERE_SIZE * row)
+            else:
+                prefetch_soon(boxes, 6 * entry)
 
 
 @inline

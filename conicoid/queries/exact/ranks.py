@@ -501,8 +501,8 @@ def first_of_ranks(geometry: Geometry, stand: Geometry, scratch: Scratch, ranks:
 # Ties
 #
 # A ray may cross several surfaces at one place, touch one, start on one that is not its own, or pass through an edge of
-# a polygon. Its first hit hangs on the tie if it changes where the crossings of each place come one after the other, in
-# some order, and where a touch becomes two crossings. That is a property of the exact ray.
+# a polygon. Its first hit depends on the tie if it changes where the crossings of each place come one after the other,
+# in some order, and where a touch becomes two crossings. That is a property of the exact ray.
 #
 # Which bodies a ray is in depends on the set of surfaces that it has crossed, not on their order. So it is enough that
 # each set of the other crossings of its place comes once before that of the hit: 2^(n - 1) orders of n crossings. Of
@@ -672,7 +672,7 @@ def hangs_on_tie(
         end = ranks.rank[first + 1] if ranks.t[first + 1] <= hit.t else ranks.rank[first]
     sets, ways = _count_orders(geometry, scratch, ranks, ray, count, end)
     more, sets = (2 * count if sets > 1 << _MOST_ORDERED else 0), min(sets, 1 << _MOST_ORDERED)
-    # A sheet that solids cut is hit by what precedes it, as the hit is
+    # The crossings before a sheet that solids cut decide whether it is hit
     for k in range(-1, count if sets > 0 else -1):
         between = surface
         if k >= 0:

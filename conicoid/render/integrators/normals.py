@@ -34,5 +34,5 @@ def gather(geometry: Geometry, scratch: Scratch, memory: None, settings: Setting
 def radiance(
     geometry: Geometry, scratch: Scratch, memory: None, settings: Settings, ray: Ray, pixel: int, sample: int
 ) -> tuple[float, float, float]:
-    """Return what `gather` adds, for a single ray."""
+    """`gather` for a single ray."""
     return _color(geometry, first_hit_along(geometry, scratch, ray))

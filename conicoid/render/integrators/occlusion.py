@@ -53,7 +53,7 @@ def gather(geometry: Geometry, scratch: Scratch, memory: None, settings: Setting
 def radiance(
     geometry: Geometry, scratch: Scratch, memory: None, settings: Settings, ray: Ray, pixel: int, sample: int
 ) -> tuple[float, float, float]:
-    """Return what `gather` adds, for a single ray."""
+    """`gather` for a single ray."""
     at = first_hit_along(geometry, scratch, ray)
     light = _light(geometry, scratch, settings, ray, at, pixel, sample)
     return light, light, light

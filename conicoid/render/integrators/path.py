@@ -482,7 +482,7 @@ def _roulette(seed: int, pixel: int, sample: int, pair: int, path: PathState) ->
 def radiance(
     geometry: Geometry, scratch: Scratch, memory: None, settings: Settings, ray: Ray, pixel: int, sample: int
 ) -> tuple[float, float, float]:
-    """Return what `gather` and `finish` add, in the same order, for a single ray."""
+    """Return the sum of `gather` and `finish`, in the same order, for a single ray."""
     transport, seed, red, green, blue = settings.look, settings.seed, 0.0, 0.0, 0.0
     materials = transport.look.materials
     blocks = materials.opaque if materials.any_transparent else scratch.nothing

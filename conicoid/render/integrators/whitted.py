@@ -429,7 +429,7 @@ class RayMemory(NamedTuple):
 def radiance(
     geometry: Geometry, scratch: Scratch, memory: RayMemory, settings: Settings, ray: Ray, pixel: int, sample: int
 ) -> tuple[float, float, float]:
-    """Return what `gather` adds, for a single ray: the light of its hit, and the sum of all further light."""
+    """`gather` for a single ray: the light of its hit, and the sum of all further light."""
     lit, stack, random = settings.look, Stack(memory.floats, memory.numbers), (settings.seed, pixel, sample)
     materials, medium = lit.look.materials, whole(OUTSIDE)
     if materials.any_transparent:

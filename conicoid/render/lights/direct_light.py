@@ -202,7 +202,7 @@ def _evaluate_light(
 def shading_point_of(
     geometry: Geometry, materials: MaterialTable, sight: SurfaceInteraction, dx: float, dy: float, dz: float
 ) -> tuple[bool, int, ShadingPoint]:
-    """Return (whether lights show on what a ray along d meets, the row of its material, the point with its normal)."""
+    """Return (whether lights show on the hit of a ray along d, the row of its material, the point with its normal)."""
     point, _, from_inside = face_viewer(sight, dx, dy, dz)
     row = material_row(geometry, materials, sight.body, sight.face)
     if has_relief(materials.rows[row]):
@@ -232,7 +232,7 @@ def shadow_lights(
     dy: float,
     dz: float,
 ) -> None:
-    """Write the share of each light, rgb, that reaches what a ray along unit d meets, into `arrived` (3 lights).
+    """Write the share of each light, rgb, that reaches the hit of a ray along unit d, into `arrived` (3 lights).
 
     `whitted` does the same for the rays of a packet. Nothing is written where lights do not show, or for lights that
     get no ray.

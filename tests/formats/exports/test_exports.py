@@ -18,6 +18,8 @@ from hypothesis import strategies as st
 
 import conicoid as co
 from conicoid.io.export.exporters import EXPORT_FORMATS, ExportOptions, find_export_format
+from conicoid.io.export.openmc_regions import EmptinessTest, ExportSurfaceTable, RegionWriter
+from conicoid.io.openmc.region import IntersectionNode, SurfaceSide, UnionNode
 from conicoid.io.openmc.values import read_title
 
 from ...command_line import done, refused, run
@@ -187,6 +189,21 @@ LATTICE = """<geometry><surface id="1" type="sphere" coeffs="0 0 0 9" boundary="
 <lattice id="5" dimension="2 1" lower_left="-2 -1" pitch="2 2" universes="1 1"/>
 <cell id="3" universe="7" fill="5"/><cell id="4" fill="7" rotation="0 0 30" region="-1 3"/>
 <cell id="8" name="it's outside&#160;" material="void" region="-1 -3"/></geometry>"""
+
+
+def test_a_region_in_many_places_is_simplified_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    # (r and b) or (r outside b), r within it again, 16 deep: 2^17 sides as a tree, 33 different ones
+    table = ExportSurfaceTable()
+    regions, emptiness, tested = RegionWriter(table), EmptinessTest(table), []
+    region = regions.of(co.Sphere(1))
+    for k in range(16):
+        ball = regions.of(co.Sphere(1, (0.05 * (k + 1), 0, 0)))
+        region = UnionNode(tuple(IntersectionNode((region, side)) for side in (ball, emptiness.complement(ball))))
+    of = SurfaceSide.of
+    monkeypatch.setattr(SurfaceSide, "of", lambda side, extent: tested.append(side) or of(side, extent))
+    assert not emptiness.is_empty(region)
+    # The intersection, and those of at most two branches at three splits: 1 + 2 + 4 + 8
+    assert 0 < len(tested) <= 15 * 33
 
 
 def test_names_of_cells_and_places_come_back(tmp_path: Path) -> None:

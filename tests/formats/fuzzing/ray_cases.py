@@ -15,7 +15,7 @@ import numpy as np
 
 import conicoid as co
 from conicoid._util.files import SceneFileError
-from conicoid.io.ray_file import RayFile, read_rays
+from conicoid.io.ray_file import RayFile
 
 from .mutations import NUMBERS, bytes_damaged
 
@@ -39,7 +39,7 @@ def ray_case(seed: int, folder: Path) -> bool:
 
 def rays_read(path: Path) -> bool:
     """Read rays, whole and in pieces; a refusal is one line that begins with the file."""
-    whole = refused_or(path, lambda: read_rays(path))
+    whole = refused_or(path, lambda: RayFile(path, whole=True).read())
     pieces = refused_or(path, lambda: list(RayFile(path).pieces(2)))
     if whole is None:
         return False

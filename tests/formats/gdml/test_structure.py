@@ -5,6 +5,7 @@ import pytest
 
 import conicoid as co
 from conicoid._util.files import SceneFileError
+from conicoid.geometry.shape import Shape
 from conicoid.io import importers as options
 
 from ...command_line import done
@@ -99,6 +100,17 @@ def test_a_daughter_displaces_its_mother(tmp_path):
     np.add.at(lengths, spans.body, spans.t_exit - spans.t_enter)
     assert lengths.tolist() == [38.0, 1.0, 1.0]
     assert scene.bodies[0].material.transparency == 1  # air
+
+
+def test_a_solid_is_made_once_for_each_height(tmp_path, monkeypatch):
+    """As wires of a detector: five places of one turn, in a mother that loses all five."""
+    made, check = [], co.Revolution.__post_init__
+    monkeypatch.setattr(co.Revolution, "__post_init__", lambda self: made.append(self) or check(self))
+    wires = "".join(placed("p", f'<position x="{k}" y="{-k}" z="0"/><rotation x="30" unit="deg"/>') for k in range(5))
+    text = text_of(WORLD + '<tube name="p" rmax="0.2" z="6"/>', volume("p", "p") + volume("world", "w", wires))
+    world, *rest = (body.shape for body in scene_of(tmp_path, text).bodies)
+    assert len(made) == 1
+    assert [id(shape) for shape in world.operands[1:]] == list(map(id, rest))
 
 
 def test_flush_daughters_leave_no_gap(tmp_path):
@@ -421,3 +433,21 @@ def test_an_empty_number_is_0(tmp_path):
     )
     low, high = co.load(tmp_path / "a.gdml").bodies[1].shape.bounds
     assert (low.tolist(), high.tolist()) == ([-1, -2, -2], [3, 2, 2])
+
+
+def test_bounds_of_many_kinds_need_the_boxes_of_few(tmp_path, monkeypatch):
+    # Cubes of 520 sizes, each alone, in a row along x; the world's walls are the ends
+    count, computed = 520, []
+    solids = WORLD + "".join(f'<box name="s{k}" x="0.0{k + 100}" y="0.03" z="0.03"/>' for k in range(count))
+    places = "".join(placed(f"v{k}", f'<position x="{(k - 260) / 16}"/>') for k in range(count))
+    scene = scene_of(
+        tmp_path,
+        text_of(solids, "".join(volume(f"v{k}", f"s{k}") for k in range(count)) + volume("world", "w", places)),
+    )
+    bounds = Shape.bounds.fget
+    monkeypatch.setattr(Shape, "bounds", property(lambda shape: computed.append(shape) or bounds(shape)))
+    low, high = scene.bounds
+    np.testing.assert_allclose([low, high], [[-20] * 3, [20] * 3], rtol=1e-14)
+    assert (low <= -20).all()
+    assert (high >= 20).all()
+    assert len(computed) <= 6

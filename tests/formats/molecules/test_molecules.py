@@ -163,6 +163,8 @@ def test_elements_by_names_of_atoms(tmp_path):
         ("HG  ", "CYS"): "H", ("HG  ", "HG"): "Hg", ("CD1 ", "LEU"): "C", ("NB  ", "HEM"): "N", ("FE  ", "HEM"): "Fe",
         ("CE  ", "MET"): "C", ("SE  ", "MSE"): "Se", ("1HB ", "ALA"): "H", ("HF11", "LIG"): "H", ("CL  ", "CL"): "Cl",
         ("OP1 ", "G"): "O", ("SG  ", "CYS"): "S", ("NA  ", "NA"): "Na", (" D  ", "ALA"): "D",
+        ("HE1 ", "HSD"): "H", ("NE2 ", "HSE"): "N", ("CD2 ", "HSP"): "C", ("CE  ", "LYN"): "C", ("HO2 ", "GOL"): "H",
+        ("HO  ", "HO"): "Ho", ("NE  ", "LIG"): "N", ("CO  ", "B12"): "Co",
     }  # fmt: skip
     path = tmp_path / "a.pdb"
     path.write_text(_pdb(*((name, " ", residue, k, 1) for k, (name, residue) in enumerate(names, 1))))
@@ -198,6 +200,20 @@ def test_a_component_and_a_file_without_atoms(tmp_path):
     assert co.molecule(path).positions.tolist() == [[1, 2, 3], [2, 2, 3]]
     path.write_text(f"{head}{axes}{ideal}N N ? ? ? 4 5 6\nCA C ? ? ? 5 5 6\n")
     assert co.molecule(path).positions.tolist() == [[4, 5, 6], [5, 5, 6]]
+    # Structures list the atoms of their residues too; dictionaries of restraints begin with a list of components
+    site = "loop_\n_atom_site.type_symbol\n" + "".join(f"_atom_site.Cartn_{axis}\n" for axis in "xyz") + "C 7 8 9\n"
+    path.write_text(f"{head}N N\n{site}")
+    assert co.molecule(path).positions.tolist() == [[7, 8, 9]]
+    places = "".join(f"_chem_comp_atom.{axis}\n" for axis in "xyz")
+    path.write_text(f"data_comp_list\n_chem_comp.id ALA\n{head}{places}N N 1 1 2\n")
+    assert co.molecule(path).positions.tolist() == [[1, 1, 2]]
+    assert co.molecule(path).remarks == ("1 other data block not read",)
+    # A category of one row has no loop: https://www.iucr.org/resources/cif/spec/version1.1/cifsyntax, paragraph 4
+    ion = {"atom_id": "ZN", "type_symbol": "ZN", "model_Cartn_x": 1, "model_Cartn_y": 2, "model_Cartn_z": 3}
+    for category, prefix in (("_chem_comp_atom", "model_"), ("_atom_site", "")):
+        items = [f"{category}.{name.replace('model_', prefix)} {value}\n" for name, value in ion.items()]
+        path.write_text("data_ZN\n" + "".join(items))
+        assert (co.molecule(path).symbols, co.molecule(path).positions.tolist()) == (["Zn"], [[1, 2, 3]])
     path.write_text("data_none\n_cell.length_a 5\n")
     assert "the file holds no atoms" in co.load(path).notes
 

@@ -325,7 +325,8 @@ def test_names_cannot_forge_what_is_printed(name: str, tmp_path: Path) -> None:
 
 def named_in_file(path: Path) -> dict[str, object]:
     """What stands under `materials`, by the name there."""
-    root, problems = yaml_parser.parse_yaml(path.read_text(encoding="utf-8"))
+    document = yaml_parser.parse_document(path.read_text(encoding="utf-8"))
+    root, problems = document.root, document.problems
     assert root is not None
     assert not problems
     return dict(root.entries["materials"].entries)  # type: ignore[union-attr]
