@@ -418,3 +418,20 @@ def test_hits_are_the_same_where_a_tile_sees_further_than_the_one_before():
     seen = np.isin(np.arange(32_001), together.body)
     assert seen[:-1].sum() > 300, "balls through the slots"
     assert 0.5 < (together.body == 32_000).mean() < 0.95
+
+
+@pytest.mark.parametrize("exponent", [-300, -270, -200, 200, 300])
+def test_small_and_large_scenes_are_hit_alike(exponent):
+    """In a scene of another size rays hit the same points: the ball around a sheared body of 1e-80 left out its tips."""
+    scene, size = co.Scene([SHEARED]), 2.0**exponent
+    resized = co.Scene([SHEARED.scale(size)])
+    ends = np.random.default_rng(1).uniform(-4, 4, (2, 2000, 3))
+    here, there = scene.first_hit(ends[0], ends[1] - ends[0]), resized.first_hit(ends[0] * size, ends[1] - ends[0])
+    assert 0.2 < here.hit.mean() < 0.8
+    assert np.array_equal(here.hit, there.hit)
+    assert np.allclose(here.t[here.hit] * size, there.t[there.hit], rtol=1e-12, atol=0)
+
+
+SHEARED = co.Ellipsoid((1.8, 1.1, 1.9)).transform(
+    [[1.167, 0.258, 0.291, 0], [-0.125, 1.356, 0.225, 0], [0.048, 0.391, 1.66, 0], [0, 0, 0, 1]]
+)

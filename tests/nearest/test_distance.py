@@ -302,6 +302,19 @@ def test_points_near_and_far_from_flat_cones(slope: float, within: float) -> Non
     assert_certified(co.Cone((0, 0, -10), (0, 0, 0), 10 * slope, 0), points, true, within)
 
 
+@pytest.mark.parametrize("thin", [1e-7, 1e-8, 1e-9])
+def test_points_beyond_rims_of_flat_sheared_ellipsoids(thin: float) -> None:
+    """An ellipse in the plane x = 3 y: from points on its axes, of 1.25 √10 and of 1 along z, a vertex is nearest."""
+    disc = co.Ellipsoid((thin, 1.25, 1)).transform([[1, 3, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+    points = [(0, 0, 3), (0, 0, -1.5), (6, 2, 0), (9, 3, 0), (-9, -3, 0)]
+    true = np.array([2, 0.5, 0.75 * 10**0.5, 1.75 * 10**0.5, 1.75 * 10**0.5])
+    found, bound = co.Scene([disc]).distance(points, exact=True), co.Scene([disc]).distance(points)
+    assert (bound.lower > true - 1e-9).all()
+    assert (bound.lower <= found.lower).all()
+    assert (found.lower <= true).all()
+    assert (found.distance + found.error >= true * (1 - 1e-12)).all()
+
+
 @pytest.mark.parametrize("radius", [1e2, 1e4, 1e6, 1e7, 1e8])
 def test_corners_of_cut_flat_cones(radius: float) -> None:
     """A convex body: from its corner in the plane z = -1 along a sum of the normals there, that is nearest."""

@@ -7,10 +7,11 @@ times by a rule: replicas, parameterised volumes and divisions.
 from __future__ import annotations
 
 import dataclasses
+from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import field, replace
 from fractions import Fraction
-from itertools import pairwise
+from itertools import chain, pairwise
 
 from ..._util.dataclass import dataclass
 from ..importers import OmittedPart
@@ -32,6 +33,7 @@ from .values import (
     operand_rotation,
     placement_rotation,
     read_motion,
+    read_placement,
     read_reference,
     scaling,
     strip_pointer,
@@ -65,13 +67,17 @@ class LogicalVolume:
 
 @dataclasses.dataclass(eq=False, slots=True)
 class PhysicalVolume:
-    """A volume placed in another: rotated, then shifted (mm)."""
+    """A volume placed in another: rotated, then shifted (mm).
+
+    `azimuth` is the angle of a rotation about z alone, counter-clockwise in degrees; None for other rotations.
+    """
 
     label: str
     volume: LogicalVolume
     shift: Point = ORIGIN
     rotation: CellRotation = NO_ROTATION
     copy: int | None = None
+    azimuth: Fraction | None = None
 
 
 @dataclass
@@ -141,6 +147,7 @@ class StructureReader:
             read = readers.get(local_tag(child))
             if read is not None:
                 self._attempt(child, read, volume)
+        join_wedges(self, volume)
 
     def _material(self, child: XmlElement) -> GdmlMaterial:
         name = read_reference(self.reading, child)
@@ -180,16 +187,18 @@ class StructureReader:
 
     def _physvol(self, volume: LogicalVolume, element: XmlElement) -> None:
         inner = self.volume_in(element)
-        shift, rotation, scale = read_motion(self.reading, element, placement_rotation)
+        shift, angles, scale = read_placement(self.reading, element)
+        rotation = placement_rotation(angles) if any(angles) else NO_ROTATION
+        azimuth = None if angles[0] or angles[1] else -angles[2]
         # G4GDMLReadStructure reflects and scales the volume before it rotates it
         if scale is not UNIT_SCALE and any(factor != 1 for factor in scale):
-            rotation = compose_rotations(rotation, scaling(scale))
+            rotation, azimuth = compose_rotations(rotation, scaling(scale)), None
         name = self.reading.resolve_indices(element.attributes.get("name", ""), element) or inner.name
         copy = None
         # Copy numbers are C++ ints in Geant4, so a wider one is a mistake
         if "copynumber" in element.attributes:
             copy = GdmlValues(self.reading, element).integer("copynumber", most=2**31 - 1, least=-(2**31))
-        self.add(volume, PhysicalVolume(strip_pointer(name), inner, shift, rotation, copy))
+        self.add(volume, PhysicalVolume(strip_pointer(name), inner, shift, rotation, copy, azimuth))
 
 
 def _placement_readers() -> dict[str, Callable[[StructureReader, LogicalVolume, XmlElement], None]]:
@@ -222,6 +231,15 @@ def axis_shift(axis: str, amount: Fraction) -> Point:
     return (amount if axis == "x" else zero, amount if axis == "y" else zero, amount if axis == "z" else zero)
 
 
+def _place_around(
+    structure: StructureReader, volume: LogicalVolume, label: str, part: LogicalVolume, radians: Fraction, copy: int
+) -> None:
+    """Place a copy rotated about z, counter-clockwise."""
+    azimuth = to_degrees(radians)
+    rotation = operand_rotation((*ORIGIN[:2], azimuth))
+    structure.add(volume, PhysicalVolume(label, part, ORIGIN, rotation, copy, azimuth))
+
+
 def read_replicas(structure: StructureReader, volume: LogicalVolume, element: XmlElement) -> None:
     """Place the copies of <replicavol number><replicate_along_axis><direction/><width/><offset/>.
 
@@ -239,7 +257,8 @@ def read_replicas(structure: StructureReader, volume: LogicalVolume, element: Xm
     base = strip_pointer(element.attributes.get("name", "") or inner.name)
     if axis == "phi":
         # G4PVReplica: the frame of a copy points to the middle of its sector, and `offset` is where the first begins
-        _place_wedges(structure, volume, base, inner, offset, width, -width / 2, count)
+        for k in range(count):
+            _place_around(structure, volume, base, inner, offset + k * width + width / 2, k)
         return
     for k in range(count):
         part, shift = inner, ORIGIN
@@ -254,80 +273,91 @@ def read_replicas(structure: StructureReader, volume: LogicalVolume, element: Xm
     volume.is_filled = _fills_mother(structure, volume, axis, count * width)
 
 
-def _place_wedges(
-    structure: StructureReader,
-    mother: LogicalVolume,
-    base: str,
-    inner: LogicalVolume,
-    offset: Fraction,
-    width: Fraction,
-    start: Fraction,
-    count: int,
-) -> None:
-    """Place `count` wedges side by side, about z: wedge 0 begins at `offset`, in radians.
-
-    `start` is where the solid begins in its own frame. Where degrees or their sums are no floats, rotated copies of one
-    solid would miss their neighbours by a rounding. Then each wedge is a solid of its own that stands unrotated, from
-    the angle that ends its neighbour to the next, and only its daughters are rotated.
-    """
-    source, edges = inner.source, None
-    if source is not None and local_tag(source) in _WEDGE_KINDS and count > 1:
-        begin, end = _wedge_range(structure, source)
-        is_flat = local_tag(source) in ("polyhedra", "genericPolyhedra")
-        first, step = start * 180 / PI, width * 180 / PI
-        if abs(begin - first) < _CLOSE_DEGREES and abs(end - begin - step) < _CLOSE_DEGREES:
-            edges = _wedge_edges(structure, mother, offset * 180 / PI, step, count, is_flat)
-            # The angles of flat sides are sums of the exact ones
-            if edges is not None and not is_flat:
-                edges = [Fraction(float(angle)) for angle in edges]
-    for k in range(count):
-        part, rotation = inner, operand_rotation((*ORIGIN[:2], to_degrees(offset - start + k * width)))
-        if edges is not None:
-            low, high = edges[k], edges[k + 1]
-            # A wedge that crosses 0: a float from 180 to 360, less 360, is a float
-            low -= 360 if low > high else 0
-            changes = {"startphi": low * PI / 180, "deltaphi": (high - low) * PI / 180}
-            part = resize_volume(structure, inner, source, changes, _WEDGE_KINDS)
-            part, rotation = replace(part, inner_rotation=rotation), NO_ROTATION
-        structure.add(mother, PhysicalVolume(base, part, ORIGIN, rotation, k))
-
-
 _WEDGE_KINDS = ("tube", "cone", "sphere", "polycone", "genericPolycone", "polyhedra", "genericPolyhedra")
+_FLAT_WEDGES = ("polyhedra", "genericPolyhedra")
 _CLOSE_DEGREES = Fraction(1, 10**7)
 """Angles that differ by less differ by their rounding in the file."""
 
 
-def _wedge_range(structure: StructureReader, source: XmlElement) -> tuple[Fraction, Fraction]:
-    """Return the angles at which a solid begins and ends."""
-    values = GdmlValues(structure.reading, source)
-    begin = values.angle("startphi", 0)
-    return begin, begin + values.angle("deltaphi", 360)
+def join_wedges(structure: StructureReader, mother: LogicalVolume) -> None:
+    """Give daughters that stand side by side around an axis along z one angle for both where they touch.
 
-
-def _wedge_edges(
-    structure: StructureReader, mother: LogicalVolume, first: Fraction, step: Fraction, count: int, is_flat: bool
-) -> list[Fraction] | None:
-    """Return the angles between wedges; None if all angles of rotated copies are floats anyhow, unless `is_flat`.
-
-    A full turn closes; its angles are in [0, 360). Other wedges begin and end at the walls of their mother.
+    Where degrees or their sums are no floats, rotated copies of one solid would miss their neighbours by a rounding.
+    Then each wedge is a solid of its own that stands unrotated, from the angle that ends its neighbour to the next, and
+    only its daughters are rotated. Placements, replicas and divisions are treated alike.
     """
-    ends = [first, first + count * step]
-    is_ring, exact = abs(count * step - 360) < _CLOSE_DEGREES, True
-    if is_ring:
-        step, exact = Fraction(360, count), count * step == 360
-    elif mother.source is not None and local_tag(mother.source) in _WEDGE_KINDS:
-        for k, wall in enumerate(_wedge_range(structure, mother.source)):
-            if 0 < abs(ends[k] - wall) < _CLOSE_DEGREES:
-                ends[k], exact = wall, False
-    halves = [first + Fraction(k, 2) * step for k in range(2 * count + 1)]
-    # Normals of flat sides are rounded, so that rotated ones are none of those that a file would have there
-    if exact and not is_flat and all(Fraction(float(angle)) == angle for angle in (step / 2, *halves)):
+    sites: dict[tuple[Fraction, Fraction], list[tuple[PhysicalVolume, Fraction, Fraction]]] = {}
+    ranges: dict[int, tuple[Fraction, Fraction] | None] = {}
+    for daughter in mother.daughters:
+        source = daughter.volume.source
+        if daughter.azimuth is None:
+            continue
+        if id(source) not in ranges:
+            ranges[id(source)] = _wedge_range(structure, source)
+        extent = ranges[id(source)]
+        if extent is not None:
+            begin, end = (angle + daughter.azimuth for angle in extent)
+            sites.setdefault(daughter.shift[:2], []).append((daughter, begin, end))
+    walls = (_wedge_range(structure, mother.source) or ()) if sites else ()
+    for site, wedges in sites.items():
+        if len({daughter.azimuth for daughter, _, _ in wedges}) > 1:
+            _join_site(structure, wedges, () if any(site) else walls)
+
+
+def _wedge_range(structure: StructureReader, source: XmlElement | None) -> tuple[Fraction, Fraction] | None:
+    """Return the angles at which a wedge begins and ends; None for a full turn and for other solids."""
+    if source is None or local_tag(source) not in _WEDGE_KINDS:
         return None
-    if is_ring:
-        # A float that rounds up to 360 is 0
-        edges = [angle % 360 if float(angle % 360) < 360 else Fraction(0) for angle in halves[:-1:2]]
-        return [*edges, edges[0]]
-    return [ends[0], *halves[2:-1:2], ends[1]]
+    values = GdmlValues(structure.reading, source)
+    begin, width = values.angle("startphi", 0), values.angle("deltaphi", 360)
+    return (begin, begin + width) if 0 < width < 360 - _CLOSE_DEGREES else None
+
+
+def _join_site(
+    structure: StructureReader,
+    wedges: list[tuple[PhysicalVolume, Fraction, Fraction]],
+    walls: tuple[Fraction, ...],
+) -> None:
+    """Join wedges (daughter, first and last angle in degrees) about one axis; `walls` are those of the mother."""
+    base = walls[0] if walls else Fraction(0)
+
+    def reduce(angle: Fraction) -> Fraction:
+        rest = (angle - base) % 360
+        return base + (Fraction(0) if 360 - rest < _CLOSE_DEGREES else rest)
+
+    ends = [tuple(reduce(angle) for angle in wedge[1:]) for wedge in wedges]
+    known = [reduce(angle) for angle in walls]
+    leaders: dict[Fraction, Fraction] = {}
+    leader = base - 1
+    for angle in sorted({*known, *chain.from_iterable(ends)}):
+        # Walls of the mother stay where they are
+        wall = next((wall for wall in known if abs(wall - angle) < _CLOSE_DEGREES), None)
+        if wall is not None or angle - leader >= _CLOSE_DEGREES:
+            leader = angle if wall is None else wall
+        leaders[angle] = leader
+    flat = [local_tag(daughter.volume.source) in _FLAT_WEDGES for daughter, _, _ in wedges if daughter.volume.source]
+    # Normals of flat sides are rounded, so that rotated ones are none of those that a file would have there
+    plain = [value for daughter, begin, end in wedges for value in (daughter.azimuth, begin, end)] + list(leaders)
+    if not any(flat) and all(map(_is_float, plain)) and all(angle == end for angle, end in leaders.items()):
+        return
+    shares = Counter(leaders[angle] for angle in chain(known, *ends))
+    for (daughter, _, _), angles, is_flat in zip(wedges, ends, flat, strict=True):
+        low, high = (leaders[angle] for angle in angles)
+        if max(shares[low], shares[high]) < 2:
+            continue
+        # The angles of flat sides are sums of the exact ones
+        low, high = (low, high) if is_flat else (Fraction(float(low)), Fraction(float(high)))
+        # A wedge that crosses 0: a float from 180 to 360, less 360, is a float
+        low -= 360 if low >= high else 0
+        changes = {"startphi": low * PI / 180, "deltaphi": (high - low) * PI / 180}
+        inner = daughter.volume
+        part = resize_volume(structure, inner, inner.source, changes, _WEDGE_KINDS)
+        daughter.volume = replace(part, inner_rotation=daughter.rotation)
+        daughter.rotation = NO_ROTATION
+
+
+def _is_float(value: Fraction | None) -> bool:
+    return value is not None and Fraction(float(value)) == value
 
 
 def _fills_mother(structure: StructureReader, volume: LogicalVolume, axis: str, width: Fraction) -> bool:
@@ -541,8 +571,9 @@ def read_divisions(structure: StructureReader, volume: LogicalVolume, element: X
     base = strip_pointer(element.attributes.get("name", "") or inner.name)
     if axis == "phi":
         changes = mother.wedge(width)
-        start, part = changes["startphi"], resize_volume(structure, inner, source, changes, DIVISIBLE_KINDS)
-        _place_wedges(structure, volume, base, part, start + offset, width, start, count)
+        part = resize_volume(structure, inner, source, changes, DIVISIBLE_KINDS)
+        for k in range(count):
+            _place_around(structure, volume, base, part, offset + k * width, k)
     else:
         leans = mother.leans(axis, by_number)
         for k, cut in enumerate(mother.slices(axis, width, offset, count, by_number)):

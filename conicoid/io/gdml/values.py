@@ -343,6 +343,12 @@ def read_motion(
     `turn` makes a rotation from angles in degrees (`operand_rotation` or `placement_rotation`); `prefix` stands before
     the tags, such as "first" in <firstrotationref>. Raise GdmlError for a scale of zero.
     """
+    shift, angles, scale = read_placement(reading, element, prefix)
+    return shift, turn(angles) if any(angles) else NO_ROTATION, scale
+
+
+def read_placement(reading: GdmlReader, element: XmlElement, prefix: str = "") -> tuple[Point, Point, Point]:
+    """Return shift in mm, angles in degrees and scale, as `read_motion` reads them."""
     vectors: dict[str, Point] = {}
     for child in element.children:
         kind = child.tag.removeprefix(prefix).removesuffix("ref")
@@ -351,7 +357,7 @@ def read_motion(
     angles, scale = vectors.get("rotation", ORIGIN), vectors.get("scale", UNIT_SCALE)
     if not all(scale):
         raise GdmlError(element, f"scale must not be zero, got {shorten(str(tuple(map(float, scale))))}")
-    return vectors.get("position", ORIGIN), turn(angles) if any(angles) else NO_ROTATION, scale
+    return vectors.get("position", ORIGIN), angles, scale
 
 
 # The <define> section: numbers, vectors and matrices by name.

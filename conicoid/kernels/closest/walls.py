@@ -423,6 +423,9 @@ def try_point(
     size = abs(x) + abs(y) + abs(z)
     if off > max(max(_VAGUE * size, _FAR * (size + distance)), _OFFSET * _reach(geometry, room, x, y, z)):
         return POSSIBLE_WALL
+    for i in range(count):
+        if not _passes_near(geometry, room.surface[room.chosen[i]], x, y, z):
+            return POSSIBLE_WALL
     room.best[UPPER] = min(room.best[UPPER], distance + off)
     if not sheet and many <= _MOST:  # of the point's surroundings, where the wall's own sides differ
         if count < many and room.sizes[PROGRAM] >= 0:
@@ -430,6 +433,30 @@ def try_point(
         _put_sides(room, many, turned, between)
     keep_wall(geometry, room, at, wall, x, y, z, distance)
     return CERTAIN_WALL
+
+
+@helper
+def _passes_near(geometry: Geometry, surface: int, x: float, y: float, z: float) -> bool:
+    """Return False where a surface leaves out a point that rounding may have put on it.
+
+    Beside a flat sheared quadric its value is the difference of large squares, and Newton's steps end where it is far
+    from zero. The rows of its record keep more digits: their values err by e = 2^-50 |W| |p|, as if the point was moved
+    by rounding. What is left of |f| must vanish along the gradient.
+    """
+    if integer(geometry, table.SURFACE_KIND, surface) != QUADRIC:
+        return True
+    quadric = load_quadric(geometry, integer(geometry, table.SURFACE_ROW, surface))
+    px, py, pz = abs(x - quadric.ax), abs(y - quadric.ay), abs(z - quadric.az)
+    off = 2.0**-50 * abs(quadric.k)
+    for i in range(3):
+        wx, wy, wz, _ = _row(quadric, i)
+        s, b = abs(quadric[12 + i]), abs(quadric[15 + i])
+        own = abs(dot(wx, wy, wz, x - quadric.ax, y - quadric.ay, z - quadric.az))
+        e = 2.0**-50 * dot(abs(wx), abs(wy), abs(wz), px, py, pz)
+        off += (s * (2.0 * own + e) + 2.0 * b) * e + 2.0**-50 * (s * own + 2.0 * b) * own
+    form = form_at(geometry, surface, x, y, z)
+    g, value = length_of(form.gx, form.gy, form.gz), abs(form.value) - off
+    return value <= 0.0 or g * g >= form.size * value
 
 
 @inline

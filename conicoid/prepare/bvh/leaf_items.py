@@ -139,9 +139,9 @@ def cell_ball(geometry: Geometry, cell: int, x: float, y: float, z: float, reach
     quadric = load_quadric(geometry, row)
     for i in range(3):
         for j in range(i):
-            if abs(_dot_of_rows(quadric, i, j)) > PARALLEL * math.sqrt(
-                _dot_of_rows(quadric, i, i) * _dot_of_rows(quadric, j, j)
-            ):
+            # Two roots: the product of the squares overflows for solids below 1e-77, and all rows would pass
+            one, other = math.sqrt(_dot_of_rows(quadric, i, i)), math.sqrt(_dot_of_rows(quadric, j, j))
+            if abs(_dot_of_rows(quadric, i, j)) > PARALLEL * one * other:
                 return best
     size = reach + abs(x - quadric.ax) + abs(y - quadric.ay) + abs(z - quadric.az)
     for j in range(3):

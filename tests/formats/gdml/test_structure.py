@@ -210,9 +210,18 @@ TUBE, PLANES = (
 )
 
 
+def placed_around(count: int, angle: str, unit: str) -> str:
+    """Return a placement of each wedge; Geant4 turns it by the inverse of its rotation."""
+    turns = (f'<rotation z="-({angle.format(k)})" unit="{unit}"/>' for k in range(count))
+    return "".join(placed("part", turn, f'copynumber="{k}"') for k, turn in enumerate(turns))
+
+
 @pytest.mark.parametrize(
     ("mother", "count", "rule", "frame", "extent"),
     [
+        (TUBE + FULL, 7, placed_around(7, "360/7*{}", "deg"), 0, 360),
+        (TUBE + FULL, 11, placed_around(11, "0.3 + twopi/11*{}", "rad"), 0.3 / DEG, 360),
+        (TUBE + FULL, 7, placed_around(7, "51.42857142857143*{}", "deg"), 0, 360),
         (TUBE + FULL, 7, REPLICA.format(7, "phi", "360/7", "deg", 0, "deg"), 180 / 7, 360),
         (TUBE + FULL, 11, REPLICA.format(11, "phi", "twopi/11", "rad", "12.3", "deg"), 12.3 + 180 / 11, 360),
         # A width in radians of few digits, less than a seventh of a turn by 1e-12
