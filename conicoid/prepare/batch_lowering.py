@@ -47,7 +47,7 @@ from .csg_plan import (
 )
 from .lower_shape import LoweredShape, combine_trees, cullable_cells, lower_shape, widen_boxes
 from .motion_batch import MotionChains
-from .pattern import BOX_NUMBERS, FRAME_NUMBERS, BodyPattern, RowTable, row_blocks
+from .pattern import BOX_NUMBERS, FRAME_NUMBERS, BodyGroup, BodyPattern, RowTable, row_blocks
 from .primitive_batch import LeftPrimitive, PrimitiveBatch, PrimitiveRows
 from .pytree import positions_by_key
 
@@ -96,6 +96,16 @@ class CsgBatch:
         found[shifted, 3::4] = -np.array([self.shapes[place].motion.shift for place in shifted]).reshape(-1, 3)
         return found
 
+    def leaves_of(self, which: Any) -> list[Shape]:
+        """List the leaves of some of the bodies; none where more than its own motion moves one of them."""
+        leaves: list[Shape] = []
+        for index in which.tolist():
+            own = self.plans[index].leaves
+            if self.shapes[index].motion.steps or any(steps != leaf.motion.steps for leaf, steps in own):
+                return []
+            leaves += [leaf for leaf, _ in own]
+        return leaves
+
     def columns(self) -> tuple[Ints, Ints, Ints]:
         """Return body numbers, places and rows of frames as arrays."""
         return np.array(self.numbers, np.int32), self.first, self.frames
@@ -122,6 +132,10 @@ class CsgArray:
         """`CsgBatch.frames_of`"""
         own = known[self.frame] if self.frame >= 0 else translation_frame(self.shape.motion)
         return np.broadcast_to(own, (len(rows), FRAME_NUMBERS))
+
+    def leaves_of(self, _: Any) -> list[Shape]:
+        """`CsgBatch.leaves_of`: their shapes are made on demand, so that no others share them."""
+        return []
 
     def columns(self) -> tuple[Ints, Ints, Ints]:
         """`CsgBatch.columns`"""
@@ -159,6 +173,8 @@ class CsgComposition:
     """For each leaf of the program the part whose box holds it; -1 for none."""
     faces: list[int] = field(default_factory=list)
     """The first face of each part."""
+    slots: list[tuple[int, int]] = field(default_factory=list)
+    """For each surface its part, and its number there."""
 
     @classmethod
     def of(cls, key: Sequence[Hashable], forms: Sequence[PrimitiveForm]) -> CsgComposition:
@@ -193,7 +209,8 @@ class CsgComposition:
         for part, form in enumerate(forms):
             sources.append((part, form.pattern.uv_at, form.pattern.bounds_at))
         boxes = [-1 if box is UNBOUNDED else box for box in assembly.leaf_bounds]
-        return cls(BodyPattern.of(assembly, kind, index, angular, maps), sources, boxes, faces)
+        slots = [(slot.part, slot.number) for slot in assembly.surfaces]  # type: ignore[union-attr]
+        return cls(BodyPattern.of(assembly, kind, index, angular, maps), sources, boxes, faces, slots)
 
     def rows(self, parts: Sequence[RowTable], boxes: Floats, frames: Floats) -> RowTable:
         """Compose rows of bodies from the rows of their parts, their boxes and their frames."""
@@ -244,7 +261,6 @@ def _place_tree(tree: Tree, part: int, first_face: int, pattern: BodyPattern) ->
     return type(tree)(tuple(_place_tree(each, part, first_face, pattern) for each in tree.parts))
 
 
-LoweredGroup = tuple[BodyPattern, Ints, RowTable]
 ProgressCallback = Callable[[int, int], Any]
 _AT_ONCE = 8192
 """Where there are many primitives, single or in Boolean bodies, so many are lowered at a time."""
@@ -391,7 +407,7 @@ class BatchLowering:
             rest = self._primitives.add(shapes, MotionChains(chain), np.array(at, np.int32))
             self._left += [few[k] for k in rest.tolist()]
 
-    def lower(self, report: ProgressCallback = lambda *_: None) -> tuple[list[LoweredGroup], list[tuple[Shape, int]]]:
+    def lower(self, report: ProgressCallback = lambda *_: None) -> tuple[list[BodyGroup], list[tuple[Shape, int]]]:
         """Lower all bodies.
 
         Many bodies of a kind are lowered in blocks, so that intermediate results stay in the cache. Bodies that a block
@@ -404,10 +420,10 @@ class BatchLowering:
 
         Returns
         -------
-        tuple[list[LoweredGroup], list[tuple[Shape, int]]]
-            (pattern, body numbers, rows) of bodies lowered together; shapes and numbers of those that are left.
+        tuple[list[BodyGroup], list[tuple[Shape, int]]]
+            Bodies lowered together; shapes and numbers of those that are left.
         """
-        results: list[LoweredGroup] = []
+        results: list[BodyGroup] = []
         pending = [*self._blocks_of_plans(), *self._blocks_of_single()]
         count = len(pending)
         for done in range(count):
@@ -449,20 +465,22 @@ class BatchLowering:
                 yield block
         self._single = [shapes[k] for k in left], [numbers[k] for k in left]
 
-    def _lower_block(self, report: ProgressCallback) -> tuple[list[LoweredGroup], list[tuple[Shape, int]]]:
+    def _lower_block(self, report: ProgressCallback) -> tuple[list[BodyGroup], list[tuple[Shape, int]]]:
         """`lower`, in one block."""
+        begin, (shapes, _) = self._places, self._single
         rest = self._take_single()
         self._take_planned()
         kinds = self._primitives.kinds + len(self._plans) + len(self._many)
         found, left = self._primitives.lower(lambda done: report(done, kinds))
         owners = np.concatenate([np.zeros(0, np.int32), *self._owners])
-        results: list[LoweredGroup] = []
+        results: list[BodyGroup] = []
         for form, places, rows in found:
             single = owners[places] >= 0
-            if single.all():
-                results.append((form.pattern, owners[places], rows))
-            elif single.any():
-                results.append((form.pattern, owners[places[single]], rows[single]))
+            if single.any():
+                mine, rows = (places, rows) if single.all() else (places[single], rows[single])
+                leaves = [shapes[k] for k in (mine - begin).tolist()] if mine[0] >= begin else []  # not of a bulk entry
+                slots = [(0, number) for number in range(len(form.pattern.records))]
+                results.append(BodyGroup(form.pattern, owners[mine], rows, leaves=leaves, slots=slots))
         rest += [(shape, int(owners[place])) for shape, _, place in left if owners[place] >= 0]
         found += _lower_parts([*left, *self._left], self._places_of_plans())
         if self._plans or self._many:
@@ -493,7 +511,7 @@ class BatchLowering:
 
     def _compose(
         self, like: CsgBatch | CsgArray, rows: _RowLocations
-    ) -> tuple[list[LoweredGroup], list[tuple[Shape, int]]]:
+    ) -> tuple[list[BodyGroup], list[tuple[Shape, int]]]:
         """Compose the bodies of one plan; return also those that are left."""
         _, plan = like.of(0)
         key, count = plan.key, len(plan.leaves)
@@ -504,7 +522,7 @@ class BatchLowering:
         left: list[tuple[Shape, int]] = [(like.of(i)[0], int(bodies[i])) for i in np.flatnonzero(~known).tolist()]
         numbers = {id(form): number for number, form in enumerate(rows.forms)}
         form_of = np.array([numbers[id(form)] for form in rows.forms], np.int32)
-        results: list[LoweredGroup] = []
+        results: list[BodyGroup] = []
         for forms, chosen in _group_by_forms(form_of, rows.number[places], np.flatnonzero(known)):
             composition = CsgComposition.of(key, [rows.forms[form] for form in forms])
             some: Any = slice(None) if len(chosen) == len(bodies) else chosen
@@ -516,7 +534,9 @@ class BatchLowering:
             if len(others):
                 uncertain = [like.of(i) for i in chosen[others].tolist()]
                 boxes[others] = _exact_bounds(uncertain, [box_columns(part[others]) for part in parts])
-            results.append((composition.pattern, bodies[chosen], composition.rows(parts, boxes, frames[some])))
+            group = BodyGroup(composition.pattern, bodies[chosen], composition.rows(parts, boxes, frames[some]))
+            group.leaves, group.slots = like.leaves_of(chosen), composition.slots
+            results.append(group)
             for i in chosen.tolist() if plan.painted else ():
                 painted = like.plans[i].painted if isinstance(like, CsgBatch) else like.of(i)[1].painted
                 self._paint(int(bodies[i]), painted, composition)

@@ -582,7 +582,7 @@ class BodyCollector:
         single = [*self._single_shapes, *left]
         done = len(bodies) - len(single)
         stages.bodies(done)
-        self.contents.groups.extend(BodyGroup(pattern, numbers, rows) for pattern, numbers, rows in found)
+        self.contents.groups += found
         self.paints.update(self._batch.paints)
         self._batch = BatchLowering()  # releases the inputs of the batch
         for more, (shape, number) in enumerate(single, start=1):
