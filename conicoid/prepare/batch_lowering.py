@@ -98,13 +98,10 @@ class CsgBatch:
 
     def leaves_of(self, which: Any) -> list[Shape]:
         """List the leaves of some of the bodies; none where more than its own motion moves one of them."""
-        leaves: list[Shape] = []
-        for index in which.tolist():
-            own = self.plans[index].leaves
-            if self.shapes[index].motion.steps or any(steps != leaf.motion.steps for leaf, steps in own):
-                return []
-            leaves += [leaf for leaf, _ in own]
-        return leaves
+        moved = [leaf for index in which.tolist() for leaf in self.plans[index].leaves]
+        if any(self.shapes[index].motion.steps for index in which.tolist()):
+            return []
+        return [leaf for leaf, _ in moved] if all(steps == leaf.motion.steps for leaf, steps in moved) else []
 
     def columns(self) -> tuple[Ints, Ints, Ints]:
         """Return body numbers, places and rows of frames as arrays."""
@@ -132,10 +129,6 @@ class CsgArray:
         """`CsgBatch.frames_of`"""
         own = known[self.frame] if self.frame >= 0 else translation_frame(self.shape.motion)
         return np.broadcast_to(own, (len(rows), FRAME_NUMBERS))
-
-    def leaves_of(self, _: Any) -> list[Shape]:
-        """`CsgBatch.leaves_of`: their shapes are made on demand, so that no others share them."""
-        return []
 
     def columns(self) -> tuple[Ints, Ints, Ints]:
         """`CsgBatch.columns`"""
@@ -480,7 +473,7 @@ class BatchLowering:
                 mine, rows = (places, rows) if single.all() else (places[single], rows[single])
                 leaves = [shapes[k] for k in (mine - begin).tolist()] if mine[0] >= begin else []  # not of a bulk entry
                 slots = [(0, number) for number in range(len(form.pattern.records))]
-                results.append(BodyGroup(form.pattern, owners[mine], rows, leaves=leaves, slots=slots))
+                results.append(BodyGroup(form.pattern, owners[mine], rows, 0, leaves, slots))
         rest += [(shape, int(owners[place])) for shape, _, place in left if owners[place] >= 0]
         found += _lower_parts([*left, *self._left], self._places_of_plans())
         if self._plans or self._many:
@@ -534,9 +527,10 @@ class BatchLowering:
             if len(others):
                 uncertain = [like.of(i) for i in chosen[others].tolist()]
                 boxes[others] = _exact_bounds(uncertain, [box_columns(part[others]) for part in parts])
-            group = BodyGroup(composition.pattern, bodies[chosen], composition.rows(parts, boxes, frames[some]))
-            group.leaves, group.slots = like.leaves_of(chosen), composition.slots
-            results.append(group)
+            # Shapes of a bulk entry are made on demand: no other bodies have their primitives
+            leaves = like.leaves_of(chosen) if isinstance(like, CsgBatch) else []
+            composed = composition.rows(parts, boxes, frames[some])
+            results.append(BodyGroup(composition.pattern, bodies[chosen], composed, 0, leaves, composition.slots))
             for i in chosen.tolist() if plan.painted else ():
                 painted = like.plans[i].painted if isinstance(like, CsgBatch) else like.of(i)[1].painted
                 self._paint(int(bodies[i]), painted, composition)
