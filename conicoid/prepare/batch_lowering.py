@@ -47,7 +47,7 @@ from .csg_plan import (
 )
 from .lower_shape import LoweredShape, combine_trees, cullable_cells, lower_shape, widen_boxes
 from .motion_batch import MotionChains
-from .pattern import BOX_NUMBERS, FRAME_NUMBERS, BodyPattern, RowTable, row_blocks
+from .pattern import BOX_NUMBERS, FRAME_NUMBERS, BodyGroup, BodyPattern, RowTable, row_blocks
 from .primitive_batch import LeftPrimitive, PrimitiveBatch, PrimitiveRows
 from .pytree import positions_by_key
 
@@ -95,6 +95,13 @@ class CsgBatch:
         shifted = [place for place in plain.tolist() if self.shapes[place].motion.steps]
         found[shifted, 3::4] = -np.array([self.shapes[place].motion.shift for place in shifted]).reshape(-1, 3)
         return found
+
+    def leaves_of(self, which: Any) -> list[Shape]:
+        """List the leaves of some of the bodies; none where more than its own motion moves one of them."""
+        moved = [leaf for index in which.tolist() for leaf in self.plans[index].leaves]
+        if any(self.shapes[index].motion.steps for index in which.tolist()):
+            return []
+        return [leaf for leaf, _ in moved] if all(steps == leaf.motion.steps for leaf, steps in moved) else []
 
     def columns(self) -> tuple[Ints, Ints, Ints]:
         """Return body numbers, places and rows of frames as arrays."""
@@ -159,6 +166,8 @@ class CsgComposition:
     """For each leaf of the program the part whose box holds it; -1 for none."""
     faces: list[int] = field(default_factory=list)
     """The first face of each part."""
+    slots: list[tuple[int, int]] = field(default_factory=list)
+    """For each surface its part, and its number there."""
 
     @classmethod
     def of(cls, key: Sequence[Hashable], forms: Sequence[PrimitiveForm]) -> CsgComposition:
@@ -193,7 +202,8 @@ class CsgComposition:
         for part, form in enumerate(forms):
             sources.append((part, form.pattern.uv_at, form.pattern.bounds_at))
         boxes = [-1 if box is UNBOUNDED else box for box in assembly.leaf_bounds]
-        return cls(BodyPattern.of(assembly, kind, index, angular, maps), sources, boxes, faces)
+        slots = [(slot.part, slot.number) for slot in assembly.surfaces]  # type: ignore[union-attr]
+        return cls(BodyPattern.of(assembly, kind, index, angular, maps), sources, boxes, faces, slots)
 
     def rows(self, parts: Sequence[RowTable], boxes: Floats, frames: Floats) -> RowTable:
         """Compose rows of bodies from the rows of their parts, their boxes and their frames."""
@@ -244,7 +254,6 @@ def _place_tree(tree: Tree, part: int, first_face: int, pattern: BodyPattern) ->
     return type(tree)(tuple(_place_tree(each, part, first_face, pattern) for each in tree.parts))
 
 
-LoweredGroup = tuple[BodyPattern, Ints, RowTable]
 ProgressCallback = Callable[[int, int], Any]
 _AT_ONCE = 8192
 """Where there are many primitives, single or in Boolean bodies, so many are lowered at a time."""
@@ -391,7 +400,7 @@ class BatchLowering:
             rest = self._primitives.add(shapes, MotionChains(chain), np.array(at, np.int32))
             self._left += [few[k] for k in rest.tolist()]
 
-    def lower(self, report: ProgressCallback = lambda *_: None) -> tuple[list[LoweredGroup], list[tuple[Shape, int]]]:
+    def lower(self, report: ProgressCallback = lambda *_: None) -> tuple[list[BodyGroup], list[tuple[Shape, int]]]:
         """Lower all bodies.
 
         Many bodies of a kind are lowered in blocks, so that intermediate results stay in the cache. Bodies that a block
@@ -404,10 +413,10 @@ class BatchLowering:
 
         Returns
         -------
-        tuple[list[LoweredGroup], list[tuple[Shape, int]]]
-            (pattern, body numbers, rows) of bodies lowered together; shapes and numbers of those that are left.
+        tuple[list[BodyGroup], list[tuple[Shape, int]]]
+            Bodies lowered together; shapes and numbers of those that are left.
         """
-        results: list[LoweredGroup] = []
+        results: list[BodyGroup] = []
         pending = [*self._blocks_of_plans(), *self._blocks_of_single()]
         count = len(pending)
         for done in range(count):
@@ -449,20 +458,22 @@ class BatchLowering:
                 yield block
         self._single = [shapes[k] for k in left], [numbers[k] for k in left]
 
-    def _lower_block(self, report: ProgressCallback) -> tuple[list[LoweredGroup], list[tuple[Shape, int]]]:
+    def _lower_block(self, report: ProgressCallback) -> tuple[list[BodyGroup], list[tuple[Shape, int]]]:
         """`lower`, in one block."""
+        begin, (shapes, _) = self._places, self._single
         rest = self._take_single()
         self._take_planned()
         kinds = self._primitives.kinds + len(self._plans) + len(self._many)
         found, left = self._primitives.lower(lambda done: report(done, kinds))
         owners = np.concatenate([np.zeros(0, np.int32), *self._owners])
-        results: list[LoweredGroup] = []
+        results: list[BodyGroup] = []
         for form, places, rows in found:
             single = owners[places] >= 0
-            if single.all():
-                results.append((form.pattern, owners[places], rows))
-            elif single.any():
-                results.append((form.pattern, owners[places[single]], rows[single]))
+            if single.any():
+                mine, rows = (places, rows) if single.all() else (places[single], rows[single])
+                leaves = [shapes[k] for k in (mine - begin).tolist()] if mine[0] >= begin else []  # not of a bulk entry
+                slots = [(0, number) for number in range(len(form.pattern.records))]
+                results.append(BodyGroup(form.pattern, owners[mine], rows, 0, leaves, slots))
         rest += [(shape, int(owners[place])) for shape, _, place in left if owners[place] >= 0]
         found += _lower_parts([*left, *self._left], self._places_of_plans())
         if self._plans or self._many:
@@ -493,7 +504,7 @@ class BatchLowering:
 
     def _compose(
         self, like: CsgBatch | CsgArray, rows: _RowLocations
-    ) -> tuple[list[LoweredGroup], list[tuple[Shape, int]]]:
+    ) -> tuple[list[BodyGroup], list[tuple[Shape, int]]]:
         """Compose the bodies of one plan; return also those that are left."""
         _, plan = like.of(0)
         key, count = plan.key, len(plan.leaves)
@@ -504,7 +515,7 @@ class BatchLowering:
         left: list[tuple[Shape, int]] = [(like.of(i)[0], int(bodies[i])) for i in np.flatnonzero(~known).tolist()]
         numbers = {id(form): number for number, form in enumerate(rows.forms)}
         form_of = np.array([numbers[id(form)] for form in rows.forms], np.int32)
-        results: list[LoweredGroup] = []
+        results: list[BodyGroup] = []
         for forms, chosen in _group_by_forms(form_of, rows.number[places], np.flatnonzero(known)):
             composition = CsgComposition.of(key, [rows.forms[form] for form in forms])
             some: Any = slice(None) if len(chosen) == len(bodies) else chosen
@@ -516,7 +527,10 @@ class BatchLowering:
             if len(others):
                 uncertain = [like.of(i) for i in chosen[others].tolist()]
                 boxes[others] = _exact_bounds(uncertain, [box_columns(part[others]) for part in parts])
-            results.append((composition.pattern, bodies[chosen], composition.rows(parts, boxes, frames[some])))
+            # Shapes of a bulk entry are made on demand: no other bodies have their primitives
+            leaves = like.leaves_of(chosen) if isinstance(like, CsgBatch) else []
+            composed = composition.rows(parts, boxes, frames[some])
+            results.append(BodyGroup(composition.pattern, bodies[chosen], composed, 0, leaves, composition.slots))
             for i in chosen.tolist() if plan.painted else ():
                 painted = like.plans[i].painted if isinstance(like, CsgBatch) else like.of(i)[1].painted
                 self._paint(int(bodies[i]), painted, composition)

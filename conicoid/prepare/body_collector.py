@@ -472,19 +472,15 @@ class ExactBodySurfaces:
         clusters = [cluster for cluster in clusters if len(cluster)]
         surfaces = np.concatenate(clusters)
         parts, which, own = self._locate(surfaces)
-        # A volume is often a part of its mother, too: one surface of one primitive needs no numbers
         names = np.where(which < 0, -1, which * (1 + int(own.max())) + own)
-        lengths = np.array(list(map(len, clusters)))
-        begins = np.cumsum(lengths) - lengths
-        is_one = np.logical_and.reduceat(names == np.repeat(names[begins], lengths), begins)
-        others = np.flatnonzero(np.repeat(~is_one, lengths) & (which >= 0))
-        if len(others):
-            first_of, place = unique_first_with_inverse(names[others])
-            some, numbers = which[others[first_of]], own[others[first_of]]
+        solid = np.flatnonzero(which >= 0)
+        if len(solid):
+            first_of, place = unique_first_with_inverse(names[solid])
+            some, numbers = which[solid[first_of]], own[solid[first_of]]
             forms = _list_forms([(parts[k][0], n) for k, n in zip(some.tolist(), numbers.tolist(), strict=True)])
             carried = unique_sorted(some)
             chains = [(*parts[k][0].placement.steps, *parts[k][1]) for k in carried.tolist()]
-            names[others] = name_surfaces(forms, chains, np.searchsorted(carried, some))[place]
+            names[solid] = name_surfaces(forms, chains, np.searchsorted(carried, some))[place]
         # Negative, apart from the numbers of surfaces
         named = names >= 0
         return dict(zip(surfaces[named].tolist(), (-1 - names[named]).tolist(), strict=True))
@@ -582,7 +578,7 @@ class BodyCollector:
         single = [*self._single_shapes, *left]
         done = len(bodies) - len(single)
         stages.bodies(done)
-        self.contents.groups.extend(BodyGroup(pattern, numbers, rows) for pattern, numbers, rows in found)
+        self.contents.groups += found
         self.paints.update(self._batch.paints)
         self._batch = BatchLowering()  # releases the inputs of the batch
         for more, (shape, number) in enumerate(single, start=1):

@@ -395,7 +395,9 @@ class RawSurfaces:
     balls: list[Floats]
     exact: ExactSurfaces
     repeated: Longs | None = None
-    """For each surface one that is equal because of how its body is made: itself, or an earlier one of the body."""
+    """For each surface one that is equal because of how its body is made: itself, or an earlier one.
+
+    Of the body, or of another that has the same primitive."""
     shared: Sequence[SharedForm] = ()
     """The last forms of quadrics."""
     compact: bool = False

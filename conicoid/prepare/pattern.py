@@ -20,6 +20,7 @@ from .._jit.decorators import kernel
 from .._util.arrays import unique_with_inverse
 from .._util.dataclass import dataclass
 from ..geometry.instances import InstanceList, Ints as InstancesInts, ShiftTable, round_sums, transform_offsets
+from ..geometry.shape import Shape
 from ..kernels.tables import MAP_SIZE, PLANE, PLANE_SIZE, QUADRIC, QUADRIC_SIZE, SPHERE, SPHERE_SIZE, Floats, Ints
 from .assembly import Assembly
 
@@ -137,6 +138,10 @@ class BodyGroup:
     rows: Floats | FactoredRows | RowTable
     ball_frame: int = 0
     """-1 - k for balls that share frame k; 0 for bodies with faces."""
+    leaves: list[Shape] = field(default_factory=list)
+    """The primitives of each body, where only their own motions move them: body by body; else none."""
+    slots: Sequence[tuple[int, int]] = ()
+    """For each surface of a body the number of its leaf, and its number there."""
 
 
 # Rows of bodies that were lowered one by one or in batches

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from .._jit.decorators import kernel
-from .._util.arrays import row_ends
+from .._util.arrays import row_ends, unique_first_with_inverse, unique_with_inverse
 from ..kernels.faces import as_bytes, cell_faces
 from ..kernels.tables import (
     BALL,
@@ -424,11 +424,30 @@ class TablesBuilder:
         quadrics = QuadricTable(quadrics.rows, concatenate(forms))
         rest = Remainders(lost[PLANE], lost[SPHERE], concatenate(rests_of_forms))
         balls = [balls.spheres for balls in self.contents.balls]
+        self._share_leaves(inputs, repeated)
         known = RawSurfaces(
             inputs.kinds, senses, records[PLANE], records[SPHERE], quadrics, rest, balls,
             SurfaceSubset(exact, inputs.leads), repeated, shared, compact=len(inputs.leads) < len(inputs.rank),
         )  # fmt: skip
         return inputs.expand(merge_surfaces(known))
+
+    def _share_leaves(self, inputs: InputSurfaces, repeated: Longs) -> None:
+        """Let the first body that a primitive is a part of, such as a mother and its daughter, lead its surfaces."""
+        groups = [group for group in self.contents.groups if group.leaves and group.slots]
+        if all(len(group.leaves) == len(group.bodies) for group in groups):
+            return
+        leaf = unique_with_inverse(np.array([id(each) for group in groups for each in group.leaves]))[1]
+        is_common, ranks, codes = np.bincount(leaf) > 1, [], []
+        for group, own in zip(groups, np.split(leaf, np.cumsum([len(group.leaves) for group in groups])), strict=False):
+            part, number = np.array(group.slots).T
+            own = own.reshape(len(group.bodies), -1)[:, part]
+            body, surface = np.nonzero(is_common[own])
+            ranks.append(-1 - inputs.rank[self.surfaces.first[group.bodies[body]] + surface])
+            codes.append(own[body, surface] + len(is_common) * number[surface])
+        order = np.argsort(np.concatenate(ranks))
+        first, which = unique_first_with_inverse(np.concatenate(codes)[order])
+        rank = np.concatenate(ranks)[order]
+        repeated[rank] = repeated[rank[first]][which]
 
     def tables(self, surfaces: SurfaceTable) -> tuple[Tables, Floats]:
         """Return the finished tables, without trees and limits, and the boxes of the entries (n, 6)."""

@@ -385,3 +385,16 @@ def test_first_records_by_more_numbers_than_one_float_holds():
     values, last = np.arange(2.0**18), np.full(2, 2**18 - 1, np.int32)
     records = [(values, last), (values, last), (values, np.array([1, 0], np.int32))]
     assert _first_records(np.zeros(2, np.int32), records).tolist() == [1, 1]
+
+
+def test_surfaces_of_primitives_that_two_bodies_have_are_not_compared(monkeypatch):
+    """A volume and the hole of its mother are one primitive: its side and its two caps have equal numbers, rounded."""
+    rng = np.random.default_rng(3)
+    starts = rng.uniform(-1, 1, (40, 3)) + 4 * np.arange(40)[:, None] * (1, 0, 0)
+    rods = [co.Cylinder((0, 0, 0), (0, 0, 1), 0.1).rotate(at, 20 + at[1]).translate(at) for at in starts]
+    compared = []
+    monkeypatch.setattr(coincidence.SurfaceSubset, "known_names", lambda _, clusters: compared.extend(clusters) or {})
+    mother = co.Difference((co.Box((-9, -9, -9), (200, 9, 9)), *rods))
+    lowered = lowering.lower([co.Body(shape) for shape in (mother, *rods)])
+    assert len(lowered.tables.surface_kind) == 6 + 3 * len(rods)
+    assert not compared

@@ -127,12 +127,12 @@ def together(shapes: list[Any], room: int) -> dict[int, tuple[Any, list[float], 
     for number_, shape in enumerate(shapes):
         bodies.add(shape, number_)
     found, left = bodies.lower()
-    assert len(left) + sum(len(rows) for _, _, rows in found) == len(shapes)
+    assert len(left) + sum(len(group.bodies) for group in found) == len(shapes)
     assert len(left) <= room, [shape for shape, _ in left][:3]
     return {
-        int(k): (pattern, row.tolist(), bodies.paints.get(int(k), {}))
-        for pattern, numbers, rows in found
-        for k, row in zip(numbers, rows[:, :], strict=True)
+        int(k): (group.pattern, row.tolist(), bodies.paints.get(int(k), {}))
+        for group in found
+        for k, row in zip(group.bodies, group.rows[:, :], strict=True)
     }
 
 
@@ -198,10 +198,10 @@ def test_blocks_cut_from_balls_have_the_bounds_of_the_blocks():
         bodies.add(shape, number_)
     found, left = bodies.lower()
     assert len(left) <= 5  # numbers that are exactly halfway between two floats are left open
-    for pattern, numbers, rows in found:
-        for number_, row in zip(numbers.tolist(), rows[:, :], strict=True):
+    for group in found:
+        for number_, row in zip(group.bodies.tolist(), group.rows[:, :], strict=True):
             low, high = shapes[number_].bounds
-            assert row[pattern.box_at : pattern.box_at + 6].tolist() == [*low, *high]
+            assert row[group.pattern.box_at : group.pattern.box_at + 6].tolist() == [*low, *high]
             assert high[0] == pytest.approx(number_ + 0.7 * (0.5 + number_), rel=1e-15)
 
 
