@@ -319,7 +319,7 @@ def test_the_engine_adds_little_to_a_page(monkeypatch):
     with_it = html.page(SCENE, "x", "data:,")
     monkeypatch.setattr(engine, "read_engine", lambda: None)
     without = html.page(SCENE, "x", "data:,")
-    assert len(with_it) - len(without) < 96 << 10
+    assert len(with_it) - len(without) < 100 << 10
     assert "script-src 'unsafe-inline' 'wasm-unsafe-eval';" in with_it
     assert "script-src 'unsafe-inline';" in without
     assert "wasm" not in html.page(SCENE, "x", "data:,", {"version": 0}).partition("<body>")[0]

@@ -59,7 +59,7 @@ export class Exact {
     const surfaces = tables.surface_kind.length, most = 2 * surfaces + 8, i4 = (n) => array("i4", [n]), f8 = (n) => array("f8", [n]);
     const ranks = [
       i4(surfaces), i4(surfaces), i4(2 * surfaces), i4(surfaces), f8(most), f8(most), f8(most), i4(most), f8(most), i4(most), f8(most),
-      i4(tables.polygon_surface.length), array("i8", [2]),
+      f8(most), f8(2 * most), i4(most), i4(tables.polygon_surface.length), array("i8", [2]),
     ];
     // `count_form_floats` of queries/exact/ranks.py
     const [first, limits] = ["quadric_forms", "quadric_limits"].map((name) => Number(tables.places[data.order.indexOf(name)]));
