@@ -87,8 +87,8 @@ def put_program_shifts(
     begin: Ints, number: int, x: Ints, y: Ints, z: Ints, shifts: Longs, model: Ints, rows: Ints
 ) -> None:
     """Write the rows of `program_shifts` for a program of each body: places along the axes from `shifts` on, model."""
-    for i in range(len(begin)):
-        at, own = begin[i] + number, model[i] if len(model) > 1 else model[0]
+    for i in range(len(begin) if len(model) > 0 else 0):
+        at, own = begin[i] + number, model[min(i, len(model) - 1)]
         if 0 <= at < len(rows):
             rows[at, 0], rows[at, 1], rows[at, 2] = x[i] + shifts[0], y[i] + shifts[1], z[i] + shifts[2]
             rows[at, 3] = own + number

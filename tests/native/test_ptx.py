@@ -25,7 +25,7 @@ def test_ptx_rounds_as_the_cpu_does(name):
     assert f".entry {name}(" in text
     assert ".target sm_75" in text
     assert f".maxnreg {ptx.REGISTERS.get(name.rpartition('_')[2], ptx.MOST_REGISTERS)}" in text
-    assert len(re.findall(r"\bmul\.rn\.f64\b", text)) > 100 or name.endswith(f"_{EACH}")
+    assert len(re.findall(r"\bmul\.rn\.f64\b", text)) > 50 or name.endswith(f"_{EACH}")
     assert "_ZN" not in text
 
 
