@@ -14,7 +14,7 @@ pytestmark = needs_machine_code
 
 
 @pytest.mark.parametrize(
-    ("count", "seed"), [(150, 0), *(pytest.param(5000, seed, marks=pytest.mark.deep) for seed in range(1, 5))]
+    ("count", "seed"), [(2000, 0), *(pytest.param(5000, seed, marks=pytest.mark.deep) for seed in range(1, 5))]
 )
 def test_wrong_arguments_are_errors_and_never_more(count, seed):
     command = [sys.executable, "-m", "tests.native.fuzz", str(count), str(seed)]
