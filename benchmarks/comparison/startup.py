@@ -99,10 +99,8 @@ sphere { <0,0,0>, 1 texture { pigment { rgb 0.8 } finish { diffuse 0.8 } } }
 # From pressing return to the first answer: whole processes, where nothing has run yet, and where something has.
 #
 # Cold is the first process after an install: Python finds no bytecode of any package, and nobody has left a cache in
-# the
-# user's folder. (The standard library's bytecode is there, as it comes with Python, and files are read from wherever
-# the
-# system has them, most likely memory.) Warm is every later process. What each program prints or draws is checked first.
+# the user's folder. (The standard library's bytecode is there, as it comes with Python, and files are read from memory
+# if the system has them there.) Warm is every later process. Each program's output is checked first.
 
 _PICTURE = "picture.png"
 _IN_THE_FOLDER = {

@@ -88,7 +88,7 @@ class CopiedSurface:
 
     @property
     def shares_form(self) -> bool:
-        """Return whether these are quadrics, equal but for their anchors, of which no anchor was rounded."""
+        """Return whether these are quadrics that differ in their anchors alone, and no anchor was rounded."""
         known = self.kind == QUADRIC and self.rows.forms.get(self.column) is not None
         return known and len(self.leads) > 0
 

@@ -259,7 +259,7 @@ def weigh_entries(
     records: RecordTables, tables: EntryTables, boxes: Floats, size: float, place: Ints, sheets: int, begin: int,
     end: int, limits: Floats, most: Floats,
 ) -> int:  # fmt: skip
-    """`weigh` for all uses by entries begin..end, of which no list is made.
+    """Call `weigh` for all uses by entries begin..end, without a list of them.
 
     place: the column of each surface in `most`. `limits` has the rows of cells, of `sheets` sheets, and of polygons.
     """

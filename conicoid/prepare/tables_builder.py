@@ -382,7 +382,7 @@ class TablesBuilder:
         senses, repeated = np.ones(len(inputs.leads), np.int8), np.arange(len(inputs.leads))
 
         def put(kind: int, rank: Ints, found: Floats) -> None:
-            """Write what is side by side in `found`: records of leads, what rounding removed from them, senses."""
+            """Write the columns of `found`: records of leads, rounding errors of these, senses."""
             row: Any = inputs.row[rank]
             size, senses[rank] = SIZES[kind], found[..., -1]
             if kind == QUADRIC:

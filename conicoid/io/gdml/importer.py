@@ -139,12 +139,12 @@ class VolumePiece(BlockPiece):
 
 
 def _solid_at(template: SolidTemplate, place: GdmlPlacement, shift: Shift) -> Solid:
-    """Build a solid with the block that it stands in translated by `shift`; recent ones are held.
+    """Build a solid with the block that it stands in translated by `shift`; the first `MOST_HELD` are held.
 
     A daughter's solid stands in the bodies of both its volume and its mother.
     """
     x, y, z = add_points(place.shift if place.is_straight else place.lift, shift)
-    # Fractions are slow to look up, and so is what a motion holds
+    # Fractions are slow to hash, and so are the fields of a motion
     key: Hashable = (x.as_integer_ratio(), y.as_integer_ratio(), z.as_integer_ratio(), place.turn, id(place.outer))
     if not place.may_stand_anywhere:
         key = key, place.shift

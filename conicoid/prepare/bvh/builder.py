@@ -162,7 +162,7 @@ def grow(
             continue
         if last_cell > cell:
             border, left_area, right_area = cut_group(cells, cell, last_cell, True, boxes, counts)
-            # Clipped, so that there is a record for each cell, whatever cells say
+            # Clipped: a wrong cell may count more records than there are
             middle = first + max(border - cell, boxes_in(cells, cell, border))
             middle = min(middle, last - (last_cell - border))
         else:

@@ -91,7 +91,7 @@ def _fill_bins(
 ) -> None:  # fmt: skip
     """Fill the boxes and counts of the bins of three axes; those of axis k begin at bin k * BINS.
 
-    With `weighted` the records are cells, and what is in them counts.
+    With `weighted` the records are cells, and each counts for its boxes.
     """
     for k in range(3):
         for b in range(k * BINS, k * BINS + bins):

@@ -4,7 +4,7 @@ A ray may cross several surfaces at one place, touch one, start on one that is n
 polygon. As the ray moves by a small vector v, its crossing with a surface of gradient g moves by -(g·v) / (g·d) along
 it. So a ray beside it crosses the surfaces of the place in the order of the numbers (g·v) / (g·d), and the orders that
 rays have are those of points of a plane, (g_a, g_b) / (g·d), along all directions of that plane: n (n - 1) orders of n
-crossings, each of which begins where two points are level. Three walls through one line have two orders, not six.
+crossings. Each order begins where two points are level. Three walls through one line have two orders, not six.
 
 They decide two things. A crossing has the face of a wall that such a ray crosses there: the plane of an inner cut of a
 body is none. And the first hit hangs on a tie if in one of the orders, or where a touch becomes two crossings, it is
