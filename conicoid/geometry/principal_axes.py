@@ -115,14 +115,22 @@ def _distinct_axes(matrix: Sequence[Sequence[Any]]) -> tuple[list[ex.Writable], 
     minors = [ex.dot((a[i][i], -a[i][j]), (a[j][j], a[i][j])) for i, j in ((0, 1), (0, 2), (1, 2))]
     trace = ex.cancelling_sum((a[0][0], a[1][1], a[2][2]))
     polynomial = trace, ex.cancelling_sum(minors), ex.determinant(a)
-    roots = [_refined_root(ex.exact(start[0]), polynomial, recorded) for start in starts]
+    upright = [_coordinate_axis(a, start[1:]) for start in starts]
+    roots = [
+        _refined_root(ex.exact(start[0]), polynomial, recorded) if axis is None else a[axis][axis]
+        for start, axis in zip(starts, upright, strict=True)
+    ]
     # As near to its start as no other: three starts have three roots
     if any(
-        abs(root - ex.exact(start[0])) * 4 > ex.exact(_APART * size) for root, start in zip(roots, starts, strict=True)
+        axis is None and abs(root - ex.exact(start[0])) * 4 > ex.exact(_APART * size)
+        for root, start, axis in zip(roots, starts, upright, strict=True)
     ):
         return None
     rows = []
     for k, (_, *start) in enumerate(starts):
+        if upright[k] is not None:
+            rows.append(UPRIGHT[upright[k]])
+            continue
         along = ex.exact_row(start)
         share = ex.ONE
         for other in (roots[k - 1], roots[k - 2]):
@@ -131,6 +139,11 @@ def _distinct_axes(matrix: Sequence[Sequence[Any]]) -> tuple[list[ex.Writable], 
         x, y, z = ex.unit((along[0] / share, along[1] / share, along[2] / share))
         rows.append((ex.settled(x), ex.settled(y), ex.settled(z)))
     return [ex.settled(root) for root in roots], (rows[0], rows[1], rows[2])
+
+
+def _coordinate_axis(a: Sequence[Sequence[Any]], along: Sequence[Any]) -> int | None:
+    """Return the coordinate axis that a direction is, if it is an eigenvector: its eigenvalue is then on the diagonal."""
+    return next((k for k in range(3) if not (a[k][k - 1] or a[k][k - 2]) and along[k] == 1.0), None)
 
 
 def _refined_root(root: Any, polynomial: tuple[Any, Any, Any], recorded: bool) -> Any:
