@@ -16,12 +16,22 @@ from typing import Any
 
 import numpy as np
 
-from .._util.arrays import FloatArray, Vector, ignore_fp_errors
+from .._util.arrays import FloatArray, Vector, ignore_fp_errors, two_product, two_sum
 from .._util.dataclass import dataclass
 from .._util.validation import check_fields, check_nonnegative, check_number, check_positive, format_value
 from ..numerics import bigfloat as ex
 from ..numerics.portable_math import hypot, is_finite
-from .bounds.support import elliptic_support, elliptic_supports, plane_lengths, raised_sums, round_up, sum_up
+from .bounds.support import (
+    Pair,
+    elliptic_support,
+    elliptic_supports,
+    pair_above,
+    pair_polynomial,
+    plane_lengths,
+    raised_sums,
+    round_up,
+    sum_up,
+)
 from .cell import (
     PLAIN_UV,
     UV,
@@ -199,53 +209,52 @@ class ConicWall:
         return max(best, sum_up((cap, lifted)) if lifted else cap)
 
 
-_ROUNDING = 4 * 2.0**-53
-"""More than the relative rounding error of a quotient of sums of two products."""
 _STEEP = 2.0**-20
 """A conic whose square of the cosine of its slope is below this at the rim has its support from 3000 bits."""
 
 
-def _depths(radius: FloatArray, conic: FloatArray, distance: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return bounds (low, high) of `ConicWall.sag` towards the centre, and the square of the cosine of its slope."""
-    square, size = distance * distance, np.abs(radius)
-    steep = (1 + conic) * square / (size * size)
-    under, error = 1 - steep, 2 * _ROUNDING * (1 + np.abs(steep))
-    low = square / (size * (1 + np.sqrt(under + error))) * (1 - _ROUNDING)
-    return low, square / (size * (1 + np.sqrt(np.maximum(under - error, 0)))) * (1 + _ROUNDING), under
+def _depths(radius: FloatArray, conic: FloatArray, distance: FloatArray) -> tuple[Pair, FloatArray]:
+    """Return `ConicWall.sag` of many, as pairs, and the square of the cosine of its slope; NaN for planes."""
+    steep, square = two_sum(np.ones_like(conic), conic), two_product(distance, distance)
+    under = 1 - steep[0] * square[0] / (radius * radius)
+    depth = square[0] / (radius * (1 + np.sqrt(under)))
+    # A step of Newton's towards (1 + k) z² - 2 R z + r² = 0
+    over, _ = pair_polynomial(depth, (square, (-2 * radius, 0 * radius), steep))
+    return two_sum(depth, 0.5 * over / (radius - steep[0] * depth)), under
 
 
 @ignore_fp_errors
 def _wall_supports(walls: Sequence[tuple[ConicWall, bool, float]], directions: FloatArray) -> FloatArray:
-    """Return `ConicWall.support` of n walls in m directions each; NaN along axes and for steep rims.
-
-    Each wall comes with `hollow` and `hole`. Sums are rounded up. The support of a flat wall at z = 0 is one product,
-    which may lie two units in the last place too low.
-    """
+    """Return `ConicWall.support` of n walls in m directions each; NaN for steep rims. Sums are rounded up."""
     rows = [(w.radius, w.conic, float(w.vertex), w.semi, w.edge, hollow, hole) for w, hollow, hole in walls]
     radius, conic, vertex, semi, edge, hollow, hole = np.array(rows).T
-    deep, shallow = _depths(radius, conic, semi), _depths(radius, conic, hole)
     across = plane_lengths(directions[..., 0], directions[..., 1])
-    sense = np.copysign(1.0, radius)[:, None]
-    lifted, up = directions[..., 2] * vertex[:, None], directions[..., 2] * sense
+    up, is_curved = directions[..., 2], np.isfinite(radius)
 
-    def ring(distance: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-        """Return the supports of circles about the axis, their heights between bounds."""
-        reach = up * np.where(up > 0, high[:, None], low[:, None])
-        return raised_sums(np.stack([lifted, reach, distance[:, None] * across], axis=-1))
+    def ring(distance: FloatArray, depth: Pair) -> FloatArray:
+        """Return the supports of circles about the axis, at depths below the vertices."""
+        height, lost = two_sum(vertex, np.where(is_curved, depth[0], 0.0))
+        height, rest = two_sum(height, lost + np.where(is_curved, depth[1], 0.0))
+        top, bottom = pair_above(height, rest)[:, None], -pair_above(-height, -rest)[:, None]
+        return raised_sums(np.stack([up * np.where(up > 0, top, bottom), distance[:, None] * across], axis=-1))
 
-    best = np.where(
-        hole[:, None] > 0, np.maximum(ring(edge, *deep[:2]), ring(hole, *shallow[:2])), ring(edge, *deep[:2])
-    )
-    size, one = np.abs(radius), np.ones(len(radius))
+    deep, under = _depths(radius, conic, semi)
+    shallow, _ = _depths(radius, conic, hole)
+    best = ring(edge, deep)
+    best = np.where(hole[:, None] > 0, np.maximum(best, ring(hole, shallow)), best)
+    # The cap, upwards: along the axis it ends at its vertex or hole and at its rim, and nowhere is it wider than there
+    sense, size, one = np.copysign(1.0, radius), np.abs(radius), np.ones(len(radius))
+    low, high = -pair_above(-sense * shallow[0], -sense * shallow[1]), pair_above(sense * deep[0], sense * deep[1])
     # An ellipsoid ends at its equator
-    top = np.where(conic > -1, np.minimum(deep[1], size / (1 + conic) * (1 + _ROUNDING)), deep[1])
-    solids = np.stack([one, one, 0 * one, 2 * size, -(1 + conic), shallow[0], top], axis=-1)
-    ways = np.stack([directions[..., 0], directions[..., 1], up], axis=-1)
-    caps = raised_sums(np.stack([elliptic_supports(solids, ways), lifted], axis=-1))
-    bulges = (hollow != 0) & np.isfinite(radius)
-    best = np.where(bulges[:, None], np.maximum(best, caps), best)
-    known = ((directions != 0).sum(axis=-1) > 1) & (deep[2] > _STEEP)[:, None] & np.isfinite(best)
-    return np.where(known, best, np.nan)
+    high = np.where(conic > -1, np.minimum(high, np.nextafter(size / (1 + conic), np.inf)), high)
+    solids = np.stack([one, one, 0 * one, 2 * size, -(1 + conic), low, high], axis=-1)
+    lifted = up * vertex[:, None]
+    ways = np.stack([directions[..., 0], directions[..., 1], up * sense[:, None]], axis=-1)
+    caps = raised_sums(np.stack([elliptic_supports(solids, np.zeros((len(solids), 3)), ways), lifted], axis=-1))
+    at_vertex = np.where(hole[:, None] > 0, -np.inf, lifted)
+    caps = np.where(across == 0, at_vertex, np.where(up == 0, -np.inf, caps))
+    best = np.where(((hollow != 0) & is_curved)[:, None], np.maximum(best, caps), best)
+    return np.where((~is_curved | (under > _STEEP))[:, None] & np.isfinite(best), best, np.nan)
 
 
 class ConicEnds(Primitive, abstract=True):

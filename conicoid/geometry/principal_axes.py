@@ -127,9 +127,9 @@ def _distinct_axes(matrix: Sequence[Sequence[Any]]) -> tuple[list[ex.Writable], 
     ):
         return None
     rows = []
-    for k, (_, *start) in enumerate(starts):
-        if upright[k] is not None:
-            rows.append(UPRIGHT[upright[k]])
+    for k, ((_, *start), axis) in enumerate(zip(starts, upright, strict=True)):
+        if axis is not None:
+            rows.append(UPRIGHT[axis])
             continue
         along = ex.exact_row(start)
         share = ex.ONE
@@ -142,7 +142,7 @@ def _distinct_axes(matrix: Sequence[Sequence[Any]]) -> tuple[list[ex.Writable], 
 
 
 def _coordinate_axis(a: Sequence[Sequence[Any]], along: Sequence[Any]) -> int | None:
-    """Return the coordinate axis that a direction is, if it is an eigenvector: its eigenvalue is then on the diagonal."""
+    """Return the coordinate axis that a direction is, if that is an eigenvector: its eigenvalue is on the diagonal."""
     return next((k for k in range(3) if not (a[k][k - 1] or a[k][k - 2]) and along[k] == 1.0), None)
 
 

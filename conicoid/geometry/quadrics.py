@@ -162,7 +162,8 @@ class EllipticSolid(PrimitiveSolid, abstract=True):
     def _supports(cls, shapes: Sequence[Any], directions: FloatArray) -> FloatArray:
         known = [shape._section for shape in shapes]
         rows = [(x, y, *map(float, profile), low, high) for x, y, profile, low, high in known]
-        found = elliptic_supports(np.array(rows), directions)
+        rests = [[float(g - Fraction(float(g))) if isinstance(g, Fraction) else 0.0 for g in each[2]] for each in known]
+        found = elliptic_supports(np.array(rows), np.array(rests), directions)
         for shape, way in np.argwhere(np.isnan(found)).tolist():
             width_x, width_y, profile, low, high = known[shape]
             direction = tuple(directions[shape, way].tolist())

@@ -12,11 +12,11 @@ import math
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from fractions import Fraction
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..._util.arrays import BoxEnds, FloatArray, Vector, dot_rows, ignore_fp_errors
+from ..._util.arrays import BoxEnds, FloatArray, Vector, dot_rows, ignore_fp_errors, two_product, two_sum
 from ...numerics import bigfloat as ex
 from ...numerics.bigfloat import Symbol
 from ...numerics.portable_math import (
@@ -190,17 +190,53 @@ _LARGE = 1e70
 """Products of four numbers below this, and above its inverse, neither overflow nor underflow."""
 
 
+Pair: TypeAlias = tuple[FloatArray, FloatArray]
+"""Sums of two floats each, the second below an ulp of the first."""
+_PAIR_ROUNDING = 2.0**-90
+"""More than the relative error of a few operations with pairs."""
+
+
+def pair_polynomial(z: FloatArray, coefficients: Sequence[Pair]) -> Pair:
+    """Return c0 + c1 z + c2 z² of many."""
+    constant, *higher = coefficients
+    total, rest = higher[1]
+    for more, lost in (higher[0], constant):
+        product, off = two_product(total, z)
+        total, off_sum = two_sum(product, more)
+        rest = rest * z + off + off_sum + lost
+    return two_sum(total, rest)
+
+
+def pair_above(high: FloatArray, low: FloatArray) -> FloatArray:
+    """Return the least floats that are not below pairs, but for `_PAIR_ROUNDING`."""
+    return np.where(low > _PAIR_ROUNDING * np.abs(high), np.nextafter(high, np.inf), high)
+
+
+def _roots_above(w: FloatArray, g: Pair) -> FloatArray:
+    """Return `product_with_root` of many."""
+    value = w * np.sqrt(g[0])
+    for _ in range(2):  # its error is above an ulp
+        square, lost = two_product(w, w)
+        bound, off = two_product(square, g[0])
+        own, own_off = two_product(value, value)
+        over = (own - bound) + (own_off - off - square * g[1] - lost * g[0])
+        value = np.where(over < -_PAIR_ROUNDING * bound, np.nextafter(value, np.inf), value)
+    return value
+
+
 @ignore_fp_errors
-def elliptic_supports(solids: FloatArray, directions: FloatArray) -> FloatArray:
+def elliptic_supports(solids: FloatArray, rests: FloatArray, directions: FloatArray) -> FloatArray:
     """Return `elliptic_support` of n solids in m directions each; NaN where it takes fractions.
 
-    It does so along the axes, where the support is exact, and for thin, endless or extreme solids. In all other cases
-    a bound on the rounding error of g raises it.
+    It does so for thin, endless or extreme solids, and along their axis where they end in a point. Along other axes the
+    support is computed with pairs of floats. In all other directions a bound on the rounding error of g raises it.
 
     Parameters
     ----------
     solids : array (n, 7)
         The two widths, g0, g1, g2, the lower and the upper end.
+    rests : array (n, 3)
+        What g0, g1, g2 are above these floats.
     directions : array (n, m, 3)
         The directions.
     """
@@ -216,8 +252,17 @@ def elliptic_supports(solids: FloatArray, directions: FloatArray) -> FloatArray:
     there = (z >= low[..., None]) & (z <= high[..., None]) & (g >= -error)
     reach = raised_sums(np.stack([uz[..., None] * z, w[..., None] * np.sqrt(np.maximum(g, 0) + error)], axis=-1))
     best = np.where(there, reach, -np.inf).max(axis=-1)
+    # Along an axis: the widest section, or the end of the solid if it is no point
+    pairs = [(solids[:, 2 + k, None], rests[:, k, None]) for k in range(3)]
+    middle = np.clip(np.where(g2 < 0, -0.5 * g1 / g2, low), low, high)
+    sections = np.stack([np.stack(pair_polynomial(at, pairs)) for at in (low, high, middle)])
+    widest = np.take_along_axis(sections, sections[:, :1].argmax(axis=0)[None], axis=0)[0]
+    end = uz * np.where(uz > 0, high, low)
+    best = np.where((w == 0) & (best != end), np.nan, best)
+    is_sideways = (uz == 0) & ((directions[..., 0] == 0) | (directions[..., 1] == 0))
+    best = np.where(is_sideways, _roots_above(w, (widest[0], widest[1])), best)
     size = np.maximum(np.abs(low), np.abs(high))
-    known = ((directions != 0).sum(axis=-1) > 1) & (high - low > _THIN * size) & np.isfinite(size) & np.isfinite(best)
+    known = (high - low > _THIN * size) & np.isfinite(size) & np.isfinite(best)
     for factor in map(np.abs, (w, uz, g0, g1, g2)):
         # A stationary height is lost where a product of four factors overflows or underflows
         known &= (factor == 0) | ((factor > 1 / _LARGE) & (factor < _LARGE))
