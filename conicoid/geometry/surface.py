@@ -36,7 +36,7 @@ class PlaneSurface:
     offset: Any
     anchor: Triple = ORIGIN
     over: Any = field(default=None, compare=False)
-    """normal·anchor - offset if it is known: no motion changes it."""
+    """normal·anchor - offset if it is known: no turn changes it."""
 
     @property
     def height(self) -> ex.BigFloat:
@@ -52,8 +52,9 @@ class PlaneSurface:
         back, back_shift = motion.inverse
         normal, anchor = ex.exact_row(self.normal), ex.exact_row(self.anchor)
         offset = ex.cancelling_sum((ex.exact(self.offset), -ex.dot(normal, back_shift)))
-        turned = self.normal if motion.shift is not None else ex.apply(ex.transpose(back), normal)
-        return PlaneSurface(turned, offset, motion.carried(anchor), self.height)
+        if motion.shift is not None:  # normal and offset stay as exact as they are
+            return PlaneSurface(self.normal, offset, motion.carried(anchor))
+        return PlaneSurface(ex.apply(ex.transpose(back), normal), offset, motion.carried(anchor), self.height)
 
     moved_rows = moved
     """The image, as of `QuadricSurface.moved_rows`."""
