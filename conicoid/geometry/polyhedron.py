@@ -312,6 +312,8 @@ class FlatSolid(PrimitiveSolid, abstract=True):
         corners = self._corners[:, :3].copy()
         corners[:, :2] *= self._corners[:, 3:]
         heights = directions @ corners.T
+        if np.isin(self._corners[:, 3], (0.0, 1.0)).all() and ((directions != 0).sum(axis=1) < 2).all():
+            return list(heights.max(axis=1).tolist())  # one product each, of corners that floats hold
         slack = SIGN_MARGIN * (np.abs(directions) @ np.abs(corners).max(axis=0))
         found = []
         for direction, near in zip(directions.tolist(), heights >= (heights.max(axis=1) - slack)[:, None], strict=True):
