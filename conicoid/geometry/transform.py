@@ -206,9 +206,16 @@ class AxisFrame(_Step):
 
     def _axes(self) -> ex.Rows:
         """Return the directions of x, y and z."""
-        z = ex.unit(ex.exact_row(self.axis))
+        axis = ex.exact_row(self.axis)
+        if self.reference is None and not any(isinstance(entry, ex.Symbol) for entry in axis):
+            leads = [k for k, entry in enumerate(axis) if not ex.is_nothing(entry)]
+            if len(leads) == 1:  # a coordinate axis needs no roots
+                x, z = ex.IDENTITY[leads == [0]], ex.IDENTITY[leads[0]]
+                z = z if axis[leads[0]] > ex.ZERO else (-z[0], -z[1], -z[2])
+                return x, ex.cross(z, x), z
+        z = ex.unit(axis)
         if self.reference is None:
-            towards = ex.exact_row(least_axis(ex.exact_row(self.axis)))
+            towards = ex.exact_row(least_axis(axis))
         else:
             towards = ex.minus(ex.exact_row(self.reference), ex.exact_row(self.origin))
         along = ex.dot(towards, z)
