@@ -405,7 +405,7 @@ class FlatWall(HalfOfSpace, abstract=True):
         n: Any = tuple(own + rest * (c / size) for own, rest, c in zip(lead, others, across, strict=True))
         above = dot3(n, minus(corners[0], near)) / dot3(n, n)
         anchor: Any = tuple(p + above * c for p, c in zip(near, n, strict=True))
-        surface = PlaneSurface(n, dot3(n, corners[0]), anchor, 0.0)
+        surface = PlaneSurface(n, dot3(n, corners[0]), anchor, 0.0, is_offset_better=True)
         return Cell((Face(surface, 0, plane_uv(surface)),))
 
 

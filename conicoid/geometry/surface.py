@@ -36,7 +36,9 @@ class PlaneSurface:
     offset: Any
     anchor: Triple = ORIGIN
     over: Any = field(default=None, compare=False)
-    """normal·anchor - offset if it is known: no turn changes it."""
+    """normal·anchor - offset if it is known: no motion changes it."""
+    is_offset_better: bool = field(default=False, compare=False)
+    """Whether the offset is more exact than the anchor: until the plane is turned."""
 
     @property
     def height(self) -> ex.BigFloat:
@@ -52,9 +54,9 @@ class PlaneSurface:
         back, back_shift = motion.inverse
         normal, anchor = ex.exact_row(self.normal), ex.exact_row(self.anchor)
         offset = ex.cancelling_sum((ex.exact(self.offset), -ex.dot(normal, back_shift)))
-        if motion.shift is not None:  # normal and offset stay as exact as they are
-            return PlaneSurface(self.normal, offset, motion.carried(anchor))
-        return PlaneSurface(ex.apply(ex.transpose(back), normal), offset, motion.carried(anchor), self.height)
+        turned = self.normal if motion.shift is not None else ex.apply(ex.transpose(back), normal)
+        is_better = self.is_offset_better and motion.shift is not None
+        return PlaneSurface(turned, offset, motion.carried(anchor), self.height, is_better)
 
     moved_rows = moved
     """The image, as of `QuadricSurface.moved_rows`."""

@@ -87,7 +87,7 @@ def _times(value: ex.Writable, factor: float) -> ex.Writable:
 def _height_of_anchor(surface: PlaneSurface, anchor: tuple[float, ...]) -> ex.Writable:
     """Return the exact height of an anchor over a plane."""
     # Without a turn all is exact, but for the anchor: the remainder of dividing it by a count of corners, or by n·n
-    if surface.over is None or all(map(is_float, surface.normal)):
+    if surface.over is None or surface.is_offset_better or all(map(is_float, surface.normal)):
         if not any(anchor):
             return -surface.offset
         if are_ratios((*surface.normal, surface.offset)):
