@@ -56,6 +56,7 @@ from .ranks import (
     FREE,
     SURFACES,
     Doubtful,
+    RankedRay,
     Ranks,
     RankScratch,
     clear_ranks,
@@ -136,12 +137,8 @@ def _ranks_to_t(rows: Floats, first: int, last: int, user_ray: Ray, scale: float
 
 
 @helper
-def _put_walls(
-    geometry: Geometry, room: RankScratch, scratch: Scratch, ray: Ray, count: int, entry: int, spans: bool,
-    rows: Floats, first: int, last: int,
-) -> None:  # fmt: skip
+def _put_walls(of: RankedRay, entry: int, spans: bool, rows: Floats, first: int, last: int) -> None:
     """Write walls to the rows of an entry whose tied places have the surface of none."""
-    stand, ranks = room.stand, room.ranks
     for i in range(first, last):
         for end in range(2):
             crosses, rank, _ = _end(rows, i, spans, end == 1)
@@ -150,46 +147,44 @@ def _put_walls(
             column, enters, face = SURFACE, rows[i, ENTERS] == 1.0, whole(rows[i, FACE])
             if spans:
                 column, enters, face = EXIT_SURFACE if end == 1 else ENTER_SURFACE, end == 0, whole(-1)
-            wall = whole(rows[i, column]), face
-            differs, place, sense = wall_of_tie(geometry, stand, scratch, ranks, ray, count, entry, rank, enters, wall)
+            differs, place, sense = wall_of_tie(of, entry, rank, enters, (whole(rows[i, column]), face))
             if differs:
-                surface, number, side = crossing_face(geometry, entry, place, sense)
+                surface, number, side = crossing_face(of.geometry, entry, place, sense)
                 rows[i, column] = surface
                 if not spans:
                     rows[i, FACE], rows[i, SIDE] = number, side
-                rows[i, OFF if not spans else EXIT_OFF if end == 1 else ENTER_OFF] = t_of(ranks, surface, rank)
+                rows[i, OFF if not spans else EXIT_OFF if end == 1 else ENTER_OFF] = t_of(of.ranks, surface, rank)
 
 
 @allocator
-def rows_of_ranks(
-    geometry: Geometry,
-    room: RankScratch,
-    scratch: Scratch,
-    user_ray: Ray,
-    count: int,
-    spans: bool,
-    rows: Floats,
-    used: int,
-) -> tuple[Floats, int]:
-    """Append rows (kernels/body/crossing_rows.py) of the entries scratch.found[:count]. Return (rows, number)."""
-    (ray, scale), stand, ranks = scale_ray(user_ray), room.stand, room.ranks
-    first, along, tied = used, ray_of_ranks(ray.start), find_ties(geometry, ranks, ray)
-    for k in range(count):
+def rows_of_ranks(of: RankedRay, user_ray: Ray, spans: bool, rows: Floats, used: int) -> tuple[Floats, int]:
+    """Append rows (kernels/body/crossing_rows.py) of the ray. Return (rows, number)."""
+    geometry, scratch, (ray, scale) = of.geometry, of.scratch, scale_ray(user_ray)
+    first, along, tied = used, ray_of_ranks(ray.start), find_ties(geometry, of.ranks, ray)
+    for k in range(of.entry_count):
         entry = scratch.found[k]
         if spans and not is_solid(geometry, entry):
             continue
         find_leaves(geometry, scratch, entry, ray)
-        crossings, inside = ranked_crossings(geometry, stand, scratch, ranks, entry, ray)
+        crossings, inside = ranked_crossings(of, entry)
         if crossings > 0 or inside:
             rows = grow_rows(rows, used, crossings + 1)
             put_rows(geometry, scratch, entry, BodyRows(crossings, inside, 0.0, False), along, spans, rows, used)
             before, used = used, _put_places(scratch, crossings, inside, spans, rows, used)
             if tied:
-                _put_walls(geometry, room, scratch, ray, count, entry, spans, rows, before, used)
+                _put_walls(of, entry, spans, rows, before, used)
     forget_leaves(scratch)
     sort_rows(rows, first, used, spans)
     _ranks_to_t(rows, first, used, user_ray, scale, spans)
     return rows, used
+
+
+@helper
+def _put_first(of: RankedRay, scale: float, i: int, found: HitBuffers) -> int:
+    """Write the first hit of ray i. Return `TIED`, or 0 if it hangs on no tie."""
+    hit = first_of_ranks(of, find_ties(of.geometry, of.ranks, of.ray))
+    put_hit(scale_hit(hit, scale), i, found)
+    return whole(TIED if hangs_on_tie(of, hit) else 0)
 
 
 # Kernels
@@ -204,22 +199,14 @@ def settle_first(
     Undecided rays keep theirs and get undecided[k] = 1.
     """
     scratch = new_scratch(geometry)
-    rest, stand, ranks = room
     which, undecided = doubtful
     for k in range(begin, end):
         if is_halted(geometry):
             break
-        i = which[k]
-        ray, scale = scale_ray(load_ray(rays, i))
-        count = rank_ray(geometry, rest, scratch, ranks, ray, span_inverse(ray))
-        undecided[k] = 1 if count < 0 else 0
-        if count >= 0:
-            put_canonical_surfaces(geometry, stand, scratch, ranks, ray.start, count)
-            tied = find_ties(geometry, ranks, ray)
-            hit = first_of_ranks(geometry, stand, scratch, ranks, ray, count, tied)
-            put_hit(scale_hit(hit, scale), i, found)
-            undecided[k] = TIED if hangs_on_tie(geometry, stand, scratch, ranks, ray, count, hit) else 0
-        clear_stand(stand, ranks)
+        ray, scale = scale_ray(load_ray(rays, which[k]))
+        of = rank_ray(geometry, room, scratch, ray)
+        undecided[k] = _put_first(of, scale, which[k], found) if of.entry_count >= 0 else 1
+        clear_stand(room.stand, room.ranks)
 
 
 @kernel(t="n", entry="n", limits="out n")
@@ -239,21 +226,18 @@ def settle_rows(
 ) -> Floats:
     """Return rows of spans or crossings of doubtful rays, counts[k] for ray k; undecided: 0 and undecided[k] = 1."""
     scratch, used = new_scratch(geometry), 0
-    rest, stand, ranks = room
     which, undecided = doubtful
     rows = np.empty((64, SPAN_COLUMNS if spans else CROSSING_COLUMNS))
     for k in range(len(which)):
         if is_halted(geometry):
             break
         own_ray = load_ray(rays, which[k])
-        ray, _ = scale_ray(own_ray)
-        count, first = rank_ray(geometry, rest, scratch, ranks, ray, span_inverse(ray)), used
-        undecided[k] = 1 if count < 0 else 0
-        if count >= 0:
-            put_canonical_surfaces(geometry, stand, scratch, ranks, ray.start, count)
-            rows, used = rows_of_ranks(geometry, room, scratch, own_ray, count, spans, rows, used)
+        of, first = rank_ray(geometry, room, scratch, scale_ray(own_ray)[0]), used
+        undecided[k] = 1 if of.entry_count < 0 else 0
+        if of.entry_count >= 0:
+            rows, used = rows_of_ranks(of, own_ray, spans, rows, used)
         counts[k] = used - first
-        clear_stand(stand, ranks)
+        clear_stand(room.stand, room.ranks)
     return rows[:used].copy()
 
 
@@ -272,42 +256,36 @@ def crossed_surfaces(geometry: Geometry, ranks: Ranks, rays: RayArrays, i: int, 
     return found, count
 
 
-@inline
-def prepare_ranked_ray(geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray) -> int:
-    """Prepare to trace a ray with ranks from exact arithmetic. Return the number of entries that it may cross."""
-    count, inverse = collect_entries(geometry, scratch, ray), span_inverse(ray)
+@allocator
+def prepare_ranked_ray(geometry: Geometry, room: RankScratch, scratch: Scratch, ray: Ray) -> RankedRay:
+    """Prepare to trace a ray with ranks from exact arithmetic."""
+    ranks, count, inverse = room.ranks, collect_entries(geometry, scratch, ray), span_inverse(ray)
     list_surfaces(geometry, scratch, ranks, ray, count, False)
     # Exact arithmetic rounds its own t; where the fast t is certain, it is the one that all routes report
     for k in range(ranks.size[SURFACES]):
         if ranks.verdict[2 * ranks.surfaces[k]] == CROSSES:
             report_fast_t(geometry, ranks, ranks.surfaces[k], ray, inverse)
-    put_canonical_surfaces(geometry, stand, scratch, ranks, ray.start, count)
-    return count
+    of = RankedRay(geometry, room.stand, scratch, ranks, ray, count)
+    put_canonical_surfaces(of)
+    return of
 
 
 @kernel(room="out", i="0..n-1", found="out")
 def ranked_first(geometry: Geometry, room: RankScratch, rays: RayArrays, i: int, found: HitBuffers) -> int:
     """Write the first hit of ray i, whose ranks are known. Return `TIED`, or 0 if it hangs on no tie."""
-    scratch, stand, ranks = new_scratch(geometry), room.stand, room.ranks
     ray, scale = scale_ray(load_ray(rays, i))
-    count = prepare_ranked_ray(geometry, stand, scratch, ranks, ray)
-    hit = first_of_ranks(geometry, stand, scratch, ranks, ray, count, find_ties(geometry, ranks, ray))
-    put_hit(scale_hit(hit, scale), i, found)
-    tied = TIED if hangs_on_tie(geometry, stand, scratch, ranks, ray, count, hit) else 0
-    clear_stand(stand, ranks)
+    tied = _put_first(prepare_ranked_ray(geometry, room, new_scratch(geometry), ray), scale, i, found)
+    clear_stand(room.stand, room.ranks)
     return tied
 
 
 @kernel(room="out", i="0..n-1")
 def ranked_rows(geometry: Geometry, room: RankScratch, rays: RayArrays, i: int, spans: bool) -> Floats:
     """Return rows of the spans or crossings of ray i, whose ranks are known."""
-    scratch, stand, ranks = new_scratch(geometry), room.stand, room.ranks
-    rows = np.empty((64, SPAN_COLUMNS if spans else CROSSING_COLUMNS))
     own_ray = load_ray(rays, i)
-    ray, _ = scale_ray(own_ray)
-    count = prepare_ranked_ray(geometry, stand, scratch, ranks, ray)
-    rows, used = rows_of_ranks(geometry, room, scratch, own_ray, count, spans, rows, 0)
-    clear_stand(stand, ranks)
+    of = prepare_ranked_ray(geometry, room, new_scratch(geometry), scale_ray(own_ray)[0])
+    rows, used = rows_of_ranks(of, own_ray, spans, np.empty((64, SPAN_COLUMNS if spans else CROSSING_COLUMNS)), 0)
+    clear_stand(room.stand, room.ranks)
     return rows[:used].copy()
 
 
