@@ -157,9 +157,13 @@ def _put_walls(of: RankedRay, entry: int, spans: bool, rows: Floats, first: int,
 
 
 @allocator
-def rows_of_ranks(of: RankedRay, user_ray: Ray, spans: bool, rows: Floats, used: int) -> tuple[Floats, int]:
-    """Append rows (kernels/body/crossing_rows.py) of the ray. Return (rows, number)."""
-    geometry, scratch, (ray, scale) = of.geometry, of.scratch, scale_ray(user_ray)
+def rows_of_ranks(
+    geometry: Geometry, room: RankScratch, scratch: Scratch, user_ray: Ray, count: int, spans: bool, rows: Floats,
+    used: int,
+) -> tuple[Floats, int]:  # fmt: skip
+    """Append rows (kernels/body/crossing_rows.py) of a ray with ranks. Return (rows, number)."""
+    ray, scale = scale_ray(user_ray)
+    of = RankedRay(geometry, room.stand, scratch, room.ranks, ray, count)
     first, along, tied = used, ray_of_ranks(ray.start), find_ties(geometry, of.ranks, ray)
     for k in range(of.entry_count):
         entry = scratch.found[k]
@@ -180,8 +184,12 @@ def rows_of_ranks(of: RankedRay, user_ray: Ray, spans: bool, rows: Floats, used:
 
 
 @helper
-def _put_first(of: RankedRay, scale: float, i: int, found: HitBuffers) -> int:
+def _put_first(
+    geometry: Geometry, room: RankScratch, scratch: Scratch, ray: Ray, count: int, scale: float, i: int,
+    found: HitBuffers,
+) -> int:  # fmt: skip
     """Write the first hit of ray i. Return `TIED`, or 0 if it hangs on no tie."""
+    of = RankedRay(geometry, room.stand, scratch, room.ranks, ray, count)
     hit = first_of_ranks(of, find_ties(of.geometry, of.ranks, of.ray))
     put_hit(scale_hit(hit, scale), i, found)
     return whole(TIED if hangs_on_tie(of, hit) else 0)
@@ -204,8 +212,10 @@ def settle_first(
         if is_halted(geometry):
             break
         ray, scale = scale_ray(load_ray(rays, which[k]))
-        of = rank_ray(geometry, room, scratch, ray)
-        undecided[k] = _put_first(of, scale, which[k], found) if of.entry_count >= 0 else 1
+        count = rank_ray(geometry, room, scratch, ray)
+        undecided[k] = 1
+        if count >= 0:
+            undecided[k] = _put_first(geometry, room, scratch, ray, count, scale, which[k], found)
         clear_stand(room.stand, room.ranks)
 
 
@@ -232,10 +242,10 @@ def settle_rows(
         if is_halted(geometry):
             break
         own_ray = load_ray(rays, which[k])
-        of, first = rank_ray(geometry, room, scratch, scale_ray(own_ray)[0]), used
-        undecided[k] = 1 if of.entry_count < 0 else 0
-        if of.entry_count >= 0:
-            rows, used = rows_of_ranks(of, own_ray, spans, rows, used)
+        count, first = rank_ray(geometry, room, scratch, scale_ray(own_ray)[0]), used
+        undecided[k] = 1 if count < 0 else 0
+        if count >= 0:
+            rows, used = rows_of_ranks(geometry, room, scratch, own_ray, count, spans, rows, used)
         counts[k] = used - first
         clear_stand(room.stand, room.ranks)
     return rows[:used].copy()
@@ -256,25 +266,25 @@ def crossed_surfaces(geometry: Geometry, ranks: Ranks, rays: RayArrays, i: int, 
     return found, count
 
 
-@allocator
-def prepare_ranked_ray(geometry: Geometry, room: RankScratch, scratch: Scratch, ray: Ray) -> RankedRay:
-    """Prepare to trace a ray with ranks from exact arithmetic."""
+@helper
+def prepare_ranked_ray(geometry: Geometry, room: RankScratch, scratch: Scratch, ray: Ray) -> int:
+    """Prepare to trace a ray with ranks from exact arithmetic. Return `RankedRay.entry_count`."""
     ranks, count, inverse = room.ranks, collect_entries(geometry, scratch, ray), span_inverse(ray)
     list_surfaces(geometry, scratch, ranks, ray, count, False)
     # Exact arithmetic rounds its own t; where the fast t is certain, it is the one that all routes report
     for k in range(ranks.size[SURFACES]):
         if ranks.verdict[2 * ranks.surfaces[k]] == CROSSES:
             report_fast_t(geometry, ranks, ranks.surfaces[k], ray, inverse)
-    of = RankedRay(geometry, room.stand, scratch, ranks, ray, count)
-    put_canonical_surfaces(of)
-    return of
+    put_canonical_surfaces(RankedRay(geometry, room.stand, scratch, ranks, ray, count))
+    return count
 
 
 @kernel(room="out", i="0..n-1", found="out")
 def ranked_first(geometry: Geometry, room: RankScratch, rays: RayArrays, i: int, found: HitBuffers) -> int:
     """Write the first hit of ray i, whose ranks are known. Return `TIED`, or 0 if it hangs on no tie."""
-    ray, scale = scale_ray(load_ray(rays, i))
-    tied = _put_first(prepare_ranked_ray(geometry, room, new_scratch(geometry), ray), scale, i, found)
+    scratch, (ray, scale) = new_scratch(geometry), scale_ray(load_ray(rays, i))
+    count = prepare_ranked_ray(geometry, room, scratch, ray)
+    tied = _put_first(geometry, room, scratch, ray, count, scale, i, found)
     clear_stand(room.stand, room.ranks)
     return tied
 
@@ -282,9 +292,10 @@ def ranked_first(geometry: Geometry, room: RankScratch, rays: RayArrays, i: int,
 @kernel(room="out", i="0..n-1")
 def ranked_rows(geometry: Geometry, room: RankScratch, rays: RayArrays, i: int, spans: bool) -> Floats:
     """Return rows of the spans or crossings of ray i, whose ranks are known."""
-    own_ray = load_ray(rays, i)
-    of = prepare_ranked_ray(geometry, room, new_scratch(geometry), scale_ray(own_ray)[0])
-    rows, used = rows_of_ranks(of, own_ray, spans, np.empty((64, SPAN_COLUMNS if spans else CROSSING_COLUMNS)), 0)
+    scratch, own_ray = new_scratch(geometry), load_ray(rays, i)
+    rows = np.empty((64, SPAN_COLUMNS if spans else CROSSING_COLUMNS))
+    count = prepare_ranked_ray(geometry, room, scratch, scale_ray(own_ray)[0])
+    rows, used = rows_of_ranks(geometry, room, scratch, own_ray, count, spans, rows, 0)
     clear_stand(room.stand, room.ranks)
     return rows[:used].copy()
 

@@ -11,8 +11,8 @@ from ..._jit.decorators import helper, inline, kernel, record_shapes
 from ...kernels.body.boolean import read_crossing
 from ...kernels.body.entry import entry_crossings, is_solid
 from ...kernels.body.media import AFTER, BEFORE, BLOCKER, Sides, body_after, body_before, no_sides, sides_at, with_body
-from ...kernels.body.scratch import new_scratch
-from ...kernels.ray import RayArrays, load_ray, scale_ray
+from ...kernels.body.scratch import Scratch, new_scratch
+from ...kernels.ray import Ray, RayArrays, load_ray, scale_ray
 from ...kernels.tables import Floats, Geometry, Ints, Signs, is_halted, whole
 from ...kernels.threads import KernelRange, chunk_size, run_on
 from .doubtful_rays import (
@@ -129,9 +129,13 @@ def _sides_of_rank(of: RankedRay, rank: float, kinds: Signs) -> Sides:
     return sides
 
 
-@inline
-def _put_ranked_sides(of: RankedRay, scale: float, i: int, places: HitPlaces, kinds: Signs, sides: Ints) -> None:
+@helper
+def _put_ranked_sides(
+    geometry: Geometry, room: RankScratch, scratch: Scratch, ray: Ray, count: int, scale: float, i: int,
+    places: HitPlaces, kinds: Signs, sides: Ints,
+) -> None:  # fmt: skip
     """Write the sides of hit i of a ray whose ranks are known."""
+    of = RankedRay(geometry, room.stand, scratch, room.ranks, ray, count)
     t, surface, entry = places.t[i] / scale, whole(places.surface[i]), whole(places.entry[i])
     enters = places.turn[i] == 2 or places.turn[i] == -2
     _put(sides, i, _sides_of_rank(of, _rank_of_hit(of, t, surface, entry, enters), kinds))
@@ -158,10 +162,10 @@ def settle_sides(
             break
         i = doubtful.which[k]
         ray, scale = scale_ray(load_ray(rays, i))
-        of = rank_ray(geometry, room, scratch, ray)
-        doubtful.undecided[k] = 1 if of.entry_count < 0 else 0
-        if of.entry_count >= 0:
-            _put_ranked_sides(of, scale, i, places, kinds, sides)
+        count = rank_ray(geometry, room, scratch, ray)
+        doubtful.undecided[k] = 1 if count < 0 else 0
+        if count >= 0:
+            _put_ranked_sides(geometry, room, scratch, ray, count, scale, i, places, kinds, sides)
         clear_stand(room.stand, room.ranks)
 
 
@@ -170,8 +174,9 @@ def ranked_sides(
     geometry: Geometry, room: RankScratch, rays: RayArrays, i: int, places: HitPlaces, kinds: Signs, sides: Ints
 ) -> None:
     """Write the sides of hit i on a ray with ranks from exact arithmetic."""
-    ray, scale = scale_ray(load_ray(rays, i))
-    _put_ranked_sides(prepare_ranked_ray(geometry, room, new_scratch(geometry), ray), scale, i, places, kinds, sides)
+    scratch, (ray, scale) = new_scratch(geometry), scale_ray(load_ray(rays, i))
+    count = prepare_ranked_ray(geometry, room, scratch, ray)
+    _put_ranked_sides(geometry, room, scratch, ray, count, scale, i, places, kinds, sides)
     clear_stand(room.stand, room.ranks)
 
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from ..._jit.decorators import allocator, helper, inline, record_shapes
+from ..._jit.decorators import helper, inline, record_shapes
 from ...kernels import tables as table
 from ...kernels.body.boolean import collect_leaves, put_crossing, read_crossing
 from ...kernels.body.cell import (
@@ -475,14 +475,13 @@ def ranked_crossings(of: RankedRay, entry: int) -> tuple[int, bool]:
 # tables.
 
 
-@allocator
-def rank_ray(geometry: Geometry, room: RankScratch, scratch: Scratch, ray: Ray) -> RankedRay:
-    """Compute the ranks of a ray, and put its canonical surfaces unless the ranks are undecided."""
+@helper
+def rank_ray(geometry: Geometry, room: RankScratch, scratch: Scratch, ray: Ray) -> int:
+    """Compute the ranks of a ray, and put its canonical surfaces. Return `RankedRay.entry_count`."""
     count = _put_ranks(geometry, room.rest, scratch, room.ranks, ray, span_inverse(ray))
-    of = RankedRay(geometry, room.stand, scratch, room.ranks, ray, count)
     if count >= 0:
-        put_canonical_surfaces(of)
-    return of
+        put_canonical_surfaces(RankedRay(geometry, room.stand, scratch, room.ranks, ray, count))
+    return count
 
 
 @helper
