@@ -13,6 +13,8 @@ A Boolean body passes through these files, in this order:
 7. `tables_builder.py` lays out the rows (`pattern.py`) as columns; `coincidence.py` merges equal surfaces.
 
 `lower_shape.py` does 2 to 6 for a single body, in 3000 bits.
+
+User and factor: those of `tape/`.
 """
 
 from __future__ import annotations
