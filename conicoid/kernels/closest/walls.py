@@ -419,8 +419,8 @@ def _proved_error(
     if not proved:
         step = max(_LONG_STEP * far, 16.0 * off)
         proved = _straddles_wall(geometry, room, x, y, z, step)
-    put_signs(geometry, room, 0, x, y, z, off)
     room.chosen[0], room.chosen[1], room.chosen[2] = first, second, third
+    put_signs(geometry, room, count, x, y, z, off)  # those of the point, with the surfaces in their order
     return off + 2.25 * step if proved else math.inf
 
 
