@@ -376,7 +376,7 @@ class _Turn(NamedTuple):
     values: int  # `sides_around`, of at most `_MOST` surfaces
 
 
-@helper
+@inline
 def _turn_of(geometry: Geometry, room: Neighbourhood, many: int) -> _Turn:
     """Return how the body turns at a point on the first `many` of room.chosen. Relies on `put_signs`."""
     none = whole(0)
@@ -394,7 +394,7 @@ def _turn_of(geometry: Geometry, room: Neighbourhood, many: int) -> _Turn:
     return _Turn(True, turned, max(whole(_turning_sides(values, many, turned)), none), values)
 
 
-@helper
+@inline
 def _proved_error(
     geometry: Geometry, room: Neighbourhood, count: int, many: int, sine: float, x: float, y: float, z: float,
     off: float, distance: float,
