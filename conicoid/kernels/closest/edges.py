@@ -37,7 +37,7 @@ from .neighbourhood import (
 )
 from .projection import TANGENT, project_point
 from .stationary import rounding_share, try_conic
-from .walls import CERTAIN_WALL, Candidate, candidate, sheet_around, sides_around, try_point
+from .walls import CERTAIN_WALL, WallCandidate, candidate, sheet_around, sides_around, try_point
 
 _ZERO_SHARE = 2.0**-44
 """Size, as a share of its terms, below which a coefficient counts as zero."""
@@ -312,7 +312,7 @@ def _try_line(
                 px, py, pz = x - qx + t * dx, y - qy + t * dy, z - qz + t * dz
                 error = rounding_share(at, EDGE_ERROR, px, py, pz) if k == j else math.inf
                 least = length_of(fx, fy, fz) - rounding_share(at, EDGE_ERROR, fx, fy, fz)
-                try_point(geometry, room, at, 2 if k == j else 3, Candidate(px, py, pz, error, least, 0.0))
+                try_point(geometry, room, at, 2 if k == j else 3, WallCandidate(px, py, pz, error, least, 0.0))
 
 
 @helper

@@ -37,7 +37,7 @@ from .secular import (
     place_below,
     root_above,
 )
-from .walls import CERTAIN_WALL, SLANTED, UNSETTLED, Candidate, candidate, try_point
+from .walls import CERTAIN_WALL, SLANTED, UNSETTLED, WallCandidate, candidate, try_point
 
 _ROOTS = 6  # most stationary points of a quadric
 _NOWHERE = 2.0**-100  # least w of the search, as a share of the pole
@@ -83,12 +83,12 @@ def _try(
     z: float,
     slack: float,
 ) -> int:
-    """Try the point at displacement (x, y, z); `slack` is that of a `Candidate`."""
+    """Try the point at displacement (x, y, z); `slack` is that of a `WallCandidate`."""
     known = conic_error(geometry, room, at, frame, x, y, z)
-    found = try_point(geometry, room, at, count, Candidate(x, y, z, known, 0.0, slack))
+    found = try_point(geometry, room, at, count, WallCandidate(x, y, z, known, 0.0, slack))
     if found == SLANTED:
         x, y, z, slack = settle_point(geometry, room, at, count, x, y, z)
-        found = try_point(geometry, room, at, count, Candidate(x, y, z, math.inf, 0.0, slack))
+        found = try_point(geometry, room, at, count, WallCandidate(x, y, z, math.inf, 0.0, slack))
     return found
 
 

@@ -350,7 +350,7 @@ def sheet_around(geometry: Geometry, room: Neighbourhood, count: int) -> bool:
     return False
 
 
-class Candidate(NamedTuple):
+class WallCandidate(NamedTuple):
     """A displacement from the query point to a candidate, with bounds from other sources than a projection."""
 
     x: float
@@ -362,9 +362,9 @@ class Candidate(NamedTuple):
 
 
 @inline
-def candidate(x: float, y: float, z: float) -> Candidate:
+def candidate(x: float, y: float, z: float) -> WallCandidate:
     """Return a candidate without bounds: the nearest of the common points of its surfaces."""
-    return Candidate(x, y, z, math.inf, 0.0, 0.0)
+    return WallCandidate(x, y, z, math.inf, 0.0, 0.0)
 
 
 class _Turn(NamedTuple):
@@ -425,7 +425,7 @@ def _proved_error(
 
 
 @helper
-def try_point(geometry: Geometry, room: Neighbourhood, at: WallQuery, count: int, v: Candidate) -> int:
+def try_point(geometry: Geometry, room: Neighbourhood, at: WallQuery, count: int, v: WallCandidate) -> int:
     """Try x + v on the first `count` of room.chosen as the nearest wall; return NO_, POSSIBLE_ or CERTAIN_WALL.
 
     An UNSETTLED vector that slants to the surfaces is not tried: the result is SLANTED.
