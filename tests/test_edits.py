@@ -9,7 +9,7 @@ import conicoid as co
 from conicoid.prepare import lower_shape as parts, lowering
 from conicoid.prepare.edits import scene_edit as edited
 from conicoid.prepare.prepared_scene import PreparedScene
-from conicoid.prepare.tape import recording_cache as recordings
+from conicoid.prepare.tape import recordings
 
 RAYS = (np.random.default_rng(3).normal(size=(400, 3)) * 4, np.random.default_rng(4).normal(size=(400, 3)))
 

@@ -87,18 +87,22 @@ def kernel(**shapes: str) -> Callable[[Function], Function]:
 
 
 def inline(function: Function) -> Function:
-    """Compile a function that is inlined into each caller. It may not allocate (no reference counts)."""
+    """Compile a function that is inlined into each caller.
+
+    It counts no references to arrays. So it may not allocate, and what it returns to a kernel or an allocator, which
+    count theirs, may hold no array: memory would be freed twice.
+    """
     return _inner(function, forceinline=True, _nrt=False)
 
 
 def helper(function: Function) -> Function:
-    """Compile a function that is called, not inlined: for large ones outside of inner loops. It may not allocate."""
+    """Compile a function that is called, not inlined: for large ones outside of inner loops. Else as `inline`."""
     # forceinline=False explicitly: Numba hands the option down to the functions that an inlined one calls
     return _inner(function, forceinline=False, _nrt=False)
 
 
 def allocator(function: Function) -> Function:
-    """Compile a function that kernels call and that allocates arrays."""
+    """Compile a function that kernels call and that allocates or returns arrays."""
     return _inner(function, forceinline=False, _nrt=True)
 
 

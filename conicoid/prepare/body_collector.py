@@ -34,10 +34,11 @@ from ..materials.material import Material
 from ..numerics import bigfloat as ex
 from .batch_lowering import BatchLowering
 from .csg_plan import placed_primitives
-from .instances import PrimitiveCache, instance_rows
+from .instances import instance_rows
 from .lower_shape import lower_shape, lower_stretched_balls
 from .motion_batch import PointPlaneMover
 from .pattern import BodyGroup, BodyGroups, BodyPattern, BulkBalls
+from .primitive_cache import PrimitiveCache
 from .progress import AFTER_BATCH, AFTER_READING, ProgressStages
 from .pytree import positions_by_key
 

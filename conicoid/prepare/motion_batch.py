@@ -21,8 +21,8 @@ from ..numerics.tracing import Tape
 from .assembly import round_numbers, round_surface, rounding_rests
 from .pattern import FRAME_NUMBERS
 from .pytree import flatten, flatten_all, positions_by_key, unflatten
-from .tape import recording_cache
-from .tape.program import NO_INPUTS, quad_row
+from .tape import recordings
+from .tape.recordings import NO_INPUTS, quad_row
 from .tape.registers import COLUMNS
 
 _TRANSLATE = {Translate}
@@ -168,7 +168,7 @@ class MotionBatch:
             def record(which: int, tape: Tape, steps: list[tuple[Step, ...]] = motions.steps) -> bool:
                 return _record_motion(steps[which], tape)
 
-            results, left = recording_cache.RECORDINGS.play(
+            results, left = recordings.RECORDINGS.play(
                 ("motion", form), record, numbers, NO_INPUTS, np.zeros(len(rows), np.int32)
             )
             for similar, which, played in results:
@@ -176,12 +176,12 @@ class MotionBatch:
                 table[at, : _NUMBERS - 1 + similar] = played.fours
                 back[at], kinds[at] = played.floats, similar
             # Few undecided motions are computed exactly below, however rarely used; of many, only those of many shapes.
-            if len(left) < recording_cache.FEWEST:  # fewer than a recording is worth
+            if len(left) < recordings.FEWEST:  # fewer than a recording is worth
                 few[rows[left]] = True
         uses = np.zeros(count, np.int64)
         for found, each in self._uses:
             uses += each * np.bincount(found, minlength=count)
-        for row in np.flatnonzero((kinds < 0) & (few | (uses >= recording_cache.FEWEST))).tolist():
+        for row in np.flatnonzero((kinds < 0) & (few | (uses >= recordings.FEWEST))).tolist():
             # Exact arithmetic, for one shape or many
             kinds[row], table[row], back[row] = _exact_motion_rows(Motion(self._steps[row]))
         return table, kinds, back
@@ -269,7 +269,7 @@ class PointPlaneMover:
                 tape.write(number)
 
         found: Any = None
-        results, left = recording_cache.RECORDINGS.play(
+        results, left = recordings.RECORDINGS.play(
             ("carried", name, int(similar[0])), record, rows, given, np.zeros(len(rows), np.int32)
         )
         for _, which, played in results:
@@ -285,7 +285,7 @@ class PointPlaneMover:
         """Return the numbers of a motion, and (1,) 1 if it is a similarity."""
         if motion not in self._motions:
             motions = MotionBatch()
-            motions.row(motion.steps, recording_cache.FEWEST)
+            motions.row(motion.steps, recordings.FEWEST)
             self._motions[motion] = motions.compute()[:2]
         return self._motions[motion]
 

@@ -34,8 +34,8 @@ from .motion_batch import MotionBatch, MotionChains, count_translations, input_m
 from .pattern import BOX_NUMBERS, FRAME_NUMBERS, BodyPattern, RowTable
 from .polyhedron_extent import learn_bounds, polyhedron_boxes
 from .pytree import flatten, flatten_all, positions_by_key, unflatten
-from .tape import recording_cache
-from .tape.program import NO_INPUTS
+from .tape import recordings
+from .tape.recordings import NO_INPUTS
 
 if TYPE_CHECKING:
     from ..geometry.polyhedron import Polyhedron
@@ -423,9 +423,7 @@ class PrimitiveBatch:
             traced.ends(traced.under())
 
         given = self._motion_inputs(key, of)
-        results, left = recording_cache.RECORDINGS.play(
-            ("directions", key, similar), record, of.numbers, given, of.motions
-        )
+        results, left = recordings.RECORDINGS.play(("directions", key, similar), record, of.numbers, given, of.motions)
         reaches, places = [np.zeros((0, BOX_NUMBERS))], [np.zeros(0, np.int64)]
         for _, which, played in results:
             shapes = [of.like.of(number)[0] for number in of.chosen[which].tolist()]
@@ -461,7 +459,7 @@ class PrimitiveBatch:
 
         is_finite: Any = np.isfinite(reaches).all(axis=0)
         endless = tuple(reaches[0, ~is_finite].tolist()), tuple(is_finite.tolist())
-        found, left = recording_cache.RECORDINGS.play(
+        found, left = recordings.RECORDINGS.play(
             (key, similar, endless), record, np.concatenate([of.numbers[some], reaches[:, is_finite]], axis=1),
             self._motion_inputs(key, of), of.motions[some],
         )  # fmt: skip

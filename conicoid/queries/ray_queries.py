@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -40,6 +40,8 @@ from .result import QueryResult
 if TYPE_CHECKING:
     from .spans import Crossings, Spans
 
+RowLists = TypeVar("RowLists", "Spans", "Crossings")
+
 
 # The queries: chunks of packets on several threads; results have the rays' shape
 
@@ -48,14 +50,14 @@ def first_hit(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any, device: 
     """Return the nearest crossing of each ray in (t_min, t_max)."""
     gpu = device_of("first_hit", device, _are_few(rays))
     arrays = arrays_of("first_hit", scene, rays, t_min, t_max)
-    found = HitBuffers.new(len(arrays.origins))
-    if gpu is not None and gpu.run(scene, "first_hits", arrays, found, width=_packets(rays)[0]):
-        return _settle_hits(scene, rays, arrays, found)
     width, packets = _packets(rays)
-    if not _is_coherent(scene, arrays, width, packets):
-        _trace_streams(scene, arrays, False, found)
-    else:
+    found = HitBuffers.new(len(arrays.origins))
+    if gpu is not None and gpu.run(scene, "first_hits", arrays, found, width=width):
+        return _settle_hits(scene, rays, arrays, found)
+    if _is_coherent(scene, arrays, width, packets):
         _trace_packets(scene, trace_first, arrays, width, found)
+    else:
+        _trace_streams(scene, arrays, False, found)
     if _are_few(rays) and scene.lacks_single_calls("first_hit"):
         one, few = ("trace_first_alone", 0, 1), ("trace_first", 0, 0, 1)
         _keep_single_calls(scene, "first_hit", _hits_of_few, HitBuffers.new(1), one, few)
@@ -102,7 +104,7 @@ def occluded(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any, device: s
     arrays = arrays_of("occluded", scene, rays, t_min, t_max)
     width, packets = _packets(rays)
     result: Any = np.zeros(len(arrays.origins), np.int8)
-    if gpu is not None and gpu.run(scene, "any_hits", arrays, (result,), width=_packets(rays)[0]):
+    if gpu is not None and gpu.run(scene, "any_hits", arrays, (result,), width=width):
         doubtful = np.flatnonzero(is_doubtful(result))
     elif _is_coherent(scene, arrays, width, packets):
         _trace_packets(scene, trace_occluded, arrays, width, result)
@@ -131,24 +133,30 @@ def _resolve_occlusion(scene: PreparedScene, arrays: RayArrays, which: Any) -> A
 
 def spans(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any, device: str | None = None) -> Spans:
     """Return every stretch of each ray inside each solid, clipped to [t_min, t_max]."""
-    from .spans import Spans, trace_lists
+    from .spans import Spans
 
-    gpu = device_of("spans", device, _are_few(rays))
-    arrays = arrays_of("spans", scene, rays, t_min, t_max)
-    if len(arrays.origins) == 1 and scene.lacks_single_calls("spans"):
-        _keep_single_lists(scene, Spans)
-    return Spans(scene, rays, trace_lists(scene, arrays, *_packets(rays), True, gpu))
+    return _row_lists(Spans, scene, rays, t_min, t_max, device)
 
 
 def crossings(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any, device: str | None = None) -> Crossings:
     """Return every crossing of each ray with every body, solid or sheet, in (t_min, t_max)."""
-    from .spans import Crossings, trace_lists
+    from .spans import Crossings
 
-    gpu = device_of("crossings", device, _are_few(rays))
-    arrays = arrays_of("crossings", scene, rays, t_min, t_max)
-    if len(arrays.origins) == 1 and scene.lacks_single_calls("crossings"):
-        _keep_single_lists(scene, Crossings)
-    return Crossings(scene, rays, trace_lists(scene, arrays, *_packets(rays), False, gpu))
+    return _row_lists(Crossings, scene, rays, t_min, t_max, device)
+
+
+def _row_lists(
+    kind: type[RowLists], scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any, device: str | None
+) -> RowLists:
+    """Return the spans or the crossings of rays."""
+    from .spans import Spans, trace_lists
+
+    query = kind.__name__.lower()
+    gpu = device_of(query, device, _are_few(rays))
+    arrays = arrays_of(query, scene, rays, t_min, t_max)
+    if len(arrays.origins) == 1 and scene.lacks_single_calls(query):
+        _keep_single_lists(scene, kind)
+    return kind(scene, rays, trace_lists(scene, arrays, *_packets(rays), kind is Spans, gpu))
 
 
 # Packets of rays in their own order, or streams of sorted rays
@@ -323,7 +331,7 @@ def _are_few_occluded(calls: Sequence[Callable[..., Any]], scene: PreparedScene,
     return None if np.count_nonzero(is_doubtful(result)) else result.astype(np.bool_)
 
 
-def _keep_single_lists(scene: PreparedScene, kind: type[Spans] | type[Crossings]) -> None:
+def _keep_single_lists(scene: PreparedScene, kind: type[RowLists]) -> None:
     """Let a call of one kernel answer the query of the spans or crossings of one ray from now on."""
     query = kind.__name__.lower()
     outputs, kernel = (np.zeros(1, np.int32), np.zeros(1, np.int8)), ("trace_rows_alone", query == "spans", 0, 1)
@@ -331,8 +339,8 @@ def _keep_single_lists(scene: PreparedScene, kind: type[Spans] | type[Crossings]
 
 
 def _lists_of_single(
-    kind: type[Spans] | type[Crossings], calls: Sequence[Callable[..., Any]], scene: PreparedScene, *numbers: Any
-) -> Spans | Crossings | None:
+    kind: type[RowLists], calls: Sequence[Callable[..., Any]], scene: PreparedScene, *numbers: Any
+) -> RowLists | None:
     """Return the spans or crossings of one ray; None where the query itself must answer."""
     found, ray = _call_single(calls[0], scene, *numbers)
     if found is None or found[2]:

@@ -20,7 +20,7 @@ from ..geometry.sheets import Polygon
 from ..kernels.crossings import trace_rows_alone
 from ..kernels.first_hits import HitBuffers, trace_first_alone
 from ..prepare.bvh.sah_binning import ONE_THREAD
-from ..prepare.tape.recording_cache import FEWEST
+from ..prepare.tape.recordings import FEWEST
 from ..queries.hit_fields import hit_alone, scan_lines
 from ..queries.ray_queries import arrays_of
 from ..queries.rays import Rays

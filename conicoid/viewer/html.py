@@ -25,8 +25,10 @@ from .._util.validation import check_path as checked_path, describe_kind
 from ..geometry.body import Body
 from ..geometry.shape import Shape
 from ..io.export.exporters import EXPORT_FORMATS, ExportOptions, find_export_format
+from ..kernels.first_hits import HitBuffers
 from ..kernels.tables import Tables
 from ..materials.color import srgb_encode
+from ..queries.exact.doubtful_rays import new_rank_scratch
 from ..scene.scene import Scene, as_scene
 from .picks import name_of
 from .scene_data import expand_tables, pack_scene
@@ -84,12 +86,17 @@ def engine_data(scene: Scene, shown: Any) -> dict[str, Any] | None:
     parts |= {name: getattr(tables, name) for name in Tables._fields if name not in shown or name in others}
     parts |= {f"rest_{name}": getattr(rest, name) for name in rest._fields}
     kinds = {name: _KINDS[array.dtype.kind, name == "places"] for name, array in parts.items()}
+    room = new_rank_scratch(scene._prepared)
     return {
         "code": _compress(code),
         "order": Tables._fields,
         "lengths": [len(geometry.integers), len(geometry.floats)],
         "parts": [[name, kinds[name], array.size] for name, array in parts.items()],
         "content": _compress(b"".join(array.astype(f"<{kinds[name]}").tobytes() for name, array in parts.items())),
+        # Memory of the kernels, from the records themselves: the page need not know their fields
+        "ranks": [[array.dtype.str[1:], array.size] for array in room.ranks],
+        "canonical": room.stand.floats.size,
+        "hit": [[name, array.dtype.str[1:]] for name, array in HitBuffers.new(1)._asdict().items()],
         "names": _compress(json.dumps([name_of(scene, item) for item in range(len(scene.bodies))]).encode()),
     }
 

@@ -20,7 +20,7 @@ from conicoid.prepare import batch_lowering as together_module, lowering
 from conicoid.prepare.error_limits import with_limits
 from conicoid.prepare.lowering import lower
 from conicoid.prepare.pattern import RowTable, row_blocks
-from conicoid.prepare.tape import recording_cache as recordings
+from conicoid.prepare.tape import recordings
 
 from ..samples import drawn
 from .tapes.test_recorded import KINDS, MOTIONS, SOLIDS

@@ -161,6 +161,16 @@ def test_ties_go_to_the_body_listed_first():
         assert scene.distance((0, 0, 0), exact=True).body == 0
 
 
+def test_a_corner_of_many_surfaces_has_the_face_of_a_wall():
+    """Near (0, 0, 1) the body is x <= 0, y >= 0, z <= 1, x - y - z <= -1; a part that only touches it adds x >= 0."""
+    beside = co.Box((0, -2, -1), (3, 1, 0))
+    body = (beside | co.HalfSpace((1, -1, -1), -1)) & co.Box((-1, 0, -1), (0, 3, 1))
+    found = co.Scene([body]).distance((0, -2.75, 1), exact=True)
+    assert (found.distance, found.point.tolist()) == (2.75, [0, 0, 1])
+    walls = np.array([(1, 0, 0), (0, -1, 0), (0, 0, 1), np.array((1, -1, -1)) / 3**0.5])
+    assert np.isclose(walls, found.normal).all(axis=1).any(), found.normal
+
+
 def test_far_points():
     for away in (1e3, 1e6, 1e9):
         found = exact(co.Ellipsoid((1, 2, 3)), (0, 0, away))

@@ -16,7 +16,9 @@ import pytest
 
 import conicoid as co
 from benchmarks.digest import Numbers, rays, scenes
+from conicoid.kernels.first_hits import HitBuffers
 from conicoid.queries.exact.error_bounds import errors_of_t
+from conicoid.queries.exact.ranks import Ranks
 from conicoid.viewer import html, html as engine
 from conicoid.viewer.picks import pick
 from conicoid.viewer.scene_data import pack_scene
@@ -133,6 +135,17 @@ def test_every_bit_is_the_desktops(tmp_path):
     assert same > 1000
     assert settled > 20
     assert left < same // 10
+
+
+@needs_engine
+def test_a_page_has_the_memory_that_the_kernels_declare():
+    """A field more of `Ranks` or `HitBuffers` reaches the page by itself, of the size that `record_shapes` states."""
+    scene = sheets()
+    data, tables = engine.engine_data(scene, {}), scene._prepared.lowered.tables
+    assert data is not None
+    lengths = {"surface_kind": len(tables.surface_kind), "polygon_surface": len(tables.polygon_surface)}
+    assert [count for _, count in data["ranks"]] == [eval(size, lengths) for size in Ranks.__shapes__.values()]
+    assert [name for name, _ in data["hit"]] == list(HitBuffers._fields)
 
 
 @needs_node

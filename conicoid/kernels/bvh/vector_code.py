@@ -1,4 +1,4 @@
-"""Helpers to write vector intrinsics, and the small intrinsics themselves: bits, extremes of lanes, prefetches.
+"""Helpers to write vector intrinsics, and the small intrinsics themselves: bits, extremes of lanes, prefetches, boxes.
 
 `Code` gives short names to LLVM's builder; an eight is a vector of eight doubles.
 """
@@ -380,3 +380,65 @@ def widen(typing_context: Any, points: Any, first: Any, extremes: Any, at: Any) 
         return context.get_dummy_value()
 
     return types.none(points, types.int64, extremes, types.int64), code
+
+
+# Boxes of eight floats, which `prepare/bvh/sah_binning.py` joins
+
+
+def _vector_at(context: Any, builder: Any, signature: Any, arguments: Any, k: int) -> Any:
+    """Return a pointer to the eight floats at arguments[k][arguments[k + 1]:]."""
+    array = context.make_array(signature.args[k])(context, builder, arguments[k])
+    return builder.bitcast(builder.gep(array.data, [arguments[k + 1]]), EIGHT.as_pointer())
+
+
+@intrinsic
+def join_box(typing_context: Any, into: Any, at: Any, other: Any, place: Any) -> Any:
+    """into[at:at + 8] = the greater of it and other[place:place + 8], number by number."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        target = _vector_at(context, builder, signature, arguments, 0)
+        a = builder.load(target, align=8)
+        b = builder.load(_vector_at(context, builder, signature, arguments, 2), align=8)
+        builder.store(builder.select(builder.fcmp_ordered(">", a, b), a, b), target, align=8)
+        return context.get_dummy_value()
+
+    return types.void(into, types.int64, other, types.int64), code
+
+
+@intrinsic
+def copy_box(typing_context: Any, into: Any, at: Any, other: Any, place: Any) -> Any:
+    """into[at:at + 8] = other[place:place + 8]"""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        value = builder.load(_vector_at(context, builder, signature, arguments, 2), align=8)
+        builder.store(value, _vector_at(context, builder, signature, arguments, 0), align=8)
+        return context.get_dummy_value()
+
+    return types.void(into, types.int64, other, types.int64), code
+
+
+@intrinsic
+def exchange_boxes(typing_context: Any, one: Any, at: Any, other: Any, place: Any) -> Any:
+    """Exchange one[at:at + 8] and other[place:place + 8]."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        first = _vector_at(context, builder, signature, arguments, 0)
+        second = _vector_at(context, builder, signature, arguments, 2)
+        a, b = builder.load(first, align=8), builder.load(second, align=8)
+        builder.store(b, first, align=8)
+        builder.store(a, second, align=8)
+        return context.get_dummy_value()
+
+    return types.void(one, types.int64, other, types.int64), code
+
+
+@intrinsic
+def clear_box(typing_context: Any, into: Any, at: Any) -> Any:
+    """into[at:at + 8] = -inf: a box that holds nothing."""
+
+    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        nothing = ir.Constant(EIGHT, [float("-inf")] * WIDTH)
+        builder.store(nothing, _vector_at(context, builder, signature, arguments, 0), align=8)
+        return context.get_dummy_value()
+
+    return types.void(into, types.int64), code

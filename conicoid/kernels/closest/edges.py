@@ -37,7 +37,7 @@ from .neighbourhood import (
 )
 from .projection import TANGENT, project_point
 from .stationary import rounding_share, try_conic
-from .walls import CERTAIN_WALL, sheet_around, sides_around, try_point
+from .walls import CERTAIN_WALL, WallCandidate, candidate, sheet_around, sides_around, try_point
 
 _ZERO_SHARE = 2.0**-44
 """Size, as a share of its terms, below which a coefficient counts as zero."""
@@ -237,7 +237,7 @@ def try_edge(geometry: Geometry, room: Neighbourhood, at: WallQuery, i: int, j: 
         x, y, z, dx, dy, dz = line_of_planes(ax, ay, az, g, bx, by, bz, h)
         if (dx != 0.0) | (dy != 0.0) | (dz != 0.0):
             _choose(room, i, j, j)
-            try_point(geometry, room, at, 2, x, y, z, math.inf, 0.0, 0.0)
+            try_point(geometry, room, at, 2, candidate(x, y, z))
         return False
     cx, cy, cz = origin_of(geometry, room, at, i, j, j)
     planes = planes_of_pair(geometry, room, i, j, cx, cy, cz)
@@ -312,7 +312,7 @@ def _try_line(
                 px, py, pz = x - qx + t * dx, y - qy + t * dy, z - qz + t * dz
                 error = rounding_share(at, EDGE_ERROR, px, py, pz) if k == j else math.inf
                 least = length_of(fx, fy, fz) - rounding_share(at, EDGE_ERROR, fx, fy, fz)
-                try_point(geometry, room, at, 2 if k == j else 3, px, py, pz, error, least, 0.0)
+                try_point(geometry, room, at, 2 if k == j else 3, WallCandidate(px, py, pz, error, least, 0.0))
 
 
 @helper
@@ -363,8 +363,8 @@ def _try_from(
     touch = project_point(geometry, room, count, at.x + vx, at.y + vy, at.z + vz)
     if touch.off > _ENDED * (abs(touch.x) + abs(touch.y) + abs(touch.z)):
         return
-    vx, vy, vz = touch.x - at.x, touch.y - at.y, touch.z - at.z
-    if try_point(geometry, room, at, count, vx, vy, vz, math.inf, 0.0, 0.0) != CERTAIN_WALL:
+    v = candidate(touch.x - at.x, touch.y - at.y, touch.z - at.z)
+    if try_point(geometry, room, at, count, v) != CERTAIN_WALL:
         # A guess must not lower the certain bound
         room.best[LOWER] = before
 
@@ -583,7 +583,7 @@ def _try_box(
             radius = min(radius, _radius(form) * touch.sine)
     if half > _SMALL * radius * touch.sine:
         return False
-    try_point(geometry, room, at, count, touch.x - at.x, touch.y - at.y, touch.z - at.z, math.inf, 0.0, 0.0)
+    try_point(geometry, room, at, count, candidate(touch.x - at.x, touch.y - at.y, touch.z - at.z))
     if count == 2 and room.best[LOWER] < before:  # the stationary point lies beside this one
         offset = 8.0 * half / touch.sine
         room.best[LOWER] -= 2.0 * offset * offset / radius
@@ -628,7 +628,7 @@ def _search(geometry: Geometry, room: Neighbourhood, at: WallQuery, x: float, y:
         if half <= _SMALL * near and _try_box(geometry, room, at, count, x, y, z, half):
             continue
         if half <= _LEAST * (abs(x) + abs(y) + abs(z) + whole_cube) or steps > _MOST_STEPS:
-            try_point(geometry, room, at, min(count, 3), x - at.x, y - at.y, z - at.z, math.inf, 0.0, 0.0)
+            try_point(geometry, room, at, min(count, 3), candidate(x - at.x, y - at.y, z - at.z))
             room.best[LOWER] = min(room.best[LOWER], near)
             continue
         half *= 0.5

@@ -37,7 +37,7 @@ from .secular import (
     place_below,
     root_above,
 )
-from .walls import CERTAIN_WALL, SLANTED, UNSETTLED, try_point
+from .walls import CERTAIN_WALL, SLANTED, UNSETTLED, WallCandidate, candidate, try_point
 
 _ROOTS = 6  # most stationary points of a quadric
 _NOWHERE = 2.0**-100  # least w of the search, as a share of the pole
@@ -83,12 +83,12 @@ def _try(
     z: float,
     slack: float,
 ) -> int:
-    """Try the point at displacement (x, y, z); `slack` is that of `try_point`."""
+    """Try the point at displacement (x, y, z); `slack` is that of a `WallCandidate`."""
     known = conic_error(geometry, room, at, frame, x, y, z)
-    found = try_point(geometry, room, at, count, x, y, z, known, 0.0, slack)
+    found = try_point(geometry, room, at, count, WallCandidate(x, y, z, known, 0.0, slack))
     if found == SLANTED:
         x, y, z, slack = settle_point(geometry, room, at, count, x, y, z)
-        found = try_point(geometry, room, at, count, x, y, z, math.inf, 0.0, slack)
+        found = try_point(geometry, room, at, count, WallCandidate(x, y, z, math.inf, 0.0, slack))
     return found
 
 
@@ -287,14 +287,14 @@ def try_face(geometry: Geometry, room: Neighbourhood, at: WallQuery, k: int, fla
     room.chosen[0] = k
     if flat:
         h = -2.0 * form.value
-        try_point(geometry, room, at, 1, h * form.gx, h * form.gy, h * form.gz, math.inf, 0.0, 0.0)
+        try_point(geometry, room, at, 1, candidate(h * form.gx, h * form.gy, h * form.gz))
         return
     if integer(geometry, table.SURFACE_KIND, room.surface[k]) == SPHERE:
         # About its center all directions are as near
         radius = load_sphere(geometry, integer(geometry, table.SURFACE_ROW, room.surface[k])).radius
         ux, uy, uz = unit_along(form.gx, form.gy, form.gz, 1.0, 0.0, 0.0)
         x, y, z = radius * ux - form.gx, radius * uy - form.gy, radius * uz - form.gz
-        try_point(geometry, room, at, 1, x, y, z, math.inf, 0.0, 0.0)
+        try_point(geometry, room, at, 1, candidate(x, y, z))
         return
     e, along = equation_about(geometry, room.surface[k], form, at.x, at.y, at.z)
     frame, back = (

@@ -8,6 +8,7 @@ surfaces through it. The walls of polygons come first and last: nearest points o
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from ..._jit.decorators import helper, inline
 from .. import tables as table
@@ -349,30 +350,90 @@ def sheet_around(geometry: Geometry, room: Neighbourhood, count: int) -> bool:
     return False
 
 
+class WallCandidate(NamedTuple):
+    """A displacement from the query point to a candidate, with bounds from other sources than a projection."""
+
+    x: float
+    y: float
+    z: float
+    error: float  # of the point; infinite for none
+    least: float  # a lower bound of the distance to all common points of the chosen surfaces
+    slack: float  # how much nearer these may come beside the point, a local minimum of their distance; or UNSETTLED
+
+
+@inline
+def candidate(x: float, y: float, z: float) -> WallCandidate:
+    """Return a candidate without bounds: the nearest of the common points of its surfaces."""
+    return WallCandidate(x, y, z, math.inf, 0.0, 0.0)
+
+
+class _Turn(NamedTuple):
+    """Whether a body, or the existence of a sheet, differs between the sides of the surfaces through a point."""
+
+    is_wall: bool
+    chosen: int  # the first of room.chosen whose side matters
+    sides: int  # a combination of sides in which it does
+    values: int  # `sides_around`, of at most `_MOST` surfaces
+
+
+@inline
+def _turn_of(geometry: Geometry, room: Neighbourhood, many: int) -> _Turn:
+    """Return how the body turns at a point on the first `many` of room.chosen. Relies on `put_signs`."""
+    none = whole(0)
+    if room.sizes[SHEET_OF] == 1:
+        return _Turn(many > _MOST or sheet_around(geometry, room, many), none, none, none)
+    if many > _MOST:
+        varies = not _is_wholly(geometry, room, True) and not _is_wholly(geometry, room, False)
+        return _Turn(varies, none, none, none)
+    values, turned = sides_around(geometry, room, many), none
+    every = whole(-1) if many == _MOST else (whole(1) << (1 << many)) - 1
+    if values == 0 or values == every:
+        return _Turn(False, none, none, values)
+    while turned < many - 1 and _turning_sides(values, many, turned) < 0:
+        turned += 1
+    return _Turn(True, turned, max(whole(_turning_sides(values, many, turned)), none), values)
+
+
+@inline
+def _proved_error(
+    geometry: Geometry, room: Neighbourhood, count: int, many: int, sine: float, x: float, y: float, z: float,
+    off: float, distance: float,
+) -> float:  # fmt: skip
+    """Return how far from a point a wall surely is; infinite where none is sure.
+
+    The point has an error of `off`; it lies on `count` surfaces, with angles of this least sine, and perhaps on `many`.
+    """
+    wide = 0.0
+    if count < many <= 3:  # a wall is sure to be at the common point alone
+        common = project_point(geometry, room, many, x, y, z)
+        sine, wide = min(sine, common.sine), common.off + length_of(common.x - x, common.y - y, common.z - z)
+    if many <= 3 and not sine < TANGENT:
+        return max(off, wide)
+    if room.sizes[SHEET_OF] == 1:
+        return math.inf
+    # Tangent or many surfaces: their combinations of sides need not all occur, so points beside decide
+    first, second, third = room.chosen[0], room.chosen[1], room.chosen[2]
+    far = abs(x) + abs(y) + abs(z) + distance
+    step = max(_SHORT_STEP * far, 2.0 * off)
+    proved = _straddles_wall(geometry, room, x, y, z, step)
+    if not proved:
+        step = max(_LONG_STEP * far, 16.0 * off)
+        proved = _straddles_wall(geometry, room, x, y, z, step)
+    room.chosen[0], room.chosen[1], room.chosen[2] = first, second, third
+    put_signs(geometry, room, count, x, y, z, off)  # those of the point, with the surfaces in their order
+    return off + 2.25 * step if proved else math.inf
+
+
 @helper
-def try_point(
-    geometry: Geometry,
-    room: Neighbourhood,
-    at: WallQuery,
-    count: int,
-    vx: float,
-    vy: float,
-    vz: float,
-    known: float,
-    least: float,
-    slack: float,
-) -> int:
+def try_point(geometry: Geometry, room: Neighbourhood, at: WallQuery, count: int, v: WallCandidate) -> int:
     """Try x + v on the first `count` of room.chosen as the nearest wall; return NO_, POSSIBLE_ or CERTAIN_WALL.
 
-    `known` is an error bound of the point from other sources than its projection; infinite for none. `least` is a lower
-    bound of the distance to all common points of the chosen surfaces. `slack`: how much nearer these may
-    come beside the point, a local minimum of their distance. With UNSETTLED the vector is tested first, and nothing
-    is done but to return SLANTED where it slants to them.
+    An UNSETTLED vector that slants to the surfaces is not tried: the result is SLANTED.
     """
     # The point on the surfaces, with the better of two error bounds
-    x, y, z, off, sine, one, two = project_point(geometry, room, count, at.x + vx, at.y + vy, at.z + vz)
-    if known < off:
-        x, y, z, off = at.x + vx, at.y + vy, at.z + vz, known
+    x, y, z, off, sine, one, two = project_point(geometry, room, count, at.x + v.x, at.y + v.y, at.z + v.z)
+    if v.error < off:
+        x, y, z, off = at.x + v.x, at.y + v.y, at.z + v.z, v.error
     distance = length_of(x - at.x, y - at.y, z - at.z)
     # v was found relative to the query point: adding it there rounds by a share of the distance
     off += 2.0**-50 * distance
@@ -380,57 +441,26 @@ def try_point(
         return NO_WALL
     if room.sizes[WITHIN] > 0 and not is_within(geometry, whole(room.sizes[WITHIN]) - 1, x, y, z):
         return NO_WALL
-    if slack == UNSETTLED and slant(one, two, x - at.x, y - at.y, z - at.z) > _STILL * distance + off:
+    if v.slack == UNSETTLED and slant(one, two, x - at.x, y - at.y, z - at.z) > _STILL * distance + off:
         return SLANTED
-    # A wall, if the body differs between combinations of sides of the surfaces through the point
     many = put_signs(geometry, room, count, x, y, z, off)
-    sheet, turned, between = room.sizes[SHEET_OF] == 1, 0, 0
-    if sheet:
-        if many <= _MOST and not sheet_around(geometry, room, many):
-            return NO_WALL
-    elif many <= _MOST:
-        values = sides_around(geometry, room, many)
-        every = whole(-1) if many == _MOST else (whole(1) << (1 << many)) - 1
-        if values == 0 or values == every:
-            return NO_WALL
-        while turned < many - 1 and _turning_sides(values, many, turned) < 0:
-            turned += 1
-        between = max(_turning_sides(values, many, turned), 0)
-    elif _is_wholly(geometry, room, True) or _is_wholly(geometry, room, False):
+    turn = _turn_of(geometry, room, many)
+    if not turn.is_wall:
         return NO_WALL
-    room.best[LOWER] = min(room.best[LOWER], max(distance - off - max(slack, 0.0), min(least, distance)))
-    wall = room.chosen[turned]
-    wide = 0.0
-    if count < many <= 3:
-        common = project_point(geometry, room, many, x, y, z)
-        sine, wide = min(sine, common.sine), common.off + length_of(common.x - x, common.y - y, common.z - z)
-    # Tangent or many surfaces: their combinations of sides need not all occur, so points beside decide
-    if many > 3 or sine < TANGENT:
-        first, second, third = room.chosen[0], room.chosen[1], room.chosen[2]
-        far = abs(x) + abs(y) + abs(z) + distance
-        step = max(_SHORT_STEP * far, 2.0 * off)
-        proved = not sheet and _straddles_wall(geometry, room, x, y, z, step)
-        if not (proved or sheet):
-            step = max(_LONG_STEP * far, 16.0 * off)
-            proved = _straddles_wall(geometry, room, x, y, z, step)
-        put_signs(geometry, room, 0, x, y, z, off)
-        room.chosen[0], room.chosen[1], room.chosen[2] = first, second, third
-        if not proved:
-            return POSSIBLE_WALL
-        off += 2.25 * step
-    elif many > count:
-        off = max(off, wide)  # a wall is sure to be at the common point alone
-    size = abs(x) + abs(y) + abs(z)
+    room.best[LOWER] = min(room.best[LOWER], max(distance - off - max(v.slack, 0.0), min(v.least, distance)))
+    wall, size = room.chosen[turn.chosen], abs(x) + abs(y) + abs(z)
+    off = _proved_error(geometry, room, count, many, sine, x, y, z, off, distance)
     if off > max(max(_VAGUE * size, _FAR * (size + distance)), _OFFSET * _reach(geometry, room, x, y, z)):
         return POSSIBLE_WALL
     for i in range(count):
         if not _passes_near(geometry, room.surface[room.chosen[i]], x, y, z):
             return POSSIBLE_WALL
     room.best[UPPER] = min(room.best[UPPER], distance + off)
-    if not sheet and many <= _MOST:  # of the point's surroundings, where the wall's own sides differ
+    if room.sizes[SHEET_OF] != 1 and many <= _MOST:  # of the point's surroundings, where the wall's own sides differ
+        sides = turn.sides
         if count < many and room.sizes[PROGRAM] >= 0:
-            between = _sides_of_lowest(geometry, room, values, many, turned, between)
-        _put_sides(room, many, turned, between)
+            sides = _sides_of_lowest(geometry, room, turn.values, many, turn.chosen, sides)
+        _put_sides(room, many, turn.chosen, sides)
     keep_wall(geometry, room, at, wall, x, y, z, distance)
     return CERTAIN_WALL
 
@@ -535,7 +565,7 @@ def _decides(geometry: Geometry, room: Neighbourhood, k: int, chosen: int) -> bo
 @inline
 def _try(geometry: Geometry, room: Neighbourhood, at: WallQuery, x: float, y: float, z: float) -> None:
     room.chosen[0] = 0
-    try_point(geometry, room, at, 1, x, y, z, math.inf, 0.0, 0.0)
+    try_point(geometry, room, at, 1, candidate(x, y, z))
 
 
 @helper

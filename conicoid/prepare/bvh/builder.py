@@ -31,11 +31,11 @@ from .sah_binning import (
     NEGATED_LOW,
     SIZE,
     boxes_in,
-    clear,
-    copy,
+    clear_box,
+    copy_box,
     cut_group,
     half_area,
-    join,
+    join_box,
     partition_large,
 )
 
@@ -125,7 +125,7 @@ def _load_cell(source: Floats, cells: Floats, cell: int, records: Floats, first:
     place = np.int64(cells[SIZE * cell + ITEM])
     for k in range(last - first):
         if 0 <= place + k < len(source) // SIZE:
-            copy(records, SIZE * (first + k), source, SIZE * (place + k))
+            copy_box(records, SIZE * (first + k), source, SIZE * (place + k))
 
 
 @kernel(
@@ -402,9 +402,9 @@ def box_nodes(
                 for axis in range(3):
                     boxes[place + WIDTH * axis], boxes[place + WIDTH * (axis + 3)] = math.inf, -math.inf
                 continue
-            clear(box, 0)
+            clear_box(box, 0)
             for i in range(begins, min(ends, len(records) // SIZE)):
-                join(box, 0, records, SIZE * i)
+                join_box(box, 0, records, SIZE * i)
             for axis in range(3):
                 boxes[place + WIDTH * axis] = restore_limit(limits, axis, -box[axis])
                 boxes[place + WIDTH * (axis + 3)] = restore_limit(limits, axis + 3, box[axis + 4])

@@ -4,6 +4,8 @@ The planes of a cell are sorted by halving, each time along the axis in which th
 side by side are alike. Runs of 4, 16, 64, ... planes are the groups. Every group bounds the values of its planes: their
 normals by a box, and their values at an anchor, the point that is nearest to all of them. About there the value of each
 plane is small, and so is what the box adds.
+
+User: solids of OpenSCAD and meshes; factor: 7 to 10 for rays on a sphere with `$fn = 100`, 70 with `$fn = 400`.
 """
 
 from __future__ import annotations

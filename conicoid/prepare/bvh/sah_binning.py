@@ -19,9 +19,15 @@ from ...kernels.tables import Floats, Ints
 from ...kernels.threads import KernelRange, run_calls, run_chunks
 
 if TYPE_CHECKING or SHIPPED is None:
-    from .vector_code import clear as clear, copy as copy, exchange, join as join
+    from ...kernels.bvh.vector_code import (
+        clear_box as clear_box,
+        copy_box as copy_box,
+        exchange_boxes,
+        join_box as join_box,
+    )
 else:
-    clear, copy, exchange, join = map(instructions(__package__, "vector_code"), ("clear", "copy", "exchange", "join"))
+    _boxes = instructions("conicoid.kernels.bvh", "vector_code")
+    clear_box, copy_box, exchange_boxes, join_box = map(_boxes, ("clear_box", "copy_box", "exchange_boxes", "join_box"))
 
 # A box is eight floats in one vector, -low xyz, a cost, high xyz, an item: one maximum then joins two boxes.
 SIZE = 8
@@ -96,14 +102,14 @@ def _fill_bins(
     for k in range(3):
         for b in range(k * BINS, k * BINS + bins):
             counts[b] = 0
-            clear(boxes, SIZE * b)
+            clear_box(boxes, SIZE * b)
     for i in range(begin, end):
         a = _bin(_center(records, i, 0), lows[0], scales[0], bins)
         b = _bin(_center(records, i, 1), lows[1], scales[1], bins) + BINS
         c = _bin(_center(records, i, 2), lows[2], scales[2], bins) + 2 * BINS
-        join(boxes, SIZE * a, records, SIZE * i)
-        join(boxes, SIZE * b, records, SIZE * i)
-        join(boxes, SIZE * c, records, SIZE * i)
+        join_box(boxes, SIZE * a, records, SIZE * i)
+        join_box(boxes, SIZE * b, records, SIZE * i)
+        join_box(boxes, SIZE * c, records, SIZE * i)
         weight = _weight(records, i) if weighted else 1
         counts[a] += weight
         counts[b] += weight
@@ -115,12 +121,12 @@ def _best_cut(scales: tuple[float, float, float], bins: int, boxes: Floats, coun
     """Return the cut with the least sum of area times count; overwrite the room behind the bins."""
     # The axes side by side, so that no sum of boxes waits for the one before, and without branches to guess wrongly
     for k in range(3):
-        clear(boxes, _LAST + SIZE * k)
+        clear_box(boxes, _LAST + SIZE * k)
     for step in range(1, bins):
         for k in range(3):
             _join_next(boxes, k, bins - step, _BEYOND)
     for k in range(3):
-        clear(boxes, _LAST + SIZE * k)
+        clear_box(boxes, _LAST + SIZE * k)
     total = 0
     for b in range(bins):
         total += counts[b]
@@ -147,7 +153,7 @@ def _best_cut(scales: tuple[float, float, float], bins: int, boxes: Floats, coun
 @inline
 def _join_next(boxes: Floats, k: int, b: int, areas: int) -> float:
     """Join bin b of axis k to the box of that axis; write and return the area of both together."""
-    join(boxes, _LAST + SIZE * k, boxes, SIZE * (k * BINS + b))
+    join_box(boxes, _LAST + SIZE * k, boxes, SIZE * (k * BINS + b))
     area = half_area(boxes, _LAST + SIZE * k)
     boxes[areas + k * BINS + b] = area
     return area
@@ -185,7 +191,7 @@ def _partition(records: Floats, begin: int, end: int, border: Border, bins: int)
     for i in range(begin, end):
         # Exchanged in any case, since a processor guesses such a branch wrongly each second time
         before = _lies_before(records, i, border, bins)
-        exchange(records, SIZE * i, records, SIZE * middle)
+        exchange_boxes(records, SIZE * i, records, SIZE * middle)
         middle += 1 if before else 0
     return middle
 
@@ -230,16 +236,16 @@ def _cut_few(records: Floats, begin: int, count: int) -> tuple[int, float, float
             if 2.0 * (two + others) < best:
                 best, chosen, left, right = 2.0 * (two + others), k + 4, two, others
     pair = 1 if chosen > last else 0
-    exchange(records, SIZE * (begin + pair), records, SIZE * (chosen - 4 * pair))
+    exchange_boxes(records, SIZE * (begin + pair), records, SIZE * (chosen - 4 * pair))
     return begin + 1 + pair, left, right
 
 
 @inline
 def _area_of(records: Floats, begin: int, end: int, boxes: Floats, at: int) -> float:
     """Return half the area of the box around records; boxes[at:] is overwritten."""
-    clear(boxes, at)
+    clear_box(boxes, at)
     for i in range(begin, end):
-        join(boxes, at, records, SIZE * i)
+        join_box(boxes, at, records, SIZE * i)
     return half_area(boxes, at)
 
 
@@ -313,7 +319,7 @@ def sort_into_cells(records: Floats, begin: int, end: int, grid: Grid, places: I
     for i in range(begin, end):
         cell = _cell(records, i, grid)
         if 0 <= cell < len(places) and 0 <= places[cell] < len(target) // SIZE:
-            copy(target, SIZE * places[cell], records, SIZE * i)
+            copy_box(target, SIZE * places[cell], records, SIZE * i)
             places[cell] += 1
 
 
@@ -321,9 +327,9 @@ def sort_into_cells(records: Floats, begin: int, end: int, grid: Grid, places: I
 def box_cells(records: Floats, firsts: Ints, sizes: Ints, begin: int, end: int, cells: Floats) -> None:
     """Write cells begin..end, each of so many records from a first one on."""
     for k in range(begin, end):
-        clear(cells, SIZE * k)
+        clear_box(cells, SIZE * k)
         for i in range(max(0, firsts[k]), min(firsts[k] + sizes[k], len(records) // SIZE)):
-            join(cells, SIZE * k, records, SIZE * i)
+            join_box(cells, SIZE * k, records, SIZE * i)
         cells[SIZE * k + COST], cells[SIZE * k + ITEM] = sizes[k], firsts[k]
 
 

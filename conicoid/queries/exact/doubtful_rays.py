@@ -56,6 +56,7 @@ from .ranks import (
     FREE,
     SURFACES,
     Doubtful,
+    RankedRay,
     Ranks,
     RankScratch,
     clear_ranks,
@@ -141,7 +142,7 @@ def _put_walls(
     rows: Floats, first: int, last: int,
 ) -> None:  # fmt: skip
     """Write walls to the rows of an entry whose tied places have the surface of none."""
-    stand, ranks = room.stand, room.ranks
+    of = RankedRay(geometry, room.stand, scratch, room.ranks, ray, count)
     for i in range(first, last):
         for end in range(2):
             crosses, rank, _ = _end(rows, i, spans, end == 1)
@@ -150,36 +151,37 @@ def _put_walls(
             column, enters, face = SURFACE, rows[i, ENTERS] == 1.0, whole(rows[i, FACE])
             if spans:
                 column, enters, face = EXIT_SURFACE if end == 1 else ENTER_SURFACE, end == 0, whole(-1)
-            wall = whole(rows[i, column]), face
-            differs, place, sense = wall_of_tie(geometry, stand, scratch, ranks, ray, count, entry, rank, enters, wall)
+            differs, place, sense = wall_of_tie(of, entry, rank, enters, (whole(rows[i, column]), face))
             if differs:
-                surface, number, side = crossing_face(geometry, entry, place, sense)
+                surface, number, side = crossing_face(of.geometry, entry, place, sense)
                 rows[i, column] = surface
                 if not spans:
                     rows[i, FACE], rows[i, SIDE] = number, side
-                rows[i, OFF if not spans else EXIT_OFF if end == 1 else ENTER_OFF] = t_of(ranks, surface, rank)
+                rows[i, OFF if not spans else EXIT_OFF if end == 1 else ENTER_OFF] = t_of(of.ranks, surface, rank)
+
+
+@helper
+def _crossings_of(
+    geometry: Geometry, room: RankScratch, scratch: Scratch, ray: Ray, count: int, entry: int
+) -> tuple[int, bool]:
+    """Find the crossings of an entry, as `ranked_crossings`."""
+    find_leaves(geometry, scratch, entry, ray)
+    return ranked_crossings(RankedRay(geometry, room.stand, scratch, room.ranks, ray, count), entry)
 
 
 @allocator
 def rows_of_ranks(
-    geometry: Geometry,
-    room: RankScratch,
-    scratch: Scratch,
-    user_ray: Ray,
-    count: int,
-    spans: bool,
-    rows: Floats,
+    geometry: Geometry, room: RankScratch, scratch: Scratch, user_ray: Ray, count: int, spans: bool, rows: Floats,
     used: int,
-) -> tuple[Floats, int]:
-    """Append rows (kernels/body/crossing_rows.py) of the entries scratch.found[:count]. Return (rows, number)."""
-    (ray, scale), stand, ranks = scale_ray(user_ray), room.stand, room.ranks
-    first, along, tied = used, ray_of_ranks(ray.start), find_ties(geometry, ranks, ray)
+) -> tuple[Floats, int]:  # fmt: skip
+    """Append rows (kernels/body/crossing_rows.py) of a ray with ranks. Return (rows, number)."""
+    ray, scale = scale_ray(user_ray)
+    first, along, tied = used, ray_of_ranks(ray.start), find_ties(geometry, room.ranks, ray)
     for k in range(count):
         entry = scratch.found[k]
         if spans and not is_solid(geometry, entry):
             continue
-        find_leaves(geometry, scratch, entry, ray)
-        crossings, inside = ranked_crossings(geometry, stand, scratch, ranks, entry, ray)
+        crossings, inside = _crossings_of(geometry, room, scratch, ray, count, entry)
         if crossings > 0 or inside:
             rows = grow_rows(rows, used, crossings + 1)
             put_rows(geometry, scratch, entry, BodyRows(crossings, inside, 0.0, False), along, spans, rows, used)
@@ -190,6 +192,18 @@ def rows_of_ranks(
     sort_rows(rows, first, used, spans)
     _ranks_to_t(rows, first, used, user_ray, scale, spans)
     return rows, used
+
+
+@helper
+def _put_first(
+    geometry: Geometry, room: RankScratch, scratch: Scratch, ray: Ray, count: int, scale: float, i: int,
+    found: HitBuffers,
+) -> int:  # fmt: skip
+    """Write the first hit of ray i. Return `TIED`, or 0 if it hangs on no tie."""
+    of = RankedRay(geometry, room.stand, scratch, room.ranks, ray, count)
+    hit = first_of_ranks(of, find_ties(of.geometry, of.ranks, of.ray))
+    put_hit(scale_hit(hit, scale), i, found)
+    return whole(TIED if hangs_on_tie(of, hit) else 0)
 
 
 # Kernels
@@ -204,22 +218,16 @@ def settle_first(
     Undecided rays keep theirs and get undecided[k] = 1.
     """
     scratch = new_scratch(geometry)
-    rest, stand, ranks = room
     which, undecided = doubtful
     for k in range(begin, end):
         if is_halted(geometry):
             break
-        i = which[k]
-        ray, scale = scale_ray(load_ray(rays, i))
-        count = rank_ray(geometry, rest, scratch, ranks, ray, span_inverse(ray))
-        undecided[k] = 1 if count < 0 else 0
+        ray, scale = scale_ray(load_ray(rays, which[k]))
+        count = rank_ray(geometry, room, scratch, ray)
+        undecided[k] = 1
         if count >= 0:
-            put_canonical_surfaces(geometry, stand, scratch, ranks, ray.start, count)
-            tied = find_ties(geometry, ranks, ray)
-            hit = first_of_ranks(geometry, stand, scratch, ranks, ray, count, tied)
-            put_hit(scale_hit(hit, scale), i, found)
-            undecided[k] = TIED if hangs_on_tie(geometry, stand, scratch, ranks, ray, count, hit) else 0
-        clear_stand(stand, ranks)
+            undecided[k] = _put_first(geometry, room, scratch, ray, count, scale, which[k], found)
+        clear_stand(room.stand, room.ranks)
 
 
 @kernel(t="n", entry="n", limits="out n")
@@ -239,21 +247,18 @@ def settle_rows(
 ) -> Floats:
     """Return rows of spans or crossings of doubtful rays, counts[k] for ray k; undecided: 0 and undecided[k] = 1."""
     scratch, used = new_scratch(geometry), 0
-    rest, stand, ranks = room
     which, undecided = doubtful
     rows = np.empty((64, SPAN_COLUMNS if spans else CROSSING_COLUMNS))
     for k in range(len(which)):
         if is_halted(geometry):
             break
         own_ray = load_ray(rays, which[k])
-        ray, _ = scale_ray(own_ray)
-        count, first = rank_ray(geometry, rest, scratch, ranks, ray, span_inverse(ray)), used
+        count, first = rank_ray(geometry, room, scratch, scale_ray(own_ray)[0]), used
         undecided[k] = 1 if count < 0 else 0
         if count >= 0:
-            put_canonical_surfaces(geometry, stand, scratch, ranks, ray.start, count)
             rows, used = rows_of_ranks(geometry, room, scratch, own_ray, count, spans, rows, used)
         counts[k] = used - first
-        clear_stand(stand, ranks)
+        clear_stand(room.stand, room.ranks)
     return rows[:used].copy()
 
 
@@ -272,42 +277,37 @@ def crossed_surfaces(geometry: Geometry, ranks: Ranks, rays: RayArrays, i: int, 
     return found, count
 
 
-@inline
-def prepare_ranked_ray(geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray) -> int:
-    """Prepare to trace a ray with ranks from exact arithmetic. Return the number of entries that it may cross."""
-    count, inverse = collect_entries(geometry, scratch, ray), span_inverse(ray)
+@helper
+def prepare_ranked_ray(geometry: Geometry, room: RankScratch, scratch: Scratch, ray: Ray) -> int:
+    """Prepare to trace a ray with ranks from exact arithmetic. Return `RankedRay.entry_count`."""
+    ranks, count, inverse = room.ranks, collect_entries(geometry, scratch, ray), span_inverse(ray)
     list_surfaces(geometry, scratch, ranks, ray, count, False)
     # Exact arithmetic rounds its own t; where the fast t is certain, it is the one that all routes report
     for k in range(ranks.size[SURFACES]):
         if ranks.verdict[2 * ranks.surfaces[k]] == CROSSES:
             report_fast_t(geometry, ranks, ranks.surfaces[k], ray, inverse)
-    put_canonical_surfaces(geometry, stand, scratch, ranks, ray.start, count)
+    put_canonical_surfaces(RankedRay(geometry, room.stand, scratch, ranks, ray, count))
     return count
 
 
 @kernel(room="out", i="0..n-1", found="out")
 def ranked_first(geometry: Geometry, room: RankScratch, rays: RayArrays, i: int, found: HitBuffers) -> int:
     """Write the first hit of ray i, whose ranks are known. Return `TIED`, or 0 if it hangs on no tie."""
-    scratch, stand, ranks = new_scratch(geometry), room.stand, room.ranks
-    ray, scale = scale_ray(load_ray(rays, i))
-    count = prepare_ranked_ray(geometry, stand, scratch, ranks, ray)
-    hit = first_of_ranks(geometry, stand, scratch, ranks, ray, count, find_ties(geometry, ranks, ray))
-    put_hit(scale_hit(hit, scale), i, found)
-    tied = TIED if hangs_on_tie(geometry, stand, scratch, ranks, ray, count, hit) else 0
-    clear_stand(stand, ranks)
+    scratch, (ray, scale) = new_scratch(geometry), scale_ray(load_ray(rays, i))
+    count = prepare_ranked_ray(geometry, room, scratch, ray)
+    tied = _put_first(geometry, room, scratch, ray, count, scale, i, found)
+    clear_stand(room.stand, room.ranks)
     return tied
 
 
 @kernel(room="out", i="0..n-1")
 def ranked_rows(geometry: Geometry, room: RankScratch, rays: RayArrays, i: int, spans: bool) -> Floats:
     """Return rows of the spans or crossings of ray i, whose ranks are known."""
-    scratch, stand, ranks = new_scratch(geometry), room.stand, room.ranks
+    scratch, own_ray = new_scratch(geometry), load_ray(rays, i)
     rows = np.empty((64, SPAN_COLUMNS if spans else CROSSING_COLUMNS))
-    own_ray = load_ray(rays, i)
-    ray, _ = scale_ray(own_ray)
-    count = prepare_ranked_ray(geometry, stand, scratch, ranks, ray)
+    count = prepare_ranked_ray(geometry, room, scratch, scale_ray(own_ray)[0])
     rows, used = rows_of_ranks(geometry, room, scratch, own_ray, count, spans, rows, 0)
-    clear_stand(stand, ranks)
+    clear_stand(room.stand, room.ranks)
     return rows[:used].copy()
 
 

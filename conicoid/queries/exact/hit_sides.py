@@ -12,7 +12,7 @@ from ...kernels.body.boolean import read_crossing
 from ...kernels.body.entry import entry_crossings, is_solid
 from ...kernels.body.media import AFTER, BEFORE, BLOCKER, Sides, body_after, body_before, no_sides, sides_at, with_body
 from ...kernels.body.scratch import Scratch, new_scratch
-from ...kernels.ray import Ray, RayArrays, load_ray, scale_ray, span_inverse
+from ...kernels.ray import Ray, RayArrays, load_ray, scale_ray
 from ...kernels.tables import Floats, Geometry, Ints, Signs, is_halted, whole
 from ...kernels.threads import KernelRange, chunk_size, run_on
 from .doubtful_rays import (
@@ -25,12 +25,11 @@ from .doubtful_rays import (
 )
 from .ranks import (
     Doubtful,
-    Ranks,
+    RankedRay,
     RankScratch,
     clear_stand,
     find_leaves,
     forget_leaves,
-    put_canonical_surfaces,
     rank_ray,
     ray_of_ranks,
     t_of,
@@ -92,16 +91,14 @@ def trace_sides(
 
 
 @helper
-def _rank_of_hit(
-    geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, t: float, surface: int, entry: int,
-    enters: bool,
-) -> float:  # fmt: skip
+def _rank_of_hit(of: RankedRay, t: float, surface: int, entry: int, enters: bool) -> float:
     """Return the rank of a hit: of the crossing nearest to t, of the same entry and sense, where its surface crosses.
 
     NaN if there is none. The crossing itself may have another surface of that place (tie_orders.py).
     """
-    find_leaves(geometry, scratch, entry, ray)
-    count, _, _ = entry_crossings(stand, scratch, entry, ray_of_ranks(ray.start), _EVERY)
+    scratch, ranks = of.scratch, of.ranks
+    find_leaves(of.geometry, scratch, entry, of.ray)
+    count, _, _ = entry_crossings(of.stand, scratch, entry, ray_of_ranks(of.ray.start), _EVERY)
     rank, best, first = math.nan, math.inf, ranks.first[surface]
     for n in range(count):
         at, _, _, turned = read_crossing(scratch, n)
@@ -113,16 +110,14 @@ def _rank_of_hit(
 
 
 @helper
-def _sides_of_ranks(
-    geometry: Geometry, stand: Geometry, scratch: Scratch, ray: Ray, rank: float, count: int, kinds: Signs
-) -> Sides:
-    """Return the bodies before and after a rank among the entries scratch.found[:count]."""
-    sides = no_sides()
-    for k in range(count):
+def _sides_of_rank(of: RankedRay, rank: float, kinds: Signs) -> Sides:
+    """Return the bodies before and after a rank."""
+    scratch, sides = of.scratch, no_sides()
+    for k in range(of.entry_count):
         entry = scratch.found[k]
-        find_leaves(geometry, scratch, entry, ray)
-        crossings, was, _ = entry_crossings(stand, scratch, entry, ray_of_ranks(ray.start), _EVERY)
-        solid, crossed, now = is_solid(geometry, entry), False, was
+        find_leaves(of.geometry, scratch, entry, of.ray)
+        crossings, was, _ = entry_crossings(of.stand, scratch, entry, ray_of_ranks(of.ray.start), _EVERY)
+        solid, crossed, now = is_solid(of.geometry, entry), False, was
         for n in range(crossings):
             at = read_crossing(scratch, n)[0]
             was ^= solid and at < rank
@@ -134,16 +129,16 @@ def _sides_of_ranks(
     return sides
 
 
-@inline
+@helper
 def _put_ranked_sides(
-    geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, ray: Ray, scale: float, i: int, count: int,
+    geometry: Geometry, room: RankScratch, scratch: Scratch, ray: Ray, count: int, scale: float, i: int,
     places: HitPlaces, kinds: Signs, sides: Ints,
 ) -> None:  # fmt: skip
     """Write the sides of hit i of a ray whose ranks are known."""
+    of = RankedRay(geometry, room.stand, scratch, room.ranks, ray, count)
     t, surface, entry = places.t[i] / scale, whole(places.surface[i]), whole(places.entry[i])
     enters = places.turn[i] == 2 or places.turn[i] == -2
-    rank = _rank_of_hit(geometry, stand, scratch, ranks, ray, t, surface, entry, enters)
-    _put(sides, i, _sides_of_ranks(geometry, stand, scratch, ray, rank, count, kinds))
+    _put(sides, i, _sides_of_rank(of, _rank_of_hit(of, t, surface, entry, enters), kinds))
 
 
 @kernel(
@@ -162,18 +157,16 @@ def settle_sides(
 ) -> None:
     """Write the sides of doubtful hits begin to end, on rays cut off around them; mark the undecided."""
     scratch = new_scratch(geometry)
-    rest, stand, ranks = room
     for k in range(begin, end):
         if is_halted(geometry):
             break
         i = doubtful.which[k]
         ray, scale = scale_ray(load_ray(rays, i))
-        count = rank_ray(geometry, rest, scratch, ranks, ray, span_inverse(ray))
+        count = rank_ray(geometry, room, scratch, ray)
         doubtful.undecided[k] = 1 if count < 0 else 0
         if count >= 0:
-            put_canonical_surfaces(geometry, stand, scratch, ranks, ray.start, count)
-            _put_ranked_sides(geometry, stand, scratch, ranks, ray, scale, i, count, places, kinds, sides)
-        clear_stand(stand, ranks)
+            _put_ranked_sides(geometry, room, scratch, ray, count, scale, i, places, kinds, sides)
+        clear_stand(room.stand, room.ranks)
 
 
 @kernel(room="out", kinds="body_face", i="0..n-1", sides="out 3 n")
@@ -181,11 +174,10 @@ def ranked_sides(
     geometry: Geometry, room: RankScratch, rays: RayArrays, i: int, places: HitPlaces, kinds: Signs, sides: Ints
 ) -> None:
     """Write the sides of hit i on a ray with ranks from exact arithmetic."""
-    scratch, stand, ranks = new_scratch(geometry), room.stand, room.ranks
-    ray, scale = scale_ray(load_ray(rays, i))
-    count = prepare_ranked_ray(geometry, stand, scratch, ranks, ray)
-    _put_ranked_sides(geometry, stand, scratch, ranks, ray, scale, i, count, places, kinds, sides)
-    clear_stand(stand, ranks)
+    scratch, (ray, scale) = new_scratch(geometry), scale_ray(load_ray(rays, i))
+    count = prepare_ranked_ray(geometry, room, scratch, ray)
+    _put_ranked_sides(geometry, room, scratch, ray, count, scale, i, places, kinds, sides)
+    clear_stand(room.stand, room.ranks)
 
 
 def _writable(array: Any) -> Any:

@@ -108,6 +108,17 @@ class RankScratch(NamedTuple):
     ranks: Ranks
 
 
+class RankedRay(NamedTuple):
+    """A ray whose crossings have ranks, the scene and its canonical surfaces, and the entries that it may cross."""
+
+    geometry: Geometry
+    stand: Geometry  # the scene with canonical surfaces
+    scratch: Scratch
+    ranks: Ranks
+    ray: Ray
+    entry_count: int  # the entries are scratch.found[:entry_count]; -1 where the ranks are undecided
+
+
 @record_shapes(which="m", undecided="m")
 class Doubtful(NamedTuple):
     """Rays to decide."""
@@ -359,7 +370,7 @@ def _number(geometry: Geometry, rest: RoundingRest, ranks: Ranks, ray: Ray) -> b
 
 
 @helper
-def rank_ray(geometry: Geometry, rest: RoundingRest, scratch: Scratch, ranks: Ranks, ray: Ray, inverse: float) -> int:
+def _put_ranks(geometry: Geometry, rest: RoundingRest, scratch: Scratch, ranks: Ranks, ray: Ray, inverse: float) -> int:
     """Compute the ranks of all crossings of a ray. Return the number of entries in scratch.found, or -1 if undecided.
 
     The ray's origin is crossing 0.
@@ -434,15 +445,13 @@ def _rank_and_t(geometry: Geometry, scratch: Scratch, ranks: Ranks, entry: int, 
 
 
 @helper
-def ranked_crossings(
-    geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, entry: int, ray: Ray
-) -> tuple[int, bool]:
+def ranked_crossings(of: RankedRay, entry: int) -> tuple[int, bool]:
     """Return the number of an entry's crossings in (t_min, t_max), and whether the ray is inside just after t_min.
 
     The crossings are in scratch with ranks as t; scratch.time[TIME * n] holds the reported t of crossing n.
     """
-    count, inside, _ = entry_crossings(stand, scratch, entry, ray_of_ranks(ray.start), 1 << 30)
-    first = 0
+    geometry, scratch, ranks, ray, first = of.geometry, of.scratch, of.ranks, of.ray, 0
+    count, inside, _ = entry_crossings(of.stand, scratch, entry, ray_of_ranks(ray.start), 1 << 30)
     while first < count:
         rank, t = _rank_and_t(geometry, scratch, ranks, entry, first)
         # The origin is exact, so that its rank decides; other ends are compared with the reported t
@@ -467,13 +476,18 @@ def ranked_crossings(
 
 
 @helper
-def put_canonical_surfaces(
-    geometry: Geometry, stand: Geometry, scratch: Scratch, ranks: Ranks, start: int, count: int
-) -> None:
-    """Write canonical surfaces for ranks.surfaces, and outlines of polygons, into the records of `stand`.
+def rank_ray(geometry: Geometry, room: RankScratch, scratch: Scratch, ray: Ray) -> int:
+    """Compute the ranks of a ray, and put its canonical surfaces. Return `RankedRay.entry_count`."""
+    count = _put_ranks(geometry, room.rest, scratch, room.ranks, ray, span_inverse(ray))
+    if count >= 0:
+        put_canonical_surfaces(RankedRay(geometry, room.stand, scratch, room.ranks, ray, count))
+    return count
 
-    start: the surface on which the ray starts; count: entries in scratch.found.
-    """
+
+@helper
+def put_canonical_surfaces(of: RankedRay) -> None:
+    """Write canonical surfaces for ranks.surfaces, and outlines of polygons, into the records of `stand`."""
+    geometry, stand, ranks = of.geometry, of.stand, of.ranks
     for k in range(ranks.size[SURFACES]):
         surface = ranks.surfaces[k]
         row = integer(geometry, table.SURFACE_ROW, surface)
@@ -489,9 +503,9 @@ def put_canonical_surfaces(
         else:
             first = ranks.first[surface]
             ends = crosses and ranks.high[first] > -math.inf, crosses and ranks.high[first + 1] < math.inf
-            _put_quadric(stand, row, crosses, sense, low, high, ends, surface == start)
-    for k in range(count):
-        entry = scratch.found[k]
+            _put_quadric(stand, row, crosses, sense, low, high, ends, surface == of.ray.start)
+    for k in range(of.entry_count):
+        entry = of.scratch.found[k]
         if integer(geometry, table.ENTRY_KIND, entry) == POLYGON:
             _put_outline(geometry, stand, ranks, integer(geometry, table.ENTRY_INDEX, entry))
 

@@ -56,19 +56,12 @@ export class Exact {
     });
     this.geometry = [places, integers, floats];
     this.rest = ["planes", "spheres", "quadrics", "vertices"].map((name) => array("f8", [tables[`rest_${name}`].length], tables[`rest_${name}`]));
-    const surfaces = tables.surface_kind.length, most = 2 * surfaces + 8, i4 = (n) => array("i4", [n]), f8 = (n) => array("f8", [n]);
-    const ranks = [
-      i4(surfaces), i4(surfaces), i4(2 * surfaces), i4(surfaces), f8(most), f8(most), f8(most), i4(most), f8(most), i4(most), f8(most),
-      f8(most), f8(2 * most), i4(most), i4(tables.polygon_surface.length), array("i8", [2]),
-    ];
-    // `count_form_floats` of queries/exact/ranks.py
-    const [first, limits] = ["quadric_forms", "quadric_limits"].map((name) => Number(tables.places[data.order.indexOf(name)]));
-    const forms = Math.max(16 * (tables.quadrics.length / 4 + 1), Math.floor((16 * limits - 2 * first) / 14) + 1 - data.lengths[1]);
-    this.settling = [this.rest, [places, integers, f8(data.lengths[1] + forms)], ranks];
+    const i4 = (n) => array("i4", [n]), f8 = (n) => array("f8", [n]);
+    this.settling = [this.rest, [places, integers, f8(data.canonical)], data.ranks.map(([kind, count]) => array(kind, [count]))];
     this.line = [f8(3), f8(3)].map((each) => ({ ...each, shape: [1, 3] }));
     this.limits = [f8(1), f8(1)];
     this.starts = array("i4", [1], [-1]);
-    this.found = { t: f8(1), body: i4(1), entry: i4(1), place: i4(1), turn: array("i1", [1]) };
+    this.found = Object.fromEntries(data.hit.map(([name, kind]) => [name, array(kind, [1])]));
     this.faces = array("i4", [3, 1]);
     this.point = array("f8", [1, 3]);
     this.far = array("i1", [1]);

@@ -14,7 +14,7 @@ from conicoid.geometry.quadric_classification import COEFFICIENT_NAMES
 from conicoid.prepare.batch_lowering import BatchLowering
 from conicoid.prepare.csg_plan import csg_plan
 from conicoid.prepare.lower_shape import compute_shape
-from conicoid.prepare.tape import recording_cache as recordings
+from conicoid.prepare.tape import recordings
 
 from ...samples import in_turn, many
 

@@ -16,7 +16,7 @@ from conicoid.numerics import bigfloat as number, bigfloat as sines
 from conicoid.numerics.bigfloat import BigFloat, exact, fraction, rounded, sqrt
 from conicoid.numerics.tracing import Tape
 from conicoid.prepare.motion_batch import MotionBatch
-from conicoid.prepare.tape.program import NO_INPUTS, ProgramResult, TapeProgram, quad_row, schedule_tape
+from conicoid.prepare.tape.recordings import NO_INPUTS, ProgramResult, TapeProgram, quad_row, schedule_tape
 from conicoid.prepare.tape.registers import STATE_OTHER_BRANCH, STATE_UNDECIDED, STATE_VALID
 
 # --- Tapes played in four floats, beside numbers of 3,000 bits
