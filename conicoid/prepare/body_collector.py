@@ -7,11 +7,11 @@ each surface is computed from the primitive alone that it belongs to.
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Hashable, Sequence
+from collections.abc import Sequence
 from dataclasses import field
 from fractions import Fraction
 from functools import cache
-from itertools import accumulate, compress
+from itertools import accumulate, chain, compress
 from typing import Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
@@ -37,7 +37,7 @@ from .csg_plan import placed_primitives
 from .instances import instance_rows
 from .lower_shape import lower_shape, lower_stretched_balls
 from .motion_batch import PointPlaneMover
-from .pattern import BodyGroup, BodyGroups, BodyPattern, BulkBalls
+from .pattern import BodyGroup, BodyGroups, BodyPattern, BulkBalls, Primitives
 from .primitive_cache import PrimitiveCache
 from .progress import AFTER_BATCH, AFTER_READING, ProgressStages
 from .pytree import positions_by_key
@@ -129,6 +129,8 @@ SurfaceForm: TypeAlias = tuple[float, ...]
 Planes are w·(x - c) = d, upright quadrics the sum of w[i] (x[i] - c[i])² = d; c[i] = 0 where w[i] = 0.
 """
 _FORM_NUMBERS = 9
+_NO_FORM = (1.0, 2.0, 3.0, 0.0, 0.0, 0.0)
+"""Weights and center of surfaces without a form: no rotation keeps them."""
 _LEAST_PRODUCT = 2.0**-900
 """The rounding error of smaller products may underflow."""
 
@@ -198,14 +200,22 @@ def _two_floats(value: Any) -> tuple[float, float]:
     return high, 0.0 if high == exact else _exact_float(exact - Fraction(high))
 
 
-def _list_forms(surfaces: Sequence[tuple[Any, int]]) -> Floats:
-    """Return the forms (n, 9) of surfaces of primitives; surfaces without one are numbered, equal ones alike."""
+def _list_forms(leaves: Sequence[Any], leaf_of: Longs, own: Longs) -> Floats:
+    """Return the forms (n, 9) of surfaces, by their primitive and number there.
+
+    Surfaces without a form are numbered, equal ones alike.
+    """
     numbers: dict[Surface, int] = {}
-    return np.array([
-        own_forms(leaf)[own]
-        or (_OTHER_FORM, 1.0, 2.0, 3.0, 0.0, 0.0, 0.0, numbers.setdefault(own_surfaces(leaf)[own], len(numbers)), 0.0)
-        for leaf, own in surfaces
-    ]).reshape(-1, _FORM_NUMBERS)  # fmt: skip
+    rows: list[SurfaceForm] = []
+    first: dict[int, int] = {}  # copies of a primitive share the list of its forms
+    for leaf in leaves:
+        forms = own_forms(leaf)
+        if first.setdefault(id(forms), len(rows)) == len(rows):
+            others = ((k, own_surfaces(leaf)[k]) for k, form in enumerate(forms) if form is None)
+            other = {k: (_OTHER_FORM, *_NO_FORM, numbers.setdefault(each, len(numbers)), 0.0) for k, each in others}
+            rows += [other[k] if form is None else form for k, form in enumerate(forms)]
+    begin = np.array([first[id(own_forms(leaf))] for leaf in leaves])
+    return np.array(rows).reshape(-1, _FORM_NUMBERS)[begin[leaf_of] + own]
 
 
 class _StepKind(NamedTuple):
@@ -282,19 +292,30 @@ def name_surfaces(forms: Floats, chains: Sequence[tuple[Step, ...]], chain_of: L
         (n,) the number of each. Where its numbers are no sums of two floats, others have it under equal steps alone.
     """
     known, rows, found = _KnownSteps(), _NameRows(), np.full(len(forms), -1)
-    steps = [list(map(known.of, chain)) for chain in chains]
-    position = np.zeros(len(chains), np.int64)
-    kinds_of = positions_by_key([tuple(kind for kind, _ in chain) for chain in steps])
-    group = np.zeros(len(chains), np.int64)
+    every = list(chain.from_iterable(chains))
+    first_of, step_of = unique_first_with_inverse(np.fromiter(map(id, every), np.int64, len(every)))
+    steps = [known.of(every[k]) for k in first_of.tolist()]
+    codes, place, tables = np.array([code for code, _ in steps], np.int64), np.zeros(len(steps), np.int64), []
+    for code in range(len(known.kinds)):
+        mine = np.flatnonzero(codes == code)
+        place[mine] = np.arange(len(mine))
+        tables.append(np.array([steps[k][1] for k in mine.tolist()]).reshape(len(mine), -1) if len(mine) else codes)
+    sizes = np.array(list(map(len, chains)), np.int64)
+    begins = np.cumsum(sizes) - sizes
+    raw = codes[step_of].tobytes()
+    keys = [raw[8 * at : 8 * end] for at, end in zip(begins.tolist(), (begins + sizes).tolist(), strict=True)]
+    group, position = np.zeros(len(chains), np.int64), np.zeros(len(chains), np.int64)
+    kinds_of = positions_by_key(keys)
     for number, members in enumerate(kinds_of.values()):
         group[members], position[members] = number, np.arange(len(members))
     all_kinds = list(known.kinds)
-    for number, (codes, members) in enumerate(kinds_of.items()):
+    for number, members in enumerate(kinds_of.values()):
         which = np.flatnonzero(group[chain_of] == number)
         if len(which):
+            begin, own = begins[members], codes[step_of[begins[members[0]] : begins[members[0]] + sizes[members[0]]]]
             at = position[chain_of[which]]
-            columns = [np.array([steps[chain][k][1] for chain in members])[at] for k in range(len(codes))]
-            rows.add(_CarriedForms(forms[which]), which, [all_kinds[code] for code in codes], columns)
+            columns = [tables[code][place[step_of[begin + k]]][at] for k, code in enumerate(own.tolist())]
+            rows.add(_CarriedForms(forms[which]), which, [all_kinds[code] for code in own.tolist()], columns)
     rows.number(found)
     return found
 
@@ -463,52 +484,61 @@ class ExactBodySurfaces:
             names[own] = _body_surface(shape, own).key()
         return names[own]
 
-    def known_names(self, clusters: Sequence[Longs]) -> dict[int, Hashable]:
+    def known_names(self, surfaces: Longs, primitives: Primitives | None) -> Longs:
         """Return names, known without exact keys, that are equal only for surfaces that are certainly equal.
 
-        Surfaces are compared within clusters. Empty for few surfaces, for which exact keys are as quick.
+        -1 for no name; few surfaces have none, as exact keys are as quick.
         """
-        if sum(map(len, clusters)) < FEWEST_SURFACES:
-            return {}
-        clusters = [cluster for cluster in clusters if len(cluster)]
-        surfaces = np.concatenate(clusters)
-        parts, which, own = self._locate(surfaces)
+        if len(surfaces) < FEWEST_SURFACES:
+            return np.full(len(surfaces), -1)
+        parts, which, own = self._locate(surfaces, primitives)
         names = np.where(which < 0, -1, which * (1 + int(own.max())) + own)
         solid = np.flatnonzero(which >= 0)
         if len(solid):
             first_of, place = unique_first_with_inverse(names[solid])
             some, numbers = which[solid[first_of]], own[solid[first_of]]
-            forms = _list_forms([(parts[k][0], n) for k, n in zip(some.tolist(), numbers.tolist(), strict=True)])
             carried = unique_sorted(some)
-            chains = [(*parts[k][0].placement.steps, *parts[k][1]) for k in carried.tolist()]
-            names[solid] = name_surfaces(forms, chains, np.searchsorted(carried, some))[place]
-        # Negative, apart from the numbers of surfaces
-        named = names >= 0
-        return dict(zip(surfaces[named].tolist(), (-1 - names[named]).tolist(), strict=True))
+            leaf_of, leaves = np.searchsorted(carried, some), [parts[k] for k in carried.tolist()]
+            forms = _list_forms([leaf for leaf, _ in leaves], leaf_of, numbers)
+            chains = [(*leaf.placement.steps, *steps) for leaf, steps in leaves]
+            names[solid] = name_surfaces(forms, chains, leaf_of)[place]
+        return names
 
-    def _locate(self, surfaces: Longs) -> tuple[list[tuple[Any, tuple[Step, ...]]], Longs, Longs]:
+    def _locate(
+        self, surfaces: Longs, primitives: Primitives | None
+    ) -> tuple[list[tuple[Any, tuple[Step, ...]]], Longs, Longs]:
         """Return primitives with their steps, and for each surface the number of its primitive and its number there.
 
-        The primitives are distinct objects; -1 stands for those that are no solids.
+        -1 stands for primitives that are no solids.
         """
-        known: dict[tuple[int, int], int] = {}
         parts: list[tuple[Any, tuple[Step, ...]]] = []
+        which = own = np.full(len(surfaces), -1)
+        if primitives is not None:
+            parts = [(leaf, leaf.motion.steps) for leaf in primitives.leaves]
+            is_solid = np.array([*(isinstance(leaf, PrimitiveSolid) for leaf, _ in parts), False])
+            which, own = primitives.leaf[surfaces].astype(np.int64), primitives.number[surfaces].astype(np.int64)
+            which[~is_solid[which]] = -1
+        left = np.flatnonzero(which < 0)
+        if not len(left):
+            return parts, which, own
+        known: dict[tuple[int, int], int] = {}
         starts: list[int] = []  # of each primitive of each body the first surface, and the number of the primitive
         numbers: list[int] = []
-        bodies = unique_sorted(np.searchsorted(self.first, surfaces, side="right") - 1)
+        bodies = unique_sorted(np.searchsorted(self.first, surfaces[left], side="right") - 1)
         for body, first in zip(bodies.tolist(), self.first[bodies].tolist(), strict=True):
-            leaves = _shape_leaves(self._single(body))
-            if leaves is None:
+            found = _shape_leaves(self._single(body))
+            if found is None:
                 starts.append(first)
                 numbers.append(-1)
                 continue
-            starts += [first + begin for begin in leaves.first[:-1]]
-            for leaf in leaves.moved:
+            starts += [first + begin for begin in found.first[:-1]]
+            for leaf in found.moved:
                 numbers.append(known.setdefault((id(leaf[0]), id(leaf[1])), len(parts)))
                 if numbers[-1] == len(parts):
                     parts.append(leaf)
-        at = np.searchsorted(starts, surfaces, side="right") - 1
-        return parts, np.array(numbers)[at], surfaces - np.array(starts)[at]
+        at = np.searchsorted(starts, surfaces[left], side="right") - 1
+        which[left], own[left] = np.array(numbers)[at], surfaces[left] - np.array(starts)[at]
+        return parts, which, own
 
     def outline(self, polygon: int) -> tuple[ex.Row, ...]:
         """Return the exact corners of a polygon."""

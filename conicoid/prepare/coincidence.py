@@ -12,8 +12,7 @@ surfaces are equal, and none of them by other rules:
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Hashable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any, Protocol, TypeAlias
@@ -26,7 +25,8 @@ from .._util.arrays import dot_rows, unique_with_inverse
 from .._util.dataclass import dataclass
 from ..geometry.surface import ORIGIN, UPRIGHT, Key, QuadricSurface, Surface
 from ..kernels.tables import PLANE, QUADRIC, SPHERE, Floats, Ints, Longs, Signs
-from .pattern import BodyGroup, FactoredRows, RowPlaces, put_numbers
+from .pattern import BodyGroup, FactoredRows, Primitives, RowPlaces, put_numbers
+from .pytree import positions_by_key
 from .surface_features import CurvedFeatures, PlaneFeatures, QuadricTable, Remainders, coefficients, find_clusters
 
 # The surfaces of all bodies, grouped where equality is known without comparing records
@@ -217,6 +217,7 @@ class SurfaceSubset:
 
     exact: ExactSurfaces
     numbers: Ints | Longs
+    primitives: Callable[[], Primitives] | None = None
 
     def __getitem__(self, index: int) -> Surface:
         return self.exact[int(self.numbers[index])]
@@ -225,11 +226,10 @@ class SurfaceSubset:
         """Return the exact name of a surface, and its sense."""
         return self.exact.name(int(self.numbers[index]))
 
-    def known_names(self, clusters: Sequence[Longs]) -> dict[int, Hashable]:
+    def known_names(self, surfaces: Longs) -> Longs:
         """`ExactSurfaces.known_names`"""
-        names = self.exact.known_names([self.numbers[cluster].astype(np.int64) for cluster in clusters])
-        indices = itertools.chain.from_iterable(cluster.tolist() for cluster in clusters)
-        return {index: names[number] for index in indices if (number := int(self.numbers[index])) in names}
+        primitives = None if self.primitives is None else self.primitives()
+        return self.exact.known_names(self.numbers[surfaces].astype(np.int64), primitives)
 
 
 # Copies of a curved surface: where no other form may give an equal one, different anchors do not, either
@@ -393,7 +393,7 @@ class RawSurfaces:
     quadrics: QuadricTable
     rest: Remainders
     balls: list[Floats]
-    exact: ExactSurfaces
+    exact: SurfaceSubset
     repeated: Longs | None = None
     """For each surface one that is equal because of how its body is made: itself, or an earlier one.
 
@@ -422,11 +422,8 @@ class ExactSurfaces(Protocol):
         """Return the exact name of a surface, and its sense."""
         ...
 
-    def known_names(self, clusters: Sequence[Longs]) -> dict[int, Hashable]:
-        """Return keys that within clusters are equal only for surfaces that are certainly equal.
-
-        Surfaces without such a key are left out.
-        """
+    def known_names(self, surfaces: Longs, primitives: Primitives | None) -> Longs:
+        """Return numbers >= 0 that close surfaces have in common only if they are certainly equal; -1 for no number."""
         ...
 
 
@@ -529,31 +526,36 @@ class _SurfaceMerger:
             curved = np.concatenate([curved, self._balls_near(curved, first, kind, row, spheres, quadrics)])
             features = CurvedFeatures.of(kind[curved], row[curved], spheres, quadrics, rest.quadrics)
             close += find_clusters(curved, features)
-        known_names = self.exact.known_names([cluster[cluster < self.single] for cluster in close])
-        candidates = np.concatenate(close) if close else np.zeros(0, np.int64)
+        if not close:
+            return
+        candidates, sizes = np.concatenate(close), np.array(list(map(len, close)))
+        cluster, begin = np.repeat(np.arange(len(close)), sizes), np.cumsum(sizes) - sizes
+        is_own = candidates < self.single
+        names = -1 - np.arange(len(candidates))  # until a surface has a name, it has none in common with others
+        known = self.exact.known_names(candidates[is_own])
+        names[is_own] = np.where(known < 0, names[is_own], known)
         rank = _record_ranks(candidates, kind, row, {PLANE: planes, SPHERE: spheres, QUADRIC: quadrics})
-        representatives: dict[int, tuple[int, int]] = {}
-        for cluster in close:
-            same: dict[Any, list[int]] = {}
-            for index in cluster.tolist():
-                same.setdefault(known_names.get(index, index), []).append(index)
+        representative, turned = np.arange(len(first)), np.ones(len(first), np.int8)
+        # The least record represents a class: this does not depend on the order of input.
+        order = np.lexsort((candidates, rank, cluster))
+        representative[candidates] = candidates[order[begin]][cluster]
+        # Of most clusters, all surfaces have one name
+        for number in np.flatnonzero(np.logical_or.reduceat(names != names[begin][cluster], begin)).tolist():
+            own = slice(begin[number], begin[number] + sizes[number])
+            ranks = dict(zip(candidates[own].tolist(), rank[own].tolist(), strict=True))
             equal: dict[Any, list[tuple[int, int]]] = {}
-            for some in same.values():
-                key, sense = self._name(some[0], spheres, row) if len(same) > 1 else (None, 1)
-                equal.setdefault(key, []).extend((index, sense) for index in some)
+            for some in positions_by_key(names[own].tolist()).values():
+                indices = candidates[own][some].tolist()
+                key, sense = self._name(indices[0], spheres, row)
+                equal.setdefault(key, []).extend((index, sense) for index in indices)
             for members in equal.values():
-                # The least record represents the class: this does not depend on the order of input.
-                lead, its_sense = min(members, key=lambda member: rank[member[0]])
+                lead, its_sense = min(members, key=lambda member: ranks[member[0]])
                 for index, sense in members:
-                    representatives[index] = (lead, 1 if kind[index] == PLANE else sense * its_sense)
-        if representatives:
-            # Redirect every surface that pointed at a merged one.
-            merged = np.fromiter(representatives, np.int64, len(representatives))
-            found = np.array([representatives[index] for index in representatives])
-            representative, turned = np.arange(len(first)), np.ones(len(first), np.int8)
-            representative[merged], turned[merged] = found[:, 0], found[:, 1]
-            senses *= turned[first]
-            first[:] = representative[first]
+                    representative[index] = lead
+                    turned[index] = 1 if kind[index] == PLANE else sense * its_sense
+        # Redirect every surface that pointed at a merged one.
+        senses *= turned[first]
+        first[:] = representative[first]
 
     def _balls_near(
         self, curved: Any, first: Any, kind: Signs, row: Ints, spheres: Floats, quadrics: QuadricTable
@@ -604,20 +606,16 @@ def _mix_rows(mixed: npt.NDArray[np.uint64], table: Floats) -> npt.NDArray[np.ui
     return mixed
 
 
-def _record_ranks(
-    surfaces: Longs, kind: Signs, row: Ints, tables: dict[int, Floats | QuadricTable]
-) -> dict[int, tuple[bool, int]]:
+def _record_ranks(surfaces: Longs, kind: Signs, row: Ints, tables: dict[int, Floats | QuadricTable]) -> Longs:
     """Rank surfaces by their records, spheres before other quadrics; equal records have equal ranks."""
-    ranks: dict[int, tuple[bool, int]] = {}
+    ranks = np.empty(len(surfaces), np.int64)
     for own, table in tables.items():
-        some = surfaces[kind[surfaces] == own]
-        records = table[row[some]]
+        some = np.flatnonzero(kind[surfaces] == own)
+        records = table[row[surfaces[some]]]
         order = np.lexsort(records.T[::-1])
         changes = (records[order[1:]] != records[order[:-1]]).any(axis=1)
-        places = np.concatenate([np.zeros(1, np.int64), np.cumsum(changes)])
-        ranks.update(
-            (k, (own != SPHERE, place)) for k, place in zip(some[order].tolist(), places.tolist(), strict=False)
-        )
+        ranks[some[order[:1]]], ranks[some[order[1:]]] = 0, np.cumsum(changes)
+        ranks[some] += (own != SPHERE) * len(surfaces)
     return ranks
 
 

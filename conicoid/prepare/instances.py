@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from .._jit.decorators import kernel
-from .._util.arrays import unique_with_inverse
+from .._util.arrays import unique_sorted, unique_with_inverse
 from .._util.dataclass import dataclass
 from ..geometry.instances import Coordinates, InstanceList, Ints, Shift, ShiftTable, round_sums
 from ..geometry.shape import Solid
@@ -142,6 +142,10 @@ class _TranslatedRows:
     def rows(self) -> tuple[BodyPattern, FactoredRows] | None:
         """Build the rows, and verify them."""
         pattern, base = self.part.pattern, np.array(self.part.row)
+        leads = unique_sorted(*(self._leads(key)[0] for key in self.shifts.index))
+        # Of bodies that have no shift in common each would be lowered by itself, and a batch lowers many at once
+        if len(leads) == self.shifts.index.shape[1] and self.bodies.coordinates(self.kind) is None:
+            return None
         factored = FactoredRows(base, Offsets.of(self.shifts), boxes=(pattern.bounds_at, pattern.frame_at))
         axes = self._along(self.shifts.index)
         for slot, (kind, column, sense) in enumerate(pattern.records):

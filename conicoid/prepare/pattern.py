@@ -12,7 +12,7 @@ import math
 from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import field
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -142,6 +142,14 @@ class BodyGroup:
     """The primitives of each body, where only their own motions move them: body by body; else none."""
     slots: Sequence[tuple[int, int]] = ()
     """For each surface of a body the number of its leaf, and its number there."""
+
+
+class Primitives(NamedTuple):
+    """Different primitives, and for each surface of a scene its primitive, -1 for an unknown one, and number there."""
+
+    leaves: list[Shape]
+    leaf: Ints
+    number: Ints
 
 
 # Rows of bodies that were lowered one by one or in batches

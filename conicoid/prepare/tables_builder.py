@@ -6,12 +6,13 @@ come later (`bvh/trees.py`, `error_limits.py`).
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from .._jit.decorators import kernel
-from .._util.arrays import row_ends, unique_first_with_inverse, unique_with_inverse
+from .._util.arrays import row_ends, unique_first_with_inverse
 from ..kernels.faces import as_bytes, cell_faces
 from ..kernels.tables import (
     BALL,
@@ -56,6 +57,7 @@ from .pattern import (
     BodyPattern,
     BulkBalls,
     FactoredRows,
+    Primitives,
     RowPlaces,
     RowTable,
     put_numbers,
@@ -425,29 +427,38 @@ class TablesBuilder:
         rest = Remainders(lost[PLANE], lost[SPHERE], concatenate(rests_of_forms))
         balls = [balls.spheres for balls in self.contents.balls]
         self._share_leaves(inputs, repeated)
+        subset = SurfaceSubset(exact, inputs.leads, lambda: self._primitives)
         known = RawSurfaces(
-            inputs.kinds, senses, records[PLANE], records[SPHERE], quadrics, rest, balls,
-            SurfaceSubset(exact, inputs.leads), repeated, shared, compact=len(inputs.leads) < len(inputs.rank),
+            inputs.kinds, senses, records[PLANE], records[SPHERE], quadrics, rest, balls, subset,
+            repeated, shared, compact=len(inputs.leads) < len(inputs.rank),
         )  # fmt: skip
-        return inputs.expand(merge_surfaces(known))
+        merged = merge_surfaces(known)
+        subset.primitives = None  # which would keep the inputs alive
+        return inputs.expand(merged)
 
     def _share_leaves(self, inputs: InputSurfaces, repeated: Longs) -> None:
         """Let the first body that a primitive is a part of, such as a mother and its daughter, lead its surfaces."""
-        groups = [group for group in self.contents.groups if group.leaves and group.slots]
-        if all(len(group.leaves) == len(group.bodies) for group in groups):
+        if all(len(group.leaves) == len(group.bodies) for group in self.contents.groups if group.leaves):
             return
-        leaf = unique_with_inverse(np.array([id(each) for group in groups for each in group.leaves]))[1]
-        is_common, ranks, codes = np.bincount(leaf) > 1, [], []
-        for group, own in zip(groups, np.split(leaf, np.cumsum([len(group.leaves) for group in groups])), strict=False):
-            part, number = np.array(group.slots).T
-            own = own.reshape(len(group.bodies), -1)[:, part]
-            body, surface = np.nonzero(is_common[own])
-            ranks.append(-1 - inputs.rank[self.surfaces.first[group.bodies[body]] + surface])
-            codes.append(own[body, surface] + len(is_common) * number[surface])
-        order = np.argsort(np.concatenate(ranks))
-        first, which = unique_first_with_inverse(np.concatenate(codes)[order])
-        rank = np.concatenate(ranks)[order]
+        leaves, leaf, number = self._primitives
+        surfaces = np.flatnonzero(leaf >= 0)
+        first, which = unique_first_with_inverse(leaf[surfaces] + len(leaves) * number[surfaces].astype(np.int64))
+        rank = -1 - inputs.rank[surfaces]
         repeated[rank] = repeated[rank[first]][which]
+
+    @cached_property
+    def _primitives(self) -> Primitives:
+        """The primitives of the bodies of all groups that list them."""
+        groups = [group for group in self.contents.groups if group.leaves and group.slots]
+        leaves = [leaf for group in groups for leaf in group.leaves]
+        first, which = unique_first_with_inverse(np.fromiter(map(id, leaves), np.int64, len(leaves)))
+        leaf, number = np.full(self.surfaces.count, -1, np.int32), np.zeros(self.surfaces.count, np.int32)
+        ends = np.cumsum([len(group.leaves) for group in groups])
+        for group, own in zip(groups, np.split(which, ends), strict=False):
+            part, numbers = np.array(group.slots).T
+            at = self.surfaces.first[group.bodies][:, None] + np.arange(len(part))
+            leaf[at], number[at] = own.reshape(len(group.bodies), -1)[:, part], numbers
+        return Primitives([leaves[k] for k in first.tolist()], leaf, number)
 
     def tables(self, surfaces: SurfaceTable) -> tuple[Tables, Floats]:
         """Return the finished tables, without trees and limits, and the boxes of the entries (n, 6)."""

@@ -15,6 +15,7 @@ from collections import ChainMap, Counter
 from collections.abc import Callable, Hashable, Iterator
 from dataclasses import field
 from fractions import Fraction
+from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -52,6 +53,12 @@ from .solids import SolidTable, read_solids
 from .structure import LogicalVolume, StructureReader
 from .values import GdmlError, GdmlReader, local_tag, look_up, read_defines, read_reference
 
+FrameTable = dict[Hashable, tuple[Motion, Point, Motion]]
+"""For outer motions, by identity, and shifts after them: (outer motion, shift before it, motion that follows that).
+
+All solids that stand in a rotated frame have the motion in common."""
+_MOST_FRAMES = 1 << 14
+
 
 @dataclass(frozen=True)
 class GdmlPlacement:
@@ -69,7 +76,7 @@ class GdmlPlacement:
     @property
     def is_straight(self) -> bool:
         """Return True for quarter turns and shifts only."""
-        return self.outer is IDENTITY_MOTION or self.outer.is_identity
+        return not self.outer.steps
 
     @property
     def may_stand_anywhere(self) -> bool:
@@ -84,9 +91,6 @@ class GdmlPlacement:
 
     def lifted(self, by: Point) -> GdmlPlacement:
         """Return the placement translated."""
-        # Most daughters stand at the origin of a block, and placements are shared by identity
-        if not any(by):
-            return self
         if self.is_straight:
             return GdmlPlacement(self.turn, add_points(self.shift, by), self.outer, self.lift)
         return GdmlPlacement(self.turn, self.shift, self.outer, add_points(self.lift, by))
@@ -107,14 +111,27 @@ class GdmlPlacement:
         whole = before.inner(shift, rotation)
         return GdmlPlacement(outer=whole.outer.then(self.outer), lift=self.lift)
 
-    def moved(self, by: Shift) -> UniversePlacement:
-        """Return the placement in the world when the block is translated by `by`."""
+    @cached_property
+    def key(self) -> Hashable:
+        """Equal for placements that differ by a translation of their blocks; the outer motion counts by identity."""
+        # Fractions and the fields of a motion are slow to hash, and so are the objects that hold them
+        own = () if self.may_stand_anywhere else tuple(value.as_integer_ratio() for value in self.shift)
+        return self.turn.sources, self.turn.signs, id(self.outer), own
+
+    def at(self, whole: Point, frames: FrameTable) -> UniversePlacement:
+        """Return the placement in the world with `whole` in place of its last shift."""
         if self.is_straight:
-            return UniversePlacement(self.turn, add_points(self.shift, by))
-        _ = self.outer.reach  # which the longer motion takes over, of all places
-        before, after = split_shift(self.outer, add_points(self.lift, by))
-        outer = self.outer.then(Motion((Translate(to_floats(after)),))) if any(after) else self.outer
-        return UniversePlacement(self.turn, add_points(self.shift, before), outer)
+            return UniversePlacement(self.turn, whole)
+        key = id(self.outer), *map(Fraction.as_integer_ratio, whole)
+        found = frames.get(key)
+        if found is None:
+            _ = self.outer.reach  # which the longer motion takes over, of all places
+            before, after = split_shift(self.outer, whole)
+            outer = self.outer.then(Motion((Translate(to_floats(after)),))) if any(after) else self.outer
+            if len(frames) >= _MOST_FRAMES:
+                frames.clear()
+            found = frames[key] = self.outer, before, outer
+        return UniversePlacement(self.turn, add_points(self.shift, found[1]), found[2])
 
 
 PlacedTemplate = tuple[SolidTemplate, GdmlPlacement]
@@ -129,28 +146,27 @@ class VolumePiece(BlockPiece):
     own: PlacedTemplate
     displaced: tuple[PlacedTemplate, ...]
 
-    def solid_at(self, shift: Shift) -> Solid:
+    def solid_at(self, shift: Shift, frames: FrameTable) -> Solid:
         """Build the solid less the solids placed in it, with the block translated by `shift`.
 
         Raise OmittedPart, ValueError or OverflowError if the numbers make no solid there.
         """
-        own, *others = (_solid_at(template, place, shift) for template, place in (self.own, *self.displaced))
-        return Difference((own, *others)) if others else own
+        own = _solid_at(*self.own, shift, frames)
+        if not self.displaced:
+            return own
+        return Difference((own, *[_solid_at(*each, shift, frames) for each in self.displaced]))
 
 
-def _solid_at(template: SolidTemplate, place: GdmlPlacement, shift: Shift) -> Solid:
+def _solid_at(template: SolidTemplate, place: GdmlPlacement, shift: Shift, frames: FrameTable) -> Solid:
     """Build a solid with the block that it stands in translated by `shift`; the first `MOST_HELD` are held.
 
     A daughter's solid stands in the bodies of both its volume and its mother.
     """
-    x, y, z = add_points(place.shift if place.is_straight else place.lift, shift)
-    # Fractions are slow to hash, and so are the fields of a motion
-    key: Hashable = (x.as_integer_ratio(), y.as_integer_ratio(), z.as_integer_ratio(), place.turn, id(place.outer))
-    if not place.may_stand_anywhere:
-        key = key, place.shift
+    x, y, z = whole = add_points(place.shift if place.is_straight else place.lift, shift)
+    key = x.as_integer_ratio(), y.as_integer_ratio(), z.as_integer_ratio(), place.key
     found = template.held.get(key)
     if found is None:
-        found = place.outer, template.at(place.moved(shift))
+        found = place.outer, template.at(place.at(whole, frames))
         if len(template.held) < MOST_HELD:
             template.held[key] = found
     return found[1]
@@ -175,10 +191,14 @@ class VolumeBlock(UniverseBlock[VolumePiece]):
 class VolumeBodies(BlockBodies[VolumePiece]):
     """The bodies of a GDML file."""
 
+    @cached_property
+    def _frames(self) -> FrameTable:
+        return {}
+
     def shape_at(self, kind: int, shift: Shift) -> Solid:
         """Build a volume less its daughters, translated by a shift. Raise ValueError if it cannot be built there."""
         try:
-            return self._pieces[kind].solid_at(shift)
+            return self._pieces[kind].solid_at(shift, self._frames)
         except OmittedPart as left:
             raise ValueError(str(left)) from None
 
@@ -423,6 +443,9 @@ class ExpandedVolume:
     block: VolumeBlock | None = None
 
 
+_NO_VOLUMES = ExpandedVolume()
+
+
 @dataclass
 class GdmlExpansion:
     """Expands a geometry into bodies. `levels` is the number of levels of nested volumes that are opened.
@@ -479,7 +502,7 @@ class GdmlExpansion:
         return SceneFileError(self.geometry.path, [Problem(element.line, element.column, "", message)])
 
     @property
-    def materials(self) -> Counter[GdmlMaterial | None]:
+    def materials(self) -> dict[GdmlMaterial | None, int]:
         """The number of bodies of each material."""
         return self.whole.materials
 
@@ -512,13 +535,14 @@ class GdmlExpansion:
         still displace their mother.
         """
         own = None if volume.template is None else (volume.template, place)
-        has_contents = levels > 0 or volume.is_open
+        has_contents = bool(volume.daughters) and (levels > 0 or volume.is_open)
         if own is None:
-            displaced = self._daughters(volume, place, path, levels, block) if has_contents else ExpandedVolume()
-            return ExpandedVolume(displaced.solids, displaced.filled)
-        inside = VolumeBlock()  # apart, as the volume's own body comes before those of its daughters
-        inner = place if volume.inner_rotation is NO_ROTATION else place.inner(ORIGIN, volume.inner_rotation)
-        content = self._daughters(volume, inner, path, levels, inside) if has_contents else ExpandedVolume()
+            return self._daughters(volume, place, path, levels, block) if has_contents else _NO_VOLUMES
+        content = _NO_VOLUMES
+        if has_contents:
+            inside = VolumeBlock()  # apart, as the volume's own body comes before those of its daughters
+            inner = place if volume.inner_rotation is NO_ROTATION else place.inner(ORIGIN, volume.inner_rotation)
+            content = self._daughters(volume, inner, path, levels, inside)
         is_filled = volume.is_filled and bool(content.solids)
         if not is_filled and (self.void or not (volume.material is None or volume.material.is_thin)):
             # Only bodies that are no translated copies take memory of their own, so they have a limit of their own
@@ -528,7 +552,8 @@ class GdmlExpansion:
                 count = f"at least {format_count(self.singles, 'body')} that are no others moved"
                 raise self._too_many(count, self.allowed.singles)
             block.add(VolumePiece("", path, look, volume, own, () if is_filled else content.solids), volume.material)
-        block.take(inside)
+        if has_contents:
+            block.take(inside)
         return ExpandedVolume((own,), content.filled + is_filled)
 
     def _daughters(
@@ -568,7 +593,9 @@ class GdmlExpansion:
         block.place(shared.block, shift, path)
         # The mother's body subtracts the daughters where they stand in it, so the shift of the block applies to them
         # too
-        solids = tuple((template, inner.lifted(shift)) for template, inner in shared.solids)
+        solids = shared.solids
+        if any(shift):
+            solids = tuple([(template, inner.lifted(shift)) for template, inner in solids])
         return ExpandedVolume(solids, shared.filled)
 
     def _look(self, material: GdmlMaterial | None) -> Material:

@@ -83,6 +83,7 @@ class PrimitiveTemplate(SolidTemplate):
         solid = self.cache.get(key)
         if solid is None:
             solid = self.make(shift)
+            _ = solid.motion.reach  # which the motions of all copies take over
             if self.source is not None and solid.motion.is_identity:
                 vars(solid)["_source"] = replace(self.source, shift=shift)
             if len(self.cache) < MOST_HELD:

@@ -8,7 +8,6 @@ surroundings, as a block about the element's centre, and translated to the other
 from __future__ import annotations
 
 import os
-from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import field
@@ -336,7 +335,7 @@ class UniverseExpansion:
         return self.maker.solid((motion, group.parts) for motion, group in context.groups)
 
     @property
-    def materials(self) -> Counter[int | None]:
+    def materials(self) -> dict[int | None, int]:
         """The number of bodies of each material."""
         return self.whole.materials
 

@@ -11,7 +11,7 @@ import dataclasses
 import math
 from collections.abc import Callable, Iterable
 from fractions import Fraction
-from functools import cache, cached_property
+from functools import cache, cached_property, lru_cache
 from typing import TypeAlias
 
 from ..._util.arrays import Matrix4, Vector
@@ -79,8 +79,8 @@ NO_TURN = AxisTurn()
 
 def add_points(a: Point, b: Point) -> Point:
     """Return the sum, skipping zeros: most components of most shifts are 0, and fractions are slow."""
-    x, y, z = (p if not q else p + q if p else q for p, q in zip(a, b, strict=True))
-    return x, y, z
+    (x, y, z), (p, q, r) = a, b
+    return (x if not p else x + p if x else p), (y if not q else y + q if y else q), (z if not r else z + r if z else r)
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -177,8 +177,9 @@ def motion_of_turn(turn: AxisTurn) -> Motion:
     return IDENTITY_MOTION.transform(_matrix(turn.rows))
 
 
+@lru_cache(maxsize=1 << 12)
 def turn_motion(motion: Motion, turn: AxisTurn) -> Motion:
-    """Return a motion followed by a quarter turn."""
+    """Return a motion followed by a quarter turn, the same object for equal ones, which have products in common."""
     return motion if turn == NO_TURN else motion.then(motion_of_turn(turn))
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from bisect import bisect_right
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Hashable, Iterable, Iterator, Sequence
 from dataclasses import field, replace
 from fractions import Fraction
@@ -22,7 +22,7 @@ from typing import Any, ClassVar, Generic, TypeAlias, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from ..._util.arrays import matmul_rows
+from ..._util.arrays import matmul_rows, unique_sorted
 from ..._util.dataclass import dataclass
 from ...geometry.instances import Coordinates, InstanceBlock, InstanceList, Ints, Shift, ShiftTable
 from ...geometry.shape import Solid
@@ -313,7 +313,7 @@ class UniverseBlock(Generic[P]):
 
     items: list[P | BlockPlacement[P]] = field(default_factory=list)
     count: int = 0
-    materials: Counter[Any] = field(default_factory=Counter)
+    materials: defaultdict[Any, int] = field(default_factory=lambda: defaultdict(int))
 
     @cached_property
     def empty_places(self) -> EmptyPlaces:
@@ -341,7 +341,8 @@ class UniverseBlock(Generic[P]):
         """Append the items of another block as items of this block."""
         self.items += other.items
         self.count += other.count
-        self.materials.update(other.materials)
+        for material, times in other.materials.items():
+            self.materials[material] += times
         if "empty_places" in vars(other):
             self.empty_places.add(other.empty_places)
 
@@ -420,36 +421,47 @@ def _flatten(
     block: UniverseBlock[P], pieces: list[P], forms: dict[Hashable, int], flat_blocks: dict[int, FlatBlock]
 ) -> FlatBlock:
     """Flatten one block whose inner blocks are in `flat_blocks`; add its new pieces to `pieces` and `forms`."""
+
+    def number_of(piece: P) -> int:
+        number = forms.setdefault(piece.form, len(pieces))
+        if number == len(pieces):
+            pieces.append(piece)
+        return number
+
+    # Most blocks of a detector are one body
+    if len(block.items) == 1 and not isinstance(only := block.items[0], BlockPlacement):
+        return FlatBlock(np.array([number_of(only)], np.int32), _NO_SHIFT)
     # Keys are numerators and denominators, as fractions are slow to look up.
     tables: list[dict[tuple[int, int], int]] = [{}, {}, {}]
     known: dict[tuple[int, int, tuple[int, int]], list[int]] = {}  # rows of a lattice share shifts
     numbers, index = np.empty(block.count, np.int32), np.empty((3, block.count), np.int32)
-    begin = 0
+    begin, own, zero = 0, list[int](), list[list[int]]()  # `own`: pieces of the block itself, which no shift moves
     for item in block.items:
         end = begin + item.count
         if isinstance(item, BlockPlacement):
-            flat, shift = flat_blocks[id(item.block)], item.shift
+            flat = flat_blocks[id(item.block)]
             numbers[begin:end] = flat.pieces
-            shifts = flat.shifts.values, flat.shifts.index
+            for axis, (table, values, row, by) in enumerate(
+                zip(tables, flat.shifts.values, flat.shifts.index, item.shift, strict=True)
+            ):
+                key = axis, id(values), by.as_integer_ratio()
+                if key not in known:
+                    moved = values if not by else [value + by if value else by for value in values]
+                    known[key] = [table.setdefault(value.as_integer_ratio(), len(table)) for value in moved]
+                places = known[key]
+                index[axis, begin:end] = places[0] if len(places) == 1 else np.array(places, np.int32)[row]
         else:
-            numbers[begin] = forms.setdefault(item.form, len(pieces))
-            if numbers[begin] == len(pieces):
-                pieces.append(item)
-            shift, shifts = ORIGIN, _NO_SHIFTS
-        for axis, (table, values, row) in enumerate(zip(tables, *shifts, strict=True)):
-            by = shift[axis]
-            key = axis, id(values), by.as_integer_ratio()
-            if key not in known:
-                moved = values if not by else [value + by if value else by for value in values]
-                known[key] = [table.setdefault(value.as_integer_ratio(), len(table)) for value in moved]
-            places = known[key]
-            index[axis, begin:end] = places[0] if len(places) == 1 else np.array(places, np.int32)[row]
+            numbers[begin] = number_of(item)
+            zero = zero or [[table.setdefault((0, 1), len(table))] for table in tables]
+            own.append(begin)
         begin = end
+    if own:
+        index[:, own] = zero
     x, y, z = (tuple(Fraction(*ratio) for ratio in table) for table in tables)
     return FlatBlock(numbers, ShiftTable((x, y, z), index))
 
 
-_NO_SHIFTS = ((Fraction(0),),) * 3, np.zeros((3, 1), np.int32)
+_NO_SHIFT = ShiftTable(((Fraction(0),),) * 3, np.zeros((3, 1), np.int32))
 
 
 # Bodies of an imported geometry: pieces, each at all its places
@@ -500,13 +512,15 @@ class BlockBodies(InstanceList, Generic[P]):
 
         Coordinates are extreme there, so building these bodies checks that the numbers of all are in range.
         """
-        ranks = list(map(_ranks, self.shifts.values))
-        for numbers in self.members:
-            if len(numbers):
-                places = [rank[index[numbers]] for rank, index in zip(ranks, self.shifts.index, strict=True)]
-                # Of equal places the first body
-                ends = {int(each) for place in places for each in (place.argmin(), place.argmax())}
-                yield from numbers[sorted({0} | ends)].tolist()
+        order = np.argsort(self.kinds, kind="stable")
+        first = np.flatnonzero(np.diff(self.kinds[order], prepend=-1))
+        found = [order[first]]
+        for values, index in zip(self.shifts.values, self.shifts.index, strict=True):
+            places = _ranks(values)[index]
+            # Of equal places the first body, as sorting is stable
+            found += [np.lexsort((rank, self.kinds))[first] for rank in (places, -places)]
+        ends = unique_sorted(*found)
+        yield from ends[np.argsort(self.kinds[ends], kind="stable")].tolist()
 
     @cached_property
     def farthest(self) -> Fraction:
@@ -517,7 +531,9 @@ class BlockBodies(InstanceList, Generic[P]):
 def _ranks(values: Sequence[Fraction]) -> npt.NDArray[np.int64]:
     """Return the rank of each value in sorted order."""
     ranks = np.empty(len(values), np.int64)
-    ranks[sorted(range(len(values)), key=values.__getitem__)] = np.arange(len(values))
+    # Whole numbers decide nearly all comparisons, and are quick to compare
+    keys = [((value.numerator << 64) // value.denominator, value) for value in values]
+    ranks[sorted(range(len(values)), key=keys.__getitem__)] = np.arange(len(values))
     return ranks
 
 

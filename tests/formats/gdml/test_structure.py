@@ -113,6 +113,17 @@ def test_a_solid_is_made_once_for_each_height(tmp_path, monkeypatch):
     assert [id(shape) for shape in world.operands[1:]] == list(map(id, rest))
 
 
+def test_solids_of_a_rotated_volume_have_its_motion(tmp_path):
+    """A motion is composed once for the volume and two daughters, which stand along the axis of its rotation."""
+    cores = placed("core", '<position z="1"/>') + placed("core", '<position z="-1"/>')
+    turn = '<position x="5" y="0" z="0"/><rotation z="30" unit="deg"/>'
+    structure = volume("core", "core") + volume("bar", "bar", cores) + volume("world", "w", placed("bar", turn))
+    text = text_of(WORLD + BAR + '<box name="core" x="1" y="1" z="1"/>', structure)
+    _, bar, *rest = (body.shape for body in scene_of(tmp_path, text).bodies)
+    assert [id(shape.motion) for shape in (*bar.operands, *rest)] == 5 * [id(rest[0].motion)]
+    assert len(rest[0].motion.steps) == 2
+
+
 def test_flush_daughters_leave_no_gap(tmp_path):
     # 0.1 + 0.2 is not 0.3 in double precision: in fractions the plates touch, and no ray sees the mother between them
     plates = "".join(
