@@ -353,7 +353,7 @@ def jump_parameters(primitive: Any) -> set[int]:
 
 
 def _axis_jump_parameters(axis: Sequence[Any]) -> set[int]:
-    """Return the parameters that change a least coordinate of an axis where two are equally so: either becomes least."""
+    """Return the parameters that change a least coordinate of an axis where two are equal: either becomes the least."""
     sizes = [abs(float(value_of(c))) for c in axis]
     tied = [c for c, size in zip(axis, sizes, strict=True) if size == min(sizes)]
     return {key for c in tied for key, slope in slopes_of(c).items() if slope} if len(tied) > 1 else set()
