@@ -113,7 +113,7 @@ class EllipticSolid(PrimitiveSolid, abstract=True):
     def heights(self) -> Interval:
         """The part of the extent in the range; low > high if there is none."""
         (low, high), (bottom, top) = self.z_range or (-math.inf, math.inf), self.extent
-        return max(low, bottom), min(high, top)
+        return portable_max(low, bottom), -portable_max(-high, -top)
 
     def tree(self) -> Cell:
         sx, sy = self.squares

@@ -139,6 +139,23 @@ def test_flush_walls_tie_where_both_are_walls():
     assert np.isnan(hits.jvp(d_origins=(0, 0, 1)).t).tolist() == [False, True, False]
 
 
+def test_u_jumps_only_by_numbers_that_tilt_an_axis():
+    """On the side of an upright cylinder v = (z - start) / (end - start); u counts from x or y, equally least."""
+    scene, ray = co.Scene([co.Body(co.Cylinder((0, 0, -1), (0, 0, 3), 1), name="rod")]), ((5, 0.5, 1.5), (-1, 0, 0))
+    assert moved(scene, ray, **{"rod__start[2]": 1}).uv == pytest.approx([0, (1.5 - 3) / 4**2], abs=1e-15)
+    assert moved(scene, ray, **{"rod__end[2]": 1}).uv == pytest.approx([0, -(1.5 + 1) / 4**2], abs=1e-15)
+    for number in ("start[0]", "start[1]", "end[0]", "end[1]"):
+        assert np.isnan(moved(scene, ray, **{f"rod__{number}": 1}).uv[0])
+
+
+def test_v_of_a_bowl_that_is_cut_at_its_vertex_has_a_kink():
+    """v = z / 2 counts from the cut or the vertex, whichever is higher."""
+    for low in (0.0, -1.0):
+        scene, ray = co.Scene([co.Body(co.EllipticParaboloid(1, 1, (low, 2)), name="bowl")]), ((5, 0, 1), (-1, 0, 0))
+        assert np.isnan(moved(scene, ray, **{"bowl__z_range[0]": 1}).uv).tolist() == [False, low == 0]
+        assert moved(scene, ray, **{"bowl__z_range[1]": 1}).uv == pytest.approx([0, -1 / 2**2])
+
+
 def test_an_apex_has_no_derivative():
     hit = co.Scene([co.Cone((0, 0, 0), (0, 0, 1), 1, 0)]).first_hit((0, 0, 5), (0, 0, -1))
     assert hit.t == 4

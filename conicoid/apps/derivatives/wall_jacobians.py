@@ -144,7 +144,7 @@ class Dual(BigFloat, Symbol):
         If the values are equal, the derivative by each parameter that moves them apart is NaN: either may become the
         larger.
         """
-        if self.value != value_of(other):
+        if not is_finite(other) or self.value != value_of(other):
             return max(self, other)
         keys = self.slopes.keys() | slopes_of(other).keys()
         differing = [key for key in keys if self.slopes.get(key, 0.0) != slopes_of(other).get(key, 0.0)]
@@ -352,10 +352,11 @@ def jump_parameters(primitive: Any) -> set[int]:
     return set() if axis is None else _axis_jump_parameters(axis)
 
 
-def _axis_jump_parameters(axis: Iterable[Any]) -> set[int]:
-    """Return the parameters of an axis whose two least coordinates are equal: a change makes either the least."""
-    least, second, _ = sorted(abs(float(value_of(c))) for c in axis)
-    return {key for c in axis for key in slopes_of(c)} if least == second else set()
+def _axis_jump_parameters(axis: Sequence[Any]) -> set[int]:
+    """Return the parameters that change a least coordinate of an axis where two are equal: either becomes the least."""
+    sizes = [abs(float(value_of(c))) for c in axis]
+    tied = [c for c, size in zip(axis, sizes, strict=True) if size == min(sizes)]
+    return {key for c in tied for key, slope in slopes_of(c).items() if slope} if len(tied) > 1 else set()
 
 
 # --- Walls with their derivatives

@@ -68,11 +68,7 @@ class FlatSurface:
         one plane, and 0.3 x = 0.21 is the plane x = 0.7.
         """
         if self.axis is None:
-            size = Fraction(
-                math.gcd(*(n.numerator for n in self.normal)), math.lcm(*(n.denominator for n in self.normal))
-            )
-            if max(abs(n) for n in self.normal) > size * _LARGEST_INTEGER:
-                size = Fraction(1)
+            size = _common_factor(self.normal)
         else:
             size = abs(self.normal[self.axis])
         if size == 1:
@@ -349,8 +345,15 @@ class GeneralSurface:
         return 0
 
     def solid(self) -> Solid:
-        """Return the quadric f <= 0."""
-        values = {name: float(value) for name, value in zip(TERMS, self.coefficients, strict=True) if value}
+        """Return the quadric f <= 0.
+
+        The terms but the constant are integers without a common factor where floats hold these: the multiples of a
+        quadric are one surface, and those of the opposite sign the outside of a sphere, cylinder or cone that they are.
+        """
+        if outside := round_quadric([-c for c in self.coefficients], self.shift):
+            return ~outside.solid()
+        size = _common_factor(self.coefficients[:9])
+        values = {name: float(value / size) for name, value in zip(TERMS, self.coefficients, strict=True) if value}
         quadric = Quadric(coefficients=values)
         return quadric.translate(to_floats(self.shift)) if any(self.shift) else quadric
 
@@ -372,6 +375,12 @@ def _clear_side_of_box(center: Vector, radius: float, low: Vector, high: Vector,
     if not margin < math.inf or abs(least - square) <= margin or abs(most - square) <= margin:
         return None
     return -1 if most < square else int(least > square)
+
+
+def _common_factor(numbers: Sequence[Fraction]) -> Fraction:
+    """Return the factor by which numbers are integers without a common one; 1 where floats do not hold these."""
+    size = Fraction(math.gcd(*(n.numerator for n in numbers)), math.lcm(*(n.denominator for n in numbers)))
+    return size if max(abs(n) for n in numbers) <= size * _LARGEST_INTEGER else Fraction(1)
 
 
 def _quick_hash(values: tuple[Fraction, ...]) -> int:

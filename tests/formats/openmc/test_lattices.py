@@ -220,3 +220,37 @@ def test_the_scene_is_an_ordinary_one(model: Model, tmp_path: Path) -> None:
     """It saves and loads as an equal scene."""
     co.save(model.scene, tmp_path / "scene.yaml")
     assert co.load(tmp_path / "scene.yaml") == model.scene
+
+
+@pytest.mark.parametrize("orientation", ["x", "y"])
+def test_beside_corners_of_hexagons_rounded_walls_decide(orientation: str, tmp_path: Path) -> None:
+    """Three walls that should meet leave gaps and overlaps of 1e-16: in none, or in the body listed first; so are spans."""
+    path = tmp_path / "geometry.xml"
+    path.write_text(f"""<geometry><cell id="1" universe="1" material="1"/><cell id="2" fill="5" region="-3"/>
+        <hex_lattice id="5" n_rings="2" orientation="{orientation}" center="-3.3 7.77"><pitch>3.3333</pitch>
+        <universes>{"1 " * 7}</universes></hex_lattice>
+        <surface id="3" type="z-cylinder" coeffs="-3.3 7.77 4.9" boundary="vacuum"/></geometry>""")
+    scene, random = co.load_openmc(path), np.random.default_rng(7)
+    parts = [(body.shape,) if isinstance(body.shape, co.Polyhedron) else body.shape.operands for body in scene.bodies]
+    solids = [next(part for part in each if isinstance(part, co.Polyhedron)) for each in parts]
+    walls = [list(zip(solid.normals, solid.offsets, strict=True)) for solid in solids]
+    # Corners of the element in the middle: 0, 60, ... degrees from those of the other orientation's walls
+    angles = np.radians(np.arange(6) * 60 + (30 if orientation == "x" else 0))
+    corners = np.column_stack([np.cos(angles), np.sin(angles), angles * 0]) * 3.3333 / 3**0.5 + (-3.3, 7.77, 0)
+    points = np.repeat(corners, 60, axis=0) * (1 + random.integers(-9, 10, (360, 3)) * 2.0**-53)
+
+    def heights(body: int, point: list[float]) -> list[Fraction]:
+        """Return the heights of a point over the walls of a body, exactly."""
+        rows = [(map(Fraction, normal), Fraction(offset)) for normal, offset in walls[body]]
+        return [sum(n * Fraction(x) for n, x in zip(normal, point, strict=True)) - offset for normal, offset in rows]
+
+    sides = [[heights(body, point) for body in range(7)] for point in points.tolist()]
+    off_walls = np.array([all(map(all, each)) for each in sides])
+    inside = [[k for k in range(7) if max(each[k]) < 0] for each in itertools.compress(sides, off_walls)]
+    points = points[off_walls]
+    assert scene.body_at(points).tolist() == [bodies[0] if bodies else -1 for bodies in inside]
+    spans = scene.spans(points - (0, 0, 1), (0, 0, 1), t_max=2)
+    at = np.split(spans.body, spans.offsets[1:-1])
+    assert [sorted(bodies.tolist()) for bodies in at] == inside
+    # Of "y" no wall misses the others here
+    assert ([] in inside) == (orientation == "x")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import xml.etree.ElementTree as ElementTree
+from decimal import Decimal
 from fractions import Fraction
 from pathlib import Path
 
@@ -147,8 +148,21 @@ def test_multiples_of_a_plane_are_one(factor: str) -> None:
     ],
 )
 def test_a_round_quadric_is_that_cylinder_sphere_or_cone(kind: str, numbers: str, quadric: str) -> None:
-    """In exact decimals: one wall, not two that differ by rounding."""
+    """In exact decimals: one wall, not two that differ by rounding. Of the opposite sign it is its outside."""
     assert surface("quadric", quadric) == surface(kind, numbers)
+    opposite = surface("quadric", " ".join(str(-Decimal(number)) for number in quadric.split()))
+    assert opposite.solid() == ~surface(kind, numbers).solid()
+
+
+@pytest.mark.parametrize("factor", ["3", "0.7", "1e-3", "-1", "-0.3"])
+@pytest.mark.parametrize(
+    "quadric", ["0.1 0.2 0.3 0 0 0 -0.1 0 0 -0.7", "1 1 0 0 0 0 -0.2 -0.4 0 -0.1182", "0 0 0 1 0 0 0 0 0.3 0"]
+)
+def test_multiples_of_a_quadric_are_one(factor: str, quadric: str) -> None:
+    """In decimals, whose products with most factors are no floats; those of the opposite sign face the other way."""
+    times = " ".join(str(Decimal(factor) * Decimal(number)) for number in quadric.split())
+    one, other = (surface("quadric", numbers).solid().coefficients for numbers in (quadric, times))
+    assert {name: math.copysign(value, float(factor) * value) for name, value in one.items()} == other
 
 
 @pytest.mark.parametrize(
