@@ -402,7 +402,11 @@ def test_exr_files_of_few_bytes(tmp_path):
     samples[0, 0] = np.zeros(3, np.float32)
     deep = dict(compression=openexr.ZIPS_COMPRESSION, type=openexr.deepscanline)
     for head, channels, message in (
-        (dict(kinds), {"Y": zeros, **layers}, r"has 75,497,472 numbers; .* one of so few bytes 16,777,216, with 4 numbers"),
+        (
+            dict(kinds),
+            {"Y": zeros, **layers},
+            r"has 75,497,472 numbers; .* one of so few bytes 16,777,216, with 4 numbers",
+        ),
         (deep, {"Y": samples}, "is a deep image"),
         (dict(kinds), {"Z": zeros}, "must have the channels R, G, B or Y"),
     ):
