@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import struct
 import warnings
 import zlib
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,6 +20,8 @@ if TYPE_CHECKING:
 
 MOST_TEXELS = 1 << 27
 """The most pixels of a texture."""
+_FREE_TEXELS, _TEXELS_PER_BYTE = 1 << 24, 16
+"""Pixels that a file of any size may have, and for each of its bytes: compressed zeros would take all memory."""
 _CHANNELS = 4  # that a file of so many pixels may have in all its parts
 _PIECE = 1 << 18
 """Bytes of a file that are unpacked at a time."""
@@ -109,26 +113,32 @@ def read_pixels(file: str | os.PathLike[str]) -> Pixels:
     return Pixels(_read_exr(path) if suffix == ".exr" else _read_photo(path, _PHOTOS[suffix]))
 
 
+@contextlib.contextmanager
+def _decoding(path: Path, kind: str) -> Iterator[None]:
+    """Turn errors of decoders into a ValueError with the name of the file."""
+    try:
+        yield
+    except MemoryError:
+        raise
+    except Exception as error:
+        reason = (str(error).splitlines() or [type(error).__name__])[0][:200]
+        raise ValueError(f"{path.name!r} cannot be read as {kind}: {reason}") from None
+
+
 def _read_photo(path: Path, kind: str) -> Any:
     """Decode a .png, .jpg or .webp."""
     from PIL import Image
 
     # `_check_size` has its own limit, so the warning of Pillow is turned off.
-    before = Image.MAX_IMAGE_PIXELS
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
-            with Image.open(path, formats=[kind]) as file:
-                _check_size(path, *file.size)
-                if kind == "PNG":
-                    _check_rows(path)
-                if file.mode in ("I;16", "I;16B", "I"):
-                    return _grey16(file)
-                return np.array(file.convert("RGB"))
-    except (OSError, SyntaxError, zlib.error, Image.DecompressionBombError) as error:
-        raise ValueError(f"{path.name!r} cannot be read as {kind}: {error}") from None
-    finally:
-        Image.MAX_IMAGE_PIXELS = before
+    with warnings.catch_warnings(), _decoding(path, kind):
+        warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+        with Image.open(path, formats=[kind]) as file:
+            _check_size(path, *file.size)
+            if kind == "PNG":
+                _check_rows(path)
+            if file.mode in ("I;16", "I;16B", "I"):
+                return _grey16(file)
+            return np.array(file.convert("RGB"))
 
 
 def _grey16(file: Any) -> Any:
@@ -179,30 +189,31 @@ def import_openexr() -> Any:
 def _read_exr(path: Path) -> Any:
     """Decode an .exr: channels R, G, B or one of grey."""
     openexr = import_openexr()
-    try:
+    with _decoding(path, "OpenEXR"):
         numbers = 0
         for part in openexr.File(os.fspath(path), header_only=True).parts:
+            if part.type() in (openexr.deepscanline, openexr.deeptile):
+                raise ValueError("is a deep image, with any number of samples for each pixel")
             low, high = part.header["dataWindow"]
             width, height = (int(end) - int(begin) + 1 for begin, end in zip(low, high, strict=True))
             numbers += width * height * max(1, len(part.header["channels"]))
-        if numbers <= _CHANNELS * MOST_TEXELS:  # before all parts and channels are decoded
-            channels = openexr.File(os.fspath(path)).channels()
-            name = next(name for name in ("RGB", "RGBA", "Y", "R") if name in channels)
-            pixels = np.asarray(channels[name].pixels, np.float32)
-            height, width = pixels.shape[:2]
-    except StopIteration:
-        raise ValueError(f"{path.name!r} must have the channels R, G, B or Y") from None
-    except Exception as error:
-        raise ValueError(f"{path.name!r} cannot be read as OpenEXR: {str(error).splitlines()[0][:200]}") from None
-    _check_size(path, width, height)
-    if numbers > _CHANNELS * MOST_TEXELS:
-        raise ValueError(f"{path.name!r} has {numbers:,} numbers, a texture at most {_CHANNELS * MOST_TEXELS:,}")
-    if not np.isfinite(pixels).all():
-        raise ValueError(f"{path.name!r} must hold finite numbers")
+            _check_size(path, width, height, numbers)  # before all parts and channels are decoded
+        channels = openexr.File(os.fspath(path)).channels()
+        name = next((name for name in ("RGB", "RGBA", "Y", "R") if name in channels), None)
+        if name is None:
+            raise ValueError("must have the channels R, G, B or Y")
+        pixels = np.asarray(channels[name].pixels, np.float32)
+        if not np.isfinite(pixels).all():
+            raise ValueError("must hold finite numbers")
     return np.ascontiguousarray(pixels[..., :3] if pixels.ndim == 3 else np.repeat(pixels[..., None], 3, axis=2))
 
 
-def _check_size(path: Path, width: int, height: int) -> None:
-    """Raise ValueError for a picture with more than MOST_TEXELS pixels."""
-    if width * height > MOST_TEXELS:
-        raise ValueError(f"{path.name!r} has {width} x {height} pixels, a texture at most {MOST_TEXELS:,}")
+def _check_size(path: Path, width: int, height: int, numbers: int = 0) -> None:
+    """Raise ValueError for more than MOST_TEXELS pixels, or far more than the bytes of the file stand for."""
+    most = min(MOST_TEXELS, max(_FREE_TEXELS, _TEXELS_PER_BYTE * path.stat().st_size))
+    if width * height > most or numbers > _CHANNELS * most:
+        size = f"{width} x {height} pixels" if width * height > most else f"{numbers:,} numbers"
+        raise ValueError(
+            f"has {size}; a texture has at most {MOST_TEXELS:,} pixels, and one of so few bytes {most:,}, "
+            f"with {_CHANNELS} numbers each"
+        )

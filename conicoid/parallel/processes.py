@@ -18,7 +18,7 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future
 from typing import Any
 
@@ -161,12 +161,13 @@ class _Worker:
             self.end()
             # Absolute paths, as the module path may hold relative ones.
             paths = os.pathsep.join(dict.fromkeys(os.path.abspath(path) for path in sys.path))
-            self.process = subprocess.Popen(
-                [sys.executable, "-c", _SERVE],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                env={**os.environ, "PYTHONPATH": paths},
-            )
+            with _blocked_interrupts():
+                self.process = subprocess.Popen(
+                    [sys.executable, "-c", _SERVE],
+                    stdin=subprocess.PIPE,
+                    stdout=subprocess.PIPE,
+                    env={**os.environ, "PYTHONPATH": paths},
+                )
             receive(self.process.stdout)  # wait until it is ready: its start is no part of a task's time limit
         return self.process
 
@@ -180,6 +181,19 @@ class _Worker:
                     if pipe is not None:
                         pipe.close()
             self.process = None
+
+
+@contextlib.contextmanager
+def _blocked_interrupts() -> Iterator[None]:
+    """Block Ctrl-C in this thread and in processes that it starts, which else print a traceback before `serve` runs."""
+    if os.name != "posix":
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def send(pipe: Any, data: bytes) -> None:
@@ -205,6 +219,8 @@ def receive(pipe: Any) -> bytes:
 def serve() -> None:
     """Run the tasks on standard input until it ends. Their printed output goes to standard error."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that started this one
+    if os.name == "posix":  # `_blocked_interrupts`
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     # Keep both pipes under new numbers: standard output is redirected next, and answers must not mix with prints.
     tasks, answers = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)

@@ -5,6 +5,7 @@ import os
 import pickle
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import threading
@@ -17,7 +18,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.parallel import scheduler as task, shared_state as recipe
+from conicoid.parallel import processes as own_processes, scheduler as task, shared_state as recipe
 from conicoid.parallel.scheduler import ChunkSize
 from conicoid.parallel.shared_state import source_version
 
@@ -254,6 +255,15 @@ def test_tasks_of_processes_that_die(processes):
         mortal.submit(os._exit, 1).result()
     assert processes.submit(pow, 2, 5).result() == 32
     assert first in processes.pids
+
+
+@pytest.mark.skipif(os.name != "posix", reason="Windows has no masks of signals")
+def test_control_c_while_a_process_starts(monkeypatch):
+    """The terminal sends it to all processes: those that import yet printed a traceback, and died."""
+    program = f"import os, signal; os.kill(os.getpid(), signal.SIGINT); {own_processes._SERVE}"
+    monkeypatch.setattr(own_processes, "_SERVE", program)
+    with own_processes.Processes(1, retries=0) as pool:
+        assert pool.submit(signal.pthread_sigmask, signal.SIG_BLOCK, ()).result() == set()
 
 
 def test_tasks_that_take_too_long_are_ended():

@@ -366,13 +366,50 @@ def test_numbers_and_names_that_no_file_can_hold(tmp_path):
     assert "\\ud83d" in dump_json({"name": "\U0001f600"})
 
 
-def test_a_picture_without_rows_is_refused(tmp_path):
-    def chunk(kind: bytes, data: bytes) -> bytes:
-        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+def _png(size: tuple[int, int], bits: int, color: int, data: bytes, more: bytes = b"") -> bytes:
+    """Return a PNG file with a head, one chunk of data, and other chunks between them."""
+    head = struct.pack(">IIBBBBB", *size, bits, color, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + _chunk(b"IHDR", head) + more + _chunk(b"IDAT", data) + _chunk(b"IEND", b"")
 
-    rows = zlib.compress(b"\0" * 31 * 9)  # of ten
-    for size, data in (((1 << 13, 1 << 13), zlib.compress(b"")), ((10, 10), rows)):
-        parts = chunk(b"IHDR", struct.pack(">IIBBBBB", *size, 8, 2, 0, 0, 0)), chunk(b"IDAT", data), chunk(b"IEND", b"")
-        (tmp_path / "a.png").write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(parts))
-        with pytest.raises(ValueError, match="rows are missing"):
-            read_pixels(tmp_path / "a.png")
+
+def _chunk(kind: bytes, data: bytes) -> bytes:
+    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (_png((1 << 12, 1 << 12), 8, 2, zlib.compress(b"")), "rows are missing"),
+        (_png((10, 10), 8, 2, zlib.compress(b"\0" * 31 * 9)), "rows are missing"),  # nine of ten
+        # All rows are there, as zeros take a thousandth of their bytes
+        (_png((1 << 13, 1 << 12), 1, 0, zlib.compress(bytes((1 + (1 << 10)) << 12))), "8192 x 4096 pixels; .* one of so few"),
+        (_png((9, 9), 8, 2, b"", _chunk(b"zTXt", b"a\0\0" + zlib.compress(bytes(1 << 22)))), "'a.png' cannot be read as PNG: .*large"),
+        (_png((9, 9), 8, 2, b"", _chunk(b"tRNS", b"\0")), "'a.png' cannot be read as PNG: .*tRNS"),
+    ],
+)  # fmt: skip
+def test_pictures_of_few_bytes(content, message, tmp_path):
+    (tmp_path / "a.png").write_bytes(content)
+    with pytest.raises(ValueError, match=message):
+        read_pixels(tmp_path / "a.png")
+
+
+def test_exr_files_of_few_bytes(tmp_path):
+    openexr = pytest.importorskip("OpenEXR")
+    kinds = dict(compression=openexr.ZIP_COMPRESSION, type=openexr.scanlineimage)
+    zeros = np.zeros((1 << 12, 1 << 10), np.float16)
+    layers = {f"layer {k}": zeros for k in range(17)}  # 2^22 numbers each, 2^26 are free
+    samples = np.empty((1, 1), object)
+    samples[0, 0] = np.zeros(3, np.float32)
+    deep = dict(compression=openexr.ZIPS_COMPRESSION, type=openexr.deepscanline)
+    for head, channels, message in (
+        (
+            dict(kinds),
+            {"Y": zeros, **layers},
+            r"has 75,497,472 numbers; .* one of so few bytes 16,777,216, with 4 numbers",
+        ),
+        (deep, {"Y": samples}, "is a deep image"),
+        (dict(kinds), {"Z": zeros}, "must have the channels R, G, B or Y"),
+    ):
+        openexr.File([openexr.Part(head, channels)]).write(str(tmp_path / "a.exr"))
+        with pytest.raises(ValueError, match=message):
+            read_pixels(tmp_path / "a.exr")

@@ -304,7 +304,7 @@ def test_an_exr_whose_size_is_far_beyond_its_bytes(side, tmp_path):
     (tmp_path / "x.exr").write_bytes(head + window + struct.pack("<4i", 0, 0, side - 1, side - 1) + rest[16:])
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     with pytest.raises(
-        ValueError, match=r"'x.exr' (cannot be read as OpenEXR|has \d+ x \d+ pixels, a texture at most)"
+        ValueError, match=r"'x.exr' cannot be read as OpenEXR: (has \d+ x \d+ pixels; a texture has at most)?"
     ):
         co.materials.ImageTexture(tmp_path / "x.exr")
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 100 << 10, "KiB"

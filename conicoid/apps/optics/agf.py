@@ -5,20 +5,35 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from ..._util.files import Problem, SceneFileError, read_regular
 from ..._util.validation import check_path as checked_path, describe_kind, format_value
-from ...materials.dispersion import CATALOGUE_FORMULAS, CatalogueFormula, Dispersion, Schott, Sellmeier
+from ...materials.dispersion import CatalogueFormula, Dispersion, Schott, Sellmeier
 
-LARGEST = 8_000_000
-"""The most bytes of a file."""
+LARGEST, MOST_LINES, LONGEST_LINE = 8_000_000, 200_000, 20_000
+"""The most bytes of a file, its lines, and characters of a line."""
+NUMBER = re.compile(r"[-+]?(?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][-+]?\d{1,4})?\Z", re.ASCII)
+"""A number of a file: Python's `float` takes underscores and digits of all scripts as well."""
+
+
+class ZmxError(Exception):
+    """An error in a line of the file; `line` counts from 1."""
+
+    def __init__(self, line: int, where: str, message: str) -> None:
+        super().__init__(message)
+        self.line, self.where, self.message = line, where, message
+
+    def of_file(self, name: str | os.PathLike[str]) -> SceneFileError:
+        """Return the error for the file of that name."""
+        return SceneFileError(name, [Problem(self.line, 1 if self.line else 0, self.where, self.message)])
 
 
 _TERMS = {2: 3, 6: 4, 11: 5}
 """Number of Sellmeier's formulas -> terms."""
+_FORMULAS = range(1, 14)
 
 
 def load_agf(path: str | os.PathLike[str]) -> dict[str, Dispersion]:
@@ -44,57 +59,92 @@ def load_agf(path: str | os.PathLike[str]) -> dict[str, Dispersion]:
     """
     file = Path(checked_path("load_agf", path))
     found: dict[str, Dispersion] = {}
-    name, number, place, last = "", 0, 0, ""
-    row: tuple[float, ...] = ()
+    name, number, place, last, where = "", 0, 0, "", ""
+    row: list[float] = []
     span: tuple[float, float] | None = None
-    lines = decode_text(read_regular(file, LARGEST), os.fspath(file)).splitlines()
-    for line, text in enumerate([*lines, "NM"], 1):
-        key, *rest = text.split() or [""]
-        try:
+    try:
+        lines = split_lines(decode_text(read_regular(file, LARGEST), os.fspath(file)))
+        for line, text in enumerate([*lines, "NM"], 1):
+            key, *rest = text.split() or [""]
+            where = f"{name}: {key}" if name else key
             if last == "CD" and re.match(r"[-+.\d]", key):  # some makers break the line of coefficients
-                row = (*row, *map(float, (key, *rest)))
+                row += _numbers(line, f"{name}: CD" if name else "CD", [key, *rest])
                 continue
             last = key
             if key == "NM":
                 if name:
-                    found.setdefault(name, _formula(number, row, span, name, file.name))
-                name, number, place, row, span = "", 0, line, (), None
+                    found.setdefault(name, _formula(place, number, row, span, name, file.name))
+                name, number, place, row, span = "", 0, line, [], None
                 if line <= len(lines):
-                    name, number = rest[0], int(float(rest[1]))
+                    name, number = rest[0] if rest else "", whole_number(line, "NM", rest, 1)
             elif key == "CD":
-                row = tuple(map(float, rest))
+                row = _numbers(line, where, rest)
             elif key == "LD" and name:
-                low, high = float(rest[0]), float(rest[1])
+                low, high = line_number(line, where, rest, 0), line_number(line, where, rest, 1)
                 span = (low, high) if low and high else None  # an end of 0 is no wavelength: the file states none
-        except IndexError:
-            raise SceneFileError(file, [Problem(line, 1, key, f"must have more numbers, got {text[:60]!r}")]) from None
-        except (ValueError, OverflowError) as error:
-            where = place if key == "NM" and name else line
-            raise SceneFileError(file, [Problem(where, 1, name or key, str(error)[:200])]) from None
-    if not found:
-        raise SceneFileError(file, [Problem(0, 0, "", "holds no glass: no line begins with NM")])
+        if not found:
+            raise ZmxError(0, "", "holds no glass: no line begins with NM")
+    except ZmxError as error:
+        raise error.of_file(file) from None
     return found
 
 
-def _formula(number: int, row: tuple[float, ...], span: Any, name: str, source: str) -> Dispersion:
+def split_lines(text: str) -> list[str]:
+    """Return the lines of a text; raise ZmxError if there are too many, or one is too long."""
+    lines = text.splitlines()
+    if len(lines) > MOST_LINES:
+        raise ZmxError(0, "", f"has more than {MOST_LINES:,} lines")
+    for number, line in enumerate(lines, 1):
+        if len(line) > LONGEST_LINE:
+            raise ZmxError(number, "", f"is longer than {LONGEST_LINE:,} characters")
+    return lines
+
+
+def line_number(line: int, where: str, rest: list[str], place: int) -> float:
+    """Return the number at a place of a line; raise ZmxError for none."""
+    text = rest[place] if place < len(rest) else ""
+    value = float(text) if NUMBER.match(text) else math.nan
+    if not math.isfinite(value) or (value and not 1e-100 <= abs(value) <= 1e100):
+        raise ZmxError(line, where, f"must have a finite number at place {place + 1}, got {format_value(text)}")
+    return value
+
+
+def whole_number(line: int, where: str, rest: list[str], place: int) -> int:
+    """Return the whole number at a place of a line; raise ZmxError for none."""
+    value = line_number(line, where, rest, place)
+    if value != int(value) or abs(value) > 1e6:
+        raise ZmxError(line, where, f"must have a whole number at place {place + 1}, got {format_value(rest[place])}")
+    return int(value)
+
+
+def _numbers(line: int, where: str, rest: list[str]) -> list[float]:
+    return [line_number(line, where, rest, place) for place in range(len(rest))]
+
+
+def _formula(
+    line: int, number: int, row: Sequence[float], span: tuple[float, float] | None, name: str, source: str
+) -> Dispersion:
     """Return the refractive index of a glass, by a class of scene files where there is one."""
-    if not row or not all(map(math.isfinite, row)):
-        raise ValueError(f"must have coefficients, CD, that are finite numbers, got {format_value(row)}")
+    if not row:
+        raise ZmxError(line, name, "must have coefficients: a line CD with numbers")
+    if number not in _FORMULAS:
+        raise ZmxError(line, name, f"must have a formula from 1 to 13, got {number}")
     c = (*row, *[0.0] * 10)
-    if number == 1:
-        return Schott(c[:6], span, name, source)
-    if number in _TERMS:
-        ends = 2 * _TERMS[number]
-        return Sellmeier(c[:ends:2], c[1:ends:2], 0.0, span, name, source)
-    if number == 4:  # the second term is b / (λ² - c), which is (b / c) (λ² / (λ² - c) - 1)
-        far = c[4] ** 2
-        last = c[3] / far if far else 0.0
-        return Sellmeier((c[1], last), (c[2] ** 2, far), c[0] - last, span, name, source)
-    if number == 9:
-        return Sellmeier((c[1], c[3]), (c[2], c[4]), c[0] - 1.0, span, name, source)
-    if number not in CATALOGUE_FORMULAS:
-        raise ValueError(f"must have a formula from 1 to 13, got {number}")
-    return CatalogueFormula(number, row, span, name, source)
+    try:
+        if number == 1:
+            return Schott(c[:6], span, name, source)
+        if number in _TERMS:
+            ends = 2 * _TERMS[number]
+            return Sellmeier(c[:ends:2], c[1:ends:2], 0.0, span, name, source)
+        if number == 4:  # the second term is b / (λ² - c), which is (b / c) (λ² / (λ² - c) - 1)
+            far = c[4] ** 2
+            last = c[3] / far if far else 0.0
+            return Sellmeier((c[1], last), (c[2] ** 2, far), c[0] - last, span, name, source)
+        if number == 9:
+            return Sellmeier((c[1], c[3]), (c[2], c[4]), c[0] - 1.0, span, name, source)
+        return CatalogueFormula(number, tuple(row), span, name, source)
+    except ValueError as error:
+        raise ZmxError(line, name, str(error)[:200]) from None
 
 
 def glasses_by_name(owner: str, glasses: Any) -> Mapping[str, Any]:

@@ -21,7 +21,7 @@ from ..._util.validation import check_path as checked_path, describe_kind, forma
 from ...io.importers import ImportOptions, ImportResult, select_bodies
 from ...materials.dispersion import LINE_D
 from . import prescriptions
-from .agf import LARGEST, decode_text, glasses_by_name
+from .agf import LARGEST, NUMBER, ZmxError, decode_text, glasses_by_name, line_number, split_lines, whole_number
 from .medium import Medium, find_glass, medium_by_abbe, parse_medium
 from .prescriptions import MOST_ROWS, Prescription, Row, prescription
 
@@ -80,6 +80,10 @@ def _check_kind(surface: ZmxSurface) -> None:
             reason = f"has the aspheric term {terms[0][0][:13]}, which makes it no conic"
             raise ZmxError(terms[0][1], where, f"{surface.kind} {reason}")
         return
+    if surface.kind == "COORDBRK":
+        message = "COORDBRK tilts or shifts the axis, and all surfaces must have one axis: "
+        hint = "remove it, or write the surfaces before and behind it as files of their own, and move their bodies"
+        raise ZmxError(line, where, message + hint)
     supported = f"only conics are: {', '.join((*_CONICS, *_ASPHERES))} (these without aspheric terms)"
     raise ZmxError(line, where, f"{surface.kind[:40]!r} is not supported; {supported}")
 
@@ -176,20 +180,9 @@ def _arctan(slope: float) -> float:
 
 # The parser of lens files.
 
-_LONGEST = 20_000
-_MOST_LINES = 200_000
-_NUMBER = re.compile(r"[-+]?(?:\d++(?:\.\d*+)?|\.\d++)(?:[eE][-+]?\d{1,4})?\Z")
 _UNITS = {"MM": "mm", "CM": "cm", "IN": "in", "METER": "m", "M": "m"}
 _NO_GLASS = (1.5, 40.0)
 """Index and Abbe number that stand for "not in the file"."""
-
-
-class ZmxError(Exception):
-    """An error in a line of the file; `line` counts from 1."""
-
-    def __init__(self, line: int, where: str, message: str) -> None:
-        super().__init__(message)
-        self.line, self.where, self.message = line, where, message
 
 
 class UnknownGlass(ZmxError):
@@ -317,8 +310,7 @@ def _read(text: str, name: str, glasses: Mapping[str, Any] | str | os.PathLike[s
         except ValueError as error:
             raise _error_of_rows(lens, str(error)) from None
     except ZmxError as problem:
-        column = 1 if problem.line else 0
-        raise SceneFileError(name, [Problem(problem.line, column, problem.where, problem.message)]) from None
+        raise problem.of_file(name) from None
 
 
 def _error_of_rows(lens: ZmxLens, message: str) -> ZmxError:
@@ -335,12 +327,7 @@ _ROW = re.compile(r"rows\[(\d{1,6})\]")
 def _parse(text: str) -> ZmxLens:
     """Parse all lines of a text."""
     lens = ZmxLens()
-    lines = text.splitlines()
-    if len(lines) > _MOST_LINES:
-        raise ZmxError(0, "", f"has more than {_MOST_LINES:,} lines")
-    for number, line in enumerate(lines, 1):
-        if len(line) > _LONGEST:
-            raise ZmxError(number, "", f"is longer than {_LONGEST:,} characters")
+    for number, line in enumerate(split_lines(text), 1):
         words = line.split()
         if not words:
             continue
@@ -363,7 +350,7 @@ def _new_surface(lens: ZmxLens, line: int, rest: list[str]) -> None:
     if len(lens.surfaces) > MOST_ROWS:
         raise ZmxError(line, "SURF", f"there are more than {MOST_ROWS:,} surfaces")
     expected = len(lens.surfaces)
-    number = _whole(line, "SURF", rest, 0)
+    number = whole_number(line, "SURF", rest, 0)
     if number != expected:
         raise ZmxError(line, "SURF", f"must be number {expected}, as they are counted in order, got {number}")
     lens.surfaces.append(ZmxSurface(number, line))
@@ -376,15 +363,15 @@ def _of_surface(lens: ZmxLens, surface: ZmxSurface, line: int, key: str, rest: l
     if key == "TYPE":
         surface.kind, surface.kind_line = (rest[0].upper() if rest else ""), line
     elif key == "CURV":
-        surface.curvature = _number(line, where, rest, 0)
+        surface.curvature = line_number(line, where, rest, 0)
     elif key == "DISZ":
         # The word INFINITY stands for an object at infinity.
         far = bool(rest) and rest[0].upper().startswith("INF")
-        surface.thickness = math.inf if far else _number(line, where, rest, 0)
+        surface.thickness = math.inf if far else line_number(line, where, rest, 0)
     elif key == "CONI":
-        surface.conic = _number(line, where, rest, 0)
+        surface.conic = line_number(line, where, rest, 0)
     elif key == "DIAM":
-        surface.semi = _number(line, where, rest, 0)
+        surface.semi = line_number(line, where, rest, 0)
     elif key == "GLAS":
         surface.glass, surface.glass_line = rest, line
     elif key == "STOP":
@@ -392,11 +379,11 @@ def _of_surface(lens: ZmxLens, surface: ZmxSurface, line: int, key: str, rest: l
     elif key == "COMM":
         surface.comment = " ".join(rest)[:200]
     elif key == "PARM":
-        surface.parameters[rest[0] if rest else ""] = _number(line, where, rest, 1), line
+        surface.parameters[rest[0] if rest else ""] = line_number(line, where, rest, 1), line
     elif key == "XDAT":
-        surface.extra[rest[0] if rest else ""] = _number(line, where, rest, 1), line
+        surface.extra[rest[0] if rest else ""] = line_number(line, where, rest, 1), line
     elif key == "CLAP":
-        radii = [max(0.0, _number(line, where, rest, place)) for place in range(min(len(rest), 2))]
+        radii = [max(0.0, line_number(line, where, rest, place)) for place in range(min(len(rest), 2))]
         surface.hole, surface.opening = (*radii, 0.0, 0.0)[:2]
         surface.clap_line = line
     elif key in _IGNORED_KEYWORDS:
@@ -437,28 +424,28 @@ def _of_system(lens: ZmxLens, line: int, key: str, rest: list[str], whole: str) 
         if lens.unit not in _UNITS:
             raise ZmxError(line, "UNIT", f"must be one of {', '.join(_UNITS)}, got {format_value(rest[0])}")
     elif key in ("ENPD", "FNUM", "OBNA"):
-        option = _whole(line, key, rest, 1) if key != "ENPD" and len(rest) > 1 else 0
-        lens.aperture = key, _number(line, key, rest, 0), option
+        option = whole_number(line, key, rest, 1) if key != "ENPD" and len(rest) > 1 else 0
+        lens.aperture = key, line_number(line, key, rest, 0), option
         if not lens.aperture[1] > 0:
             lens.aperture = None
     elif key == "FLOA":
         lens.aperture = key, 0.0, 0
     elif key == "WAVM":
-        lens.waves[_whole(line, key, rest, 0)] = _number(line, key, rest, 1)
+        lens.waves[whole_number(line, key, rest, 0)] = line_number(line, key, rest, 1)
     elif key == "WAVL":
-        lens.waves = {i: _number(line, key, rest, i - 1) for i in range(1, min(len(rest), 24) + 1)}
+        lens.waves = {i: line_number(line, key, rest, i - 1) for i in range(1, min(len(rest), 24) + 1)}
     elif key == "PWAV":
-        lens.primary = _whole(line, key, rest, 0)
+        lens.primary = whole_number(line, key, rest, 0)
     elif key == "FTYP":
-        lens.field_kind = _whole(line, key, rest, 0)
-        lens.field_count = _whole(line, key, rest, 2) if len(rest) > 2 else 1
-        lens.wave_count = _whole(line, key, rest, 3) if len(rest) > 3 else 0
+        lens.field_kind = whole_number(line, key, rest, 0)
+        lens.field_count = whole_number(line, key, rest, 2) if len(rest) > 2 else 1
+        lens.wave_count = whole_number(line, key, rest, 3) if len(rest) > 3 else 0
         if _is_set(rest, 1):
             lens.notes.append(f"line {line}: telecentric aiming ({key}) is skipped")
     elif key == "YFLN":
-        lens.fields = [_number(line, key, rest, i) for i in range(min(len(rest), 100))]
+        lens.fields = [line_number(line, key, rest, i) for i in range(min(len(rest), 100))]
     elif key == "XFLN":
-        lens.x_fields = [_number(line, key, rest, i) for i in range(min(len(rest), 100))]
+        lens.x_fields = [line_number(line, key, rest, i) for i in range(min(len(rest), 100))]
     elif key in _SETTINGS:
         if (note := _SETTINGS[key](rest)) is not None:
             lens.notes.append(f"line {line}: {note} ({key}) is skipped")
@@ -469,7 +456,7 @@ def _of_system(lens: ZmxLens, line: int, key: str, rest: list[str], whole: str) 
 
 def _is_set(rest: list[str], place: int, default: float = 0.0) -> bool:
     """Return whether a line has a number at a place that differs from the one without effect."""
-    return place < len(rest) and not (_NUMBER.match(rest[place]) and float(rest[place]) == default)
+    return place < len(rest) and not (NUMBER.match(rest[place]) and float(rest[place]) == default)
 
 
 def _vignetting(rest: list[str]) -> str | None:
@@ -495,23 +482,6 @@ _SETTINGS: dict[str, Callable[[list[str]], str | None]] = {
     "MNUM": _configurations,
 }
 """Keywords of the system -> the part that is skipped; None if the line changes nothing."""
-
-
-def _number(line: int, where: str, rest: list[str], place: int) -> float:
-    """Return the number at a place of a line."""
-    text = rest[place] if place < len(rest) else ""
-    value = float(text) if _NUMBER.match(text) else math.nan
-    if not math.isfinite(value) or (value and not 1e-100 <= abs(value) <= 1e100):
-        raise ZmxError(line, where, f"must have a finite number at place {place + 1}, got {format_value(text)}")
-    return value
-
-
-def _whole(line: int, where: str, rest: list[str], place: int) -> int:
-    """Return the whole number at a place of a line."""
-    value = _number(line, where, rest, place)
-    if value != int(value) or abs(value) > 1e6:
-        raise ZmxError(line, where, f"must have a whole number at place {place + 1}, got {format_value(rest[place])}")
-    return int(value)
 
 
 _BETTER_MELTS = ("HTULTRA", "HTI", "HT")
@@ -546,7 +516,7 @@ def _medium(surface: ZmxSurface, lens: ZmxLens, glasses: Mapping[str, Any]) -> A
                 lens.notes.append(f"line {line}: surface {surface.number}: {name[:40]} by the formula of {other}")
                 return catalogued
     if len(surface.glass) > 4:
-        index, abbe = (_number(line, where, surface.glass, place) for place in (3, 4))
+        index, abbe = (line_number(line, where, surface.glass, place) for place in (3, 4))
         # Index and Abbe number count unless they are the placeholder of an unmarked glass.
         model = surface.glass[1] not in ("0",)
         if index > 1 and abbe >= 0 and (model or (index, abbe) != _NO_GLASS):

@@ -290,7 +290,7 @@ class GdmlGeometry:
 
 @dataclass
 class _ModuleFiles:
-    """Files read so far: `folder` by path, and `stack` the paths that are being read, outermost first.
+    """Files read so far: `folder` by path, None for those with errors; `stack` are being read, outermost first.
 
     `materials` holds the first material of each name, of all files: Geant4 has one table for them.
     """
@@ -298,7 +298,7 @@ class _ModuleFiles:
     root: str
     entities: bool
     materials: MaterialTable = field(default_factory=dict)
-    folder: dict[str, GdmlGeometry] = field(default_factory=dict)
+    folder: dict[str, GdmlGeometry | None] = field(default_factory=dict)
     stack: list[str] = field(default_factory=list)
 
 
@@ -411,11 +411,16 @@ def _read_module(reading: GdmlReader, element: XmlElement, files: _ModuleFiles) 
         if len(files.folder) >= MAX_FILES or len(files.stack) >= MAX_FILE_DEPTH:
             raise GdmlError(element, f"at most {MAX_FILES} files are read, nested at most {MAX_FILE_DEPTH} levels deep")
         files.stack.append(own_path)
+        files.folder[path] = (
+            None  # unless it has errors: files that refer to it ten times each would be read 10^8 times
+        )
         try:
             files.folder[path] = _read_file(path, files, reading)
         finally:
             files.stack.pop()
-    return files.folder[path]
+    if (geometry := files.folder[path]) is None:
+        raise GdmlError(element, f"file {shorten(name)!r} has errors, which are listed where it is first read")
+    return geometry
 
 
 def collect_remarks(geometry: GdmlGeometry) -> Iterator[list[str]]:

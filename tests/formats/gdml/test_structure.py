@@ -7,6 +7,8 @@ import conicoid as co
 from conicoid._util.files import SceneFileError
 from conicoid.geometry.shape import Shape
 from conicoid.io import importers as options
+from conicoid.io.gdml import importer
+from conicoid.io.xml_tree import read_xml
 
 from ...command_line import done
 from .files import HEAD, placed, scene_of, text_of, volume
@@ -382,6 +384,21 @@ def test_other_modules_are_refused(tmp_path, name):
     (tmp_path / "sub" / "link.gdml").symlink_to(tmp_path / "a.gdml")
     with pytest.raises(SceneFileError, match=r"outside of the folder|refers to itself|cannot be read|is no name"):
         scene_of(tmp_path / "sub", text_of(WORLD, volume("world", "w", f'<physvol><file name="{name}"/></physvol>')))
+
+
+def test_modules_with_errors_are_read_once(tmp_path, monkeypatch):
+    """Each of eight files refers to the next one four times: 4 + 16 + ... + 65,536 readings."""
+    read = []
+    monkeypatch.setattr(importer, "read_xml", lambda path, **options: (read.append(path), read_xml(path, **options))[1])
+    for k in range(9):
+        place = "".join(f'<physvol name="p{n}"><file name="m{k + 1}.gdml"/></physvol>' for n in range(4))
+        (tmp_path / f"m{k}.gdml").write_text(
+            f'<gdml><solids><box name="b" x="1" y="1" z="1"/></solids><structure><volume name="W"><materialref ref="G4_AIR"/>'
+            f'<solidref ref="b"/>{place}</volume></structure><setup name="s"><world ref="W"/></setup></gdml>'
+        )
+    with pytest.raises(SceneFileError, match="m1.gdml' has errors, which are listed where it is first read"):
+        importer.read_gdml(tmp_path / "m0.gdml")
+    assert len(read) == 9
 
 
 def test_modules_in_folders_below_and_beside(tmp_path):
