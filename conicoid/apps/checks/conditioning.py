@@ -6,7 +6,6 @@ other primitives are tested at the points of `critical_points.py`.
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
 import math
 import re
@@ -444,7 +443,8 @@ def parts(shape: Shape, outer: Motion = IDENTITY_MOTION) -> Iterator[tuple[Any, 
         elif isinstance(node, ClippedSheet):
             pending.extend((part, own) for part in (node.solid, node.base))
         else:
-            yield dataclasses.replace(node, motion=IDENTITY_MOTION), own
+            # No constructor runs: that of a mesh cuts it into convex parts
+            yield node._with_motion(IDENTITY_MOTION), own
 
 
 class _BodyExaminer:
