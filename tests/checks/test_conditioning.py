@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 import conicoid as co
-from conicoid.apps.checks.conditioning import Conditioning, conditioning, digits
+from conicoid.apps.checks.conditioning import SINGLE_PRECISION_DIGITS, Conditioning, conditioning, digits
 from conicoid.apps.checks.perturbation import number_changes
 
 from ..command_line import run
@@ -279,3 +279,40 @@ def test_a_corner_within_one_rounding_of_another_has_no_column_to_change():
     # Moved by one unit in the last place, the last corner is the first one: the profile has one corner less
     profile = [(2, 0), (3, 1), (2.5, 3), (1, 2), (math.nextafter(2, 0), 0)]
     assert not list(co.check(co.Scene([co.Revolution(profile)]), rays=100))
+
+
+_CORNER = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)]
+_TETRAHEDRA = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (0.2, 0.2, 0.2)]
+
+
+def _flat(kind: str, far: float, thin: float) -> co.Shape:
+    """An L-shaped prism, a frustum of one, or a tetrahedron with a dent, far from the origin and thin."""
+    if kind == "mesh":
+        faces = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 4), (2, 3, 4), (3, 1, 4)]
+        return co.Mesh([(x + far, y - far, thin * z + 0.3) for x, y, z in _TETRAHEDRA], faces)
+    outline = [(far + x, thin * y - far / 3) for x, y in _CORNER]
+    return co.Extrusion(outline, (far, far + 1), 0.7 if kind == "frustum" else 1.0)
+
+
+def _rod(far: float, thin: float) -> co.Shape:
+    start = np.random.default_rng(5).uniform(-1, 1, 3) * far
+    return co.Cylinder(start, start + np.array([0.3, -0.4, 0.5]) * max(thin, far * 2.0**-50), min(1.0, thin**0.5))
+
+
+@pytest.mark.parametrize("kind", ["prism", "frustum", "mesh", "rod"])
+@pytest.mark.parametrize(("far", "thin"), [(0.5, 1.0), (1e3, 1.0), (1e6, 1e-2), (3e8, 1e-3), (1e11, 1.0)])
+def test_bounds_leave_out_no_body_that_has_fewer_digits(kind, far, thin):
+    shape = _rod(far, thin) if kind == "rod" else _flat(kind, far, thin)
+    scene = co.Scene([shape])
+    kept = conditioning(scene)[0].digits
+    assert [one.digits for one in conditioning(scene, kept + 1e-6)] == [kept]
+    assert not conditioning(scene, kept)
+
+
+def test_ordinary_bodies_are_tested_without_a_change_of_each_number(monkeypatch):
+    def refuse(leaf, sides):
+        raise AssertionError(leaf)
+
+    monkeypatch.setattr("conicoid.apps.checks.perturbation._comparable_changes", refuse)
+    shapes = [_flat("prism", 1e3, 1.0), _flat("frustum", -20.0, 0.1), _flat("mesh", 1e3, 0.1), _rod(100.0, 0.5)]
+    assert not conditioning(co.Scene(shapes), SINGLE_PRECISION_DIGITS)

@@ -6,7 +6,6 @@ other primitives are tested at the points of `critical_points.py`.
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
 import math
 import re
@@ -21,7 +20,8 @@ from ..._util.arrays import FloatArray, Vector
 from ..._util.dataclass import dataclass
 from ...geometry.bulk import Bulk, Spheres
 from ...geometry.instances import InstanceList, transform_offsets
-from ...geometry.primitives import Sphere
+from ...geometry.polyhedron import FlatSolid
+from ...geometry.primitives import Cylinder, Sphere
 from ...geometry.shape import Boolean, ClippedSheet, Shape
 from ...geometry.sheets import Polygon, Triangle, newell_sum
 from ...geometry.transform import IDENTITY_MOTION, Motion
@@ -246,6 +246,26 @@ def ball_shares(center: FloatArray, radius: float, n: FloatArray, fields: Motion
     return np.append(own, np.abs(fields.fields @ np.append(center + radius * n, 1.0) @ n))
 
 
+# Digits of cylinders, from below: most need no exact forms.
+
+
+def least_digits(shape: Cylinder) -> float:
+    """Return digits that a cylinder certainly has; 0 for a wedge and for one with a motion.
+
+    Let u = 2^-53, and let c be the sum of the sizes of the six coordinates of its ends. By all of them the axis moves
+    by u c at most, and by the radius the side moves by u r, across its width 2r. A cap moves along the axis with its
+    middle by u c at most, and at its rim by u c r / h more, as the axis turns; the width there is the height h. Normals
+    of side and caps are at right angles, so that edges move no further. The sum of both is twice as much as needed,
+    which leaves room for terms of second order.
+    """
+    if shape.motion.steps or shape.end_angle - shape.start_angle < 360:
+        return 0.0
+    (x, y, z), (a, b, c), r = shape.start, shape.end, shape.radius
+    far = abs(x) + abs(y) + abs(z) + abs(a) + abs(b) + abs(c) + r
+    height = math.dist(shape.start, shape.end)
+    return digits_of(HALF_ULP * far * (1 / r + 2 * (1 + r / height) / height)) if height else 0.0
+
+
 # Digits of polygons and triangles: how far corners move, relative to the polygon's width across each edge.
 
 _MOST_EDGES = 128
@@ -321,7 +341,8 @@ def conditioning(
     """Return the worst place of every body with fewer than `below` digits, in order of their ids.
 
     An empty body has no place to test and is left out. A primitive takes some 20 milliseconds, or 2 if it differs from
-    another by its motion alone. A million `Spheres` take one second, and half a millisecond for each one returned.
+    another by its motion alone; a cylinder that certainly has `below` digits takes microseconds. A million `Spheres`
+    take one second, and half a millisecond for each one returned.
 
     Parameters
     ----------
@@ -379,10 +400,10 @@ def _examine_bodies(
     lowered = scene._prepared.lowered
     if lowered.body_count == 0:
         return
-    examiner, first = _BodyExaminer(ProbeTargets.of(lowered)), 0
+    examiner, first = _BodyExaminer(ProbeTargets.of(lowered), below), 0
     bodies = scene.bodies
     balls: dict[Motion, dict[int, Sphere]] = {}
-    good = examiner.good_instances(bodies, below) if isinstance(bodies, InstanceList) else frozenset()
+    good = examiner.good_instances(bodies) if isinstance(bodies, InstanceList) else frozenset()
     for item, body in enumerate(bodies):
         if item in good:
             first += 1
@@ -422,18 +443,19 @@ def parts(shape: Shape, outer: Motion = IDENTITY_MOTION) -> Iterator[tuple[Any, 
         elif isinstance(node, ClippedSheet):
             pending.extend((part, own) for part in (node.solid, node.base))
         else:
-            yield dataclasses.replace(node, motion=IDENTITY_MOTION), own
+            # No constructor runs: that of a mesh cuts it into convex parts
+            yield node._with_motion(IDENTITY_MOTION), own
 
 
 class _BodyExaminer:
-    """Tests bodies; prepares parts that differ by their motion alone once."""
+    """Tests bodies; prepares parts that differ by their motion alone once. `below` is as of `conditioning`."""
 
-    def __init__(self, targets: ProbeTargets) -> None:
-        self.targets = targets
+    def __init__(self, targets: ProbeTargets, below: float) -> None:
+        self.targets, self.below = targets, below
         self._own_frame = lru_cache(_CACHE_SIZE)(own_frame)
         self._prepared_part = lru_cache(_CACHE_SIZE)(_part)
 
-    def good_instances(self, bodies: InstanceList, below: float) -> Set[int]:
+    def good_instances(self, bodies: InstanceList) -> Set[int]:
         """Return the numbers of instances whose kind has `below` digits or more wherever it is.
 
         A number's effect on a surface is the absolute value of an affine function of the shift, and their sum is
@@ -461,12 +483,15 @@ class _BodyExaminer:
                 self._of_shape(bodies.shape_at(kind, corner), at, (low + offset, high + offset))
                 for corner, offset in zip(corners, offsets, strict=True)
             )
-            if all(one is None or one.digits >= below + _CORNER_MARGIN for one in conditions):
+            if all(one is None or one.digits >= self.below + _CORNER_MARGIN for one in conditions):
                 good.update(numbers.tolist())
         return good
 
     def worst(self, shape: Shape, body: int) -> Conditioning | None:
-        """Return the conditioning of a body's worst part; None if the body is empty."""
+        """Return the conditioning of a body's worst part; None if it is empty or certainly has `below` digits."""
+        # The bonds of a molecule: thousands, no two alike
+        if isinstance(shape, Cylinder) and least_digits(shape) >= self.below:
+            return None
         return self._of_shape(shape, body, self.targets.box(body))
 
     def _of_shape(self, shape: Shape, body: int, box: Extent) -> Conditioning | None:
@@ -492,7 +517,14 @@ class _BodyExaminer:
         if not (extent[0] <= extent[1]).all():
             return None
         low, high = _thicken(extent, frame, leaf.is_sheet)
-        part = self._prepared_part(leaf, frame, tuple(low.tolist()), tuple(high.tolist()), cut)
+        where = leaf, frame, tuple(low.tolist()), tuple(high.tolist()), cut
+        if isinstance(leaf, FlatSolid) and self.below < math.inf:
+            # Changes of each number would cut the solid into convex parts as often as it has numbers
+            bounded = self._prepared_part(*where, True)
+            most = movement(bounded, fields_of(motion, bounded.local.frame), leaf.is_sheet)
+            if most is None or digits_of(most.relative) >= self.below + _CORNER_MARGIN:
+                return None
+        part = self._prepared_part(*where)
         displacement = movement(part, fields_of(motion, part.local.frame), leaf.is_sheet)
         return None if displacement is None else verdict(type(leaf), motion, body, displacement, part.local.frame)
 
@@ -504,9 +536,9 @@ class _BodyExaminer:
         return low, high
 
 
-def _part(leaf: Any, frame: LocalFrame, low: Vector, high: Vector, cut: bool) -> TestedPart:
+def _part(leaf: Any, frame: LocalFrame, low: Vector, high: Vector, cut: bool, bounded: bool = False) -> TestedPart:
     """Return a primitive in coordinates of its extent, with its test points; `low` and `high` are hashable."""
-    return TestedPart.of(localize(leaf, frame.scaled((np.array(low), np.array(high))), cut))
+    return TestedPart.of(localize(leaf, frame.scaled((np.array(low), np.array(high))), cut, bounded))
 
 
 def _extent_in_frame(box: Extent, motion: Motion, frame: LocalFrame) -> Extent:

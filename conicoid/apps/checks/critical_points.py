@@ -306,7 +306,7 @@ def _cell_movement(cell: LocalCell, tests: TestPoints, fields: MotionFields, is_
         axis=1,
     )
     by_number = np.abs(by_number)
-    change = by_number.sum(axis=1)
+    change = by_number.sum(axis=1) + np.abs(tests.weights) @ cell.shifts
     # The width of the tested part, or of a polyhedron's corners, along the gradient; a sheet has none of its own
     width = np.abs(gradient).sum(axis=1)
     if is_sheet:

@@ -18,7 +18,7 @@ from ..._util.arrays import FloatArray
 from ..._util.dataclass import dataclass
 from ...geometry.cell import Cell, Not, PolygonSheet, Tree
 from ...geometry.general_quadric import Quadric
-from ...geometry.polyhedron import Polyhedron
+from ...geometry.polyhedron import Extrusion, FlatSolid, Polyhedron
 from ...geometry.quadric_classification import Coefficients
 from ...geometry.shape import PrimitiveSheet, PrimitiveSolid
 from ...geometry.surface import UPRIGHT, PlaneSurface, QuadricSurface, Surface
@@ -310,6 +310,7 @@ class LocalCell:
               a relative 2^-53
     numbers   names of the n numbers
     cut       whether the tested part is smaller than the cell
+    shifts    (S,) bounds of how far the forms change within the tested part, for numbers that `moves` leaves out
     """
 
     forms: FloatArray
@@ -318,6 +319,7 @@ class LocalCell:
     moves: FloatArray
     numbers: tuple[str, ...]
     cut: bool
+    shifts: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -370,16 +372,55 @@ def _size(surface: QuadricSurface) -> FloatArray:
     return np.array([size or max(curved) for size in curved])
 
 
-def localize(leaf: Any, frame: LocalFrame, cut: bool) -> LocalShape:
-    """Return the cells of a shape without motion in a frame that fits the tested part."""
+def localize(leaf: Any, frame: LocalFrame, cut: bool, bounded: bool = False) -> LocalShape:
+    """Return the cells of a shape without motion in a frame that fits the tested part.
+
+    `bounded`: a `FlatSolid` gets bounds of all changes together, without a change of each number.
+    """
     sides = cells_of(leaf)
     base = forms_of(leaf, sides)
-    changes = [(change, forms_of(change.result, cells)) for change, cells in _comparable_changes(leaf, sides)]
+    shifts = _face_shifts(leaf, frame) if bounded else {}
+    comparable = () if bounded else _comparable_changes(leaf, sides)
+    changes = [(change, forms_of(change.result, cells)) for change, cells in comparable]
     cells = []
     for i, (forms, cell) in enumerate(zip(base, sides, strict=True)):
         changed = [(change.share, forms_[i] if i < len(forms_) else {}) for change, forms_ in changes]
-        cells.append(_cell(forms, cell, changed, tuple(change.number for change, _ in changes), frame, cut))
+        cells.append(_cell(forms, cell, changed, tuple(change.number for change, _ in changes), frame, cut, shifts))
     return LocalShape(frame, tuple(cells))
+
+
+def _face_shifts(solid: FlatSolid, frame: LocalFrame) -> dict[int, float]:
+    """Return for each face a bound of how far all numbers together move its planes within the tested part.
+
+    Where the corners c_k of a polygon move by δ_k, the normal n = ½ Σ c_k × c_{k+1} · 2 of Newell changes by
+    Σ (c_{k-1} - c_{k+1}) × δ_k. So at a point p the plane moves by Σ |δ_k| (1 + |p - c_0| D / |n|) at most, where D is
+    twice the longest spoke from c_0. Numbers move |δ_k| by 2^-52 |c_k|₁ together, as x and y of an extrusion are
+    products of two; twice that leaves room for terms of second order. A face of a mesh that is no longer flat is
+    cut into triangles, so that the smallest of these counts. Where floats do not show the area, no digit remains.
+    """
+    corners = solid._corners[:, :3].copy()
+    corners[:, :2] *= solid._corners[:, 3:]
+    origin = np.array([float(c) for c in frame.origin])
+    reach = sum(abs(float(c)) for row in frame.columns for c in row)
+    found: dict[int, float] = {}
+    for number, piece in zip(solid.parts.numbers, solid.parts.pieces, strict=True):
+        own = corners[list(piece)]
+        spokes, total = own[1:] - own[0], float(np.abs(own).sum())
+        normals = np.cross(spokes[:-1], spokes[1:])
+        areas = [normals.sum(axis=0)] if isinstance(solid, Extrusion) else [*normals, normals.sum(axis=0)]
+        area, size = np.linalg.norm(areas, axis=1).min(), 2 * np.linalg.norm(spokes, axis=1).max()
+        bound = _NO_BOUND * reach
+        if area > _AREA_MARGIN * size * total:
+            far = np.linalg.norm(origin - own[0]) + reach
+            bound = 4 * HALF_ULP * total * (1 + far * size / area)
+        found[number] = max(found.get(number, 0.0), float(bound))
+    return found
+
+
+_AREA_MARGIN = 2.0**-30
+"""Areas above this share of longest spoke times coordinates are certain in floats, to six digits."""
+_NO_BOUND = 2.0**60
+"""So many times the part stands for infinity, which would give 0 times infinity."""
 
 
 def _comparable_changes(
@@ -408,15 +449,19 @@ def _cell(
     numbers: tuple[str, ...],
     frame: LocalFrame,
     cut: bool,
+    face_shifts: dict[int, float],
 ) -> LocalCell:
     """Return a cell as float64 forms in a frame; `changed` holds (share, forms) after each change of a number."""
     rounded, moves = np.empty((len(sides), 4, 4)), np.zeros((len(changed), len(sides), 4, 4))
+    shifts = np.zeros(len(sides))
     for s, side in enumerate(sides):
         form = forms[side.number]
         local = form.seen_from(frame.origin, frame.columns)
         # The largest entry becomes 1, and changes are divided by the same number
         largest = max(abs(entry) for entry in local.entries) or ex.ONE
         rounded[s] = _divide_form(local, largest)
+        # The largest entry of a plane's normal is 1
+        shifts[s] = math.sqrt(3) * face_shifts.get(side.number, 0.0) / float(largest)
         for n, (share, changed_forms) in enumerate(changed):
             other = changed_forms.get(side.number)
             # Most numbers leave most faces as they are
@@ -425,7 +470,7 @@ def _cell(
                     _difference(other, form).seen_from(frame.origin, frame.columns), largest
                 )
     flat = np.array([isinstance(side.surface, PlaneSurface) for side in sides])
-    return LocalCell(rounded, flat, np.array([side.inside for side in sides]), moves, numbers, cut)
+    return LocalCell(rounded, flat, np.array([side.inside for side in sides]), moves, numbers, cut, shifts)
 
 
 def _difference(changed: ExactForm, form: ExactForm) -> ExactForm:

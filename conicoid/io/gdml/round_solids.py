@@ -68,11 +68,6 @@ class RevolvedProfile:
         return solid.translate((float(x), float(y), 0.0)) if x or y else solid._with_motion(IDENTITY_MOTION)
 
 
-def revolve_profile(corners: ProfileCorners, angles: AngleRange, shift: Point) -> Solid:
-    """Return a profile revolved about the axis through `shift` that is parallel to z."""
-    return RevolvedProfile(corners, angles)(shift)
-
-
 def tube(values: GdmlValues) -> SolidFactory:
     """<tube>: rmin, rmax, full length z, startphi, deltaphi."""
     inner, outer, half = values.radius("rmin"), values.positive("rmax"), values.positive("z") / 2
@@ -98,18 +93,16 @@ def cut_tube(values: GdmlValues) -> SolidFactory:
     # Beyond the cutting planes everywhere within the outer radius, so that they alone bound the tube.
     end = half + 2 * outer * slope + half
     corners = [(inner, -end), (outer, -end), (outer, end), (inner, end)]
-    return partial(_cut_profile, corners, read_angles(values), ((low, -half), (high, half)))
+    return partial(_cut_profile, RevolvedProfile(corners, read_angles(values)), ((low, -half), (high, half)))
 
 
-def _cut_profile(
-    corners: ProfileCorners, angles: AngleRange, planes: Sequence[tuple[list[Fraction], Fraction]], shift: Point
-) -> Solid:
+def _cut_profile(profile: RevolvedProfile, planes: Sequence[tuple[list[Fraction], Fraction]], shift: Point) -> Solid:
     """Return a revolved profile cut by planes (outward normal, height at which the plane meets the axis)."""
     x, y, z = shift
     sides = []
     for (a, b, c), height in planes:
         sides.append(HalfSpace((float(a), float(b), float(c)), float(a * x + b * y + c * (z + height))))
-    return Intersection((revolve_profile(corners, angles, shift), *sides))
+    return Intersection((profile(shift), *sides))
 
 
 def cone(values: GdmlValues) -> SolidFactory:
@@ -145,27 +138,28 @@ def sphere(values: GdmlValues) -> SolidFactory:
         raise GdmlError(
             values.element, f"starttheta and deltatheta must leave a range within 0 and 180 degrees, {found}"
         )
-    sector = [] if low == 0 and high == 180 and angles == _FULL_TURN else _sector(low, high, 4 * outer)
-    return partial(_shell, float(inner), float(outer), sector, angles)
+    is_whole = low == 0 and high == 180 and angles == _FULL_TURN
+    sector = None if is_whole else RevolvedProfile(_sector(low, high, 4 * outer), angles)
+    return partial(_shell, float(inner), float(outer), sector)
 
 
-def _shell(inner: float, outer: float, sector: list[tuple[float, float]], angles: AngleRange, shift: Point) -> Solid:
-    """Return the shell between two balls, within a sector revolved about z; the whole shell if `sector` is empty."""
+def _shell(inner: float, outer: float, sector: RevolvedProfile | None, shift: Point) -> Solid:
+    """Return the shell between two balls, within a sector revolved about z."""
     whole: Solid = _ball(outer, shift)
-    if sector:
-        whole = Intersection((whole, Revolution(tuple(sector), *angles).translate(_floats(shift))))
+    if sector is not None:
+        whole = Intersection((whole, sector((_ZERO, _ZERO, _ZERO)).translate(_floats(shift))))
     return Difference((whole, _ball(inner, shift))) if inner else whole
 
 
-def _sector(low: Fraction, high: Fraction, reach: Fraction) -> list[tuple[float, float]]:
+def _sector(low: Fraction, high: Fraction, reach: Fraction) -> ProfileCorners:
     """Return the profile (r, z) of a range of polar angles, with corners at the distance `reach`.
 
     `reach` is four times the radius of the ball that it cuts: chords of 45 degrees at most stay outside that ball.
     """
-    corners = [(0.0, 0.0)]
+    corners = [(_ZERO, _ZERO)]
     for k in range(5):
         s, c = sin_cos_degrees(float(low + (high - low) * k / 4))
-        corners.append((float(reach) * max(s, 0.0), float(reach) * c))
+        corners.append((Fraction(float(reach) * max(s, 0.0)), Fraction(float(reach) * c)))
     return corners
 
 
@@ -227,13 +221,13 @@ def elliptic_cone(values: GdmlValues) -> SolidFactory:
 
 def _stretch_profile(corners: ProfileCorners, a: Fraction, b: Fraction) -> SolidFactory:
     """Return the factory of a revolved profile, scaled by a along x and by b along y."""
-    return partial(_elliptic, corners, (float(a), float(b), 1.0))
+    return partial(_elliptic, RevolvedProfile(corners, _FULL_TURN), (float(a), float(b), 1.0))
 
 
-def _elliptic(corners: ProfileCorners, factors: tuple[float, float, float], shift: Point) -> Solid:
+def _elliptic(profile: RevolvedProfile, factors: tuple[float, float, float], shift: Point) -> Solid:
     x, y, z = shift
     # Scaling follows the shift in z, which it keeps, and precedes the shift in x and y, which it would scale.
-    whole = revolve_profile(corners, _FULL_TURN, (_ZERO, _ZERO, z)).scale(factors)
+    whole = profile((_ZERO, _ZERO, z)).scale(factors)
     return whole.translate((float(x), float(y), 0.0)) if x or y else whole
 
 
@@ -260,7 +254,7 @@ def quadric_about_z(square: Fraction, slope: Fraction, bend: Fraction, shift: Po
     # A general quadric without zz and z is an endless cylinder, which has no box
     if not slope and not bend:
         beyond = 2 * Fraction(math.sqrt(square))
-        return revolve_profile([(_ZERO, -beyond), (beyond, -beyond), (beyond, beyond)], _FULL_TURN, shift)
+        return RevolvedProfile([(_ZERO, -beyond), (beyond, -beyond), (beyond, beyond)], _FULL_TURN)(shift)
     # With z' = z - shift: expand square + slope z' + bend z'² in fractions and round each coefficient once.
     constant = slope * z - bend * z * z - square
     coefficients = {"xx": 1.0, "yy": 1.0, "zz": float(-bend), "z": float(2 * bend * z - slope)}
@@ -298,9 +292,8 @@ def _waist(radius: Fraction, bend: Fraction, half: Fraction, shift: Point) -> So
     """Return a hyperboloid, or a cylinder that reaches beyond |z| = half."""
     if bend:
         return quadric_about_z(radius * radius, _ZERO, bend, shift)
-    return revolve_profile(
-        [(_ZERO, -2 * half), (radius, -2 * half), (radius, 2 * half), (_ZERO, 2 * half)], _FULL_TURN, shift
-    )
+    corners = [(_ZERO, -2 * half), (radius, -2 * half), (radius, 2 * half), (_ZERO, 2 * half)]
+    return RevolvedProfile(corners, _FULL_TURN)(shift)
 
 
 def _floats(point: Point) -> tuple[float, float, float]:

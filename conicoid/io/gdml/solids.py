@@ -23,7 +23,7 @@ from ..xml_tree import XmlElement
 from . import flat_solids, round_solids
 from .expressions import UNIT_VALUES
 from .flat_solids import FacePlane, closed_mesh, convex_planes, polyhedron_factory
-from .round_solids import AngleRange, ProfileCorners, read_angles, revolve_profile
+from .round_solids import RevolvedProfile, read_angles
 from .solid_template import (
     BooleanKind,
     PrimitiveTemplate,
@@ -65,18 +65,18 @@ def polycone(values: GdmlValues) -> SolidFactory:
     if not rings:
         raise GdmlError(values.element, "zplane elements must leave a volume")
     outline = [(outer, z) for z, _, outer in planes] + [(inner, z) for z, inner, _ in reversed(planes)]
-    return partial(_stack, outline, rings, angles)
+    return partial(_stack, RevolvedProfile(outline, angles), [RevolvedProfile(ring, angles) for ring in rings])
 
 
-def _stack(outline: ProfileCorners, rings: Sequence[ProfileCorners], angles: AngleRange, shift: Point) -> Solid:
+def _stack(outline: RevolvedProfile, rings: Sequence[RevolvedProfile], shift: Point) -> Solid:
     """Return the revolved outline; the union of its rings if the outline touches itself."""
     # One outline has no walls between its rings, so a ray does not meet faces that the solid does not have
     if len(rings) > 1:
         try:
-            return revolve_profile(outline, angles, shift)
+            return outline(shift)
         except ValueError:  # the outline touches itself, which no Revolution may
-            return Union(tuple(revolve_profile(ring, angles, shift) for ring in rings))
-    return revolve_profile(rings[0], angles, shift)
+            return Union(tuple(ring(shift) for ring in rings))
+    return rings[0](shift)
 
 
 def read_zplanes(values: GdmlValues) -> list[ZPlane]:
@@ -112,12 +112,12 @@ def zplane_ring(low: ZPlane, high: ZPlane) -> list[tuple[Fraction, Fraction]]:
 
 def generic_polycone(values: GdmlValues) -> SolidFactory:
     """<genericPolycone>: a polygon of rzpoint elements with r and z, revolved about z."""
-    return partial(_revolve_outline, read_rzpoints(values), read_angles(values))
+    return partial(_revolve_outline, RevolvedProfile(read_rzpoints(values), read_angles(values)))
 
 
-def _revolve_outline(corners: ProfileCorners, angles: AngleRange, shift: Point) -> Solid:
+def _revolve_outline(profile: RevolvedProfile, shift: Point) -> Solid:
     try:
-        return revolve_profile(corners, angles, shift)
+        return profile(shift)
     except ValueError as error:
         raise OmittedPart(f"its rzpoint elements make no simple outline: {error}") from None
 

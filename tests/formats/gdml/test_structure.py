@@ -9,6 +9,7 @@ from conicoid.geometry.shape import Shape
 from conicoid.io import importers as options
 from conicoid.io.gdml import importer
 from conicoid.io.xml_tree import read_xml
+from conicoid.prepare.csg_plan import placed_primitives
 
 from ...command_line import done
 from .files import HEAD, placed, scene_of, text_of, volume
@@ -84,6 +85,26 @@ def test_three_angles_and_a_scale(tmp_path):
     inside_it = (t >= 0) & (t <= 1) & (abs(q[:, 0]) <= 1 + 3.5 * t) & (abs(q[:, 1]) <= 1.5 + t)
     assert inside_it.sum() > 50
     assert np.array_equal(np.asarray(scene.body_at(p)) == names(scene).index("world/t"), inside_it)
+
+
+@pytest.mark.parametrize(
+    "solid",
+    [
+        '<sphere name="s" rmax="2" starttheta="0" deltatheta="90" deltaphi="360" aunit="deg"/>',
+        '<polycone name="s" deltaphi="6.3"><zplane z="0" rmax="1"/><zplane z="1" rmax="2"/><zplane z="3" rmax="1"/></polycone>',
+        '<genericPolycone name="s"><rzpoint r="0" z="0"/><rzpoint r="1" z="0"/><rzpoint r="0" z="2"/></genericPolycone>',
+        '<cutTube name="s" rmax="1" z="2" lowX="0" lowY="0.1" lowZ="-1" highX="0" highY="0" highZ="1" deltaphi="6.3"/>',
+        '<eltube name="s" dx="1" dy="2" dz="1"/>',
+        '<elcone name="s" dx="0.2" dy="0.1" zmax="4" zcut="2"/>',
+    ],
+)  # fmt: skip
+def test_copies_of_a_profile_share_what_does_not_depend_on_their_place(tmp_path, solid):
+    copies = "".join(placed("v", f'<position x="{x}" y="{x / 3}" z="0"/>') for x in (-9, 0, 9))
+    scene = scene_of(tmp_path, text_of(WORLD + solid, volume("v", "s") + volume("world", "w", copies)))
+    leaves = [leaf for body in scene.bodies for leaf, _ in placed_primitives(body.shape)]
+    profiles = [leaf for leaf in leaves if isinstance(leaf, co.Revolution)]
+    assert len(profiles) >= 3
+    assert len({id(leaf.own_cache) for leaf in profiles}) == 1
 
 
 def test_a_daughter_displaces_its_mother(tmp_path):
