@@ -490,14 +490,6 @@ def zero_negligible(vectors: FloatArray) -> FloatArray:
     return np.where(trace, 0.0, vectors) if trace.any() else vectors
 
 
-def rows_outside_domain(points: FloatArray) -> Any:
-    """Return the indices of rows of points (n, 3) that are not finite or lie beyond the domain."""
-    # Two passes without temporary arrays settle nearly all calls
-    if points.size and points.max() <= LARGEST and points.min() >= -LARGEST:  # NaN is neither
-        return np.zeros(0, np.intp)
-    return np.flatnonzero(~(np.abs(points) <= LARGEST).all(axis=1))
-
-
 # --- Angles, which are in degrees in the whole package
 
 _LARGEST_RADIANS = 4 * math.pi

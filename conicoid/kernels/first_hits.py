@@ -200,17 +200,20 @@ def trace_first(geometry: Geometry, rays: RayArrays, width: int, begin: int, end
 
 
 @kernel(
-    width="picture n", begin="0..end", end="0..n", own_origins="out n 3", own_directions="out n 3", bad="out 1",
+    width="picture n", begin="0..end", end="0..n", own_origins="out c 3", own_directions="out c 3", bad="out 1",
     found="out",
 )  # fmt: skip
 def trace_first_and_copy(
     geometry: Geometry, rays: RayArrays, width: int, begin: int, end: int, own_origins: Floats, own_directions: Floats,
     bad: Signs, found: HitBuffers,
 ) -> None:  # fmt: skip
-    """`trace_first` of a user's arrays, copied while they are in the cache; bad[0] = 1 if a ray cannot be traced."""
-    scratch, bundle, memory = new_scratch(geometry), new_packet(geometry), new_tile()
+    """`trace_first` of a user's arrays, copied while they are in the cache; bad[0] = 1 if a ray cannot be traced.
+
+    Arrays that stay as they are, whose copies are empty, are only checked.
+    """
+    scratch, bundle, memory, room = new_scratch(geometry), new_packet(geometry), new_tile(), np.empty((8, 3))
     for tile in range(begin, end):
-        if copy_tile(rays, tile, width, own_origins, own_directions):
+        if copy_tile(rays, tile, width, own_origins, own_directions, room):
             _trace_tile(geometry, scratch, bundle, memory, rays, width, tile, found)
         else:
             bad[0] = 1

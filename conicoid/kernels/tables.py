@@ -1,7 +1,7 @@
 """The arrays that kernels read: a prepared scene, whose rows refer to each other by number.
 
 `Tables` has the arrays by name; `Geometry` has the same numbers end to end in two arrays, as compiled code takes them.
-`pack` and `unpack_tables` convert between the two, and the accessors at the end read single elements in kernels.
+`build_scene_trees` packs them, `unpack_tables` gives them back, and accessors at the end read elements in kernels.
 """
 
 from __future__ import annotations
@@ -239,31 +239,10 @@ def line_array(count: int) -> Floats:
     return room[skip : skip + count]
 
 
-def pack(geometry: Geometry, columns: dict[str, npt.NDArray[Any]], later: tuple[str, ...] = ()) -> None:
-    """Copy the columns of tables into the arrays that `room_for` made.
-
-    Parameters
-    ----------
-    geometry : Geometry
-        Destination, from `room_for` tables of the same shapes.
-    columns : dict of str to array
-        Arrays by the names of `Tables`. The function empties it: a column leaves as soon as it is copied, so that a
-        large scene is never in memory twice.
-    later : tuple of str
-        Names of columns that the caller fills in.
-    """
-    # The largest first: while one is copied it exists twice, and at the beginning least has been copied
-    for k in sorted(range(LENGTHS), key=lambda k: -columns[Tables._fields[k]].nbytes):
-        name = Tables._fields[k]
-        table = columns.pop(name)
-        if name not in later:
-            _room(geometry, k, table)[...] = table
-
-
 def room_for(tables: Tables) -> Geometry:
     """Return a `Geometry` for tables of these shapes, its floats 0 and its integers not initialised.
 
-    The caller fills it (`pack`), then calls `put_sizes`.
+    The caller fills it, then calls `put_sizes`.
     """
     places, integers, floats = places_of(tables)
     return Geometry(places, np.empty(integers, np.int32), line_array(floats + SPARE))

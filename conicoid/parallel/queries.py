@@ -116,6 +116,7 @@ def _cut(limits: FloatArray, begin: int, end: int, shape: tuple[int, ...]) -> An
 # Queries of rays in parts: one function that runs on a worker, and one that puts an answer together here.
 
 _LEAST_RAYS = 4096  # rays of a first task: some milliseconds
+_HERE_RAYS = 1 << 16  # the same in this process, where all threads share it
 _MOST_RAYS = 1 << 20  # rays of a task
 _LISTS: dict[str, Any] = dict(spans=Spans, crossings=Crossings)
 Lists = TypeVar("Lists", Spans, Crossings)
@@ -128,7 +129,8 @@ def workers_of(query: str, executor: Any, progress: Progress | None = None) -> W
 
 def ray_chunks(workers: Workers, bytes_each: int) -> ChunkSize:
     """Return sizes of tasks of rays, if so many bytes of each travel."""
-    return ChunkSize(workers.chunk, _LEAST_RAYS, min(_MOST_RAYS, workers.most_bytes // bytes_each), workers.count)
+    least = _HERE_RAYS if getattr(workers.executor, "is_here", False) else _LEAST_RAYS
+    return ChunkSize(workers.chunk, least, min(_MOST_RAYS, workers.most_bytes // bytes_each), workers.count)
 
 
 def ray_tasks(query: str, request: RayRequest, pace: ChunkSize, travel: bool = True) -> Iterator[ScheduledTask]:

@@ -25,6 +25,7 @@ from .._util.arrays import dot_rows, unique_with_inverse
 from .._util.dataclass import dataclass
 from ..geometry.surface import ORIGIN, UPRIGHT, Key, QuadricSurface, Surface
 from ..kernels.tables import PLANE, QUADRIC, SPHERE, Floats, Ints, Longs, Signs
+from ..kernels.threads import run_rows
 from .pattern import BodyGroup, FactoredRows, Primitives, RowPlaces, put_numbers
 from .pytree import positions_by_key
 from .surface_features import CurvedFeatures, PlaneFeatures, QuadricTable, Remainders, coefficients, find_clusters
@@ -448,38 +449,42 @@ class _SurfaceMerger:
         kinds, planes, quadrics, rest = raw.kinds, raw.planes, raw.quadrics, raw.rest
         all_spheres = concatenate([raw.spheres, *raw.balls])
         count = single + self.ball_count
-        kind, row = np.full(count, SPHERE, np.int8), np.arange(count, dtype=np.int32)
+        kind, every = np.full(count, SPHERE, np.int8), np.arange(count, dtype=np.int32)
         kind[:single] = kinds
-        row[single:] += np.int32(len(raw.spheres) - single)
+        row = every + np.int32(len(raw.spheres) - single)
         for k in (PLANE, SPHERE, QUADRIC):
             member = kinds == k
-            row[:single][member] = np.arange(member.sum())
-        first = np.arange(count, dtype=np.int32)
+            row[:single][member] = every[: int(member.sum())]
+        first = every.copy()
         if raw.repeated is not None:
             first[:single] = raw.repeated
-        plain = np.ones(count, bool)
-        plain[:single] = raw.plain
-        is_fresh = plain & (first == np.arange(count, dtype=np.int32))
+        # Of those that are no bulk balls
+        plain, alone = raw.plain, np.zeros(single, bool)
+        is_fresh = plain & (first[:single] == every[:single])
         unique = settled_forms(quadrics.forms, raw.shared, len(all_spheres) > 0)
-        alone = np.zeros(count, bool)
         if unique.any():
-            alone[np.flatnonzero(kind == QUADRIC)] = unique[quadrics.form_of]
+            alone[kinds == QUADRIC] = unique[quadrics.form_of]
             is_fresh &= ~alone
         for k, table in ((PLANE, planes), (SPHERE, all_spheres), (QUADRIC, quadrics)):
-            members = np.flatnonzero(kind == k)
+            members: Any = np.flatnonzero(kinds == k)
             fresh = is_fresh[members]
+            members = members[fresh] if len(members) else every[:0]
+            if k == SPHERE and self.ball_count:
+                members = np.concatenate([members, every[single:]]) if len(members) else every[single:]
+                fresh = np.concatenate([fresh, np.ones(self.ball_count, bool)])
             if not fresh.all():
                 table = table.select(fresh) if isinstance(table, QuadricTable) else table[fresh]
-            _merge_equal(first, members[fresh], table)
-        first = first[first]
+            _merge_equal(first, members, table)
+        if not np.array_equal(first, every):
+            first = first[first]
         # Planes across the axes are compared without exact names, which take about a millisecond each.
-        flat = np.flatnonzero((kind[:single] == PLANE) & plain[:single])
+        flat = np.flatnonzero((kinds == PLANE) & plain)
         settled = _merge_across_axes(first, flat, row, planes)
         senses = np.ones(count, np.int8)
         senses[:single] = raw.senses
         self._merge_exact(first, senses, kind, row, planes, all_spheres, quadrics, settled, alone)
         # Number the representatives in input order.
-        leads = first == np.arange(count, dtype=np.int32)
+        leads = first == every
         chosen = np.flatnonzero(leads[:single])
         if leads.all():
             return SurfaceTable(kind, row, planes, all_spheres, quadrics, first, senses, rest, chosen, raw, None)
@@ -518,7 +523,7 @@ class _SurfaceMerger:
 
         `settled` counts the planes that are already compared; quadrics that are `alone` certainly equal no other.
         """
-        distinct = np.flatnonzero((first[: self.single] == np.arange(self.single)) & ~alone[: self.single])
+        distinct = np.flatnonzero((first[: self.single] == np.arange(self.single)) & ~alone)
         is_flat, rest = kind[distinct] == PLANE, self.raw.rest
         flat, curved = distinct[is_flat], distinct[~is_flat]
         close = find_clusters(flat, PlaneFeatures.of(row[flat], planes, rest.planes)) if len(flat) > settled else []
@@ -590,20 +595,29 @@ def concatenate(parts: Sequence[npt.NDArray[Any]]) -> npt.NDArray[Any]:
 def row_hashes(table: Floats | QuadricTable) -> npt.NDArray[np.uint64]:
     """Hash each row to uint64; equal rows, zeros of both signs alike, have equal hashes."""
     if isinstance(table, QuadricTable):  # copies share forms, which are hashed once
-        return _mix_rows(row_hashes(table.forms)[table.form_of], table.rows[:, :3])
-    return _mix_rows(np.zeros(len(table), np.uint64), table)
-
-
-def _mix_rows(mixed: npt.NDArray[np.uint64], table: Floats) -> npt.NDArray[np.uint64]:
-    """Mix each row of a table into its hash, in place."""
-    for begin in range(0, len(table), _CHUNK):
-        words = (table[begin : begin + _CHUNK] + 0.0).view(np.uint64)
-        part = mixed[begin : begin + _CHUNK]
-        for column in range(words.shape[1]):
-            part ^= words[:, column]
-            part *= np.uint64(0x9E3779B97F4A7C15)
-            part ^= part >> np.uint64(29)
+        mixed, rows, columns = row_hashes(table.forms)[table.form_of], table.rows, 3
+    else:
+        mixed, rows, columns = np.zeros(len(table), np.uint64), table, table.shape[1]
+    words = np.ascontiguousarray(rows).view(np.int64)
+    run_rows(mix_rows, (words, columns), len(words), mixed.view(np.int64))
     return mixed
+
+
+@kernel(words="n c", columns="0..c", begin="0..end", end="0..n", mixed="out n")
+def mix_rows(words: Longs, columns: int, begin: int, end: int, mixed: Longs) -> None:
+    """Mix the bits of the first columns of rows begin..end into their hashes."""
+    for i in range(begin, end):
+        found = np.uint64(mixed[i])
+        for k in range(columns):
+            # The bits of -0.0 count as those of 0.0
+            word = np.uint64(words[i, k])
+            found ^= word if word != _NEGATIVE_ZERO else np.uint64(0)
+            found *= _MIXER
+            found ^= found >> np.uint64(29)
+        mixed[i] = np.int64(found)
+
+
+_NEGATIVE_ZERO, _MIXER = np.uint64(1 << 63), np.uint64(0x9E3779B97F4A7C15)
 
 
 def _record_ranks(surfaces: Longs, kind: Signs, row: Ints, tables: dict[int, Floats | QuadricTable]) -> Longs:

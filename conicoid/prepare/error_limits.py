@@ -18,7 +18,21 @@ from .._jit.decorators import inline, kernel, record_shapes
 from .._util.dataclass import dataclass
 from ..kernels.programs import MODEL_ROW, rows_of_programs
 from ..kernels.surface.doubt import FAR, KAPPA, KAPPA_OF_BALLS, KAPPA_OF_PLANES, RELATIVE
-from ..kernels.tables import CELL, PLANE, POLYGON, QUADRIC, REGION, SHEET, SPHERE, Floats, Ints, Signs, Tables, whole
+from ..kernels.tables import (
+    BALL,
+    CELL,
+    PLANE,
+    POLYGON,
+    QUADRIC,
+    REGION,
+    SHEET,
+    SPHERE,
+    Floats,
+    Ints,
+    Signs,
+    Tables,
+    whole,
+)
 from .mmap_arrays import mapped_zeros, own_memory
 from .surface_features import Remainders
 
@@ -265,8 +279,10 @@ def weigh_entries(
     """
     strange, cells = 0, len(limits) - len(tables.clipped_surface)
     for e in range(begin, end):
-        kind, index, bounded = tables.entry_kind[e], tables.entry_index[e], _is_bounded(boxes, e)
-        first, last = whole(0), whole(0)
+        kind, index = tables.entry_kind[e], tables.entry_index[e]
+        if kind == BALL:  # a sphere has no limits
+            continue
+        bounded, first, last = _is_bounded(boxes, e), whole(0), whole(0)
         if kind == CELL:
             first, last = whole(index), whole(index) + 1
         elif kind == REGION:
@@ -469,7 +485,9 @@ def limit_shapes(tables: Tables) -> dict[str, Floats]:
     return {f"{of}_limits": np.broadcast_to(0.0, (count, 2)) for of, count in counts.items()}
 
 
-def compute_limits(tables: Tables, boxes: Floats, rest: Remainders) -> tuple[dict[str, Any], LimitMaxima]:
+def compute_limits(
+    tables: Tables, boxes: Floats, rest: Remainders, bounded: bool = False
+) -> tuple[dict[str, Any], LimitMaxima]:
     """Compute `plane_limits`, `quadric_limits`, and the limits of cells, programs, sheets and polygons.
 
     Parameters
@@ -480,6 +498,8 @@ def compute_limits(tables: Tables, boxes: Floats, rest: Remainders) -> tuple[dic
         (entries, 6) bounding boxes.
     rest : Remainders
         What rounding removed from the surface records.
+    bounded : bool
+        Whether all boxes are known to be finite.
 
     Returns
     -------
@@ -492,7 +512,8 @@ def compute_limits(tables: Tables, boxes: Floats, rest: Remainders) -> tuple[dic
         If a use names a surface, an owner or a box that does not exist.
     """
     cells, sheets, polygons = len(tables.cell_face), len(tables.sheet_surface), len(tables.polygon_surface)
-    size = None if np.isfinite(boxes).all() else scene_size(tables, boxes)  # for bounded bodies nothing depends on it
+    # For bounded bodies nothing depends on the size
+    size = None if bounded or np.isfinite(boxes).all() else scene_size(tables, boxes)
     limits = no_limits(cells + sheets + polygons)
     used_by = tables.cell_quadric, tables.plane_surface, tables.sheet_surface, tables.polygon_surface
     last = max(int(surface.max(initial=-1)) for surface in used_by)

@@ -75,7 +75,7 @@ class LazyBounds:
 
 @dataclass(frozen=True)
 class LoweredScene:
-    """A scene as arrays. `pack` turns `tables` into the geometry that kernels take."""
+    """A scene as arrays. `build_scene_trees` turns `tables` into the geometry that kernels take."""
 
     tables: Tables  # without trees and limits until they are packed
     bounds: Floats | LazyBounds  # (entries, 6) low, high; or their lazy form, see `boxes`

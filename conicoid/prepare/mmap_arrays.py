@@ -15,8 +15,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..kernels.threads import run_chunks
+
 _LEAST = 1 << 20
 """Arrays of fewer bytes are ordinary ones."""
+_PART = 1 << 22
+"""Bytes that a thread copies at a time: whole large pages, so that no two threads touch one first."""
 _MANY = 1 << 16
 """Temporary arrays of fewer bodies are not worth a call of the C library."""
 
@@ -43,11 +47,21 @@ def mapped_zeros(shape: int | tuple[int, ...], dtype: Any, sparse: bool = False)
 
 def own_memory(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """Copy an array to a map of its own; return it as it is if it is small and no view, or has one."""
-    if (array.nbytes < _LEAST and array.base is None) or _has_own_memory(array):
+    if (array.nbytes < _LEAST and array.base is None) or has_own_memory(array):
         return array
     copy = mapped_zeros(array.shape, array.dtype)
-    copy[...] = array
+    copy_rows(copy, array)
     return copy
+
+
+def copy_rows(target: npt.NDArray[Any], source: npt.NDArray[Any]) -> None:
+    """Copy the rows of an array, on all threads if there are many."""
+
+    def put(begin: int, end: int) -> None:
+        """Copy rows begin..end."""
+        target[begin:end] = source[begin:end]
+
+    run_chunks(put, len(source), max(1, _PART // max(1, source[:1].nbytes)))
 
 
 def concatenate_mapped(parts: Sequence[npt.NDArray[Any]]) -> npt.NDArray[Any]:
@@ -72,7 +86,7 @@ def trim_heap(count: int) -> None:
         ctypes.CDLL(None).malloc_trim(ctypes.c_size_t(0))
 
 
-def _has_own_memory(array: npt.NDArray[Any]) -> bool:
+def has_own_memory(array: npt.NDArray[Any]) -> bool:
     """Return whether an array covers all of a memory map of its own."""
     owner: Any = array
     while isinstance(owner, np.ndarray) and owner.base is not None:

@@ -106,7 +106,7 @@ class RowLayout:
         for group in contents.groups:
             which[group.bodies] = patterns.numbers[group.pattern]
         for balls in contents.balls:
-            which[balls.bodies] = 0
+            which[balls.part(0, len(balls.bodies))] = 0
         if (which < 0).any():
             return None
         bodies, ball_frames = np.cumsum([0, *items]), np.array([0, *frames], np.int64)

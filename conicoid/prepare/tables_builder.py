@@ -349,7 +349,7 @@ def _shares_topology(group: BodyGroup) -> bool:
 
 # The builder
 
-_CHUNK = 1 << 15
+_CHUNK = 1 << 19  # numbers that fill a large page, so that no two threads touch one first
 
 
 class TablesBuilder:
@@ -517,7 +517,11 @@ class TablesBuilder:
         contents = self.contents
         count = contents.body_count
         kind, index = mapped_zeros(count, np.int8), mapped_zeros(count, np.int32)
-        body_face, boxes = mapped_zeros(count, np.int32), mapped_zeros((count, 6), np.float64)
+        body_face, alone = (
+            mapped_zeros(count, np.int32),
+            [each.boxes for each in contents.balls if len(each.bodies) == count],
+        )
+        boxes = alone[0] if alone else mapped_zeros((count, 6), np.float64)
         of_kind = {CELL: self.cells, REGION: self.programs, SHEET: self.sheets, POLYGON: self.polygons}
         for group in contents.groups:
             p, bodies = group.pattern, group.bodies
@@ -536,9 +540,10 @@ class TablesBuilder:
 
             def enter(begin: int, end: int, balls: BulkBalls = balls, ids: Any = ids) -> None:
                 """Write the entries of balls begin..end."""
-                bodies = slice(int(balls.bodies[begin]), int(balls.bodies[begin]) + end - begin)
+                bodies = balls.part(begin, end)
                 kind[bodies], body_face[bodies], index[bodies] = BALL, balls.frame, ids[begin:end]
-                boxes[bodies] = balls.boxes[begin:end]
+                if boxes is not balls.boxes:
+                    boxes[bodies] = balls.boxes[begin:end]
 
             run_chunks(enter, len(ids), _CHUNK)
             first += len(ids)
@@ -572,7 +577,7 @@ class TablesBuilder:
             else:
                 rows[0][first[group.bodies]] = group.rows[:, p.frame_at : p.corners_at]
         for balls in self.contents.balls:
-            which[balls.bodies] = balls.frame
+            which[balls.part(0, len(balls.bodies))] = balls.frame
         return concatenate(rows).reshape(-1, 3, 4), which
 
     def corner_numbers(self, part: int) -> Floats:

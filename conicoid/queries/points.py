@@ -13,11 +13,11 @@ import numpy.typing as npt
 from .._jit.decorators import kernel
 from .._util.arrays import FloatArray, ignore_fp_errors
 from .._util.text import format_count
-from .._util.validation import LARGEST, format_value, real_array, rows_outside_domain, zero_negligible
+from .._util.validation import LARGEST, format_value, real_array, zero_negligible
 from ..geometry.labels import Labels
 from ..kernels.closest.nearest_walls import nearest_walls
 from ..kernels.closest.safety import bounds_of_points
-from ..kernels.tables import Floats, Ints
+from ..kernels.tables import Floats, Ints, Signs
 from ..kernels.threads import KernelRange, chunk_of_rays, chunk_size, run_on, run_rows
 from ..prepare.prepared_scene import PreparedScene
 from .device_choice import device_of
@@ -109,12 +109,25 @@ def points_of(owner: str, points: npt.ArrayLike) -> tuple[FloatArray, tuple[int,
     """Return points as kernels take them, (n, 3), and their leading shape. Raise ValueError for invalid points."""
     array = points_array(owner, "points", points)
     flat = np.ascontiguousarray(array.reshape(-1, 3))
-    bad = rows_outside_domain(flat)
-    if len(bad):
+    outside = np.zeros(1, np.int8)
+    run_rows(find_outside_domain, (flat,), len(flat), outside)
+    if outside[0]:
+        bad = np.flatnonzero(~(np.abs(flat) <= LARGEST).all(axis=1))
         where = [int(i) for i in np.unravel_index(bad[0], array.shape[:-1])] if array.ndim > 1 else ""
         found = tuple(flat[bad[0]].tolist())
         raise ValueError(f"{owner}: points{where} must be finite and of magnitude up to {LARGEST:g}, got {found}")
     return flat, array.shape[:-1]
+
+
+@kernel(points="n 3", begin="0..end", end="0..n", outside="out 1")
+def find_outside_domain(points: Floats, begin: int, end: int, outside: Signs) -> None:
+    """Set outside[0] if one of the points begin..end is not finite or lies beyond the domain."""
+    found = 0
+    for i in range(np.uint64(begin), np.uint64(end)):
+        for k in range(np.uint64(3)):
+            found |= 0 if abs(points[i, k]) <= LARGEST else 1  # NaN is not
+    if found != 0:
+        outside[0] = 1
 
 
 def body_at(scene: PreparedScene, points: npt.ArrayLike, owner: str = "body_at", device: str | None = None) -> Any:

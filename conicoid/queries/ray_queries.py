@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from .._jit.machine_code import empty_array
+from .._jit.machine_code import empty_array, is_frozen
 from .._util.arrays import FloatArray, dot_rows
 from .._util.validation import describe_kind, format_value, real_array
 from ..kernels.body.hit import is_doubtful
@@ -65,7 +65,9 @@ def first_hit(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any, device: 
 
 
 def first_hit_of_arrays(scene: PreparedScene, origins: Any, directions: Any, t_min: Any, t_max: Any) -> Hits | None:
-    """`first_hit` on the CPU of many rays in arrays, which are copied tile by tile as they are traced.
+    """`first_hit` on the CPU of many rays in arrays, which are checked and copied tile by tile as they are traced.
+
+    Frozen arrays are kept without a copy.
 
     None where `first_hit` must answer: for other arrays, rays that are not coherent or not valid, and on a GPU.
     """
@@ -79,11 +81,13 @@ def first_hit_of_arrays(scene: PreparedScene, origins: Any, directions: Any, t_m
     width, packets = _packets(rays)
     if not _is_coherent(scene, arrays, width, packets):
         return None
-    count, bad = rays.size, np.zeros(1, np.int8)
-    own, found = (empty_array((count, 3), np.float64), empty_array((count, 3), np.float64)), HitBuffers.new(count)
+    count, bad = 0 if is_frozen(origins) and is_frozen(directions) else rays.size, np.zeros(1, np.int8)
+    own, found = [empty_array((count, 3), np.float64) for _ in range(2)], HitBuffers.new(rays.size)
     _trace_packets(scene, trace_first_and_copy, arrays, width, *own, bad, found)
     if bad[0]:
         return None
+    if not count:
+        return _settle_hits(scene, rays, arrays, found)
     copies = Rays._spawned(own[0].reshape(origins.shape), own[1].reshape(origins.shape), arrays.starts)
     return _settle_hits(scene, copies, arrays._replace(origins=own[0], directions=own[1]), found)
 
@@ -118,7 +122,7 @@ def occluded(scene: PreparedScene, rays: Rays, t_min: Any, t_max: Any, device: s
         result, doubtful = found.body >= 0, np.flatnonzero(is_doubtful(found.turn))
     if len(doubtful):
         result[doubtful] = _resolve_occlusion(scene, arrays, doubtful)
-    return result.astype(np.bool_).reshape(rays.shape)[()]
+    return result.view(np.bool_).reshape(rays.shape)[()]
 
 
 def _resolve_occlusion(scene: PreparedScene, arrays: RayArrays, which: Any) -> Any:

@@ -398,11 +398,13 @@ def _check_many(
 def uncopied_rays(origins: Any, directions: Any) -> Rays | None:
     """Return rays on two arrays as they are, unchecked, for a kernel that checks and copies them as it traces.
 
-    None for arrays that it cannot read as they are, and for those that rays keep without a copy.
+    None for arrays that it cannot read as they are, and for read-only ones of an array that is not.
     """
-    arrays = origins, directions
-    if not all(type(a) is np.ndarray and a.dtype == np.float64 and a.flags.carray for a in arrays):
-        return None
+    for a in (origins, directions):
+        if type(a) is not np.ndarray or a.dtype != np.float64 or not (a.flags.c_contiguous and a.flags.aligned):
+            return None
+        if not (a.flags.writeable or is_frozen(a)):
+            return None
     shape = origins.shape
     if shape != directions.shape or origins.ndim < 2 or shape[-1] != 3 or origins.size < _MANY:
         return None

@@ -40,6 +40,7 @@ from ..kernels.crossings import (
     _Piece,
     integrate_spans,
     put_crossings,
+    put_offsets,
     put_spans,
     row_owners,
     trace_rows,
@@ -665,13 +666,13 @@ def trace_lists(
         ]
     doubtful = np.flatnonzero(doubts)
     if not len(doubtful):
-        np.cumsum(counts, out=offsets[1:])
+        put_offsets(counts, offsets[1:])
         return CrossingLists(offsets, pieces)
     # Exact methods trace the doubtful rays, whose rows form one more piece
     resolved = resolve_rows(scene, rays, doubtful, spans)
     own = np.array([len(rows) for rows in resolved], np.int32)
     every = counts.copy()
     every[doubtful] = own
-    np.cumsum(every, out=offsets[1:])
+    put_offsets(every, offsets[1:])
     last = _Piece(np.concatenate(resolved), own, offsets[doubtful], 0, 0, -(-len(doubtful) // 64))
     return CrossingLists(offsets, [*pieces, last])

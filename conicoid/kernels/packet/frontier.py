@@ -284,15 +284,22 @@ def tile_packet(tile: int, k: int, width: int, count: int) -> int:
 
 
 @inline
-def copy_tile(rays: RayArrays, tile: int, width: int, own_origins: Floats, own_directions: Floats) -> bool:
-    """Copy the rays of a tile to their places in other arrays; True if all can be traced."""
-    count, wrong = len(rays.origins), 0
+def copy_tile(
+    rays: RayArrays, tile: int, width: int, own_origins: Floats, own_directions: Floats, room: Floats
+) -> bool:
+    """Copy the rays of a tile to other arrays, or if these are empty to room for eight; True if all can be traced."""
+    count, wrong, copied = len(rays.origins), 0, len(own_origins) >= len(rays.origins)
     side = 8 * _SIDE  # the tile of a list is as many runs of as many rays
     across = -(-packets_across(width) // _SIDE) if width > 0 else 1
     for row in range(side):
         x, y = side * (tile % across), side * (tile // across) + row
         i, n = (y * width + x, min(side, width - x)) if width > 0 else (side * y, side)
-        wrong |= copy_run(rays.origins, rays.directions, i, own_origins, own_directions, i, max(0, min(n, count - i)))
+        n = max(0, min(n, count - i))
+        if copied:
+            wrong |= copy_run(rays.origins, rays.directions, i, own_origins, own_directions, i, n)
+        else:
+            for k in range(0, n, 8):
+                wrong |= copy_run(rays.origins, rays.directions, i + k, room, room, 0, min(8, n - k))
     return wrong == 0
 
 

@@ -240,8 +240,16 @@ def survey_boxes(boxes: Floats) -> BoxSurvey:
 @kernel(boxes="n 6", begin="0..end", end="0..n", patterns="out n", counts="out 9", around="out 2 6")
 def _survey(boxes: Floats, begin: int, end: int, patterns: Signs, counts: Longs, around: Floats) -> None:
     """Write the patterns of boxes begin..end, their counts, and the boxes around them."""
+    ax = ay = az = math.inf
+    bx = by = bz = -math.inf
+    count = 0
     for i in range(begin, end):
         pattern, empty = 0, False
+        if _is_bounded(boxes, i):
+            patterns[i], count = 0, count + 1
+            ax, ay, az = min(ax, boxes[i, 0]), min(ay, boxes[i, 1]), min(az, boxes[i, 2])
+            bx, by, bz = max(bx, boxes[i, 3]), max(by, boxes[i, 4]), max(bz, boxes[i, 5])
+            continue
         for k in range(3):
             low, high = boxes[i, k], boxes[i, k + 3]
             empty = empty or not low <= high
@@ -254,17 +262,29 @@ def _survey(boxes: Floats, begin: int, end: int, patterns: Signs, counts: Longs,
         counts[pattern] += 1
         if empty:
             continue
-        for part in range(2):
-            if part == 0 and pattern != 0:
-                continue
-            for k in range(3):
-                low, high = boxes[i, k], boxes[i, k + 3]
-                if low > -math.inf:
-                    around[part, k] = low if low < around[part, k] else around[part, k]
-                    around[part, k + 3] = low if low > around[part, k + 3] else around[part, k + 3]
-                if high < math.inf:
-                    around[part, k] = high if high < around[part, k] else around[part, k]
-                    around[part, k + 3] = high if high > around[part, k + 3] else around[part, k + 3]
+        for k in range(3):
+            low, high = boxes[i, k], boxes[i, k + 3]
+            if low > -math.inf:
+                around[1, k] = low if low < around[1, k] else around[1, k]
+                around[1, k + 3] = low if low > around[1, k + 3] else around[1, k + 3]
+            if high < math.inf:
+                around[1, k] = high if high < around[1, k] else around[1, k]
+                around[1, k + 3] = high if high > around[1, k + 3] else around[1, k + 3]
+    counts[0] += count
+    least, most = (ax, ay, az), (bx, by, bz)
+    for part in range(2):
+        for k in range(3):
+            around[part, k], around[part, k + 3] = min(around[part, k], least[k]), max(around[part, k + 3], most[k])
+
+
+@inline
+def _is_bounded(boxes: Floats, i: int) -> bool:
+    """Return whether a box holds something, and has a finite end on each side."""
+    found = True
+    for k in range(3):
+        low, high = boxes[i, k], boxes[i, k + 3]
+        found &= (low > -math.inf) & (low <= high) & (high < math.inf)
+    return found
 
 
 def finite_limits(ends: Floats) -> Floats:
@@ -328,9 +348,9 @@ def leaf_code(first: int, count: int) -> int:
 _leaf_code = inline(leaf_code)
 
 
-@kernel(root="0..branches-1", children="out n 8", sources="out n 8")
-def take_nodes(branches: Branches, root: int, children: Ints, sources: Ints) -> tuple[int, int]:
-    """Fill children (n, 8), and sources (n, 8) with the branch of each; return (nodes, levels).
+@kernel(root="0..branches-1", children="out n 8", first="out n 8", last="out n 8")
+def take_nodes(branches: Branches, root: int, children: Ints, first: Ints, last: Ints) -> tuple[int, int]:
+    """Fill children (n, 8), and first and last (n, 8) with the records of each; return (nodes, levels).
 
     (0, 0) where the branches are no tree.
     """
@@ -343,7 +363,7 @@ def take_nodes(branches: Branches, root: int, children: Ints, sources: Ints) -> 
         node, branch, level = stack[top, 0], stack[top, 1], stack[top, 2]
         levels = max(levels, level)
         for k in range(WIDTH):
-            children[node, k], sources[node, k] = 0, -1
+            children[node, k] = first[node, k] = last[node, k] = 0
         pending[0, 0], pending[0, 1] = branch, 1
         waiting, slot = 1, 0
         if branches.choice[ROW * branch + LEAF] == 0:
@@ -362,7 +382,7 @@ def take_nodes(branches: Branches, root: int, children: Ints, sources: Ints) -> 
             if slots > 1 and branches.left[branch] >= 0:
                 waiting = _open(branches, branch, slots, slots, pending, waiting)
                 continue
-            sources[node, slot] = branch
+            first[node, slot], last[node, slot] = branches.first[branch], branches.last[branch]
             if count > 0:
                 children[node, slot] = _leaf_code(branches.first[branch], count)
             elif used == len(children):
@@ -483,12 +503,10 @@ def build_tree(records: Floats, limits: Floats, most: int) -> BoxTree:
     # The root is a node in any case, so that its area decides nothing
     areas[0] = 0.0
     weigh_first(branches, 2 * count, areas, costs)
-    children, sources = np.empty((count, WIDTH), np.int32), np.empty((count, WIDTH), np.int32)
-    used, levels = take_nodes(branches, 2 * count, children, sources)
-    # A copy: the first array is as long as there are boxes, the nodes are about a seventh of them
-    children, sources = children[:used].copy(), sources[:used]
-    first, last = (np.where(sources < 0, np.int32(0), each[sources]) for each in (branches.first, branches.last))
-    return BoxTree(records, children, first, last, limits, levels)
+    children, first, last = (np.empty((count, WIDTH), np.int32) for _ in range(3))
+    used, levels = take_nodes(branches, 2 * count, children, first, last)
+    # Copies: these arrays are as long as there are boxes, the nodes are about a seventh of them
+    return BoxTree(records, children[:used].copy(), first[:used].copy(), last[:used].copy(), limits, levels)
 
 
 # Trees over blocks of instances: the tree over the first block of a form serves all

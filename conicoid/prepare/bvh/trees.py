@@ -25,15 +25,15 @@ from ...kernels.tables import (
     Geometry,
     Ints,
     Tables,
-    pack,
     put_sizes,
     room_for,
+    unpack_tables,
 )
 from ...numerics.portable_math import odd_root
 from ..coincidence import concatenate
 from ..error_limits import LimitMaxima, compute_limits, limit_shapes
 from ..lowering import LazyBounds, LoweredScene
-from ..mmap_arrays import concatenate_mapped, trim_heap
+from ..mmap_arrays import concatenate_mapped, copy_rows, trim_heap
 from .builder import (
     ENDLESS,
     WIDTH,
@@ -269,11 +269,11 @@ def build_scene_trees(
     place, woods = forest.places[-2], SceneTrees.of(forest, depth, levels, lowered.layout is not None)
     del forest  # releases what the trees were built from
     trim_heap(count)
-    limits, maxima = compute_limits(tables, lowered.boxes, lowered.rest)
+    limits, maxima = compute_limits(tables, lowered.boxes, lowered.rest, bool(survey.counts[0] == count))
     columns.update(limits)
     del tables
     trim_heap(count)
-    pack(geometry, columns, later=("node_boxes", "leaf_items", "group_bounds", "group_planes"))
+    _pack(geometry, columns, later=("node_boxes", "leaf_items", "group_bounds", "group_planes"))
     trim_heap(count)
     put_groups(geometry, 0, cells)
     put_items(geometry, lowered.boxes, place)
@@ -281,6 +281,19 @@ def build_scene_trees(
         lowered.bounds.release()
     trim_heap(count)
     return geometry, woods, maxima
+
+
+def _pack(geometry: Geometry, columns: dict[str, Any], later: tuple[str, ...]) -> None:
+    """Copy the columns of tables, but for those that come later, to where kernels read them; empty `columns`.
+
+    A column leaves as soon as it is copied, so that a large scene is never in memory twice.
+    """
+    rooms = unpack_tables(Tables(**columns), geometry)._asdict()
+    # The largest first: while one is copied it exists twice, and at the beginning least has been copied
+    for name in sorted(columns, key=lambda name: -columns[name].nbytes):
+        table = columns.pop(name)
+        if name not in later:
+            copy_rows(rooms[name], table)
 
 
 def _blocks(lowered: LoweredScene) -> Sequence[InstanceBlock]:

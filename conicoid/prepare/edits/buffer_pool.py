@@ -53,6 +53,7 @@ from ...kernels.tables import (
 )
 from ..error_limits import scene_size
 from ..lowering import LoweredScene
+from ..mmap_arrays import has_own_memory
 from ..row_layout import BODIES, CORNERS, FRAMES, PLANES, QUADRICS, SPHERES, SURFACES, RowLayout
 from ..surface_features import Remainders
 from .neighbour_index import NeighbourFrame, NeighbourPlaces, surface_columns
@@ -405,10 +406,10 @@ def adopt_buffer(lowered: LoweredScene, opened: OpenBuffer) -> tuple[LoweredScen
     if sum(len(table) for table in records) <= _PLACED:
         frame, (found,) = NeighbourFrame.of_scenes(records)
         beside = *beside, *_place_arrays(found)
-    # An array that is writable and no view belongs to this scene alone; others are copied.
+    # An array that is writable and no view of another belongs to this scene alone; others are copied
     for name, column in zip(EXTRA_ARRAYS, beside, strict=False):
-        whole = column.flags.writeable and not isinstance(column.base, np.ndarray)
-        opened.put(name, column if whole else column.copy())
+        whole = not isinstance(column.base, np.ndarray) or has_own_memory(column)
+        opened.put(name, column if column.flags.writeable and whole else column.copy())
     if frame is not None:
         places = raw_places(opened)
     assert lowered.layout is not None
