@@ -156,10 +156,8 @@ class _RowHits:
         """Return the hits on the surface of row i."""
         # The surface alone: nothing stands before it, and it has no edge
         if not obstructions:
-            # `Rays` refuse NaN, which stands for a lost ray: it starts anywhere, and stays lost
-            lost = ~np.isfinite(rays.origins).all(axis=-1, keepdims=True)
-            way = np.where(lost, 1.0, rays.directions)
-            hits = _hit_of_row(system, i).first_hit(np.where(lost, 0.0, rays.origins), way)
+            # A ray that was spawned from a miss stays lost, in this scene of one surface too
+            hits = _hit_of_row(system, i).first_hit(rays)
             return cls(hits, np.asarray(hits.hit))
         hits = system.scene.first_hit(rays)
         on_surface = _hit_of_scene(hits, system.elements.faces[i])
