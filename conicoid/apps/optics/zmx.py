@@ -27,7 +27,7 @@ from .prescriptions import MOST_ROWS, Prescription, Row, prescription
 
 _CONICS = ("STANDARD",)
 _ASPHERES = ("EVENASPH", "ODDASPHE", "XASPHERE", "XOASPHER")
-_ANGLE, _HEIGHT = 0, 1
+_ANGLE, _HEIGHT, _PARAXIAL_IMAGE, _REAL_IMAGE = 0, 1, 2, 3
 
 
 # From the parsed file to a prescription.
@@ -159,7 +159,9 @@ def _fields(lens: ZmxLens, system: Prescription) -> tuple[float, ...]:
     far = math.isinf(system.object_distance)
     if lens.field_kind == (_ANGLE if far else _HEIGHT):
         return tuple(numbers)
-    if far and lens.field_kind > _HEIGHT:  # heights of the image
+    if far and lens.field_kind in (_PARAXIAL_IMAGE, _REAL_IMAGE):
+        if lens.field_kind == _REAL_IMAGE and any(numbers):
+            lens.notes.append("fields by real heights of the image are those of the paraxial heights")
         f = _focal_length(system)
         # The height of the image of a far point is f tan(angle)
         return tuple(math.degrees(math.atan(height / f)) for height in numbers)

@@ -278,13 +278,14 @@ def _pdb_elements(path: Path, rows: Any, line_of: Any) -> Any:
 _RESIDUES = frozenset(
     "ALA ARG ASN ASP ASX CYS CYX GLN GLU GLX GLY HIS HID HIE HIP ILE LEU LYS MET MSE PHE PRO PYL SEC SER THR TRP TYR "
     "VAL ACE NH2 NME A C G U I DA DC DG DT DI DU T ADE CYT GUA THY URA +A +C +G +U +T HOH WAT DOD SOL TIP "
-    "HSD HSE HSP ASH GLH LYN CYM ARN HYP NLE ORN NMA FOR PCA SEP TPO PTR CSO MLY GOL EDO PEG NAG BMA MAN".split()
+    "HSD HSE HSP ASH GLH LYN CYM ARN HYP NLE ORN NMA FOR PCA SEP TPO PTR CSO MLY GOL EDO PEG NAG BMA MAN "
+    "AMP ADP ATP ANP GMP GDP GTP CTP UTP NAD NAI NAP NDP FMN FAD COA ACO SAM SAH".split()
 )
 """Names of residues whose atoms are of C, H, D, N, O, P and S, but for `_HEAVY`."""
 _HEAVY = {"MSE": "SE", "SEC": "SE", "HEM": "FE", "HEC": "FE", "HEA": "FE"}
 """Residue -> the one element of it with two letters."""
-_RARE = ("HE", "HF", "HO", "NE")
-"""Elements that molecules do not have, but for ions in residues of their names: others are names of H and N."""
+_RARE = ("HE", "HF", "HO", "NE", "CF", "CM", "NO", "NP", "PA", "PM", "PO")
+"""Elements that molecules do not have, but for ions in residues of their names: others are names of H, C, N and P."""
 
 
 def _element_of_atom_name(name: str, residue: str) -> int:
@@ -316,7 +317,7 @@ def _read_conect(lines: list[bytes], rows: Any, positions: Any, elements: Any) -
 
     A bond that the records repeat is double or triple.
     """
-    orders: dict[tuple[int, int], int] = {}
+    records: dict[tuple[int, int], int] = {}
     if not lines:
         return None
     # Reversed, so that of equal serial numbers the first atom counts.
@@ -325,8 +326,13 @@ def _read_conect(lines: list[bytes], rows: Any, positions: Any, elements: Any) -
         first = serial.get(line[6:11].strip())
         for begin in range(11, 31, 5):
             other = serial.get(line[begin : begin + 5].strip())
-            if first is not None and other is not None and first < other:  # records list a bond from both atoms
-                orders[first, other] = orders.get((first, other), 0) + 1
+            if first is not None and other is not None and first != other:
+                records[first, other] = records.get((first, other), 0) + 1
+    # Records list a bond from both atoms; some files from one of them, or with its order on one side only
+    orders: dict[tuple[int, int], int] = {}
+    for pair, order in records.items():
+        bond = min(pair), max(pair)
+        orders[bond] = max(orders.get(bond, 0), order)
     for first, other in bonds_by_distance(positions, elements).tolist():
         orders.setdefault((first, other), 1)
     return [(first, other, min(order, 3)) for (first, other), order in sorted(orders.items())]

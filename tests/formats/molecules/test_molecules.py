@@ -164,7 +164,8 @@ def test_elements_by_names_of_atoms(tmp_path):
         ("CE  ", "MET"): "C", ("SE  ", "MSE"): "Se", ("1HB ", "ALA"): "H", ("HF11", "LIG"): "H", ("CL  ", "CL"): "Cl",
         ("OP1 ", "G"): "O", ("SG  ", "CYS"): "S", ("NA  ", "NA"): "Na", (" D  ", "ALA"): "D",
         ("HE1 ", "HSD"): "H", ("NE2 ", "HSE"): "N", ("CD2 ", "HSP"): "C", ("CE  ", "LYN"): "C", ("HO2 ", "GOL"): "H",
-        ("HO  ", "HO"): "Ho", ("NE  ", "LIG"): "N", ("CO  ", "B12"): "Co",
+        ("HO  ", "HO"): "Ho", ("NE  ", "LIG"): "N", ("CO  ", "B12"): "Co", ("PB  ", "ATP"): "P", ("PA  ", "NAD"): "P",
+        ("PB  ", "PB"): "Pb", ("CM1 ", "LIG"): "C", ("NO1 ", "LIG"): "N", ("PA1 ", "LIG"): "P",
     }  # fmt: skip
     path = tmp_path / "a.pdb"
     path.write_text(_pdb(*((name, " ", residue, k, 1) for k, (name, residue) in enumerate(names, 1))))
@@ -367,6 +368,9 @@ def test_pdb(tmp_path):
     assert found.bonds.tolist() == [[0, 1, 1], [1, 2, 1], [3, 4, 2]]
     expected = [(10, 0, 0), (0, 20, 0), (30 * math.cos(math.radians(100)), 0, 30 * math.sin(math.radians(100)))]
     assert np.allclose(found.cell, expected, rtol=0, atol=1e-14)
+    # From the second atom alone, to one that is too far for a bond by distance
+    far = co.molecule(written(tmp_path, PDB.replace("CONECT    5    6", "CONECT    6    4")))
+    assert far.bonds.tolist() == [[0, 1, 1], [1, 2, 1], [2, 4, 2]]
 
 
 def test_the_first_model_of_a_pdb(tmp_path):
