@@ -590,8 +590,8 @@ def _nuclide_shares(words: list[str]) -> NuclideShares:
             shares = fractions["wo" if share < 0 else "ao"]
             # A nuclide may be listed more than once, with libraries of its own
             shares[name] = shares.get(name, Fraction(0)) + abs(share)
-        # Words such as gas=1 or nlib=80c are options, in pairs with their values as well
-        elif not re.match(r"[a-z]", name):
+        # Words such as gas=1 or nlib=80c are options, in pairs with their values as well; h-1 names a nuclide
+        elif not re.match(r"[a-z]", name) or "-" in name:
             raise ValueError(f"{shorten(name, 20)!r} is no nuclide, such as 92235.80c")
         at += 2
     return fractions

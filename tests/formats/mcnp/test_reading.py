@@ -312,6 +312,7 @@ def test_detection(tmp_path: Path) -> None:
         ("m2 40000 -1", "m2 40000 -1\ne0 1e-3 5ilog 10", None),
         ("m2 40000 -1", "m2 40000", "m2: its nuclides are not read: a fraction is missing after '40000'"),
         ("m2 40000 -1", "m2 1001 3i 5", "m2: its nuclides are not read"),
+        ("m2 40000 -1", "m2 zr-90 -1", "m2: its nuclides are not read: 'zr-90' is no nuclide"),
     ],
 )
 def test_a_card_without_geometry_refuses_no_deck(tmp_path: Path, old: str, new: str, remark: str | None) -> None:
