@@ -458,10 +458,10 @@ def test_a_file_without_bodies_says_so():
 @pytest.mark.parametrize(
     ("name", "index"),
     [("BK7", 1.51680), ("SK16", 1.62041), ("n-bk7", 1.51680), ("N-BK7HT", 1.51680), ("N-BK7HTi", 1.51680),
-     ("SILICA", 1.45846), ("silica", 1.45846)],
+     ("SILICA", 1.45846), ("silica", 1.45846), ("CAF2", 1.43385), ("MGF2", 1.37774), ("caf2", 1.43385)],
 )  # fmt: skip
 def test_other_names_of_glasses(name, index):
-    """n_d of the makers' sheets; of fused silica by Malitson."""
+    """n_d of the makers' sheets; of fused silica and CaF2 by Malitson, of MgF2's ordinary ray by Dodge."""
     system = co.optics.read_zmx(file([SINGLET[0] | dict(glass=f"{name} 0 0 1.5 40 0 0 0"), SINGLET[1]]))
     assert system.media[1].index(0.5875618) == pytest.approx(index, abs=1e-5)
     assert f"{name} by the formula of" in system.omissions[0]

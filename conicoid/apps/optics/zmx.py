@@ -19,7 +19,7 @@ from ..._util.files import Problem, SceneFileError, read_regular
 from ..._util.text import format_count
 from ..._util.validation import check_path as checked_path, describe_kind, format_value
 from ...io.importers import ImportOptions, ImportResult, select_bodies
-from ...materials.dispersion import LINE_D
+from ...materials.dispersion import LINE_D, glasses
 from . import prescriptions
 from .agf import LARGEST, NUMBER, ZmxError, decode_text, glasses_by_name, line_number, split_lines, whole_number
 from .medium import Medium, find_glass, medium_by_abbe, parse_medium
@@ -489,14 +489,22 @@ _SETTINGS: dict[str, Callable[[list[str]], str | None]] = {
 _BETTER_MELTS = ("HTULTRA", "HTI", "HT")
 """Endings of Schott's names for melts that are clearer, of the same nominal index."""
 
+_MISC_NAMES = {
+    "SILICA": "fused silica", "F_SILICA": "fused silica", "ACRYLIC": "PMMA", "POLYCARB": "polycarbonate",
+    "POLYSTYR": "polystyrene",
+}  # fmt: skip
+"""Names in Zemax's own catalogue of other media -> names in the catalogue here."""
+
 
 def _other_names(name: str) -> list[str]:
     """Return names of the catalogue for a glass: large letters, without the mark of clear melts, today's for old."""
     large = name.upper()
-    if large in ("SILICA", "F_SILICA"):
-        return ["fused silica"]
+    if large in _MISC_NAMES:
+        return [_MISC_NAMES[large]]
+    # Crystals and liquids have small letters in the catalogue; metals, which absorb, are no medium of a lens
+    known = [each for each in glasses if each.upper() == large and not getattr(glasses[each], "k", ())]
     plain = next((large.removesuffix(end) for end in _BETTER_MELTS if large.endswith(end)), large)
-    return [plain, f"N-{plain}"]
+    return [*known, plain, f"N-{plain}"]
 
 
 def _medium(surface: ZmxSurface, lens: ZmxLens, glasses: Mapping[str, Any]) -> Any:
