@@ -393,7 +393,9 @@ def test_surfaces_of_primitives_that_two_bodies_have_are_not_compared(monkeypatc
     starts = rng.uniform(-1, 1, (40, 3)) + 4 * np.arange(40)[:, None] * (1, 0, 0)
     rods = [co.Cylinder((0, 0, 0), (0, 0, 1), 0.1).rotate(at, 20 + at[1]).translate(at) for at in starts]
     compared = []
-    monkeypatch.setattr(coincidence.SurfaceSubset, "known_names", lambda _, surfaces: compared.extend(surfaces) or surfaces)
+    monkeypatch.setattr(
+        coincidence.SurfaceSubset, "known_names", lambda _, surfaces: compared.extend(surfaces) or surfaces
+    )
     mother = co.Difference((co.Box((-9, -9, -9), (200, 9, 9)), *rods))
     lowered = lowering.lower([co.Body(shape) for shape in (mother, *rods)])
     assert len(lowered.tables.surface_kind) == 6 + 3 * len(rods)
