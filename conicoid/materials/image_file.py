@@ -20,8 +20,10 @@ if TYPE_CHECKING:
 
 MOST_TEXELS = 1 << 27
 """The most pixels of a texture."""
-_FREE_TEXELS, _TEXELS_PER_BYTE = 1 << 24, 16
-"""Pixels that a file of any size may have, and for each of its bytes: compressed zeros would take all memory."""
+_FREE_TEXELS, _TEXELS_PER_BYTE = 1 << 24, 64
+"""Pixels that a file of any size may have, and for each of its bytes: compressed zeros would take all memory.
+
+A smooth .jpg has some 50 pixels for each byte."""
 _CHANNELS = 4  # that a file of so many pixels may have in all its parts
 _PIECE = 1 << 18
 """Bytes of a file that are unpacked at a time."""

@@ -512,7 +512,7 @@ class ExactBodySurfaces:
         -1 stands for primitives that are no solids.
         """
         parts: list[tuple[Any, tuple[Step, ...]]] = []
-        which = own = np.full(len(surfaces), -1)
+        which, own = np.full((2, len(surfaces)), -1)
         if primitives is not None:
             parts = [(leaf, leaf.motion.steps) for leaf in primitives.leaves]
             is_solid = np.array([*(isinstance(leaf, PrimitiveSolid) for leaf, _ in parts), False])

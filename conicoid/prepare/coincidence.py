@@ -554,7 +554,7 @@ class _SurfaceMerger:
                 key, sense = self._name(indices[0], spheres, row)
                 equal.setdefault(key, []).extend((index, sense) for index in indices)
             for members in equal.values():
-                lead, its_sense = min(members, key=lambda member: ranks[member[0]])
+                lead, its_sense = min(members, key=lambda member: (ranks[member[0]], member[0]))
                 for index, sense in members:
                     representative[index] = lead
                     turned[index] = 1 if kind[index] == PLANE else sense * its_sense

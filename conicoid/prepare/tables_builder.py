@@ -517,10 +517,8 @@ class TablesBuilder:
         contents = self.contents
         count = contents.body_count
         kind, index = mapped_zeros(count, np.int8), mapped_zeros(count, np.int32)
-        body_face, alone = (
-            mapped_zeros(count, np.int32),
-            [each.boxes for each in contents.balls if len(each.bodies) == count],
-        )
+        body_face = mapped_zeros(count, np.int32)
+        alone = [each.boxes for each in contents.balls if len(each.bodies) == count]
         boxes = alone[0] if alone else mapped_zeros((count, 6), np.float64)
         of_kind = {CELL: self.cells, REGION: self.programs, SHEET: self.sheets, POLYGON: self.polygons}
         for group in contents.groups:

@@ -287,6 +287,18 @@ def test_walls_that_are_all_in_one_oblique_plane_stay_one():
             )
 
 
+def test_walls_of_many_added_bodies_stay_apart_where_floats_do_not_show_it():
+    """200 boxes, and 40 whose walls across x lie 2^-110 apart."""
+    rest = [co.Box((k, -9, -9), (k + 0.5, -8, -8)).rotate((1, 2, 3), 20) for k in range(200)]
+    near = [co.Box((1, k, 0), (2, k + 1, 1)).translate((k * 2.0**-110, 0, 0)).rotate((1, 2, 3), 20) for k in range(40)]
+    scene = co.Scene(rest)
+    scene.prepare()
+    edited = scene.added(near)
+    checked(edited)
+    # Across x, y and z; those at x = 1 and x = 2 are in both rows
+    assert len(edited._prepared.lowered.tables.surface_kind) == (400 + 2 + 2) + (80 + 41 + 2) - 2
+
+
 def test_sheets_in_one_oblique_plane_are_one_surface():
     discs = [
         co.Disc((0, 0, 0), (0, 0, 1), 0.3).translate((3.0 * k, 0.7 * k, 0)).rotate((1, 2, 3), 25).translate((7, 8, 9))

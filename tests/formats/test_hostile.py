@@ -21,6 +21,7 @@ from conicoid.io.molecules.atoms import bonds_by_distance
 from conicoid.io.scene_file import yaml_parser
 from conicoid.io.scene_file.scene_file import read_scene
 from conicoid.io.scene_file.writer import dump_json
+from conicoid.materials import image_file
 from conicoid.materials.image_file import read_pixels
 from conicoid.parallel.pictures import Checkpoint
 from conicoid.viewer.playground import Playground
@@ -391,6 +392,15 @@ def test_pictures_of_few_bytes(content, message, tmp_path):
     (tmp_path / "a.png").write_bytes(content)
     with pytest.raises(ValueError, match=message):
         read_pixels(tmp_path / "a.png")
+
+
+def test_a_smooth_photo_of_few_bytes_is_read(tmp_path, monkeypatch):
+    """131,072 pixels in 6 kB: where colors hardly change, a block of 64 pixels takes a code for each of three colors."""
+    image = pytest.importorskip("PIL.Image")
+    monkeypatch.setattr(image_file, "_FREE_TEXELS", 1 << 10)
+    rows = np.repeat(128 + 60 * np.sin(np.arange(256) / 30.0), 512).reshape(256, 512, 1).astype(np.uint8)
+    image.fromarray(np.repeat(rows, 3, axis=2)).save(tmp_path / "a.jpg")
+    assert read_pixels(tmp_path / "a.jpg").size == (512, 256)
 
 
 def test_exr_files_of_few_bytes(tmp_path):

@@ -124,7 +124,7 @@ class GdmlPlacement:
             return UniversePlacement(self.turn, whole)
         key = id(self.outer), *map(Fraction.as_integer_ratio, whole)
         found = frames.get(key)
-        if found is None:
+        if found is None or found[0] is not self.outer:  # a pickle has ids of before, which others may have now
             _ = self.outer.reach  # which the longer motion takes over, of all places
             before, after = split_shift(self.outer, whole)
             outer = self.outer.then(Motion((Translate(to_floats(after)),))) if any(after) else self.outer
@@ -165,7 +165,7 @@ def _solid_at(template: SolidTemplate, place: GdmlPlacement, shift: Shift, frame
     x, y, z = whole = add_points(place.shift if place.is_straight else place.lift, shift)
     key = x.as_integer_ratio(), y.as_integer_ratio(), z.as_integer_ratio(), place.key
     found = template.held.get(key)
-    if found is None:
+    if found is None or found[0] is not place.outer:  # as in `GdmlPlacement.at`
         found = place.outer, template.at(place.at(whole, frames))
         if len(template.held) < MOST_HELD:
             template.held[key] = found
@@ -411,9 +411,8 @@ def _read_module(reading: GdmlReader, element: XmlElement, files: _ModuleFiles) 
         if len(files.folder) >= MAX_FILES or len(files.stack) >= MAX_FILE_DEPTH:
             raise GdmlError(element, f"at most {MAX_FILES} files are read, nested at most {MAX_FILE_DEPTH} levels deep")
         files.stack.append(own_path)
-        files.folder[path] = (
-            None  # unless it has errors: files that refer to it ten times each would be read 10^8 times
-        )
+        # None until it is read without errors: files that refer to it ten times each would be read 10^8 times
+        files.folder[path] = None
         try:
             files.folder[path] = _read_file(path, files, reading)
         finally:

@@ -1,5 +1,7 @@
 """Where volumes stand: rotations by bodies without symmetry, daughters in mothers, repeats, names."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,7 @@ from conicoid._util.files import SceneFileError
 from conicoid.geometry.shape import Shape
 from conicoid.io import importers as options
 from conicoid.io.gdml import importer
+from conicoid.io.gdml.solid_template import PrimitiveTemplate
 from conicoid.io.xml_tree import read_xml
 from conicoid.prepare.csg_plan import placed_primitives
 
@@ -105,6 +108,24 @@ def test_copies_of_a_profile_share_what_does_not_depend_on_their_place(tmp_path,
     profiles = [leaf for leaf in leaves if isinstance(leaf, co.Revolution)]
     assert len(profiles) >= 3
     assert len({id(leaf.own_cache) for leaf in profiles}) == 1
+
+
+def test_motions_are_not_known_by_ids_of_before_a_pickle():
+    """What is held under the id of a motion that another motion has now."""
+    motions = [co.Box().rotate("x", angle).translate((angle, 0, 0)).motion for angle in (20.0, 50.0)]
+    places = [importer.GdmlPlacement(outer=motion) for motion in motions]
+    template, frames = PrimitiveTemplate(lambda shift: co.Box()), {}
+    shift = Fraction(1, 3), Fraction(0), Fraction(2)
+
+    def found():
+        return [importer._solid_at(template, place, shift, frames) for place in places]
+
+    expected, kept = found(), []
+    for held in (template.held, frames):
+        kept.append(len(held))
+        held.update(zip(held, list(held.values())[::-1], strict=True))
+    assert kept == [2, 2]
+    assert found() == expected
 
 
 def test_a_daughter_displaces_its_mother(tmp_path):
