@@ -41,6 +41,10 @@ _CONVEX_GUESS_PLANES = 3
 """After so many planes with nothing on one side, the whole region is tested for convexity."""
 
 
+_PRUNING_STEP = 16
+"""Whenever the sides of a region are a multiple of this, those without a face are dropped."""
+
+
 class _PlaneSigns:
     """The exact signs of heights of corners above planes, each computed once.
 
@@ -143,7 +147,8 @@ def convex_parts(planes: Sequence[FlatPlane], facets: Sequence[Facet], most: int
     ValueError
         For more parts.
     """
-    nodes = _Partition(planes, facets).nodes(most)
+    partition = _Partition(planes, facets)
+    nodes = partition.nodes(most)
     overlap = False
     for node in reversed(nodes[1:]):
         if node.winding is not None:
@@ -152,13 +157,12 @@ def convex_parts(planes: Sequence[FlatPlane], facets: Sequence[Facet], most: int
         parent = nodes[node.parent]
         parent.is_full &= node.is_full
         parent.overlaps |= node.overlaps
-    reach = 2 * max(float(abs(c)) for facet in facets for corner in facet.corners for c in corner)
     parts, is_within = [], [False]
     for node in nodes[1:]:
         # Where pieces overlap, a region that is full is one part
         is_part = node.is_full and (node.winding is not None or node.overlaps)
         if is_part and not is_within[node.parent]:
-            parts.append(_needed_sides(planes, node.sides, reach, node.doubtful))
+            parts.append(_needed_sides(planes, node.sides, partition.reach, node.doubtful))
         is_within.append(is_part or is_within[node.parent])
     return ConvexParts(parts, overlap)
 
@@ -173,6 +177,7 @@ class _Partition:
     def __init__(self, planes: Sequence[FlatPlane], facets: Sequence[Facet]) -> None:
         self.planes, self._known = planes, _PlaneSigns(planes, facets)
         self._numbers = WindingNumbers(planes, facets)
+        self.reach = 2 * max(float(abs(c)) for facet in facets for corner in facet.corners for c in corner)
         self._nodes = [_Node(0, (), 0)]
         self._probes: list[tuple[Probe, int, _ConvexRegion | None]] = []
         self._pending = [_ConvexRegion(list(facets), 0, (), self._known)]
@@ -206,7 +211,10 @@ class _Partition:
                 self._add_leaf(_probe_facets(own, (plane, 1)), _Node(region.node, region.sides, within))
             return
         for facets, side in ((back, (plane, 1)), (front, (plane, -1))):
-            node = _Node(region.node, (*region.sides, side), within + 1)
+            sides = (*region.sides, side)
+            if facets and not len(sides) % _PRUNING_STEP:  # a side without a face has none further in either
+                sides = _needed_sides(planes, sides, self.reach, len(sides))
+            node = _Node(region.node, sides, len(sides))
             if facets:
                 self._pending.append(_ConvexRegion(facets, len(self._nodes), node.sides, self._known))
                 self._nodes.append(node)
@@ -354,7 +362,7 @@ def _clip_facet(plane: FlatPlane, corners: Sequence[Point], signs: Sequence[int]
 def _needed_sides(
     planes: Sequence[FlatPlane], sides: tuple[PlaneSide, ...], reach: float, doubtful: int
 ) -> tuple[PlaneSide, ...]:
-    """Return the sides on which a bounded convex part has a face; the others imply the rest.
+    """Return the sides on which a convex region has a face near the solid; there they imply the others.
 
     The first `doubtful` sides come from splits; on each of the others lies a facet. Floats decide in a cube of half the
     edge `reach`, which contains everything; fractions decide where floats cannot.

@@ -83,11 +83,9 @@ def _shape_leaves(shape: Shape) -> _ShapeLeaves | None:
 
 def own_surfaces(leaf: Any) -> Sequence[Surface]:
     """List the surfaces of a primitive solid in its own frame, once for all its copies."""
-    if leaf._face_count:
-        return leaf.surfaces
-    found: list[Surface] | None = leaf.own_cache.get("surfaces")
+    found: Sequence[Surface] | None = leaf.own_cache.get("surfaces")
     if found is None:
-        found = leaf.own_cache["surfaces"] = _tree_surfaces(leaf.tree())
+        found = leaf.own_cache["surfaces"] = leaf.surfaces if leaf._face_count else _tree_surfaces(leaf.tree())
     return found
 
 

@@ -526,15 +526,15 @@ class _SurfaceMerger:
         distinct = np.flatnonzero((first[: self.single] == np.arange(self.single)) & ~alone)
         is_flat, rest = kind[distinct] == PLANE, self.raw.rest
         flat, curved = distinct[is_flat], distinct[~is_flat]
-        close = find_clusters(flat, PlaneFeatures.of(row[flat], planes, rest.planes)) if len(flat) > settled else []
+        found = [find_clusters(flat, PlaneFeatures.of(row[flat], planes, rest.planes))] if len(flat) > settled else []
         if len(curved):  # bulk balls are equal to each other to the bit or not at all
             curved = np.concatenate([curved, self._balls_near(curved, first, kind, row, spheres, quadrics)])
             features = CurvedFeatures.of(kind[curved], row[curved], spheres, quadrics, rest.quadrics)
-            close += find_clusters(curved, features)
-        if not close:
+            found.append(find_clusters(curved, features))
+        if not any(len(sizes) for _, sizes in found):
             return
-        candidates, sizes = np.concatenate(close), np.array(list(map(len, close)))
-        cluster, begin = np.repeat(np.arange(len(close)), sizes), np.cumsum(sizes) - sizes
+        candidates, sizes = (np.concatenate(parts) for parts in zip(*found, strict=True))
+        cluster, begin = np.repeat(np.arange(len(sizes)), sizes), np.cumsum(sizes) - sizes
         is_own = candidates < self.single
         names = -1 - np.arange(len(candidates))  # until a surface has a name, it has none in common with others
         known = self.exact.known_names(candidates[is_own])

@@ -461,8 +461,8 @@ def _in_blocks(kind: Signs, row: Ints, quadrics: QuadricTable | Floats) -> Itera
         yield some, own, whole
 
 
-def find_clusters(members: Any, features: SurfaceFeatures) -> list[Any]:
-    """Return groups of members that may be equal.
+def find_clusters(members: Any, features: SurfaceFeatures) -> tuple[Longs, Longs]:
+    """Return groups of members that may be equal: (the members of one group after the other, the sizes of the groups).
 
     Their features agree to about 1e-11 along one direction, and nearly along a second one. Among N members, N² 1e-11
     pairs agree along one direction by chance; for millions of members these are more than can be named exactly. The
@@ -472,7 +472,7 @@ def find_clusters(members: Any, features: SurfaceFeatures) -> list[Any]:
     place = features.places(FIRST_DIRECTION, slice(None))
     ordered = np.sort(place)
     if not (np.diff(ordered) <= CLOSENESS).any():
-        return []
+        return members[:0], np.zeros(0, np.int64)
     order = np.argsort(place)
     near = np.diff(place[order]) <= CLOSENESS
     starts = np.flatnonzero(np.concatenate([[True], ~near]))
@@ -481,24 +481,26 @@ def find_clusters(members: Any, features: SurfaceFeatures) -> list[Any]:
     grouped = order[np.repeat(several, sizes)]
     label = np.repeat(np.arange(several.sum()), sizes[several])
     across = features.places(SECOND_DIRECTION, grouped)
-    close = _split(grouped, label, across[:, None], np.full(len(grouped), _SEPARATION))
-    if not close:
-        return []
-    grouped = np.concatenate(close)
-    sizes = np.array([len(part) for part in close])
-    begin, label = np.cumsum(sizes) - sizes, np.repeat(np.arange(len(close)), sizes)
+    grouped, sizes = _split(grouped, label, across[:, None], np.full(len(grouped), _SEPARATION))
+    if not len(sizes):
+        return members[:0], sizes
+    begin, label = np.cumsum(sizes) - sizes, np.repeat(np.arange(len(sizes)), sizes)
     bounded = features.bounded_places(grouped, grouped[begin][label])
     # Beyond the range of floats nothing is certain
     bounded[~np.isfinite(bounded).all(axis=1)] = 0.0, 0.0, math.inf
     # Two places certainly differ where they lie farther apart than both errors, and the rounding of their difference
     errors = np.maximum.reduceat(bounded[:, 2] + 2.0**-100 * np.abs(bounded[:, 0]), begin)[label]
-    return [members[part] for part in _split(grouped, label, bounded[:, :2], 2.0001 * errors)]
+    grouped, sizes = _split(grouped, label, bounded[:, :2], 2.0001 * errors)
+    return members[grouped], sizes
 
 
-def _split(which: Any, label: Any, places: Floats, gaps: Floats) -> list[Any]:
+def _split(which: Longs, label: Longs, places: Floats, gaps: Floats) -> tuple[Longs, Longs]:
     """Split groups, which `label` numbers, at gaps between their places (sums); return sorted parts of several."""
     order = np.lexsort((*places.T[::-1], label))
     steps = np.diff(places[order], axis=0).sum(axis=1)
     apart = (steps > gaps[order][1:]) | (np.diff(label[order]) > 0)
-    parts = np.split(which[order], 1 + np.flatnonzero(apart))
-    return [np.sort(part) for part in parts if len(part) > 1]
+    part = np.cumsum(np.concatenate([[False], apart]))
+    sizes = np.bincount(part)
+    several = sizes[part] > 1
+    found = which[order[several]]
+    return found[np.lexsort((found, part[several]))], sizes[sizes > 1]

@@ -11,6 +11,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import field, replace
 from fractions import Fraction
+from functools import cached_property
 from typing import Literal
 
 from ..._util.dataclass import dataclass
@@ -44,6 +45,21 @@ class SourceElement:
     values: tuple[tuple[str, Fraction | str], ...]
     parts: tuple[SourceElement, ...] = ()
     shift: Point = ORIGIN
+
+
+@dataclass(eq=False)
+class SharedSolid:
+    """Builds a solid once, at the origin, for all places: one that takes long to cut into convex parts."""
+
+    make: SolidFactory
+
+    @cached_property
+    def _solid(self) -> Solid:
+        return self.make(ORIGIN)
+
+    def __call__(self, shift: Point) -> Solid:
+        x, y, z = map(float, shift)
+        return self._solid.translate((x, y, z))
 
 
 class SolidTemplate(ABC):

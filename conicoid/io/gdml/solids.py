@@ -8,6 +8,7 @@ has raise OmittedPart.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from functools import partial
@@ -27,6 +28,7 @@ from .round_solids import RevolvedProfile, read_angles
 from .solid_template import (
     BooleanKind,
     PrimitiveTemplate,
+    SharedSolid,
     SolidFactory,
     SolidTemplate,
     SourceElement,
@@ -258,6 +260,9 @@ def _side_plane(normal: tuple[Fraction, Fraction], edge: RadiusLine, share: Frac
 
 # Extruded outlines
 
+_XtruSection = tuple[Fraction, Fraction, Fraction, Fraction]
+"""(z, x offset, y offset, scale)."""
+
 
 def xtru(values: GdmlValues) -> SolidFactory:
     """<xtru>: an outline of twoDimVertex elements, swept through section elements that shift and scale it."""
@@ -268,7 +273,8 @@ def xtru(values: GdmlValues) -> SolidFactory:
         outline.pop()
     if len(outline) < 3:
         raise GdmlError(values.element, "must have three or more twoDimVertex elements")
-    values.reading.spend(len(outline), _is_convex_outline(outline))
+    is_convex = _is_convex_outline(outline)
+    values.reading.spend(len(outline), is_convex)
     sections: list[tuple[Fraction, Fraction, Fraction, Fraction, Fraction]] = []
     for element in values.element.all("section"):
         part = GdmlValues(values.reading, element, values.element)
@@ -282,11 +288,33 @@ def xtru(values: GdmlValues) -> SolidFactory:
     # The attribute zOrder gives the order, whatever stands first in the file
     sections.sort(key=lambda section: section[0])
     drawn = [section[1:] for section in sections]
+    is_shared = len(outline) > _MANY_CORNERS and not is_convex
+    if is_shared:
+        outline, drawn = _on_grid(outline, drawn)
     # Two sections at one height are a step in size or place
     pieces = [_sweep_outline(outline, a, b) for a, b in pairwise(drawn) if a[0] < b[0]]
     if not pieces or any(a[0] > b[0] for a, b in pairwise(drawn)):
         raise GdmlError(values.element, "section elements must rise in zPosition")
-    return partial(_bore_pieces, [(piece, None) for piece in pieces])
+    make = partial(_bore_pieces, [(piece, None) for piece in pieces])
+    return SharedSolid(make) if is_shared else make
+
+
+_MANY_CORNERS = 128
+"""A concave outline of more corners is cut into convex parts once for all places, which takes about a second."""
+
+
+def _on_grid(
+    outline: Sequence[tuple[Fraction, Fraction]], sections: Sequence[_XtruSection]
+) -> tuple[list[tuple[Fraction, Fraction]], list[_XtruSection]]:
+    """Round corners and offsets to multiples of a power of two, so that floats hold their sums.
+
+    Sides between sections of scale 1 with different offsets are then flat: rounded corners would make two triangles of
+    each side, with a ridge or a groove between them, and grooves double the convex parts.
+    """
+    most = sum(max(abs(c) for pair in pairs for c in pair) for pairs in (outline, [each[1:3] for each in sections]))
+    unit = Fraction(2) ** (math.frexp(float(most))[1] - 52)
+    corners = [(round(x / unit) * unit, round(y / unit) * unit) for x, y in outline]
+    return corners, [(z, round(x / unit) * unit, round(y / unit) * unit, scale) for z, x, y, scale in sections]
 
 
 def _is_convex_outline(outline: Sequence[tuple[Fraction, Fraction]]) -> bool:
@@ -295,10 +323,6 @@ def _is_convex_outline(outline: Sequence[tuple[Fraction, Fraction]]) -> bool:
     edges = [(b[0] - a[0], b[1] - a[1]) for a, b in zip(points, [*points[1:], points[0]], strict=True)]
     bends = [a[0] * b[1] - a[1] * b[0] for a, b in zip(edges, [*edges[1:], edges[0]], strict=True)]
     return min(bends) >= 0 or max(bends) <= 0
-
-
-_XtruSection = tuple[Fraction, Fraction, Fraction, Fraction]
-"""(z, x offset, y offset, scale)."""
 
 
 def _sweep_outline(outline: Sequence[tuple[Fraction, Fraction]], low: _XtruSection, high: _XtruSection) -> SolidFactory:

@@ -122,6 +122,21 @@ def in_xtru(p):
     return (abs(z) <= 5) & in_outline((p[:, 0] - x) / s, (p[:, 1] - y) / s)
 
 
+def in_comb(p):
+    """33 teeth from y = 1 to 3, each 0.2 wide, on a bar from y = 0; it is pushed by 0.7 in y from z = 2 to 6."""
+    x, y, z = p[:, 0] + 6.6, p[:, 1] - 0.7 * np.clip((p[:, 2] - 2) / 4, 0, 1), p[:, 2]
+    return (abs(z - 1) <= 5) & (x >= 0) & (x <= 13.2) & (y >= 0) & (y <= np.where(x % 0.4 < 0.2, 3, 1))
+
+
+TEETH = [(k + a, y) for k in range(-66, 66, 4) for a, y in ((0, 30), (2, 30), (2, 10), (4, 10))]
+COMB = (
+    '<xtru name="s">'
+    + "".join(f'<twoDimVertex x="{x / 10}" y="{y / 10}"/>' for x, y in [(-66, 0), *TEETH, (66, 0)])
+    + "".join(f'<section zOrder="{z}" zPosition="{z}" yOffset="{y}"/>' for z, y in ((-4, 0), (2, 0), (6, 0.7)))
+    + "</xtru>"
+)
+
+
 def hyperbolic(p):
     z, r2 = p[:, 2], p[:, 0] ** 2 + p[:, 1] ** 2
     return (abs(z) <= 6) & (r2 <= 16 + (np.tan(40 * DEG) * z) ** 2) & (r2 >= 4 + (np.tan(20 * DEG) * z) ** 2)
@@ -242,6 +257,7 @@ SOLIDS = {
         '<section zOrder="2" zPosition="5" xOffset="2" yOffset="-1" scalingFactor="0.5"/></xtru>',
         in_xtru,
     ),
+    "xtru of many corners": (COMB, in_comb),
     "subtraction": (
         '<box name="a" x="12" y="10" z="8"/><box name="b" x="4" y="2" z="20"/><subtraction name="s"><first ref="a"/>'
         '<second ref="b"/><position x="2" y="1" z="0"/><rotation x="0" y="0" z="30" unit="deg"/></subtraction>',

@@ -7,6 +7,7 @@ import pytest
 
 import conicoid as co
 from conicoid._util.files import SceneFileError
+from conicoid.geometry import polyhedron
 from conicoid.geometry.shape import Shape
 from conicoid.io import importers as options
 from conicoid.io.gdml import importer
@@ -16,6 +17,7 @@ from conicoid.prepare.csg_plan import placed_primitives
 
 from ...command_line import done
 from .files import HEAD, placed, scene_of, text_of, volume
+from .test_solids import COMB
 
 WORLD = '<box name="w" x="40" y="40" z="40"/>'
 BAR = '<box name="bar" x="2" y="4" z="8"/>'
@@ -155,6 +157,15 @@ def test_a_solid_is_made_once_for_each_height(tmp_path, monkeypatch):
     world, *rest = (body.shape for body in scene_of(tmp_path, text).bodies)
     assert len(made) == 1
     assert [id(shape) for shape in world.operands[1:]] == list(map(id, rest))
+
+
+def test_an_outline_of_many_corners_is_cut_once_for_all_places(tmp_path, monkeypatch):
+    """Its sides between two sections that are offset stay flat: 67 planes across x, three across y, and two ends."""
+    cut, of = [], polyhedron.convex_parts
+    monkeypatch.setattr(polyhedron, "convex_parts", lambda *given: cut.append(len(given[0])) or of(*given))
+    combs = "".join(placed("c", f'<position x="0.1" y="{4.1 * k}" z="{k / 3}"/>') for k in range(-2, 3))
+    scene_of(tmp_path, text_of(WORLD + COMB, volume("c", "s") + volume("world", "w", combs)))
+    assert cut == [72, 72]
 
 
 def test_solids_of_a_rotated_volume_have_its_motion(tmp_path):
