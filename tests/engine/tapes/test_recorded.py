@@ -368,6 +368,9 @@ def test_each_is_what_it_is_alone(kind, motion):
 UPRIGHT = {
     "Wedge": lambda r: co.Wedge(size(r), size(r), size(r)),
     "RegularPrism": lambda r: co.RegularPrism(6, size(r), (0.0, size(r)), 30.0),
+    "Quadric of one mixed term": lambda r: co.Quadric(
+        coefficients=dict(xx=size(r), yy=2 + size(r), zz=4 + size(r), xy=0.1 * size(r), constant=-1.0)
+    ),
     **{kind: ANGULAR_KINDS[kind] for kind in ("Tube", "shell", "polar range", "Polycone")},
 }
 
