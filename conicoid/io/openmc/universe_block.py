@@ -512,15 +512,18 @@ class BlockBodies(InstanceList, Generic[P]):
 
         Coordinates are extreme there, so building these bodies checks that the numbers of all are in range.
         """
-        order = np.argsort(self.kinds, kind="stable")
-        first = np.flatnonzero(np.diff(self.kinds[order], prepend=-1))
-        found = [order[first]]
+        members = [numbers for numbers in self.members if len(numbers)]
+        if not members:
+            return
+        order, sizes = np.concatenate(members), np.array(list(map(len, members)))
+        first, group = np.cumsum(sizes) - sizes, np.repeat(np.arange(len(members)), sizes)
+        found = [first]
         for values, index in zip(self.shifts.values, self.shifts.index, strict=True):
-            places = _ranks(values)[index]
-            # Of equal places the first body, as sorting is stable
-            found += [np.lexsort((rank, self.kinds))[first] for rank in (places, -places)]
-        ends = unique_sorted(*found)
-        yield from ends[np.argsort(self.kinds[ends], kind="stable")].tolist()
+            places = _ranks(values)[index[order]]
+            for extreme in (np.minimum, np.maximum):
+                ends = np.flatnonzero(places == extreme.reduceat(places, first)[group])
+                found.append(ends[np.diff(group[ends], prepend=-1) > 0])  # of equal places the first body
+        yield from order[unique_sorted(*found)].tolist()
 
     @cached_property
     def farthest(self) -> Fraction:
