@@ -60,7 +60,7 @@ class Direction(NamedTuple):
 
 
 class Place(NamedTuple):
-    """A place of the ray: the crossings ranks.order[first:end], of which so many have a drift."""
+    """The crossings ranks.order[first:end] in one place of the ray; `moving` of them have a drift."""
 
     first: int
     end: int
