@@ -68,16 +68,17 @@ def test_a_tree_is_built_anew_after_many_edits(monkeypatch):
     assert len(scene._prepared.woods.loose) == 4
 
 
-def test_what_runs_are_kept():
-    a, b, c, d, e = (co.Body(co.Sphere(radius)) for radius in (1, 2, 3, 4, 5))
-    old, new = 0, 1
-    assert find_runs([a, b, c], [a, d, c]) == ([(old, 0, 1), (new, 0, 1), (old, 2, 3)], [1])
-    assert find_runs([a, b, c], [d, a, b, c, e]) == ([(new, 0, 1), (old, 0, 3), (new, 1, 2)], [0, 4])
-    assert find_runs([a, b, c, d], [a, d]) == ([(old, 0, 1), (old, 3, 4)], [])
-    assert find_runs([a, b, c, d], [b, e, d]) == ([(old, 1, 2), (new, 0, 1), (old, 3, 4)], [1])
-    assert find_runs([a, a, a], [a, a]) == ([(old, 0, 2)], [])
-    assert find_runs([], [a]) == ([(new, 0, 1)], [0])
-    assert find_runs([a], []) == ([], [])
+A, B, C, D, E = (co.Body(co.Sphere(radius)) for radius in (1, 2, 3, 4, 5))
+OLD, NEW = 0, 1
+
+
+@pytest.mark.parametrize(("before", "after", "runs", "changed"), [
+    ([A, B, C], [A, D, C], [(OLD, 0, 1), (NEW, 0, 1), (OLD, 2, 3)], [1]), ([A, B, C, D], [A, D], [(OLD, 0, 1), (OLD, 3, 4)], []),
+    ([A, B, C], [D, A, B, C, E], [(NEW, 0, 1), (OLD, 0, 3), (NEW, 1, 2)], [0, 4]), ([A, A, A], [A, A], [(OLD, 0, 2)], []),
+    ([A, B, C, D], [B, E, D], [(OLD, 1, 2), (NEW, 0, 1), (OLD, 3, 4)], [1]), ([], [A], [(NEW, 0, 1)], [0]), ([A], [], [], []),
+])  # fmt: skip
+def test_what_runs_are_kept(before, after, runs, changed):
+    assert find_runs(before, after) == (runs, changed)
 
 
 def test_a_body_under_a_motion_of_its_own_is_lowered_as_those_like_it(monkeypatch):

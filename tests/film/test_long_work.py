@@ -165,15 +165,6 @@ def test_noise_ends_where_it_is_low(tmp_path):
         co.set_threads(None)
 
 
-def test_noise_needs_samples_that_can_be_continued():
-    with pytest.raises(
-        ValueError, match=r"render: noise goes with integrators whose samples can be continued .*, not whitted"
-    ):
-        scene().render(8, 8, noise=0.01)
-    with pytest.raises(ValueError, match="render: noise must be > 0"):
-        scene().render(8, 8, integrator=NAME, noise=0)
-
-
 def test_previews_become_the_picture(whole):
     seen = []
     image = scene().render(WIDTH, HEIGHT, 40, NAME, preview=seen.append)

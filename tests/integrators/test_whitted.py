@@ -58,16 +58,6 @@ def test_spot_and_its_soft_edge(aim, share):
     assert color([floor(co.matte(WHITE))], [light]) == pytest.approx([share] * 3, rel=1e-6, abs=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("material", "cosine"), [(co.phong, math.cos(math.pi / 4)), (co.blinn_phong, math.cos(math.pi / 8))]
-)
-def test_highlights(material, cosine):
-    """Light at 45°, eye along the normal: (R·E)^n = cos^n 45°, (H·N)^n = cos^n 22.5°."""
-    surface = material((0, 0, 0), specular=(1, 0.5, 0), shininess=12)
-    seen = color([floor(surface)], [co.DirectionalLight((1, 0, -1))])
-    assert seen == pytest.approx(np.array((1, 0.5, 0)) * cosine**12, rel=1e-6)
-
-
 # Lamps
 
 

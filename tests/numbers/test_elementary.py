@@ -13,7 +13,7 @@ import pytest
 from conicoid.kernels.numbers import double_double as bits, elementary as angles, elementary as exponential
 from conicoid.kernels.numbers.elementary import hypot
 from conicoid.kernels.numbers.vectors import normalize, quotient, unit_vector
-from conicoid.kernels.ray import Ray, _scale, scale_ray
+from conicoid.kernels.ray import Ray, scale_ray
 
 from ..compiled import compiled
 from ..samples import drawn
@@ -261,17 +261,17 @@ def test_coefficients_are_those_that_are_derived(name):
     assert found == coefficients.POLYNOMIALS[name]()
 
 
-def test_constants_in_two_floats():
-    def halves(pair):
-        return tuple(pair)
+@pytest.mark.parametrize(("found", "true"), [
+    (angles.PI, lambda mp: mp.pi), (angles.HALF_PI, lambda mp: mp.pi / 2), (angles.QUARTER_PI, lambda mp: mp.pi / 4),
+    (angles.ATAN_HALF, lambda mp: mp.atan(mp.mpf(1) / 2)), (angles.SIXTH, lambda mp: mp.mpf(1) / 6),
+    (exponential.THIRD, lambda mp: mp.mpf(1) / 3), (exponential.FIFTH, lambda mp: mp.mpf(1) / 5),
+])  # fmt: skip
+def test_constants_in_two_floats(found, true):
+    assert tuple(found) == coefficients.doubled(true)
 
-    assert halves(angles.PI) == coefficients.doubled(lambda mp: mp.pi)
-    assert halves(angles.HALF_PI) == coefficients.doubled(lambda mp: mp.pi / 2)
-    assert halves(angles.QUARTER_PI) == coefficients.doubled(lambda mp: mp.pi / 4)
-    assert halves(angles.ATAN_HALF) == coefficients.doubled(lambda mp: mp.atan(mp.mpf(1) / 2))
-    assert halves(angles.SIXTH) == coefficients.doubled(lambda mp: mp.mpf(1) / 6)
-    assert halves(exponential.THIRD) == coefficients.doubled(lambda mp: mp.mpf(1) / 3)
-    assert halves(exponential.FIFTH) == coefficients.doubled(lambda mp: mp.mpf(1) / 5)
+
+def test_the_logarithm_of_two_in_two_floats():
+    """Of 42 bits and a float."""
     high, low = exponential.LN2
     assert high == math.floor(high * 2**42) / 2**42
     assert low == coefficients.doubled(lambda mp: mp.ln2 - high)[0]
@@ -323,13 +323,6 @@ def test_the_scale_of_a_ray_is_a_power_of_two_that_brings_it_near_one(exponent):
     assert 2.0**-100 < ray.dx < 2.0**100
 
 
-def test_the_scale_of_every_exponent():
-    scale = compiled(_scale)
-    for x in (*SOME, 3e-300):
-        if x > 1e-300:
-            assert scale(x) == _scale(x) == math.ldexp(1.0, -math.frexp(x)[1])
-
-
 # --- Quotients by a shared reciprocal, and unit vectors by it, against Python's own division
 
 
@@ -364,12 +357,6 @@ def test_divisors_at_the_ends_of_the_range():
         for q in (DRAWS.uniform(1, 2, 200) * 2.0 ** DRAWS.integers(-400, 400, 200)).tolist():
             if 2.0**-900 <= q * b <= 2.0**900:
                 assert same_bits(QUOTIENT(q * b, b, 1.0 / b), q * b / b), (q, b)
-
-
-def test_places_of_all_pixels():
-    for height in (1, 3, 7, 511, 1080):
-        for k in range(-height, height + 1):
-            assert same_bits(QUOTIENT(float(k), float(height), 1.0 / height), k / height)
 
 
 def test_zeros_keep_their_signs():

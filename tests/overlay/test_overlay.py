@@ -118,17 +118,6 @@ def test_any_scene_can_be_drawn_over(scene):
     assert np.isfinite(image.pixels).all()
 
 
-def test_refusals():
-    for name in ("axes", "labels", "normals"):
-        with pytest.raises(ValueError, match=f"render: {name} must be true or false, got 'yes'"):
-            SCENE.render(8, 8, **{name: "yes"})
-    with pytest.raises(
-        TypeError,
-        match="render: camera must be a Camera, OrthographicCamera, EquirectangularCamera, FisheyeCamera or None, got str",
-    ):
-        SCENE.render(8, 8, camera="front")
-
-
 def test_small_pictures_have_a_number_on_each_axis(monkeypatch):
     told: list[str] = []
     monkeypatch.setattr(Canvas, "text", lambda self, place, text, color, size: told.append(text))

@@ -25,64 +25,49 @@ def on_the_wall(shape, turn, down=True):
     return seen(shape, 0.6 * x, 0.6 * y, towards=(0.5 * x, 0.5 * y, -1 if down else 1))
 
 
+LEFT, RIGHT = (POCKET.scale((0.5, 0.5, 1)).translate((x, 0, 0)) for x in (-1, 1))
+RED_BALL, RED_POCKET = co.Sphere(1.5).painted(co.matte(RED)), POCKET.painted(co.matte(RED))
+BESIDE = PLATE - RED_POCKET.scale(0.5).translate((1, 0, 0.5))
+WEST, EAST = co.Box((-2, -2, -1), (0.5, 2, 1)), co.Box((-0.5, -2, -1), (2, 2, 1)).painted(co.matte(RED))
+"""Both halves have the same top."""
+TILES = POCKET.painted(co.matte(co.Checker(RED, BLUE, scale=0.5)))
+"""The pocket's floor has uv = (x, y) / radius: squares of half a radius."""
+SEEN = {
+    "a cut": (PLATE - BORE.painted(co.matte(RED)), {(1.5, 1.5): GREY, (0, 0): (1, 1, 1)}),
+    "cuts of three paints": (
+        PLATE - LEFT.painted(co.matte(RED)) - RIGHT.painted(co.matte(BLUE)) - POCKET.scale(0.25).translate((0, 1.5, 0.75)),
+        {(-1, 0): RED, (0, 0): GREY, (1, 0): BLUE, (0, 1.5): GREY},
+    ),
+    "a union": (PLATE | RED_BALL, {(0, 0): RED, (1.5, 0): GREY}),
+    "an intersection: the top of the plate, the ball's side": (RED_BALL & PLATE, {(0, 0): GREY, (1.4, 0): RED}),
+    "an intersection of painted ones": (RED_BALL & PLATE.painted(co.matte(BLUE)), {(0, 0): BLUE}),
+    "the inner paint": ((PLATE - RED_POCKET).painted(co.matte(GREEN)), {(0, 0): RED, (1.5, 0): GREEN}),
+    "the innermost paint": (RED_BALL.painted(co.matte(GREEN)).painted(co.matte(BLUE)), {(0, 0): RED}),
+    "a complement": (PLATE & ~RED_POCKET, {(0, 0): RED, (1.5, 0): GREY}),
+    "a painted complement": (~(~(PLATE & ~RED_POCKET)).painted(co.matte(GREEN)), {(0, 0): RED, (1.5, 0): GREEN}),
+    "moved": (BESIDE, {(-1, 0): GREY, (1, 0): RED}),
+    "turned": (BESIDE.rotate((0, 0, 1), 180), {(-1, 0): RED, (1, 0): GREY}),
+    "mirrored": (BESIDE.painted(co.matte(GREEN)).scale((-1, 1, 1)), {(-1, 0): RED, (1, 0): GREEN}),
+    "coinciding, the painted one second": (WEST | EAST, {(-1, 0): GREY, (0, 0): GREY, (1, 0): RED}),
+    "coinciding, the painted one first": (EAST | WEST, {(-1, 0): GREY, (0, 0): RED, (1, 0): RED}),
+    "tiles": (PLATE - TILES, {
+        (-0.75, 0.25): RED, (-0.25, 0.25): BLUE, (0.25, 0.25): RED, (0.75, 0.25): BLUE,
+        (-0.75, -0.25): BLUE, (-0.25, -0.25): RED, (0.25, -0.25): BLUE, (0.75, -0.25): RED,
+    }),
+    "tiles that are moved": (
+        PLATE - TILES.translate((0.5, 0, 0)), {(-0.25, 0.25): RED, (0.25, 0.25): BLUE, (0.75, 0.25): RED, (1.25, 0.25): BLUE}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SEEN)
+def test_the_first_wall_has_its_own_paint(name):
+    shape, colors = SEEN[name]
+    assert {place: seen(shape, *place) for place in colors} == colors
+
+
 @pytest.mark.parametrize("turn", [0, 60, 200])
-def test_a_cut_shows_the_cutters_paint(turn):
-    """Through the mouth of the bore a slanted ray meets its wall, a straight one nothing."""
-    shape = PLATE - BORE.painted(co.matte(RED))
-    assert on_the_wall(shape, turn) == RED
-    assert seen(shape, 1.5, 1.5) == GREY
-    assert seen(shape) == (1, 1, 1)
-
-
-def test_each_cut_has_its_own_paint():
-    left, right = (POCKET.scale((0.5, 0.5, 1)).translate((x, 0, 0)) for x in (-1, 1))
-    shape = (
-        PLATE
-        - left.painted(co.matte(RED))
-        - right.painted(co.matte(BLUE))
-        - POCKET.scale(0.25).translate((0, 1.5, 0.75))
-    )
-    assert [seen(shape, x) for x in (-1, 0, 1)] == [RED, GREY, BLUE]
-    assert seen(shape, 0, 1.5) == GREY
-
-
-def test_unions_and_intersections_keep_paint():
-    ball = co.Sphere(1.5)
-    assert seen(PLATE | ball.painted(co.matte(RED))) == RED
-    assert seen(PLATE | ball.painted(co.matte(RED)), 1.5) == GREY
-    common = ball.painted(co.matte(RED)) & PLATE
-    assert seen(common) == GREY  # the top of the plate
-    assert seen(common, 1.4) == RED  # the ball's own side, below that top
-    assert seen(ball.painted(co.matte(RED)) & PLATE.painted(co.matte(BLUE))) == BLUE
-
-
-def test_the_inner_paint_stays():
-    shape = (PLATE - POCKET.painted(co.matte(RED))).painted(co.matte(GREEN))
-    assert seen(shape) == RED
-    assert seen(shape, 1.5) == GREEN
-    assert seen(co.Sphere().painted(co.matte(RED)).painted(co.matte(GREEN)).painted(co.matte(BLUE))) == RED
-
-
-def test_complements_keep_paint():
-    shape = PLATE & ~POCKET.painted(co.matte(RED))
-    assert seen(shape) == RED
-    assert seen(~(~shape).painted(co.matte(GREEN)), 1.5) == GREEN
-
-
-def test_paint_moves_along():
-    pocket = POCKET.painted(co.matte(RED)).scale(0.5).translate((1, 0, 0.5))
-    assert [seen(PLATE - pocket, x) for x in (-1, 1)] == [GREY, RED]
-    turned = (PLATE - pocket).rotate((0, 0, 1), 180)
-    assert [seen(turned, x) for x in (-1, 1)] == [RED, GREY]
-    mirrored = (PLATE - pocket).painted(co.matte(GREEN)).scale((-1, 1, 1))
-    assert [seen(mirrored, x) for x in (-1, 1)] == [RED, GREEN]
-
-
-def test_where_faces_coincide_the_first_is_seen():
-    """Both halves have the same top; the painted one is listed second, then first."""
-    left, right = co.Box((-2, -2, -1), (0.5, 2, 1)), co.Box((-0.5, -2, -1), (2, 2, 1)).painted(co.matte(RED))
-    assert [seen(left | right, x) for x in (-1, 0, 1)] == [GREY, GREY, RED]
-    assert [seen(right | left, x) for x in (-1, 0, 1)] == [GREY, RED, RED]
+def test_a_slanted_ray_sees_the_paint_of_a_bore(turn):
+    assert on_the_wall(PLATE - BORE.painted(co.matte(RED)), turn) == RED
 
 
 def test_a_body_painted_all_over_is_one_of_that_material():
@@ -97,20 +82,12 @@ def test_a_body_painted_all_over_is_one_of_that_material():
     assert (pictures[0] == pictures[1]).all()
 
 
-def test_checkers_on_the_uv_of_painted_faces():
-    """The pocket's floor has uv = (x, y) / radius: squares of half a radius; its wall angle / 360 and height."""
-    floor = PLATE - POCKET.painted(co.matte(co.Checker(RED, BLUE, scale=0.5)))
-    assert [seen(floor, x, 0.25) for x in (-0.75, -0.25, 0.25, 0.75)] == [RED, BLUE, RED, BLUE]
-    assert [seen(floor, x, -0.25) for x in (-0.75, -0.25, 0.25, 0.75)] == [BLUE, RED, BLUE, RED]
+def test_checkers_on_the_wall_of_a_bore():
+    """Its uv is angle / 360 and height."""
     wall = PLATE - BORE.painted(co.matte(co.Checker(RED, BLUE, scale=(0.5, 0.5))))
     low, high = ([on_the_wall(wall, turn, down) for turn in (60, 240)] for down in (True, False))
     assert sorted(low) == [BLUE, RED]
     assert low == high[::-1]
-
-
-def test_checkers_move_with_paint():
-    pocket = POCKET.painted(co.matte(co.Checker(RED, BLUE, scale=0.5))).translate((0.5, 0, 0))
-    assert [seen(PLATE - pocket, x, 0.25) for x in (-0.25, 0.25, 0.75, 1.25)] == [RED, BLUE, RED, BLUE]
 
 
 def test_a_picture_round_trips_to_the_bit(tmp_path):

@@ -71,19 +71,51 @@ def test_progress_ends_with_the_count():
 
 
 @pytest.mark.parametrize(
-    ("arguments", "message"),
+    ("arguments", "error", "message"),
     [
-        (dict(integrator="photons"), f"render: integrator must be one of {', '.join(INTEGRATORS)}, got 'photons'"),
-        (dict(width=0), "render: width must be a whole number of pixels >= 1, got 0"),
-        (dict(samples=0), "render: samples must be a whole number from 1 to 1048576, got 0"),
-        (dict(samples=2.5), "render: samples must be a whole number"),
-        (dict(seed=-1), "render: seed must be a whole number"),
-        (dict(depth=-1), "render: depth must be a whole number"),
+        (
+            dict(integrator="photons"),
+            ValueError,
+            f"render: integrator must be one of {', '.join(INTEGRATORS)}, got 'photons'",
+        ),
+        (dict(width=0), ValueError, "render: width must be a whole number of pixels >= 1, got 0"),
+        (dict(samples=0), ValueError, "render: samples must be a whole number from 1 to 1048576, got 0"),
+        (dict(samples=2.5), ValueError, "render: samples must be a whole number"),
+        (dict(seed=-1), ValueError, "render: seed must be a whole number"),
+        (dict(depth=-1), ValueError, "render: depth must be a whole number"),
+        (
+            dict(filter="gausian"),
+            ValueError,
+            r"render: filter must be one of box, .*, got 'gausian' \(did you mean 'gaussian'",
+        ),
+        (dict(layers="dept"), ValueError, r"render: layers must be of albedo, .*, got 'dept' \(did you mean 'depth'"),
+        (dict(layers=3), TypeError, "render: layers must be names of layers, or True for all, got 3"),
+        (
+            dict(noise=0.01),
+            ValueError,
+            r"render: noise goes with integrators whose samples can be continued .*, not whitted",
+        ),
+        (dict(noise=0, integrator="path"), ValueError, "render: noise must be > 0"),
+        (
+            dict(preview="window", integrator="path"),
+            ValueError,
+            "render: preview must be one of terminal, got 'window'",
+        ),
+        (dict(times=3), ValueError, "times goes with shutter"),
+        (dict(shutter=(1, 0)), ValueError, "shutter must close after it opens"),
+        (dict(groups=["key"]), TypeError, "groups must be a mapping"),
+        (dict(groups={"a": ["kee"]}), ValueError, r"groups\['a'\] must name bodies that glow.*got 'kee'.*key"),
+        (dict(groups={"a": [co.AmbientLight(3)]}), ValueError, "must name bodies that glow, lights of the scene"),
+        (dict(groups={"": ["key"]}), ValueError, "groups must have names"),
+        *(
+            ({name: "yes"}, ValueError, f"render: {name} must be true or false, got 'yes'")
+            for name in ("axes", "labels", "normals")
+        ),
     ],
 )
-def test_bad_arguments_are_named(arguments, message):
-    with pytest.raises(ValueError, match=message):
-        SCENE.render(**{"width": 8, "height": 8, **arguments})
+def test_bad_arguments_are_named(arguments, error, message):
+    with pytest.raises(error, match=message):
+        LIT.render(**{"width": 8, "height": 8, **arguments})
 
 
 def test_many_bodies_of_one_entry_share_a_material():
@@ -171,20 +203,6 @@ def test_groups_are_layers_of_an_exr(tmp_path):
     assert (channels["light.key.G"].pixels == image.layers["light.key"][..., 1]).all()
 
 
-@pytest.mark.parametrize(
-    ("groups", "error", "told"),
-    [
-        (["key"], TypeError, "groups must be a mapping"),
-        ({"a": ["kee"]}, ValueError, r"groups\['a'\] must name bodies that glow.*got 'kee'.*key"),
-        ({"a": [co.AmbientLight(3)]}, ValueError, "must name bodies that glow, lights of the scene"),
-        ({"": ["key"]}, ValueError, "groups must have names"),
-    ],
-)
-def test_refusals(groups, error, told):
-    with pytest.raises(error, match=told):
-        LIT.render(4, 4, groups=groups)
-
-
 def test_previews_tell_their_noise():
     seen = []
     image = LIT.render(16, 12, 32, "path", preview=seen.append, layers="error")
@@ -232,5 +250,3 @@ def test_previews_in_a_terminal(monkeypatch):
     monkeypatch.setattr("rich.console.Console", lambda **_: console)
     LIT.render(16, 12, 8, "path", preview="terminal")
     assert shown.getvalue().count("\x1b[6A") == 3, "four pictures of six rows, each but the first over the one before"
-    with pytest.raises(ValueError, match="render: preview must be one of terminal, got 'window'"):
-        LIT.render(8, 6, 8, "path", preview="window")

@@ -145,8 +145,13 @@ def test_a_file_that_moves_what_is_not_there(tmp_path):
         (lambda: moving_ball().replace(camera=None, animation=co.scene.CameraTrack((0,), position=((0, 0, 9),))).at(0),
          ValueError, "at: the scene must have a camera"),
         (lambda: moving_ball().without("ball").at(0.5), KeyError, "no body named 'ball'"),
-        (lambda: moving_ball().render(4, 4, shutter=(1, 0)), ValueError, "shutter must close after it opens"),
-        (lambda: moving_ball().render(4, 4, times=3), ValueError, "times goes with shutter"),
+        (lambda: co.scene.LightTrack(0, (0, 1)), ValueError, "LightTrack: position, direction or intensity must say"),
+        (lambda: co.scene.LightTrack(-1, (0,), intensity=(1,)), ValueError, "LightTrack: light must be the number of a light"),
+        (lambda: co.scene.LightTrack(0, (0, 1), intensity=(1,)), ValueError, "intensity must be a list of 2"),
+        (lambda: moving_ball().replace(animation=co.scene.LightTrack(1, (0,), intensity=(1,))).at(0),
+         ValueError, "the scene has 1 light, from 0 on; a LightTrack moves light 1"),
+        (lambda: moving_ball().replace(animation=co.scene.LightTrack(0, (0,), position=((0, 0, 1),))).at(0),
+         ValueError, "position is nothing that a AmbientLight has"),
     ],
 )  # fmt: skip
 def test_refusals(make, error, told):
@@ -282,20 +287,3 @@ def test_a_light_that_moves_away():
     assert seen == pytest.approx([0.5] * 3, rel=1e-5)
     brighter = scene.replace(animation=co.scene.LightTrack(0, (0, 1), intensity=(1, 3)))
     assert brighter.at(0.5).render(1, 1, 1).pixels[0, 0] == pytest.approx([2] * 3, rel=1e-6)
-
-
-@pytest.mark.parametrize(
-    ("make", "kind", "message"),
-    [
-        (lambda: co.scene.LightTrack(0, (0, 1)), ValueError, "LightTrack: position, direction or intensity must say"),
-        (lambda: co.scene.LightTrack(-1, (0,), intensity=(1,)), ValueError, "LightTrack: light must be the number of a light"),
-        (lambda: co.scene.LightTrack(0, (0, 1), intensity=(1,)), ValueError, "intensity must be a list of 2"),
-        (lambda: moving_ball().replace(animation=co.scene.LightTrack(1, (0,), intensity=(1,))).at(0),
-         ValueError, "the scene has 1 light, from 0 on; a LightTrack moves light 1"),
-        (lambda: moving_ball().replace(animation=co.scene.LightTrack(0, (0,), position=((0, 0, 1),))).at(0),
-         ValueError, "position is nothing that a AmbientLight has"),
-    ],
-)  # fmt: skip
-def test_refused_lights(make, kind, message):
-    with pytest.raises(kind, match=message):
-        make()

@@ -14,43 +14,23 @@ NORMAL = np.array([0.0, 0.0, 1.0])
 CLOSE = {"rel": 4e-16, "abs": 4e-16}
 
 
-def test_mirror_of_a_3_4_5_triangle():
-    """R = 2 (N·L) N - L with L = (3, 0, 4)/5 towards the light: (-3, 0, 4)/5. Rays travel along -L."""
-    assert co.reflect((-0.6, 0.0, -0.8), NORMAL) == pytest.approx([-0.6, 0.0, 0.8], **CLOSE)
-    assert co.reflect((-0.6, 0.0, -0.8), -NORMAL) == pytest.approx([-0.6, 0.0, 0.8], **CLOSE)
+BEYOND = math.asin(0.6) + 1e-6
+"""Of light in a medium of index 5/3, whose critical angle has the sine 3/5."""
 
 
-def source_formula(towards_light, normal, eta):
-    """T = -η L + (η cos θ - √(1 + η² (cos² θ - 1))) N, η = η₁/η₂"""
-    cosine = float(np.dot(towards_light, normal))
-    return -eta * towards_light + (eta * cosine - math.sqrt(1 + eta**2 * (cosine**2 - 1))) * normal
-
-
-def test_refraction_into_a_denser_medium():
-    """sin θ₁ = 3/5, η = 5/6 (the denser is 6/5): sin θ₂ = 1/2, so T is 30° from -N."""
-    refracted, total = co.refract((0.6, 0.0, -0.8), NORMAL, 5 / 6)
-    assert not total
-    assert refracted == pytest.approx([0.5, 0.0, -math.sqrt(3) / 2], **CLOSE)
-    assert source_formula(np.array([-0.6, 0.0, 0.8]), NORMAL, 5 / 6) == pytest.approx(refracted, **CLOSE)
-
-
-def test_leaving_takes_the_reversed_normal():
-    """Back out: θ₁ = 30°, η = 6/5, sin θ₂ = 3/5. The outward normal lies along the ray; -N counts."""
-    inside_going_up = (0.5, 0.0, math.sqrt(3) / 2)
-    for normal in (NORMAL, -NORMAL):
-        refracted, total = co.refract(inside_going_up, normal, 6 / 5)
-        assert not total
-        assert refracted == pytest.approx([0.6, 0.0, 0.8], **CLOSE)
-
-
-def test_total_reflection_beyond_the_critical_angle():
-    """From index 5/3: sin of the critical angle is 3/5."""
-    below, above = math.asin(0.6) - 1e-6, math.asin(0.6) + 1e-6
-    _, total = co.refract((math.sin(below), 0.0, math.cos(below)), NORMAL, 5 / 3)
-    assert not total
-    mirrored, total = co.refract((math.sin(above), 0.0, math.cos(above)), NORMAL, 5 / 3)
-    assert total
-    assert mirrored == pytest.approx([math.sin(above), 0.0, -math.cos(above)], **CLOSE)
+@pytest.mark.parametrize("normal", [NORMAL, -NORMAL])
+@pytest.mark.parametrize(("ray", "eta", "refracted"), [
+    # sin θ₁ = 3/5, η = 5/6 (the denser is 6/5): sin θ₂ = 1/2, so T is 30° from -N; and back out, where the reversed normal counts
+    ((0.6, 0.0, -0.8), 5 / 6, (0.5, 0.0, -math.sqrt(3) / 2)), ((0.5, 0.0, math.sqrt(3) / 2), 6 / 5, (0.6, 0.0, 0.8)),
+    ((math.sin(BEYOND), 0.0, math.cos(BEYOND)), 5 / 3, None),
+])  # fmt: skip
+def test_reflection_and_refraction(ray, eta, refracted, normal):
+    """R = 2 (N·L) N - L with L towards the light: here z changes its sign. Rays travel along -L."""
+    mirrored = [ray[0], 0.0, -ray[2]]
+    assert co.reflect(ray, normal) == pytest.approx(mirrored, **CLOSE)
+    found, total = co.refract(ray, normal, eta)
+    assert total == (refracted is None)
+    assert found == pytest.approx(mirrored if refracted is None else refracted, **CLOSE)
 
 
 # --- The two highlights, in a picture of one pixel: (R·E)^n and (H·N)^n
@@ -65,24 +45,8 @@ def pixel(material, theta, offset=0.0):
 
 @pytest.mark.parametrize("theta", [0, 20, 45, 60, 80])
 @pytest.mark.parametrize("n", [1, 8, 50])
-def test_phong(theta, n):
-    black = co.phong(color=(0, 0, 0), specular=0.75, shininess=n)
-    assert pixel(black, theta) == pytest.approx([0.75 * math.cos(math.radians(theta)) ** n] * 3, rel=1e-6)
-
-
-@pytest.mark.parametrize("theta", [0, 20, 45, 60, 80])
-@pytest.mark.parametrize("n", [1, 8, 50])
-def test_half_vector(theta, n):
-    black = co.blinn_phong(color=(0, 0, 0), specular=0.75, shininess=n)
-    assert pixel(black, theta) == pytest.approx([0.75 * math.cos(math.radians(theta / 2)) ** n] * 3, rel=1e-6)
-
-
-@pytest.mark.parametrize("theta", [0, 30, 60])
-def test_matte_falls_with_the_cosine(theta):
-    grey = co.matte((0.5, 0.25, 0.125), ambient=0.0)
-    assert pixel(grey, theta) == pytest.approx(np.array([0.5, 0.25, 0.125]) * math.cos(math.radians(theta)), rel=1e-6)
-
-
-def test_light_from_behind_gives_nothing():
-    for material in (co.phong(specular=1, ambient=0.0), co.blinn_phong(specular=1, ambient=0.0)):
-        assert pixel(material, 120) == pytest.approx([0, 0, 0])
+@pytest.mark.parametrize(("make", "share"), [(co.phong, 1), (co.blinn_phong, 1 / 2)])
+def test_highlights(make, share, theta, n):
+    black = make(color=(0, 0, 0), specular=(0.75, 0.5, 0), shininess=n)
+    expected = np.array((0.75, 0.5, 0)) * math.cos(math.radians(share * theta)) ** n
+    assert pixel(black, theta) == pytest.approx(expected, rel=1e-6)

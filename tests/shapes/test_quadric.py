@@ -25,10 +25,6 @@ def polynomial(values: dict[str, float], points: np.ndarray) -> np.ndarray:
     return sum(values[name] * terms[name] for name in values)
 
 
-def floats(rows) -> np.ndarray:
-    return np.array([[float(c) for c in row] for row in rows])
-
-
 def random_coefficients(seed: int) -> dict[str, float]:
     rng = np.random.default_rng(seed)
     values = dict(zip(NAMES, rng.normal(size=10).tolist(), strict=True))
@@ -68,13 +64,26 @@ def test_eigenvalues_and_directions(seed: int) -> None:
         assert not any(surface.linear)
 
 
-def test_a_diagonal_quadric_keeps_its_numbers() -> None:
-    surface = Quadric(coefficients=dict(xx=0.1, yy=-3, zz=7, y=6, constant=-1)).surface
-    assert surface.rows is UPRIGHT
-    assert [float(s) for s in surface.squares] == [0.1, -3, 7]
+ANCHORED = [  # coefficients, and in the principal form: squares, anchor, linear terms, constant
     # -3 y² + 6 y = -3 (y - 1)² + 3
-    assert [float(c) for c in surface.anchor] == [0, 1, 0]
-    assert float(surface.constant) == -2
+    (dict(xx=0.1, yy=-3, zz=7, y=6, constant=-1), (0.1, -3, 7), (0, 1, 0), (0, 0, 0), -2),
+    # A paraboloid about its vertex: (x - 1)² + (y + 2)² = z - 4
+    (dict(xx=1, yy=1, x=-2, y=4, z=-1, constant=9), (1, 1, 0), (1, -2, 4), (0, 0, -0.5), 0),
+    # x² + y² + ε z² - z: the center at z = 1 / (2 ε) is no place to look from; the vertex is
+    *((dict(xx=1, yy=1, zz=weak, z=-1), (1, 1, weak), (0, 0, 0), (0, 0, -0.5), 0) for weak in (1e-9, -1e-9, 1e-15, -1e-15)),
+    # x² + y² + (z / 10⁴)² <= 1 moved to z = 3, about its center
+    (dict(xx=1, yy=1, zz=1e-8, z=-6e-8, constant=9e-8 - 1), (1, 1, 1e-8), (0, 0, 3), (0, 0, 0), -1),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("coefficients", "squares", "anchor", "linear", "constant"), ANCHORED)
+def test_upright_quadrics_keep_their_numbers(coefficients, squares, anchor, linear, constant) -> None:
+    surface = Quadric(coefficients=coefficients).surface
+    assert surface.rows is UPRIGHT
+    assert [float(s) for s in surface.squares] == list(squares)
+    np.testing.assert_allclose([float(c) for c in surface.anchor], anchor, rtol=1e-15)
+    assert [float(b) for b in surface.linear] == list(linear)
+    assert float(surface.constant) == pytest.approx(constant, rel=1e-15)
 
 
 def test_signature_of_canonical_kinds() -> None:
@@ -94,30 +103,6 @@ def test_signature_of_canonical_kinds() -> None:
         np.testing.assert_allclose(
             sorted(float(s) for s in surface.squares), sorted(9.0 * np.array(diagonal)), atol=1e-13
         )
-
-
-def test_paraboloids_are_kept_about_their_vertex() -> None:
-    surface = Quadric(coefficients=dict(xx=1, yy=1, x=-2, y=4, z=-1, constant=9)).surface
-    # (x - 1)² + (y + 2)² = z - 4
-    assert [float(c) for c in surface.anchor] == [1, -2, 4]
-    assert [float(c) for c in surface.linear] == [0, 0, -0.5]
-    assert float(surface.constant) == 0
-
-
-@pytest.mark.parametrize("weak", [1e-9, -1e-9, 1e-15, -1e-15])
-def test_near_paraboloids_stay_near_the_origin(weak: float) -> None:
-    """x² + y² + ε z² - z: the center at z = 1 / (2 ε) is no place to look from; the vertex is."""
-    surface = Quadric(coefficients=dict(xx=1, yy=1, zz=weak, z=-1)).surface
-    assert max(abs(float(c)) for c in surface.anchor) == 0
-    assert [float(s) for s in surface.squares] == [1, 1, weak]
-    assert [float(b) for b in surface.linear] == [0, 0, -0.5]
-
-
-def test_slender_ellipsoids_are_kept_about_their_center() -> None:
-    # x² + y² + (z / 10⁴)² <= 1 moved to z = 3
-    surface = Quadric(coefficients=dict(xx=1, yy=1, zz=1e-8, z=-6e-8, constant=9e-8 - 1)).surface
-    np.testing.assert_allclose([float(c) for c in surface.anchor], (0, 0, 3), rtol=1e-15)
-    assert not any(surface.linear)
 
 
 def test_small_eigenvalues_beside_large_ones_keep_their_digits() -> None:

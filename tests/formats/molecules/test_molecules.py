@@ -105,46 +105,60 @@ def test_colours_and_radii_of_ones_own():
 
 
 @pytest.mark.parametrize(
-    ("arguments", "kind", "message"),
+    ("call", "kind", "message"),
     [
-        (([(0, 0, 0)],), TypeError, "positions need elements: co.molecule"),
-        (([(0, 0)], ["C"]), ValueError, r"atoms must have positions of shape \(N, 3\), got \(1, 2\)"),
-        (([(0, 0, 0)], ["C", "C"]), ValueError, r"elements must have shape \(1,\), as there are positions, got \(2,\)"),
-        (([(0, 0, 0)], ["Qq"]), ValueError, r"elements\[0\] must be an element's symbol or number, got 'Qq'"),
-        (([(0, 0, 0)], [200]), ValueError, r"elements\[0\] must be an atomic number from 0 to 118, got 200"),
-        (([(0, 0, math.nan)], ["C"]), ValueError, r"atoms\[0\] must be finite"),
-        ((3,), TypeError, "atoms must be a file's path, positions with elements, or an object of ASE"),
+        (lambda: co.molecule([(0, 0, 0)]), TypeError, "positions need elements: co.molecule"),
+        (
+            lambda: co.molecule([(0, 0)], ["C"]),
+            ValueError,
+            r"atoms must have positions of shape \(N, 3\), got \(1, 2\)",
+        ),
+        (
+            lambda: co.molecule([(0, 0, 0)], ["C", "C"]),
+            ValueError,
+            r"elements must have shape \(1,\), as there are positions, got \(2,\)",
+        ),
+        (
+            lambda: co.molecule([(0, 0, 0)], ["Qq"]),
+            ValueError,
+            r"elements\[0\] must be an element's symbol or number, got 'Qq'",
+        ),
+        (
+            lambda: co.molecule([(0, 0, 0)], [200]),
+            ValueError,
+            r"elements\[0\] must be an atomic number from 0 to 118, got 200",
+        ),
+        (lambda: co.molecule([(0, 0, math.nan)], ["C"]), ValueError, r"atoms\[0\] must be finite"),
+        (
+            lambda: co.molecule(3),
+            TypeError,
+            "atoms must be a file's path, positions with elements, or an object of ASE",
+        ),
+        (
+            lambda: co.molecule(*WATER, bonds=[(0, 3)]),
+            ValueError,
+            r"bonds\[0\] must be two different atoms from 0 to 2, got \[0.0, 3.0, 1.0\]",
+        ),
+        (lambda: co.molecule(*WATER, bonds=[(1, 1)]), ValueError, r"bonds\[0\] must be two different atoms"),
+        (lambda: co.molecule(*WATER, bonds=[(0, 1, 9)]), ValueError, r"bonds\[0\] must be of an order > 0 and <= 4"),
+        (lambda: co.molecule(*WATER, bonds=[1, 2]), ValueError, r"bonds must have shape \(M, 2\), or \(M, 3\)"),
+        (lambda: co.molecule(*WATER, cell=[1, 2, 3]), ValueError, r"cell must be three finite vectors, \(3, 3\)"),
+        (
+            lambda: co.molecule(*WATER).scene("balls"),
+            ValueError,
+            "style must be one of space filling, ball and stick, licorice, got 'balls'",
+        ),
+        (
+            lambda: co.molecule(*WATER).scene(radii=dict(oxygen=1)),
+            ValueError,
+            "radii must be by symbols such as 'C', got 'oxygen'",
+        ),
+        (lambda: co.molecule(*WATER).scene(radii=dict(O=-1)), ValueError, r"radii\['O'\] must be > 0"),
     ],
 )
-def test_what_is_no_molecule(arguments, kind, message):
+def test_what_is_no_molecule(call, kind, message):
     with pytest.raises(kind, match=message):
-        co.molecule(*arguments)
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (dict(bonds=[(0, 3)]), r"bonds\[0\] must be two different atoms from 0 to 2, got \[0.0, 3.0, 1.0\]"),
-        (dict(bonds=[(1, 1)]), r"bonds\[0\] must be two different atoms"),
-        (dict(bonds=[(0, 1, 9)]), r"bonds\[0\] must be of an order > 0 and <= 4"),
-        (dict(bonds=[1, 2]), r"bonds must have shape \(M, 2\), or \(M, 3\)"),
-        (dict(cell=[1, 2, 3]), r"cell must be three finite vectors, \(3, 3\)"),
-    ],
-)
-def test_bonds_and_cells_that_cannot_be(options, message):
-    with pytest.raises(ValueError, match=message):
-        co.molecule(*WATER, **options)
-
-
-def test_styles_that_there_are_not():
-    water = co.molecule(*WATER)
-    for call, told in (
-        (lambda: water.scene("balls"), "style must be one of space filling, ball and stick, licorice, got 'balls'"),
-        (lambda: water.scene(radii=dict(oxygen=1)), "radii must be by symbols such as 'C', got 'oxygen'"),
-        (lambda: water.scene(radii=dict(O=-1)), r"radii\['O'\] must be > 0"),
-    ):
-        with pytest.raises(ValueError, match=told):
-            call()
+        call()
 
 
 def _pdb(*atoms, tail=""):
