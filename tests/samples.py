@@ -67,6 +67,11 @@ def marked(cases: Iterable[tuple[Any, bool]]) -> list[Any]:
     return [case if fast else deep(case) for case, fast in cases if fast or not quick()]
 
 
+def deeper(cases: Iterable[Any]) -> list[Any]:
+    """Return cases that only `make deep` runs; a fast run does not collect them."""
+    return [] if quick() else [deep(case) for case in cases]
+
+
 def deep(case: Any) -> Any:
     """Return a case that only `make deep` runs."""
     values = case if isinstance(case, tuple) else (case,)

@@ -97,15 +97,29 @@ def test_empty_list_of_bodies(tmp_path):
     assert "empty.yaml: holds no bodies" in result.stderr
 
 
-def test_name_left_empty():
-    assert parse_scene(f"bodies: [{{name: null, {BALL_TEXT}, material: null}}]", "scene.yaml").bodies == (
-        co.Body(co.Sphere()),
-    )
+READ = [
+    ("bodies: [{name: null, shape: {Sphere: {}}, material: null}]", co.Body(co.Sphere())),
+    ("bodies: [{shape: {Box: {}}, move: [{rotate: {axis: -z, degrees: 30}}]}]", co.Body(co.Box().rotate("-z", 30))),
+    (
+        "bodies: [{shape: {Box: {low: [2, 2, 2], high: [3, 3, 3]}}, move: [{rotate: {axis: z, degrees: 90, about: [2, 2, 0]}}]}]",
+        co.Body(BOX.rotate("z", 90, about=(2, 2, 0))),
+    ),
+    ("bodies: [{shape: {Sphere: {}}, material: gray}]", co.Body(co.Sphere(), "gray")),
+    ('bodies: [{shape: {Sphere: {}}, material: "#ff0000"}]', co.Body(co.Sphere(), "#ff0000")),
+    # Materials come before colours
+    (
+        "materials: {gray: {mirror: {}}}\nbodies: [{shape: {Sphere: {}}, material: gray}]",
+        co.Body(co.Sphere(), co.mirror(name="gray")),
+    ),
+]
 
 
-def test_rotate_axis_by_name():
-    scene = parse_scene("bodies: [{shape: {Box: {}}, move: [{rotate: {axis: -z, degrees: 30}}]}]", "scene.yaml")
-    assert scene.bodies[0].shape == co.Box().rotate("-z", 30)
+@pytest.mark.parametrize(("text", "body"), READ)
+def test_a_body_is_read_and_saved(text, body, tmp_path):
+    scene = co.Scene(parse_scene(text, "scene.yaml").bodies)
+    assert scene == co.Scene([body])
+    scene.save(tmp_path / "scene.yaml")
+    assert co.load(tmp_path / "scene.yaml") == scene
 
 
 @pytest.mark.parametrize(("rows", "told"), [
@@ -117,20 +131,6 @@ def test_mistakes_in_files_of_balls(rows, told, tmp_path):
     (tmp_path / "scene.yaml").write_text("bodies: [{shape: {Spheres: {file: balls.csv}}}]")
     with pytest.raises(co.SceneFileError, match=told):
         co.load(tmp_path / "scene.yaml")
-
-
-@pytest.mark.parametrize(("written", "color"), [("gray", "gray"), ('"#ff0000"', "#ff0000")])
-def test_colours_are_materials(tmp_path, written, color):
-    text = f"bodies: [{{shape: {{Sphere: {{}}}}, material: {written}}}]"
-    scene = co.Scene(parse_scene(text, "scene.yaml").bodies)
-    assert scene == co.Scene(co.Body(co.Sphere(), color))
-    scene.save(tmp_path / "again.yaml")
-    assert co.load(tmp_path / "again.yaml") == scene
-
-
-def test_materials_come_before_colours():
-    text = "materials: {gray: {mirror: {}}}\nbodies: [{shape: {Sphere: {}}, material: gray}]"
-    assert parse_scene(text, "scene.yaml").bodies[0].material == co.mirror(name="gray")
 
 
 def test_export_takes_a_shape_and_knows_suffixes(tmp_path):
@@ -148,15 +148,6 @@ def test_save_refuses_other_suffixes(name, tmp_path):
         with pytest.raises(ValueError, match="scenes are saved as .yaml or .json"):
             save(tmp_path / name)
     assert not list(tmp_path.iterdir())
-
-
-def test_rotate_about_a_point(tmp_path):
-    box = "shape: {Box: {low: [2, 2, 2], high: [3, 3, 3]}}"
-    text = f"bodies: [{{{box}, move: [{{rotate: {{axis: z, degrees: 90, about: %s}}}}]}}]"
-    scene = co.Scene(parse_scene(text % "[2, 2, 0]", "x.yaml").bodies)
-    assert scene.bodies[0].shape == BOX.rotate("z", 90, about=(2, 2, 0))
-    scene.save(tmp_path / "scene.yaml")
-    assert co.load(tmp_path / "scene.yaml") == scene
 
 
 # --- files of rays

@@ -18,7 +18,6 @@ def kind(name, **properties):
     return co.matte(name=name, properties=properties)
 
 
-ENERGIES = 3
 FUEL, CLAD = kind("fuel", density=10.3, mu=[1.0, 2.0, 3.0]), kind("clad", density=6.5, mu=[0.5, 0.25, 0.125])
 WATER, GAS = kind("water", density=0.75, mu=0), kind("water", density=0.0, mu=0)
 """A pencil along x through the middle: 1.5 of water, 0.25 of clad, 1 of fuel, 0.25 of clad, 1 of a gas called water too."""
@@ -34,37 +33,38 @@ ALONG = (-5, 0, 0), (1, 0, 0)
 
 def test_lengths_by_material():
     assert PENCIL.materials == PENCIL.spans(*ALONG).materials == (FUEL, CLAD, WATER, GAS, co.matte("red"), None)
-    assert PENCIL.spans(*ALONG).lengths(by="material").tolist() == [1, 0.5, 1.5, 3, 0, 0]
-    assert PENCIL.spans((-5, 0, 0), (2, 0, 0)).lengths("material").tolist() == [1, 0.5, 1.5, 3, 0, 0]
-    assert PENCIL.lengths(*ALONG, by="material").tolist() == [1, 0.5, 1.5, 3, 0, 0]
+    twice = (-5, 0, 0), (2, 0, 0)
+    for found in (
+        PENCIL.spans(*ALONG).lengths("material"),
+        PENCIL.spans(*twice).lengths("material"),
+        PENCIL.lengths(*ALONG, by="material"),
+    ):
+        assert found.tolist() == [1, 0.5, 1.5, 3, 0, 0]
     assert PENCIL.lengths(*ALONG).tolist() == [1, 0.5, 1.5, 1, 2, 0, 0]
     assert PENCIL.lengths([ALONG[0]] * 2, ALONG[1], t_max=[5, 7.5], by="material")[:, 2].tolist() == [0, 1.5]
     assert co.Scene([]).lengths(np.zeros((3, 3)), (1, 0, 0), by="material").shape == (3, 0)
 
 
-def test_integrals_by_name():
-    spans = PENCIL.spans(*ALONG)
-    assert spans.line_integral("density", otherwise=0) == 10.3 + 6.5 * 0.5 + 0.75 * 1.5
-    assert (
-        spans.line_integral("density") == 10.3 + 6.5 * 0.5 + 0.75 * 1.5
-    )  # what only sheets are made of is not asked for
-    assert spans.line_integral("mu").tolist() == [1 + 0.25, 2 + 0.125, 3 + 0.0625]
-    assert spans.line_integral({"fuel": 2, "clad": 4, "water": 8}) == 2 + 2 + 8 * 4.5
-    assert spans.line_integral({"fuel": [2, 4], "clad": 0, "water": [0, 1]}).tolist() == [2, 4 + 4.5]
-    assert spans.line_integral({"clad": 1}, otherwise=0) == 0.5
-    assert spans.line_integral({"clad": 1}, otherwise=[0, 2]).tolist() == [0.5, 0.5 + 2 * 5.5]
-    assert PENCIL.line_integral({"clad": 1}, *ALONG, otherwise=0) == 0.5
+ARRAYS = np.stack([np.arange(7.0), np.arange(7.0) ** 2], axis=1)
+DENSITY = 10.3 + 6.5 * 0.5 + 0.75 * 1.5
 
 
-def test_integrals_of_arrays():
-    values = np.arange(7.0)
-    both = np.stack([values, values**2], axis=1)
-    expected = 0.5 * 1 + 1.5 * 2 + 1 * 3 + 2 * 4
-    assert PENCIL.spans(*ALONG).line_integral(values) == expected
-    assert PENCIL.spans(*ALONG).line_integral(both).tolist() == [expected, 0.5 + 6 + 9 + 32]
-    grid = np.broadcast_to(ALONG[0], (4, 5, 3))
-    assert PENCIL.line_integral(both, grid, ALONG[1]).shape == (4, 5, 2)
-    assert PENCIL.line_integral(both, co.Rays(grid, ALONG[1]))[3, 4, 0] == expected
+@pytest.mark.parametrize(("values", "otherwise", "expected"), [
+    ("density", 0, DENSITY), ("density", None, DENSITY),  # what only sheets are made of is not asked for
+    ("mu", None, [1 + 0.25, 2 + 0.125, 3 + 0.0625]), ({"fuel": 2, "clad": 4, "water": 8}, None, 2 + 2 + 8 * 4.5),
+    ({"fuel": [2, 4], "clad": 0, "water": [0, 1]}, None, [2, 4 + 4.5]), ({"clad": 1}, 0, 0.5), ({"clad": 1}, [0, 2], [0.5, 0.5 + 2 * 5.5]),
+    (ARRAYS[:, 0], None, 0.5 * 1 + 1.5 * 2 + 1 * 3 + 2 * 4), (ARRAYS, None, [0.5 + 3 + 3 + 8, 0.5 + 6 + 9 + 32]),
+])  # fmt: skip
+def test_integrals(values, otherwise, expected):
+    assert PENCIL.spans(*ALONG).line_integral(values, otherwise=otherwise).tolist() == expected
+    assert PENCIL.line_integral(values, *ALONG, otherwise=otherwise).tolist() == expected
+
+
+def test_integrals_of_grids_of_rays():
+    grid = co.Rays(np.broadcast_to(ALONG[0], (4, 5, 3)), ALONG[1])
+    found = PENCIL.line_integral(ARRAYS, grid)
+    assert found.shape == (4, 5, 2)
+    assert found[3, 4, 0] == 14.5
 
 
 def test_a_zero_stays_zero_on_infinite_spans():
@@ -100,20 +100,21 @@ def test_what_is_missing_is_told(values, message):
             ask(values)
 
 
-def test_other_refusals():
-    with pytest.raises(ValueError, match="lengths: by must be 'body' or 'material', got 'name'"):
-        PENCIL.lengths(*ALONG, by="name")
-    with pytest.raises(ValueError, match="line_integral: otherwise goes with values by name"):
-        PENCIL.line_integral(np.zeros(7), *ALONG, otherwise=0)
-    texts = co.Scene(co.Body(co.Sphere(), kind("x", mu="much", table=[[1, 2]])))
-    for name in ("mu", "table"):
-        with pytest.raises(ValueError, match=f"property '{name}' of material 'x' must be a number or an array"):
-            texts.line_integral(name, *ALONG)
-    with pytest.raises(ValueError, match="no property 'mu' for bodies without a material"):
-        co.Scene([co.Sphere()]).line_integral("mu", *ALONG)
-    rays = np.broadcast_to(np.zeros(3), (2**20, 3))
-    with pytest.raises(ValueError, match="lengths: an array of 1048576 rays x 1000 bodies would take 8 GiB"):
-        co.Scene([co.Spheres(np.arange(3000.0).reshape(-1, 3), 1)]).lengths(rays, (1, 0, 0))
+TEXTS = co.Scene(co.Body(co.Sphere(), kind("x", mu="much", table=[[1, 2]])))
+
+
+@pytest.mark.parametrize(("call", "message"), [
+    (lambda: PENCIL.lengths(*ALONG, by="name"), "lengths: by must be 'body' or 'material', got 'name'"),
+    (lambda: PENCIL.line_integral(np.zeros(7), *ALONG, otherwise=0), "line_integral: otherwise goes with values by name"),
+    (lambda: TEXTS.line_integral("mu", *ALONG), "property 'mu' of material 'x' must be a number or an array"),
+    (lambda: TEXTS.line_integral("table", *ALONG), "property 'table' of material 'x' must be a number or an array"),
+    (lambda: co.Scene([co.Sphere()]).line_integral("mu", *ALONG), "no property 'mu' for bodies without a material"),
+    (lambda: co.Scene([co.Spheres(np.arange(3000.0).reshape(-1, 3), 1)]).lengths(np.broadcast_to(np.zeros(3), (2**20, 3)), (1, 0, 0)),
+     "lengths: an array of 1048576 rays x 1000 bodies would take 8 GiB"),
+])  # fmt: skip
+def test_other_refusals(call, message):
+    with pytest.raises(ValueError, match=message):
+        call()
 
 
 def crowd():

@@ -23,7 +23,7 @@ from conicoid.prepare.edits import buffer_pool as stores, in_place as exchange
 from conicoid.prepare.edits.buffer_pool import BufferPool, EditState, FullEditState, SceneBuffer
 from conicoid.prepare.edits.scene_edit import prepare_edit
 
-from ..samples import deep, in_turn, many
+from ..samples import deep, deeper, many
 from .edits import bodies, content, moved, note_memory_taken, same_answers, same_tables, slid, written_anew
 from .nodes import Nodes
 
@@ -385,17 +385,11 @@ def check_breaks(moves: int, held: bool, every: int) -> None:
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # broken off where memory comes back
-@pytest.mark.parametrize(("moves", "held"), in_turn([1, 3], [False, True]))
-def test_an_edit_broken_off_leaves_scenes_whole(moves, held):
-    check_breaks(moves, held, 307)
-
-
-@pytest.mark.deep
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-@pytest.mark.parametrize("held", [False, True])
-@pytest.mark.parametrize("moves", [1, 2, 3, 4])
-def test_an_edit_broken_off_at_many_lines_leaves_scenes_whole(moves, held):
-    check_breaks(moves, held, 13)
+@pytest.mark.parametrize(("moves", "held", "every"), [
+    (1, False, 307), (3, True, 307), *deeper((moves, held, 13) for moves in (1, 2, 3, 4) for held in (False, True)),
+])  # fmt: skip
+def test_an_edit_broken_off_leaves_scenes_whole(moves, held, every):
+    check_breaks(moves, held, every)
 
 
 def test_threads_that_trace_see_the_scene_that_they_took():

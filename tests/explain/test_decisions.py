@@ -13,6 +13,7 @@ import conicoid as co
 from benchmarks.comparison.scenes import write_core
 
 from ..booleans.random_solids import EXAMPLES, random_body
+from ..samples import deep
 
 # --- Which formulas decided: certain rays, doubtful ones with the places of all crossings, and those that take exact arithmetic
 
@@ -172,31 +173,18 @@ def compare(rng: np.random.Generator, scene: Any, rays: int) -> int:
     return certain
 
 
-def every_shape(rays: int, seed: int) -> None:
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize(("rays", "seed"), [(1, 1), deep((30, 3))])
+def test_every_shape(rays: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
     assert sum(compare(rng, co.Scene([shape]), rays) for shape in EXAMPLES) > 0.8 * rays * len(EXAMPLES)
 
 
-def random_scenes(scenes: int, rays: int, seed: int) -> None:
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize(("scenes", "rays", "seed"), [(12, 6, 2), deep((60, 20, 4))])
+def test_random_booleans(scenes: int, rays: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
     assert sum(compare(rng, co.Scene([random_body(rng) for _ in range(3)]), rays) for _ in range(scenes)) > 0.1 * scenes
-
-
-@pytest.mark.filterwarnings("ignore")
-def test_every_shape():
-    every_shape(1, 1)
-
-
-@pytest.mark.filterwarnings("ignore")
-def test_random_booleans():
-    random_scenes(12, 6, 2)
-
-
-@pytest.mark.deep
-@pytest.mark.filterwarnings("ignore")
-def test_thousands_of_rays():
-    every_shape(30, 3)
-    random_scenes(60, 20, 4)
 
 
 def test_extreme_lengths_of_directions():

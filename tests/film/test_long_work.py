@@ -21,6 +21,8 @@ from conicoid.render.film import (
     square_means,
 )
 
+from ..samples import deeper
+
 NAME = "path"
 
 
@@ -229,12 +231,8 @@ def _kill(times, tmp_path, samples, integrator):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGKILL")
-def test_a_process_that_is_killed(tmp_path):
-    _kill(1, tmp_path, 64, NAME)
-
-
-@pytest.mark.deep
-@pytest.mark.skipif(sys.platform == "win32", reason="SIGKILL")
-@pytest.mark.parametrize("integrator", ["path", "direct"])
-def test_a_process_killed_twenty_times(tmp_path, integrator):
-    _kill(20, tmp_path, 400, integrator)
+@pytest.mark.parametrize(
+    ("times", "samples", "integrator"), [(1, 64, NAME), *deeper([(20, 400, "path"), (20, 400, "direct")])]
+)
+def test_a_process_that_is_killed(tmp_path, times, samples, integrator):
+    _kill(times, tmp_path, samples, integrator)

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from ..samples import deeper
 from .fuzzing.worker import BYTES, KINDS
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -42,12 +43,8 @@ def run(kinds: list[str], first: int, count: int, folder: Path) -> None:
         assert count / 40 < summary["accepted"] < count, f"{summary['kind']}: one half only is tested"
 
 
-def test_a_sample(tmp_path):
-    run(list(KINDS), 0, SAMPLE, tmp_path)
-
-
-@pytest.mark.deep
-@pytest.mark.parametrize("first", range(SAMPLE, SAMPLE + FULL, BLOCK))
-@pytest.mark.parametrize("kind", KINDS)
-def test_more(kind, first, tmp_path):
-    run([kind], first, BLOCK, tmp_path)
+@pytest.mark.parametrize(("kinds", "first", "count"), [
+    (list(KINDS), 0, SAMPLE), *deeper(([kind], first, BLOCK) for kind in KINDS for first in range(SAMPLE, SAMPLE + FULL, BLOCK)),
+])  # fmt: skip
+def test_damaged_files(kinds, first, count, tmp_path):
+    run(kinds, first, count, tmp_path)

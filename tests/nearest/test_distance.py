@@ -15,7 +15,7 @@ import pytest
 
 import conicoid as co
 
-from ..samples import sampled
+from ..samples import deeper, sampled
 from .bodies import BODIES, random_body
 from .force import Walls
 from .judge import faults
@@ -492,9 +492,15 @@ def test_a_wrong_distance_is_found(monkeypatch):
     assert list(faults("ball", np.random.default_rng(0), 60, 10))
 
 
-@pytest.mark.parametrize("name", sampled(BODIES, 5))
-def test_distances_are_within_the_bound_that_they_tell(name):
-    assert list(faults(name, np.random.default_rng(11), 25, 1)) == []
+@pytest.mark.parametrize(
+    ("name", "seed", "count", "forced"),
+    [
+        *((name, 11, 25, 1) for name in sampled(BODIES, 5) if isinstance(name, str)),
+        *deeper((name, seed, 200, 8) for name in BODIES for seed in range(4)),
+    ],
+)
+def test_distances_are_within_the_bound_that_they_tell(name, seed, count, forced):
+    assert list(faults(name, np.random.default_rng(seed), count, forced)) == []
 
 
 def random_faults(seed, count, forced):
@@ -508,22 +514,12 @@ def random_faults(seed, count, forced):
                 raise
 
 
-@pytest.mark.parametrize("seed", sampled([1, 2, 5], 3))
-def test_random_bodies(seed):
-    assert random_faults(seed, 40, 2) == []
-
-
-@pytest.mark.deep
-@pytest.mark.parametrize("seed", range(100, 300))
-def test_many_random_bodies(seed):
-    assert random_faults(seed, 100, 4) == []
-
-
-@pytest.mark.deep
-@pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize("name", BODIES)
-def test_many_distances_are_within_the_bound_that_they_tell(name, seed):
-    assert list(faults(name, np.random.default_rng(seed), 200, 8)) == []
+@pytest.mark.parametrize(
+    ("seed", "count", "forced"),
+    [(1, 40, 2), *deeper([(2, 40, 2), (5, 40, 2)]), *deeper((seed, 100, 4) for seed in range(100, 300))],
+)
+def test_random_bodies(seed, count, forced):
+    assert random_faults(seed, count, forced) == []
 
 
 # --- Walks on spheres, the example of distances, against the closed form between two spheres

@@ -19,7 +19,7 @@ from conicoid.geometry.transform import IDENTITY_MOTION, AxisFrame, Motion, Reac
 from conicoid.numerics import bigfloat as ex
 from conicoid.prepare.lowering import lower
 
-from ..samples import drawn
+from ..samples import deep, drawn
 
 FIVE_TIMES = [[3, -4, 0, 1], [4, 3, 0, 0], [0, 0, 5, 2], [0, 0, 0, 1]]
 
@@ -152,13 +152,9 @@ def check_verdicts(seeds: Iterable[int]) -> set[bool]:
     return seen
 
 
-def test_bounds_decide_as_exact_arithmetic_does():
-    assert check_verdicts(range(60)) == {True, False}
-
-
-@pytest.mark.deep
-def test_bounds_decide_as_exact_arithmetic_does_at_length():
-    check_verdicts(drawn(range(60, 10_000), 500))
+@pytest.mark.parametrize("seeds", [range(60), deep(drawn(range(60, 10_000), 500))])
+def test_bounds_decide_as_exact_arithmetic_does(seeds):
+    assert check_verdicts(seeds) == {True, False}
 
 
 EDGES = [
@@ -262,13 +258,9 @@ def check_balls(seeds: Iterable[int], monkeypatch: pytest.MonkeyPatch) -> None:
             assert list(tables(moved_balls(seed))) == expected
 
 
-def test_balls_that_stay_balls_have_the_same_records(monkeypatch):
-    check_balls(range(6), monkeypatch)
-
-
-@pytest.mark.deep
-def test_balls_that_stay_balls_have_the_same_records_at_length(monkeypatch):
-    check_balls(drawn(range(6, 400), 30), monkeypatch)
+@pytest.mark.parametrize("seeds", [range(6), deep(drawn(range(6, 400), 30))])
+def test_balls_that_stay_balls_have_the_same_records(seeds, monkeypatch):
+    check_balls(seeds, monkeypatch)
 
 
 def test_a_ball_keeps_upright_rows_under_similarities_alone():

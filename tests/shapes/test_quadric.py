@@ -64,7 +64,7 @@ def test_eigenvalues_and_directions(seed: int) -> None:
         assert not any(surface.linear)
 
 
-ANCHORED = [  # coefficients, and in the principal form: squares, anchor, linear terms, constant
+ANCHORED = [  # coefficients, and in the principal form: squares, anchor, linear terms, and the constant on the right
     # -3 y² + 6 y = -3 (y - 1)² + 3
     (dict(xx=0.1, yy=-3, zz=7, y=6, constant=-1), (0.1, -3, 7), (0, 1, 0), (0, 0, 0), -2),
     # A paraboloid about its vertex: (x - 1)² + (y + 2)² = z - 4
@@ -72,7 +72,7 @@ ANCHORED = [  # coefficients, and in the principal form: squares, anchor, linear
     # x² + y² + ε z² - z: the center at z = 1 / (2 ε) is no place to look from; the vertex is
     *((dict(xx=1, yy=1, zz=weak, z=-1), (1, 1, weak), (0, 0, 0), (0, 0, -0.5), 0) for weak in (1e-9, -1e-9, 1e-15, -1e-15)),
     # x² + y² + (z / 10⁴)² <= 1 moved to z = 3, about its center
-    (dict(xx=1, yy=1, zz=1e-8, z=-6e-8, constant=9e-8 - 1), (1, 1, 1e-8), (0, 0, 3), (0, 0, 0), -1),
+    (dict(xx=1, yy=1, zz=1e-8, z=-6e-8, constant=9e-8 - 1), (1, 1, 1e-8), (0, 0, 3), (0, 0, 0), 1),
 ]  # fmt: skip
 
 

@@ -30,7 +30,7 @@ from conicoid.io.openmc.universe_block import PlaceBounds
 from conicoid.io.xml_tree import XmlElement
 from conicoid.render.camera import fit_extent
 
-from ...samples import marked
+from ...samples import deep, marked
 from .evaluator import Evaluator, same_place
 from .models import NAMES, loaded, written
 
@@ -207,13 +207,9 @@ def compare(model: Model, count: int) -> None:
     assert len(set(bodies.tolist())) > min(4, len(scene.bodies)) / 2
 
 
-def test_every_point_is_in_the_cell_that_the_rules_give(model: Model) -> None:
-    compare(model, 10)
-
-
-@pytest.mark.deep
-def test_every_point_of_a_fine_grid_is_in_the_cell_that_the_rules_give(model: Model) -> None:
-    compare(model, 50)
+@pytest.mark.parametrize("count", [10, deep(50)])
+def test_every_point_is_in_the_cell_that_the_rules_give(model: Model, count: int) -> None:
+    compare(model, count)
 
 
 def test_the_scene_is_an_ordinary_one(model: Model, tmp_path: Path) -> None:

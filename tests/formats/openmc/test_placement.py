@@ -28,7 +28,7 @@ from conicoid.io.openmc.surfaces import ConeSurface, FlatSurface, RoundSurface
 from conicoid.io.openmc.universe_block import _carry_extent
 from conicoid.numerics import bigfloat as ex
 
-from ...samples import sampled
+from ...samples import deeper, sampled
 from .broken import geometry
 from .evaluator import rotation_matrix
 from .models import NAMES, put, written
@@ -115,15 +115,11 @@ def check_cells_made_empty(name: str, folder: Path, step: int) -> None:
         )
 
 
-@pytest.mark.parametrize("name", ["kinds", "nested", "pin"])
-def test_a_cell_that_is_made_empty_is_told(name: str, tmp_path: Path) -> None:
-    check_cells_made_empty(name, tmp_path, 3)
-
-
-@pytest.mark.deep
-@pytest.mark.parametrize("name", NAMES)
-def test_every_cell_that_is_made_empty_is_told(name: str, tmp_path: Path) -> None:
-    check_cells_made_empty(name, tmp_path, 1)
+@pytest.mark.parametrize(
+    ("name", "step"), [("kinds", 3), ("nested", 3), ("pin", 3), *deeper((name, 1) for name in NAMES)]
+)
+def test_a_cell_that_is_made_empty_is_told(name: str, step: int, tmp_path: Path) -> None:
+    check_cells_made_empty(name, tmp_path, step)
 
 
 def test_elements_beyond_the_cell_around_are_told(tmp_path: Path) -> None:
