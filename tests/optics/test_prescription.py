@@ -1,5 +1,6 @@
 """Systems of lenses: prescriptions, published numbers, examples."""
 
+import functools
 import importlib
 import math
 import sys
@@ -250,7 +251,9 @@ def test_what_is_no_prescription_is_refused(case):
 # --- Published prescriptions: their scenes have the focal lengths that were printed, by real rays and by matrices
 
 
-def system_of(lens):
+@functools.cache
+def system_of(name):
+    lens = LENSES[name]
     rows = [
         dict(radius=row[0], thickness=row[1], medium=row[2], conic=(*row, 0.0)[3], stop=i == lens.stop)
         for i, row in enumerate(lens.rows)
@@ -278,7 +281,7 @@ def slack(lens, what):
 @pytest.mark.parametrize("name", LENSES)
 def test_focal_lengths_are_those_printed(name):
     lens = LENSES[name]
-    points = co.optics.cardinal_points(system_of(lens))
+    points = co.optics.cardinal_points(system_of(name))
     found = {"efl": points.focal_length, "bfl": points.back_focal_length, "ffl": points.front_focal_length}
     for what, text in lens.printed.items():
         assert abs(found[what] - float(text)) <= last_digit(text) + slack(lens, what), (what, found[what], text)
@@ -287,12 +290,12 @@ def test_focal_lengths_are_those_printed(name):
 @pytest.mark.parametrize("name", LENSES)
 def test_real_rays_agree_with_matrices(name):
     lens = LENSES[name]
-    expected, points = first_order(lens.rows), co.optics.cardinal_points(system_of(lens))
+    expected, points = first_order(lens.rows), co.optics.cardinal_points(system_of(name))
     size = abs(expected["efl"])
     assert points.focal_length == pytest.approx(expected["efl"], rel=2e-9)
     for what in ("front_focus", "rear_focus", "front_principal", "rear_principal"):
         assert getattr(points, what) == pytest.approx(expected[what], rel=2e-9, abs=2e-9 * size), what
-    assert co.optics.focal_length(system_of(lens)) == points.focal_length
+    assert co.optics.focal_length(system_of(name)) == points.focal_length
 
 
 LENSES_OF_GLASS = [name for name, lens in LENSES.items() if all(row[2] != "mirror" for row in lens.rows)]
@@ -301,7 +304,7 @@ LENSES_OF_GLASS = [name for name, lens in LENSES.items() if all(row[2] != "mirro
 @pytest.mark.parametrize("name", LENSES_OF_GLASS)
 def test_the_scene_alone_says_the_same(name):
     """Without the prescription: bodies and refractive indices of materials. The stop is left out, it has no index."""
-    system = system_of(LENSES[name])
+    system = system_of(name)
     glass = co.Scene([body for body in system.bodies if body.name != "stop"])
     points = co.optics.cardinal_points(glass)
     assert points.focal_length == pytest.approx(first_order(LENSES[name].rows)["efl"], rel=1e-7)
@@ -310,7 +313,7 @@ def test_the_scene_alone_says_the_same(name):
 @pytest.mark.parametrize("name", ["double Gauss f/2", "Heliar", "telephoto"])
 def test_cemented_walls_are_one_surface(name):
     lens = LENSES[name]
-    system = system_of(lens)
+    system = system_of(name)
     assert co.check(co.Scene([body for body in system.bodies if body.name != "stop"]), rays=20_000) == []
     walls = system.scene.crossings((0.3, 0.2, -50), (0, 0, 1))
     cemented = [i for i in range(1, len(lens.rows)) if lens.rows[i - 1][2] != 1 and lens.rows[i][2] != 1]

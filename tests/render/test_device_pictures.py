@@ -38,7 +38,7 @@ def card(kernels, monkeypatch):
     emulated.check()
 
 
-def same_pictures(card, scene, integrator, samples=4, **options):
+def same_pictures(card, scene, integrator, samples=2, **options):
     """Assert that both devices render the same picture; return it."""
     options = dict(width=WIDTH, height=HEIGHT, samples=samples, integrator=integrator) | options
     expected = scene.render(**options, device="cpu")

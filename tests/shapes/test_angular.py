@@ -260,7 +260,7 @@ def test_the_volume_of_a_parallelepiped_is_the_triple_product():
 def test_closed_forms_are_what_rays_find(shape):
     """Centroid and inertia as well, moved; within five standard errors of chords."""
     moved = shape.rotate((1, 2, 3), 40).translate((1, 2, 3))
-    closed, sampled = co.measure(moved), co.measure(moved & co.Sphere(60), rays=15_000)
+    closed, sampled = co.measure(moved), co.measure(moved & co.Sphere(60), rays=6_000)
     assert closed.volume_error == 0
     for name in ("volume", "area", "centroid", "inertia"):
         difference = np.abs(getattr(closed, name) - getattr(sampled, name))

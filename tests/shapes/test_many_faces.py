@@ -129,7 +129,7 @@ MOTIONS = {
 
 
 @pytest.mark.parametrize(
-    ("kind", "motion"), sampled(itertools.product(["any", "digits", "pyramid", "odd", "open"], MOTIONS), 2)
+    ("kind", "motion"), sampled(itertools.product(["any", "digits", "pyramid", "odd", "open"], MOTIONS), 3)
 )
 def test_polyhedra_together_have_the_numbers_and_the_boxes_of_each(kind: str, motion: str):
     rng = np.random.default_rng(5)
