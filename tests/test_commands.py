@@ -191,20 +191,40 @@ def test_a_property_by_energy_has_columns(files, tmp_path):
     assert arrays(tmp_path / "found.npz")["line_integrals"].shape == (2, 2, 2)
 
 
-@pytest.mark.parametrize(("options", "told"), [
-    (["--by", "bodies"], "lengths: by must be 'body' or 'material', got 'bodies' (did you mean 'body'?)"),
-    (["--otherwise", "0"], "lengths: --otherwise goes with --value or --property; it would be ignored"),
-    (["--property", "mu", "--by", "material"], "lengths: --by goes with lengths, not with --value or --property"),
-    (["--property", "mu", "--value", "lead=1"], "lengths: give either --value or --property"),
-    (["--value", "lead"], "lengths: --value must be MATERIAL=NUMBER, got 'lead'"),
-    (["--value", "=3"], "lengths: --value must be MATERIAL=NUMBER, got '=3'"),
-    (["--value", "lead=1", "--value", "lead=2"], "lengths: --value is given twice for 'lead'"),
-    (["--value", "lead=1"], "lengths: no value for material 'water'"), (["--value", "lead=1"], "--otherwise 0 would stand"),
-    (["--value", "led=1"], "no material is called 'led'"), (["--value", "ball=1", "--otherwise", "0"], "materials: 'lead'"), (["--value", "lead=nan"], "must be MATERIAL=NUMBER, got 'lead=nan'"),
+LENGTHS = "lengths", "SCENE", "RAYS", "-o", "found.csv"
+RENDER = "render", "SCENE", "-o", "x.png"
+
+
+@pytest.mark.parametrize(("words", "message"), [
+    ((*LENGTHS, "--by", "bodies"), "lengths: by must be 'body' or 'material', got 'bodies' (did you mean 'body'?)"),
+    ((*LENGTHS, "--otherwise", "0"), "lengths: --otherwise goes with --value or --property; it would be ignored"),
+    ((*LENGTHS, "--property", "mu", "--by", "material"), "lengths: --by goes with lengths, not with --value or --property"),
+    ((*LENGTHS, "--property", "mu", "--value", "lead=1"), "lengths: give either --value or --property"),
+    ((*LENGTHS, "--value", "lead"), "lengths: --value must be MATERIAL=NUMBER, got 'lead'"),
+    ((*LENGTHS, "--value", "=3"), "lengths: --value must be MATERIAL=NUMBER, got '=3'"),
+    ((*LENGTHS, "--value", "lead=1", "--value", "lead=2"), "lengths: --value is given twice for 'lead'"),
+    ((*LENGTHS, "--value", "lead=1"), "lengths: no value for material 'water'"),
+    ((*LENGTHS, "--value", "lead=1"), "--otherwise 0 would stand"),
+    ((*LENGTHS, "--value", "led=1"), "no material is called 'led'"),
+    ((*LENGTHS, "--value", "ball=1", "--otherwise", "0"), "materials: 'lead'"),
+    ((*LENGTHS, "--value", "lead=nan"), "must be MATERIAL=NUMBER, got 'lead=nan'"),
+    ((*RENDER, "--section", "z"), "--section must be x=NUMBER, y=NUMBER or z=NUMBER, got 'z'"),
+    ((*RENDER, "--section", "q=0"), "--section must be"),
+    ((*RENDER, "--section", "z=ten"), "--section must be"),
+    ((*RENDER, "--section", "z=nan"), "at must be finite"),
+    ((*RENDER, "--section", "z=0", "--axes"), "--axes goes with a view, not with --section"),
+    ((*RENDER, "--section", "z=0", "--depth", "3"), "--depth goes with a view"),
+    ((*RENDER, "--section", "z=0", "--fit"), "--fit goes with a view"),
+    (("measure", "SCENE", "-o", "found.npz"), "measures are written as .csv"),
+    ((*RENDER, "--section", "z=0", "--slice", "x=0"), " is given "),
+    ((*RENDER, "-o", "a.png", "--output", "b.png"), " is given "),
+    ((*RENDER, *("--section", "z=0") * 3), " is given "),
 ])  # fmt: skip
-def test_senseless_lengths(options, told, files, tmp_path):
-    assert told in refused("lengths", *files, "-o", tmp_path / "found.csv", *options)
-    assert not (tmp_path / "found.csv").exists()
+def test_senseless_options(words, message, files, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    before = {"SCENE": files[0], "RAYS": files[1]}
+    assert message in refused(*(before.get(word, word) for word in words))
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["rays.npy", "scene.yaml"]
 
 
 def test_measures_of_every_body(files, tmp_path):
@@ -224,8 +244,7 @@ def test_measures_of_every_body(files, tmp_path):
     assert float(rows[3]["inertia_yy"]) == pytest.approx(4 * (1 + 4) / 12)
 
 
-def test_senseless_measures(files, tmp_path):
-    assert "measures are written as .csv" in refused("measure", files[0], "-o", tmp_path / "found.npz")
+def test_measures_do_not_overwrite_their_scene(files, tmp_path):
     assert "would be lost" in refused("measure", files[0].rename(tmp_path / "scene.csv"), "-o", tmp_path / "scene.csv")
 
 
@@ -264,13 +283,6 @@ def _options():
 @pytest.mark.parametrize(("command", "option", "value"), list(_options()))
 def test_no_option_counts_only_the_last_time(command, option, value):
     assert f"{option} is given twice" in " ".join(refused(command, option, *value, option, *value).split())
-
-
-@pytest.mark.parametrize("options", [
-    ["--section", "z=0", "--slice", "x=0"], ["-o", "a.png", "--output", "b.png"], ["--section", "z=0"] * 3,
-])  # fmt: skip
-def test_an_option_twice_by_its_other_name(options, files):
-    assert " is given " in refused("render", files[0], "-o", "x.png", *options)
 
 
 def test_a_section_beside_everything_is_told_of(files, tmp_path):
@@ -416,17 +428,6 @@ def test_section_of_a_camera():
 def test_section_refused(arguments, message):
     with pytest.raises(ValueError, match=message):
         SCENE.section(**arguments)
-
-
-@pytest.mark.parametrize(("section", "more", "message"), [
-    ("z", (), "--section must be x=NUMBER, y=NUMBER or z=NUMBER, got 'z'"),
-    ("q=0", (), "--section must be"), ("z=ten", (), "--section must be"), ("z=nan", (), "at must be finite"),
-    ("z=0", ("--axes",), "--axes goes with a view, not with --section"),
-    ("z=0", ("--depth", "3"), "--depth goes with a view"), ("z=0", ("--fit",), "--fit goes with a view"),
-])  # fmt: skip
-def test_section_options_refused(section, more, message, path, tmp_path):
-    assert message in refused("render", path, "-o", tmp_path / "x.png", "--section", section, *more)
-    assert not (tmp_path / "x.png").exists()
 
 
 @pytest.mark.parametrize(

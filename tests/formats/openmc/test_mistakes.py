@@ -149,12 +149,6 @@ def test_document_types_and_entities_are_refused(name: str, file: str, tmp_path:
     assert "is refused: it declares a document type (DOCTYPE)" in str(refused(path))
 
 
-def test_an_undefined_entity_is_no_xml(tmp_path: Path) -> None:
-    path = tmp_path / "geometry.xml"
-    path.write_text("<geometry>&lt;&x;</geometry>")
-    assert "undefined entity" in str(refused(path))
-
-
 def test_size_depth_and_number_are_limited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "geometry.xml"
     path.write_text("<a>" * 100_000)
@@ -167,11 +161,12 @@ def test_size_depth_and_number_are_limited(tmp_path: Path, monkeypatch: pytest.M
     assert "is too large: at most 1 MB are read" in str(refused(path))
 
 
-def test_only_files_are_read(tmp_path: Path) -> None:
-    assert "cannot be read: no such file or directory" in str(refused(tmp_path / "none.xml"))
-    assert "cannot be read: is a directory" in str(refused(tmp_path))
-    assert "cannot be read: is not a regular file" in str(refused(Path("/dev/zero")))
-    assert "cannot be read: a path cannot hold a zero character" in str(refused(Path("a\0b")))
+@pytest.mark.parametrize(("path", "reason"), [
+    ("{}/none.xml", "no such file or directory"), ("{}", "is a directory"), ("/dev/zero", "is not a regular file"),
+    ("a\0b", "a path cannot hold a zero character"),
+])  # fmt: skip
+def test_only_files_are_read(path: str, reason: str, tmp_path: Path) -> None:
+    assert f"cannot be read: {reason}" in str(refused(Path(path.format(tmp_path))))
 
 
 def test_bytes_that_are_no_text(tmp_path: Path) -> None:
@@ -197,50 +192,41 @@ def chain(levels: int, copies: int = 1) -> str:
     return geometry(*lines, f"<cell id='{levels * copies + 1}' universe='{levels}' material='1'/>")
 
 
-def test_nesting_is_limited(tmp_path: Path) -> None:
-    path = tmp_path / "geometry.xml"
-    path.write_text(chain(MAX_NESTING - 1))
-    assert len(co.load_openmc(path).bodies) == 1
-    path.write_text(chain(MAX_NESTING))
-    assert f"nests universes deeper than {MAX_NESTING} levels" in str(refused(path))
-    path.write_text(chain(20_000))
-    assert "nests universes deeper" in str(refused(path))
-
-
-def test_what_would_not_fit_is_counted_and_refused_at_once(tmp_path: Path) -> None:
-    path = tmp_path / "geometry.xml"
-    path.write_text(chain(60, copies=10))
-    error = refused(path)
-    assert f"expands into {10**60:,} bodies, at least " in str(error)
-    assert "the limit is 4,000,000 (max_bodies)" in str(error)
-    path.write_text(chain(3, copies=2))
-    assert len(co.load_openmc(path, max_bodies=8).bodies) == 8
-    assert "expands into 8 bodies" in str(refused(path, max_bodies=7))
-
-
-def test_a_repeated_outer_universe_counts_too(tmp_path: Path) -> None:
-    path = tmp_path / "geometry.xml"
-    path.write_text(
+WHOLE = {  # a file, options, and what is said of it
+    "an undefined entity": ("<geometry>&lt;&x;</geometry>", {}, "undefined entity"),
+    "a level too many": (chain(MAX_NESTING), {}, f"nests universes deeper than {MAX_NESTING} levels"),
+    "far too many levels": (chain(20_000), {}, "nests universes deeper"),
+    "ten copies in sixty levels": (chain(60, copies=10), {}, f"expands into {10**60:,} bodies, at least "),
+    "the limit": (chain(60, copies=10), {}, "the limit is 4,000,000 (max_bodies)"),
+    "a body too many": (chain(3, copies=2), {"max_bodies": 7}, "expands into 8 bodies"),
+    "an outer universe, repeated": (
         geometry(
-            "<surface id='3' type='sphere' coeffs='0 0 0 1e6'/>",
-            "<cell id='1' universe='1' material='1' region='-2'/>",
-            "<lattice id='4' dimension='1 1' lower_left='0 0' pitch='1 1' outer='1' universes='1'/>",
-            "<cell id='7' fill='4' region='-3'/>",
-        )
-    )
-    assert "bodies, at least" in str(refused(path, max_bodies=500))
-
-
-def test_numbers_that_leave_the_range_of_floats_on_the_way(tmp_path: Path) -> None:
-    path = tmp_path / "geometry.xml"
-    path.write_text(
+            "<surface id='3' type='sphere' coeffs='0 0 0 1e6'/>", "<cell id='1' universe='1' material='1' region='-2'/>",
+            "<lattice id='4' dimension='1 1' lower_left='0 0' pitch='1 1' outer='1' universes='1'/>", "<cell id='7' fill='4' region='-3'/>",
+        ), {"max_bodies": 500}, "bodies, at least",
+    ),
+    "numbers that leave the range of floats on the way": (
         geometry(
-            "<surface id='3' type='x-plane' coeffs='1.5e308'/>",
-            "<cell id='1' universe='1' material='1' region='3'/>",
+            "<surface id='3' type='x-plane' coeffs='1.5e308'/>", "<cell id='1' universe='1' material='1' region='3'/>",
             "<cell id='2' fill='1' translation='1.5e308 0 0'/>",
-        )
-    )
-    assert "cell 1 @ cell 2: cannot be expressed in double precision" in str(refused(path))
+        ), {}, "cell 1 @ cell 2: cannot be expressed in double precision",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WHOLE)
+def test_what_cannot_be_as_a_whole(name: str, tmp_path: Path) -> None:
+    text, options_, phrase = WHOLE[name]
+    path = tmp_path / "geometry.xml"
+    path.write_text(text)
+    assert phrase in str(refused(path, **options_))
+
+
+@pytest.mark.parametrize(("text", "count"), [(chain(MAX_NESTING - 1), 1), (chain(3, copies=2), 8)])
+def test_as_many_levels_and_bodies_as_may_be(text: str, count: int, tmp_path: Path) -> None:
+    path = tmp_path / "geometry.xml"
+    path.write_text(text)
+    assert len(co.load_openmc(path, max_bodies=count).bodies) == count
 
 
 def test_a_region_of_thousands_of_half_spaces_is_read_quickly(tmp_path: Path) -> None:
