@@ -44,24 +44,6 @@ def test_every_name_of_a_public_package_is_there(package: str):
         assert getattr(getattr(co, package), name) is not None
 
 
-@pytest.mark.parametrize(
-    ("name", "home"),
-    [("gold", "materials"), ("Slice", "section"), ("Molecule", "scene"), ("trace_paths", "optics")],
-)
-def test_the_root_tells_where_a_name_is(name: str, home: str):
-    with pytest.raises(
-        AttributeError, match=rf"^module 'conicoid' has no attribute '{name}': it is co\.{home}\.{name}$"
-    ):
-        getattr(co, name)
-
-
-def test_a_package_tells_that_a_name_is_in_the_root():
-    with pytest.raises(
-        AttributeError, match=r"^module 'conicoid\.materials' has no attribute 'matte': it is co\.matte$"
-    ):
-        _ = co.materials.matte
-
-
 def test_dir_shows_what_is_public():
     assert set(co.__all__) <= set(dir(co))
 

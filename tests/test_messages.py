@@ -92,11 +92,6 @@ def test_bad_arguments_of_commands(tmp_path):
         assert messages.rows_of(result.stderr) <= messages.ROWS, (arguments[0], result.stderr[:3000])
 
 
-# --- One is one: messages and representations count in English, and name sizes in units that people read
-
-BALL = co.Scene([co.Sphere(1)])
-
-
 # --- The table of other programs' names, and suggestions in messages
 
 
@@ -183,6 +178,8 @@ def test_attribute_error_of_a_property(monkeypatch):
 @pytest.mark.parametrize(("package", "name", "told"), [
     (co, "Ball", " (did you mean Sphere?)"), (co, "Halfspace", " (did you mean HalfSpace?)"), (co, "nonsense", ""),
     (co.materials, "Woood", " (did you mean Wood?)"), (co, "Fresnel", ": it is co.optics.Fresnel"),
+    (co, "gold", ": it is co.materials.gold"), (co, "Slice", ": it is co.section.Slice"), (co, "Molecule", ": it is co.scene.Molecule"),
+    (co, "trace_paths", ": it is co.optics.trace_paths"), (co.materials, "matte", ": it is co.matte"),
 ])  # fmt: skip
 def test_unknown_package_name(package, name, told):
     with pytest.raises(

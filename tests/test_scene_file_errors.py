@@ -7,12 +7,10 @@ import logging
 import pickle
 import re
 
-import numpy as np
 import pytest
 
 import conicoid as co
 from conicoid.io import openmc
-from conicoid.io.ray_file import RayFile
 from conicoid.io.scene_file.scene_file import parse_scene
 from conicoid.viewer.html import export
 
@@ -148,82 +146,6 @@ def test_save_refuses_other_suffixes(name, tmp_path):
         with pytest.raises(ValueError, match="scenes are saved as .yaml or .json"):
             save(tmp_path / name)
     assert not list(tmp_path.iterdir())
-
-
-# --- files of rays
-
-
-@pytest.mark.parametrize(
-    ("content", "phrase"),
-    [
-        ("0;0;5;0;0;-1\n", "must have 6 numbers .* with commas or spaces between, got only '0;0;5;0;0;-1'"),
-        ("0;0;5;0;0;-1\n0;0;4;0;0;-1\n", "rays.csv: 2: must be 6 numbers .*, got '0;0;4;0;0;-1'"),
-        ("abc\n", "got only 'abc'"),
-        ("", "got nothing"),
-        ("# nothing\n\n", "got nothing"),
-        ("title\nx,y,z,dx,dy,dz\n0,0,5,0,0,-1\n", "rays.csv: 2: must be 6 numbers"),
-        ("dx,dy,dz,x,y,z\n0,0,-1,0,0,5\n", "rays.csv: 1: columns must be in the order origin x,"),
-        ("ox dx oy dy oz dz\n0,0,-1,0,0,5\n", "columns must be in the order"),
-        ("u,v,w,x,y,z\n0,0,-1,0,0,5\n", "columns must be in the order"),
-        ("t,x,y,z,u,v\n0,0,-1,0,0,5\n", "columns must be in the order"),
-        *(
-            (f"{heading}\n20,0,0,-1,0,0\n", "rays.csv: 1: columns are read as origin x, .* is none of these")
-            for heading in (
-                "x,y,z,theta,phi,r",
-                "x1,y1,z1,x2,y2,z2",
-                "x,y,z,to,azimuth,elevation",
-                "x_start,y_start,z_start,x_end,y_end,z_end",
-            )
-        ),
-    ],
-)
-def test_read_rays_refuses_other_tables(tmp_path, content, phrase):
-    (tmp_path / "rays.csv").write_text(content)
-    with pytest.raises(ValueError, match=phrase):
-        RayFile(tmp_path / "rays.csv", whole=True).read()
-
-
-@pytest.mark.parametrize(
-    "header",
-    [
-        "x,y,z,dx,dy,dz",
-        "x y z u v w",
-        "Origin X, Origin Y, Origin Z, Direction X, Direction Y, Direction Z",
-        "origin_x origin_y origin_z direction_x direction_y direction_z",
-        "any words",
-    ],
-)
-def test_read_rays_skips_one_header(tmp_path, header):
-    (tmp_path / "rays.csv").write_text(header + "\n1,2,3,4,5,6\n")
-    assert RayFile(tmp_path / "rays.csv", whole=True).read().rays.directions.tolist() == [[4, 5, 6]]
-
-
-@pytest.mark.parametrize(("name", "meant"), [("tmin", "t_min"), ("T_MAX", "t_max"), ("origin", "origins")])
-def test_read_rays_refuses_misspelt_arrays(tmp_path, name, meant):
-    arrays = {"origins": np.zeros((2, 3)), "directions": np.ones((2, 3)), name: np.ones(2)}
-    np.savez(tmp_path / "rays.npz", **arrays)
-    with pytest.raises(ValueError, match=rf"unknown array '{name}' \(did you mean '{meant}'\?\)"):
-        RayFile(tmp_path / "rays.npz", whole=True).read()
-
-
-def test_ray_notes_name_ignored_arrays(tmp_path):
-    np.savez(tmp_path / "rays.npz", origins=np.zeros((2, 3)), directions=np.ones((2, 3)), wavelength=np.ones(2))
-    assert list(RayFile(tmp_path / "rays.npz").notes()) == [
-        f"{tmp_path / 'rays.npz'}: not read: wavelength; arrays of rays are origins, directions, t_min, t_max"
-    ]
-
-
-def test_ray_notes_of_a_header_alone(tmp_path):
-    (tmp_path / "rays.csv").write_text("x,y,z,dx,dy,dz\n")
-    assert list(RayFile(tmp_path / "rays.csv").notes()) == [f"{tmp_path / 'rays.csv'}: holds no rays"]
-    (tmp_path / "rays.csv").write_text("x,y,z,dx,dy,dz\n1,2,3,4,5,6\n")
-    assert list(RayFile(tmp_path / "rays.csv").notes()) == []
-
-
-def test_rays_load_names_other_arrays(tmp_path):
-    np.savez(tmp_path / "rays.npz", o=np.zeros((2, 3)), d=np.ones((2, 3)))
-    with pytest.raises(ValueError, match="it lacks origins, directions and holds o, d"):
-        co.Rays.load(tmp_path / "rays.npz")
 
 
 # --- OpenMC

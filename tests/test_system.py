@@ -44,10 +44,9 @@ def test_every_level_can_be_chosen_and_no_other(monkeypatch):
     assert "got 'x86-64-v9'" in errors
 
 
-@pytest.mark.parametrize("arguments", [(), ("scene.yaml", "--system")])
-def test_a_scene_or_the_system(arguments):
-    assert refused("info", *arguments) == "error: info: give either a scene file or --system\n"
-
-
-def test_a_check_needs_a_scene():
-    assert "--check goes with a scene file" in refused("info", "--system", "--check")
+@pytest.mark.parametrize(("options", "message"), [
+    ((), "give either a scene file or --system\n"), (("scene.yaml", "--system"), "give either a scene file or --system\n"),
+    (("--system", "--check"), "--check goes with a scene file"),
+])  # fmt: skip
+def test_a_scene_or_the_system(options, message):
+    assert f"error: info: {message}" in refused("info", *options)

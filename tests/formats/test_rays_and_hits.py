@@ -47,7 +47,14 @@ def test_npz(tmp_path):
     assert table.t_max is None
 
 
-@pytest.mark.parametrize("header", ["", "ox,oy,oz,dx,dy,dz\n", "# rays\n\n"])
+@pytest.mark.parametrize(
+    "header",
+    [
+        "", "ox,oy,oz,dx,dy,dz\n", "# rays\n\n", "x,y,z,dx,dy,dz\n", "x y z u v w\n", "any words\n",
+        "Origin X, Origin Y, Origin Z, Direction X, Direction Y, Direction Z\n",
+        "origin_x origin_y origin_z direction_x direction_y direction_z\n",
+    ],
+)  # fmt: skip
 def test_csv(tmp_path, header):
     lines = "".join(",".join(map(repr, row)) + "\n" for row in ROWS.tolist())
     (tmp_path / "rays.csv").write_text("\ufeff" + header + lines, encoding="utf-8")
@@ -61,21 +68,66 @@ def test_csv_of_nothing(tmp_path):
     assert RayFile(tmp_path / "rays.csv", whole=True).read().rays.origins.shape == (0, 3)
 
 
+NO_ORDER = "rays.csv: 1: columns are read as origin x, .* is none of these"
+
+
 @pytest.mark.parametrize(
-    ("name", "content", "phrase"),
+    ("name", "content", "message"),
     [
         ("rays.txt", b"1 2 3 4 5 6\n", "are read from .npy, .npz, .csv, .parquet or .zarr files"),
-        ("rays.csv", b"1,2,3,4,5\n", "rays.csv: 1: must be 6 numbers"),
-        ("rays.csv", b"\x00\xff", "not a text in UTF-8"),
         ("rays.npy", b"no", "is not a .npy file"),
         ("rays.npz", b"no", "is not a .npz file"),
         ("rays.npz", b"PK\x03\x04", "is not a .npz file"),
+        ("rays.csv", b"1,2,3,4,5\n", "rays.csv: 1: must be 6 numbers"),
+        ("rays.csv", b"\x00\xff", "not a text in UTF-8"),
+        ("rays.csv", b"0;0;5;0;0;-1\n", "must have 6 numbers .* with commas or spaces between, got only '0;0;5;0;0;-1'"),
+        ("rays.csv", b"0;0;5;0;0;-1\n0;0;4;0;0;-1\n", "rays.csv: 2: must be 6 numbers .*, got '0;0;4;0;0;-1'"),
+        ("rays.csv", b"abc\n", "got only 'abc'"),
+        ("rays.csv", b"", "got nothing"),
+        ("rays.csv", b"# nothing\n\n", "got nothing"),
+        ("rays.csv", b"title\nx,y,z,dx,dy,dz\n0,0,5,0,0,-1\n", "rays.csv: 2: must be 6 numbers"),
+        ("rays.csv", b"dx,dy,dz,x,y,z\n0,0,-1,0,0,5\n", "rays.csv: 1: columns must be in the order origin x,"),
+        ("rays.csv", b"ox dx oy dy oz dz\n0,0,-1,0,0,5\n", "columns must be in the order"),
+        ("rays.csv", b"u,v,w,x,y,z\n0,0,-1,0,0,5\n", "columns must be in the order"),
+        ("rays.csv", b"t,x,y,z,u,v\n0,0,-1,0,0,5\n", "columns must be in the order"),
+        ("rays.csv", b"x,y,z,theta,phi,r\n20,0,0,-1,0,0\n", NO_ORDER),
+        ("rays.csv", b"x1,y1,z1,x2,y2,z2\n20,0,0,-1,0,0\n", NO_ORDER),
+        ("rays.csv", b"x,y,z,to,azimuth,elevation\n20,0,0,-1,0,0\n", NO_ORDER),
+        ("rays.csv", b"x_start,y_start,z_start,x_end,y_end,z_end\n20,0,0,-1,0,0\n", NO_ORDER),
     ],
-)
-def test_bad_files(tmp_path, name, content, phrase):
+)  # fmt: skip
+def test_bad_files(tmp_path, name, content, message):
     (tmp_path / name).write_bytes(content)
-    with pytest.raises(ValueError, match=phrase.replace(".", r"\.")):
+    with pytest.raises(ValueError, match=message):
         RayFile(tmp_path / name, whole=True).read()
+
+
+@pytest.mark.parametrize(("name", "meant"), [("tmin", "t_min"), ("T_MAX", "t_max"), ("origin", "origins")])
+def test_misspelt_arrays(tmp_path, name, meant):
+    arrays = {"origins": np.zeros((2, 3)), "directions": np.ones((2, 3)), name: np.ones(2)}
+    np.savez(tmp_path / "rays.npz", **arrays)
+    with pytest.raises(ValueError, match=rf"unknown array '{name}' \(did you mean '{meant}'\?\)"):
+        RayFile(tmp_path / "rays.npz", whole=True).read()
+
+
+def test_ray_notes_name_ignored_arrays(tmp_path):
+    np.savez(tmp_path / "rays.npz", origins=np.zeros((2, 3)), directions=np.ones((2, 3)), wavelength=np.ones(2))
+    assert list(RayFile(tmp_path / "rays.npz").notes()) == [
+        f"{tmp_path / 'rays.npz'}: not read: wavelength; arrays of rays are origins, directions, t_min, t_max"
+    ]
+
+
+def test_ray_notes_of_a_header_alone(tmp_path):
+    (tmp_path / "rays.csv").write_text("x,y,z,dx,dy,dz\n")
+    assert list(RayFile(tmp_path / "rays.csv").notes()) == [f"{tmp_path / 'rays.csv'}: holds no rays"]
+    (tmp_path / "rays.csv").write_text("x,y,z,dx,dy,dz\n1,2,3,4,5,6\n")
+    assert list(RayFile(tmp_path / "rays.csv").notes()) == []
+
+
+def test_rays_load_names_other_arrays(tmp_path):
+    np.savez(tmp_path / "rays.npz", o=np.zeros((2, 3)), d=np.ones((2, 3)))
+    with pytest.raises(ValueError, match="it lacks origins, directions and holds o, d"):
+        co.Rays.load(tmp_path / "rays.npz")
 
 
 @pytest.mark.parametrize(

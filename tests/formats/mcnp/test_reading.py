@@ -160,16 +160,16 @@ def test_files_that_a_deck_reads(tmp_path: Path) -> None:
         co.load(path, root=tmp_path / "none")
 
 
-def test_universes_in_circles(tmp_path: Path) -> None:
-    text = "t\n1 0 -1 fill=2\n2 0 -1 u=2 fill=3\n3 0 -1 u=3 fill=2\n\n1 so 1\n"
-    with pytest.raises(ValueError, match=r"contain themselves: universe 2 → universe 3 → universe 2"):
-        loaded(tmp_path, text)
+COMPLEMENTS = "".join(f"{n} 0 #{n - 1} #{n - 1} -1 imp:n=1\n" for n in range(2, 60))
 
 
-def test_complements_of_complements_do_not_explode(tmp_path: Path) -> None:
-    cells = "".join(f"{n} 0 #{n - 1} #{n - 1} -1 imp:n=1\n" for n in range(2, 60))
-    with pytest.raises(ValueError, match=r"too many half-spaces|nests deeper"):
-        loaded(tmp_path, f"t\n1 0 -1\n{cells}\n1 so 1\n")
+@pytest.mark.parametrize(("deck", "message"), [
+    ("t\n1 0 -1 fill=2\n2 0 -1 u=2 fill=3\n3 0 -1 u=3 fill=2\n\n1 so 1\n", "contain themselves: universe 2 → universe 3 → universe 2"),
+    (f"t\n1 0 -1\n{COMPLEMENTS}\n1 so 1\n", "too many half-spaces|nests deeper"),
+], ids=["universes in circles", "complements of complements"])  # fmt: skip
+def test_what_has_no_end(tmp_path: Path, deck: str, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        loaded(tmp_path, deck)
 
 
 def test_a_transformation_of_the_filling_takes_the_place_of_trcl(tmp_path: Path) -> None:
@@ -290,19 +290,20 @@ def test_one_axis_is_enough_where_the_others_do_not_matter(tmp_path: Path) -> No
     assert any("tr1: gives one axis" in note for note in scene.notes)
 
 
-def test_detection(tmp_path: Path) -> None:
-    path = tmp_path / "input"
-    path.write_text(PIN, encoding="utf-8")
-    assert len(co.load(path).bodies) == 3
-    assert is_mcnp("", ".inp")
-    assert not is_mcnp(PIN, ".yaml")
-    assert not is_mcnp("3\nwater\nO 0 0 0\nH 1 0 0\nH 0 1 0\n", "")
-    assert not is_mcnp("bodies:\n  - sphere:\n      radius: 1\n", "")
-    assert not is_mcnp("<geometry>\n1 0 -1\n</geometry>", ".i")
-    assert is_mcnp("message: x\n\ntitle\nc note\n 10 like 3 but u=2\n", "")
-    for card in ("read file=cells.txt", " READ NOECHO FILE = cells.txt", "read file cells.txt"):
-        assert is_mcnp(f"title\nc note\n{card}\n", "")
-    assert not is_mcnp("notes\nread files first\n", "")
+@pytest.mark.parametrize(("text", "suffix", "known"), [
+    (PIN, "", True), (PIN, ".yaml", False), ("", ".inp", True), ("<geometry>\n1 0 -1\n</geometry>", ".i", False),
+    ("3\nwater\nO 0 0 0\nH 1 0 0\nH 0 1 0\n", "", False), ("bodies:\n  - sphere:\n      radius: 1\n", "", False),
+    ("message: x\n\ntitle\nc note\n 10 like 3 but u=2\n", "", True), ("title\nc note\nread file=cells.txt\n", "", True),
+    ("title\nc note\n READ NOECHO FILE = cells.txt\n", "", True), ("title\nc note\nread file cells.txt\n", "", True),
+    ("notes\nread files first\n", "", False),
+])  # fmt: skip
+def test_detection(text: str, suffix: str, known: bool) -> None:
+    assert is_mcnp(text, suffix) == known
+
+
+def test_a_deck_is_known_without_a_suffix(tmp_path: Path) -> None:
+    (tmp_path / "input").write_text(PIN, encoding="utf-8")
+    assert len(co.load(tmp_path / "input").bodies) == 3
 
 
 @pytest.mark.parametrize(
