@@ -15,7 +15,7 @@ from conicoid.apps.checks.probe_rays import ProbeTargets
 from conicoid.apps.checks.undefined_regions import undefined_regions
 
 from ..command_line import run
-from ..formats.openmc.models import EXAMPLE_FILES, loaded
+from ..formats.openmc.models import EXAMPLE_FILES, loaded, put
 from ..samples import sampled
 
 PI = math.pi
@@ -32,9 +32,7 @@ MODEL = """<geometry>
 def model(
     folder: Path, gap: float = 0.4, reach: float = 0.9, material: str = "void", outer: str = "<outer>2</outer>"
 ) -> Path:
-    path = folder / "geometry.xml"
-    path.write_text(MODEL.format(gap, reach, material, outer))
-    return path
+    return put(MODEL.format(gap, reach, material, outer), folder)
 
 
 def undefined(scene: co.Scene, **options: int) -> list[co.checks.Finding]:
@@ -107,8 +105,7 @@ BARE = """<geometry>
 
 
 def test_a_gap_between_cells_of_the_root(tmp_path):
-    path = tmp_path / "geometry.xml"
-    path.write_text(BARE.format("white", ""))
+    path = put(BARE.format("white", ""), tmp_path)
     (found,) = undefined(co.load_openmc(path))
     assert 0.4 < math.hypot(*found.point[:2]) < 0.45
     assert found.size == pytest.approx(PI * (0.45**2 - 0.4**2) * 2, rel=0.3)
@@ -123,8 +120,7 @@ def test_a_gap_between_cells_of_the_root(tmp_path):
     ],
 )
 def test_nothing_is_said_of_what_boundaries_do_not_tell(top, more, tmp_path):
-    path = tmp_path / "geometry.xml"
-    path.write_text(BARE.format(top, more))
+    path = put(BARE.format(top, more), tmp_path)
     assert undefined(co.load_openmc(path)) == []
 
 

@@ -31,8 +31,7 @@ def refused(path: Path, **options: object) -> co.SceneFileError:
 @pytest.mark.parametrize("name", CASES)
 def test_mistakes_are_found_where_they_are(name: str, tmp_path: Path) -> None:
     content, line, phrases = CASES[name]
-    path = tmp_path / "geometry.xml"
-    path.write_text(content, encoding="utf-8")
+    path = put(content, tmp_path)
     error = refused(path)
     for phrase in phrases:
         assert phrase in str(error)
@@ -41,14 +40,14 @@ def test_mistakes_are_found_where_they_are(name: str, tmp_path: Path) -> None:
 
 
 def test_all_mistakes_are_listed_in_the_order_of_the_file(tmp_path: Path) -> None:
-    path = tmp_path / "geometry.xml"
-    path.write_text(
+    path = put(
         geometry(
             "<surface id='8' type='x-toru' coeffs='0 0 0 1 2 3'/>",
             "<surface id='9' type='x-plane' coeffs='a'/>",
             "<cell id='1' region='-1'/>",
             "<cell id='2' material='1' region='(1'/>",
-        )
+        ),
+        tmp_path,
     )
     assert [(problem.line, problem.where) for problem in refused(path).problems] == [
         (3, "surface 8"), (4, "surface 9"), (5, "cell 1"), (6, "cell 2"),
@@ -92,8 +91,7 @@ def test_several_mistakes_in_one_element_are_told(tmp_path: Path) -> None:
 
 def test_mistakes_beside_a_broken_list_of_materials_are_told(tmp_path: Path) -> None:
     (tmp_path / "materials.xml").write_text("<materials>\n<material/>\n<material id='x'/></materials>")
-    path = tmp_path / "geometry.xml"
-    path.write_text(geometry("<cell id='1' material='3' region='77'/>"))
+    path = put(geometry("<cell id='1' material='3' region='77'/>"), tmp_path)
     assert str(refused(path)).splitlines() == [
         f"{path}: materials.xml:2:1: material: needs the attribute or element 'id'",
         f"{path}: materials.xml:3:1: material: id must be an integer, got 'x'",
@@ -117,8 +115,7 @@ def test_all_that_floats_cannot_hold_is_told(tmp_path: Path) -> None:
 
 
 def test_materials_are_checked_where_there_is_a_list(tmp_path: Path) -> None:
-    path = tmp_path / "geometry.xml"
-    path.write_text(geometry("<cell id='1' material='void 3 4' region='-1'/>"))
+    path = put(geometry("<cell id='1' material='void 3 4' region='-1'/>"), tmp_path)
     co.load_openmc(path)
     (tmp_path / "materials.xml").write_text("<materials>\n<material id='3'/></materials>")
     assert "cell 1: material 4 is not in the list of materials" in str(refused(path))
@@ -143,15 +140,13 @@ HOSTILE = {
 @pytest.mark.parametrize("name", HOSTILE)
 @pytest.mark.parametrize("file", ["geometry.xml", "materials.xml"])
 def test_document_types_and_entities_are_refused(name: str, file: str, tmp_path: Path) -> None:
-    path = tmp_path / "geometry.xml"
-    path.write_text(geometry("<cell id='1' material='1'/>"))
+    path = put(geometry("<cell id='1' material='1'/>"), tmp_path)
     (tmp_path / file).write_text(HOSTILE[name])
     assert "is refused: it declares a document type (DOCTYPE)" in str(refused(path))
 
 
 def test_size_depth_and_number_are_limited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = tmp_path / "geometry.xml"
-    path.write_text("<a>" * 100_000)
+    path = put("<a>" * 100_000, tmp_path)
     assert f"deeper than {xml_builder.MAX_DEPTH} levels" in str(refused(path))
     monkeypatch.setattr(xml_builder, "MAX_ELEMENTS", 1000)
     path.write_text("<geometry>" + "<cell/>" * 2000 + "</geometry>")
@@ -217,15 +212,13 @@ WHOLE = {  # a file, options, and what is said of it
 @pytest.mark.parametrize("name", WHOLE)
 def test_what_cannot_be_as_a_whole(name: str, tmp_path: Path) -> None:
     text, options_, phrase = WHOLE[name]
-    path = tmp_path / "geometry.xml"
-    path.write_text(text)
+    path = put(text, tmp_path)
     assert phrase in str(refused(path, **options_))
 
 
 @pytest.mark.parametrize(("text", "count"), [(chain(MAX_NESTING - 1), 1), (chain(3, copies=2), 8)])
 def test_as_many_levels_and_bodies_as_may_be(text: str, count: int, tmp_path: Path) -> None:
-    path = tmp_path / "geometry.xml"
-    path.write_text(text)
+    path = put(text, tmp_path)
     assert len(co.load_openmc(path, max_bodies=count).bodies) == count
 
 

@@ -158,8 +158,7 @@ def test_cells_that_name_a_surface_twice_are_lowered_once(region: str, tmp_path:
         '<lattice id="4" dimension="5 5 4" pitch="1 1.1 1.2" lower_left="-2.5 -2.75 -2.4" universes="' + "1 " * 100 + '"/>',
         '<cell id="20" fill="4" region="-9"/>',
     ))  # fmt: skip
-    path = tmp_path / "geometry.xml"
-    path.write_text(f"<geometry>{text}</geometry>", encoding="utf-8")
+    path = put(f"<geometry>{text}</geometry>", tmp_path)
     scene = co.load_openmc(path)
     tables = scene._prepared.lowered.tables
     assert len(scene.bodies) == 100
