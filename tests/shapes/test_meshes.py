@@ -260,7 +260,7 @@ def joined_spans(chords):
     return list(zip(spans[::2], spans[1::2], strict=True))
 
 
-@pytest.mark.parametrize("seed", sampled(range(300), 27))
+@pytest.mark.parametrize("seed", sampled(range(300), 26))
 def test_a_mesh_is_where_its_pieces_wind_more_than_zero_times(seed, monkeypatch):
     """Convex pieces that overlap, touch, lie in one another, are turned inside out, or are there twice.
 
