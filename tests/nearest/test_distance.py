@@ -72,61 +72,56 @@ def test_bounds_of_planes_balls_and_cylinders_are_the_distance():
         assert np.isnan(found.normal).all()
 
 
-def test_medial_axes():
-    # All around an axis, and all over a center, walls are as near; one of the points is told.
+HEIGHTS = np.array([0, 0.5, 1, 2, -3, 1e6])
+BORED = co.Sphere(1.25) - co.Cylinder((0, 0, -2), (0, 0, 2), 0.75)
+RIMS = np.hypot(0.75, np.maximum(np.abs(HEIGHTS) - 1, 0))
+"""Of a ball of radius 5/4 with a bore of 3/4, from its axis: the wall of that, and beyond z = 1 and -1 its rims."""
+EVOLUTE = 25 / (25 - 9)
+"""Inside of the evolute of an ellipse, (k, 0) with the half axes a and b has x = a² k / (a² - b²) nearest, |y| < b."""
+
+KNOWN = {  # a shape, points, and their distances from its walls
+    "all around an axis": (co.Cylinder((0, 0, -9), (0, 0, 9), 2), (0, 0, 1), -2),
+    "all over a center": (co.Sphere(2, (1, 2, 3)), (1, 2, 3), -2),
+    "rims": (BORED, np.outer(HEIGHTS, (0, 0, 1)), RIMS),
+    "rims at an angle": (BORED.rotate("x", 30), np.outer(HEIGHTS, (0, -0.5, math.sqrt(0.75))), RIMS),
+    "within an evolute": (co.Ellipsoid((5, 3, 3)), (1, 0, 0), -math.hypot(EVOLUTE - 1, 3 * math.sqrt(1 - EVOLUTE**2 / 25))),
+    "apex": (co.Cone((0, 0, 0), (0, 0, 2), 1, 0), [(0, 0, 5), (0.5, 0.25, 5)], [3, math.sqrt(0.25 + 0.0625 + 9)]),
+    "needle": (co.Cone((0, 0, -10), (0, 0, 0), 0.1, 0), [(0, 0, 1e-4), (0, 0, 2.5)], [1e-4, 2.5]),
+    "pyramid": (co.Pyramid(9, 3), [(0.25, 0.5, 4), (-0.25, 0, 3)], [math.sqrt(0.3125 + 9), math.sqrt(0.0625 + 4)]),
+    "flush parts have no wall within": (co.Box((-1, -1, -1), (0, 1, 1)) | co.Box((0, -1, -1), (1, 1, 1)), (0.125, 0, 0), -0.875),
+    "nothing": (co.Box((0, 0, 0), (1, 1, 1)) - co.Box((0, 0, 0), (1, 1, 1)), (0.5, 0.5, 0.5), math.inf),
+    "ring": (
+        co.Disc((0, 0, 0), (0, 0, 1), 2) - co.Cylinder((0, 0, -1), (0, 0, 1), 1),
+        [(0, 0, 1), (1.5, 0, 1), (3, 0, 1), (0.5, 0, 0)], [math.sqrt(2), 1, math.sqrt(2), 0.5],
+    ),
+    "patch": (co.CylinderPatch((0, 0, 0), (0, 0, 2), 1, 0, 90, (1, 0, 0)), (-1, 0, 1), math.sqrt(2)),
+    "triangle": (
+        co.Triangle((0, 0, 0), (1, 0, 0), (0, 1, 0)), [(0.25, 0.25, -2), (1, 1, 0), (-3, -4, 0)], [2, math.sqrt(0.5), 5],
+    ),
+    "window": (
+        co.Polygon([(0, 0, 0), (4, 0, 0), (4, 4, 0), (0, 4, 0)]) - co.Sphere(1, (2, 2, 0)),
+        [(2, 2, 0), (2, 2.5, 1), (5, 5, 0), (0, 0, 0)], [1, math.hypot(0.5, 1), math.sqrt(2), 0],
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", KNOWN)
+def test_distances_on_paper(name):
+    shape, points, away = KNOWN[name]
+    found = exact(shape, points)
+    assert found.distance == pytest.approx(away, rel=1e-15, abs=0)
+    assert np.all(found.error <= 8e-13 * np.abs(found.distance) + 1e-14)
+
+
+def test_of_points_that_are_as_near_one_is_told():
     tube = exact(co.Cylinder((0, 0, -9), (0, 0, 9), 2), (0, 0, 1))
-    assert tube.distance == pytest.approx(-2, rel=1e-15)
     assert np.hypot(*tube.point[:2]) == pytest.approx(2, rel=1e-15)
     assert tube.point[2] == pytest.approx(1, abs=1e-14)
-    ball = exact(co.Sphere(2, (1, 2, 3)), (1, 2, 3))
-    assert ball.distance == pytest.approx(-2, rel=1e-15)
-    # Of a ball of radius 5/4 with a bore of 3/4: the wall of that, and beyond z = 1 and -1 its rims
-    bored, height = co.Sphere(1.25) - co.Cylinder((0, 0, -2), (0, 0, 2), 0.75), np.array([0, 0.5, 1, 2, -3, 1e6])
-    rims = exact(bored, np.outer(height, (0, 0, 1)))
-    assert rims.distance == pytest.approx(np.hypot(0.75, np.maximum(np.abs(height) - 1, 0)), rel=1e-15)
-    slanted = exact(bored.rotate("x", 30), np.outer(height, (0, -0.5, math.sqrt(0.75))))
-    assert slanted.distance == pytest.approx(rims.distance, rel=1e-15)
-    # An ellipse inside of its evolute: (3, 0) with the half axes 5 and 3 has x = a² 3 / (a² - b²), |y| < b.
-    egg = exact(co.Ellipsoid((5, 3, 3)), (1, 0, 0))
-    x = 25 * 1 / (25 - 9)
-    assert egg.distance == pytest.approx(-math.hypot(x - 1, 3 * math.sqrt(1 - x * x / 25)), rel=1e-14)
 
 
-def test_the_apex_of_a_cone():
-    cone = co.Cone((0, 0, 0), (0, 0, 2), 1, 0)
-    found = exact(cone, [(0, 0, 5), (0.5, 0.25, 5)])
-    assert found.distance == pytest.approx([3, math.sqrt(0.25 + 0.0625 + 9)], rel=1e-15)
-    assert (found.error < 1e-13).all()
-    needle = exact(co.Cone((0, 0, -10), (0, 0, 0), 0.1, 0), [(0, 0, 1e-4), (0, 0, 2.5)])
-    assert needle.distance == pytest.approx([1e-4, 2.5], rel=1e-15)
-    assert (needle.error < 1e-15 + 1e-14 * needle.distance).all()
-    pyramid = exact(co.Pyramid(9, 3), [(0.25, 0.5, 4), (-0.25, 0, 3)])
-    assert pyramid.distance == pytest.approx([math.sqrt(0.3125 + 9), math.sqrt(0.0625 + 4)], rel=1e-14)
-    assert (pyramid.error < 8e-13 * pyramid.distance).all()
-
-
-def test_flush_walls_are_no_walls_within():
-    # Two boxes with a wall in common are one body; so is what fills a bite to the wall.
-    joined = co.Box((-1, -1, -1), (0, 1, 1)) | co.Box((0, -1, -1), (1, 1, 1))
-    assert exact(joined, (0.125, 0, 0)).distance == pytest.approx(-0.875, rel=1e-15)
-    apart = co.Scene([co.Box((-1, -1, -1), (0, 1, 1)), co.Box((0, -1, -1), (1, 1, 1))])  # two bodies have two walls
-    assert apart.distance((0.125, 0, 0), exact=True).distance == pytest.approx(-0.125, rel=1e-15)
-    nothing = co.Box((0, 0, 0), (1, 1, 1)) - co.Box((0, 0, 0), (1, 1, 1))
-    assert exact(nothing, (0.5, 0.5, 0.5)).distance == math.inf
-
-
-def test_sheets_have_no_inside():
-    ring = co.Disc((0, 0, 0), (0, 0, 1), 2) - co.Cylinder((0, 0, -1), (0, 0, 1), 1)
-    found = exact(ring, [(0, 0, 1), (1.5, 0, 1), (3, 0, 1), (0.5, 0, 0)])
-    assert found.distance == pytest.approx([math.sqrt(2), 1, math.sqrt(2), 0.5], rel=1e-14)
-    patch = co.CylinderPatch((0, 0, 0), (0, 0, 2), 1, 0, 90, (1, 0, 0))
-    assert exact(patch, (-1, 0, 1)).distance == pytest.approx(math.sqrt(2), rel=1e-14)
-    triangle = co.Triangle((0, 0, 0), (1, 0, 0), (0, 1, 0))
-    assert exact(triangle, [(0.25, 0.25, -2), (1, 1, 0), (-3, -4, 0)]).distance == pytest.approx([2, math.sqrt(0.5), 5])
-    window = co.Polygon([(0, 0, 0), (4, 0, 0), (4, 4, 0), (0, 4, 0)]) - co.Sphere(1, (2, 2, 0))
-    assert exact(window, [(2, 2, 0), (2, 2.5, 1), (5, 5, 0), (0, 0, 0)]).distance == pytest.approx(
-        [1, math.hypot(0.5, 1), math.sqrt(2), 0]
-    )
+def test_bodies_that_touch_have_two_walls():
+    apart = co.Scene([co.Box((-1, -1, -1), (0, 1, 1)), co.Box((0, -1, -1), (1, 1, 1))])
+    assert apart.distance((0.125, 0, 0), exact=True).distance == -0.125
 
 
 def test_many_bodies():
