@@ -29,7 +29,7 @@ from ..numerics.rational import dot3
 from .bounds.aabb import enclose_boxes
 from .bounds.intersection import BoundingSurfaces
 from .bounds.linear_program import half_spaces_bounds, integer_row, integer_support, round_fraction_up
-from .bounds.support import half_space_bounds, plane_through, plane_uv, points_support, sum_up
+from .bounds.support import half_space_bounds, plane_through, plane_uv, raised_sums
 from .cell import UV, Any_, Cell, Face, Tree
 from .convex_decomposition import convex_parts
 from .facets import SIGN_MARGIN, Facet, FlatPlane, PlaneSide, fit_plane, minus, newell_normal, side_of_plane
@@ -276,10 +276,6 @@ class FlatSolid(PrimitiveSolid, abstract=True):
     def _corners(self) -> FloatArray:
         """(n, 4) the corners x, y and z, each with a factor that x and y are still to be multiplied by."""
 
-    @abstractmethod
-    def _reach(self, corners: Sequence[int], direction: Vector) -> float:
-        """Return the support of some corners."""
-
     @property
     def parts(self) -> FlatParts:
         """The planes and convex parts, which the constructor stores."""
@@ -305,20 +301,24 @@ class FlatSolid(PrimitiveSolid, abstract=True):
         return len(self.parts.parts) == 1
 
     def support(self, direction: Vector) -> float:
-        return self._reach(range(len(self._corners)), direction)
+        return float(self._supports_along(np.array([direction]))[0])
 
-    def _reaches(self, directions: FloatArray) -> list[float]:
-        """Return the supports in directions (n, 3): only corners that floats find far matter."""
-        corners = self._corners[:, :3].copy()
-        corners[:, :2] *= self._corners[:, 3:]
-        heights = directions @ corners.T
-        if np.isin(self._corners[:, 3], (0.0, 1.0)).all() and ((directions != 0).sum(axis=1) < 2).all():
-            return list(heights.max(axis=1).tolist())  # one product each, of corners that floats hold
-        slack = SIGN_MARGIN * (np.abs(directions) @ np.abs(corners).max(axis=0))
-        found = []
-        for direction, near in zip(directions.tolist(), heights >= (heights.max(axis=1) - slack)[:, None], strict=True):
-            found.append(self._reach(np.flatnonzero(near).tolist(), direction))
-        return found
+    def _supports_along(self, directions: FloatArray) -> FloatArray:
+        """Return the supports in directions (n, 3)."""
+        low, high = self._corner_ranges
+        u = directions[:, None]
+        return np.asarray(raised_sums(np.where(u > 0, u * high, u * low)).max(axis=1))
+
+    @cached_property
+    def _corner_ranges(self) -> tuple[FloatArray, FloatArray]:
+        """(n, 3) twice: the greatest floats not above the coordinates of the corners, and the least not below."""
+        x, y, z, factor = self._corners.T
+        if np.isin(factor, (0.0, 1.0)).all():
+            exact = np.column_stack([x * factor, y * factor, z])
+            return exact, exact
+        corners = [(Fraction(s) * Fraction(x), Fraction(s) * Fraction(y), Fraction(z)) for x, y, z, s in self._corners]
+        high = np.array([[_float_above(c) for c in corner] for corner in corners])
+        return -np.array([[_float_above(-c) for c in corner] for corner in corners]), high
 
     @property
     def _face_count(self) -> int:
@@ -435,7 +435,7 @@ class CornerHull(PrimitiveSolid, abstract=True):
 
     @classmethod
     def _supports(cls, shapes: Sequence[Any], directions: FloatArray) -> FloatArray:
-        return np.array([hull.solid._reaches(own) for hull, own in zip(shapes, directions, strict=True)])
+        return np.array([hull.solid._supports_along(own) for hull, own in zip(shapes, directions, strict=True)])
 
 
 @dataclass(frozen=True)
@@ -475,9 +475,6 @@ class Mesh(FlatSolid):
     @cached_property
     def _corners(self) -> FloatArray:
         return np.column_stack([np.array(self.vertices), np.ones(len(self.vertices))])
-
-    def _reach(self, corners: Sequence[int], direction: Vector) -> float:
-        return points_support([self.vertices[k] for k in corners], direction)
 
 
 @dataclass(frozen=True)
@@ -526,21 +523,6 @@ class Extrusion(FlatSolid):
         flat, count = np.array(self.outline), len(self.outline)
         ends = [(low, factor) for low, factor in zip(self.z_range, (1.0, self.scale_at_top), strict=True)]
         return np.concatenate([np.column_stack([flat, np.tile(end, (count, 1))]) for end in ends])
-
-    def _reach(self, corners: Sequence[int], direction: Vector) -> float:
-        points = self._corners[corners].tolist()
-        if self.scale_at_top in (0.0, 1.0):  # then floats hold the corners exactly
-            return points_support([(s * x, s * y, z) for x, y, z, s in points], direction)
-        best = -math.inf
-        for x, y, z, s in points:
-            corner = (Fraction(s) * Fraction(x), Fraction(s) * Fraction(y), Fraction(z))
-            terms = [
-                u * (_float_above(c) if u > 0 else -_float_above(-c))
-                for u, c in zip(direction, corner, strict=True)
-                if u
-            ]
-            best = max(best, sum_up(terms))
-        return best
 
 
 def _float_above(value: Fraction) -> float:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
 from collections.abc import Callable, Hashable, Sequence
 from functools import cache
 from typing import Any, TypeAlias
@@ -16,9 +15,9 @@ from ..geometry.bounds.intersection import BoundsKind, are_balls_or_boxes, bound
 from ..geometry.cell import All, Any_, Cell, Not, Tree
 from ..geometry.shape import Boolean, Complement, Difference, Intersection, Painted, PrimitiveSolid, Shape, Solid, Union
 from ..geometry.transform import Step
-from ..kernels.tables import PLANE, PLANE_SIZE, QUADRIC_SIZE, SPHERE, Floats, Longs, Signs
+from ..kernels.tables import PLANE, PLANE_SIZE, QUADRIC_SIZE, SPHERE, Floats, Signs
 from .pattern import BOX_NUMBERS, FRAME_NUMBERS, BodyPattern, RowTable, row_blocks
-from .region_extent import MAX_PLANES, SIDES, narrow_csg_boxes
+from .region_extent import FLOAT_ERROR, MAX_PLANES, SIDES, bound_by_corners, narrow_csg_boxes
 
 
 @dataclasses.dataclass(slots=True)
@@ -314,8 +313,10 @@ def _bound(node: _Node, inside: bool, box: Floats, cuts: Floats, depth: int) -> 
     planes = np.concatenate([cuts, planes], axis=1)
     endless = np.flatnonzero(~np.isfinite(box).all(axis=1))
     if len(endless):
-        slabs = [planes[endless], *_slabs(quadrics[endless], senses[endless])]
-        box[endless] = _enclose_planes(np.concatenate(slabs, axis=1), box[endless])
+        sides = np.concatenate([planes[endless], *_slabs(quadrics[endless], senses[endless])], axis=1)
+        some = box[endless]
+        bound_by_corners(sides, some, np.empty((sides.shape[1] // PLANE_SIZE, 2)))
+        box[endless] = some
     certain = np.ones(len(box), np.int8)
     if planes.shape[1] > PLANE_SIZE * MAX_PLANES:
         certain[:] = 0
@@ -391,22 +392,6 @@ def _as_quadric(rows: RowTable, at: int) -> Floats:
     return found
 
 
-# Finite boxes around regions between planes, which narrower ones are found in
-#
-# A coordinate is largest over a region in a common point of three planes whose normals have the axis in their cone. So
-# every such point of three planes bounds the coordinate, wherever the others are (duality), and the least bound is the
-# tight one. Floats with a bound of their error decide which three are such planes, whatever the rounding of records.
-
-_MOST_PLANES = 24
-"""Of more planes only the first count: there are 2,024 triples of so many."""
-_FLOAT_ERROR = 2.0**-48
-"""More than the relative rounding error of a record's number, and of a few operations."""
-_LEAST_ENTRY = 1e-100
-"""Planes with smaller entries of their normals do not count: products might underflow."""
-_AT_ONCE = 1 << 16
-"""So many triples are looked at together."""
-
-
 def _slabs(quadrics: Floats, senses: Signs) -> list[Floats]:
     """Return records of planes around infinite cylinders, ellipsoids and slabs: y_i² <= constant / square_i."""
     found: list[Floats] = []
@@ -420,70 +405,10 @@ def _slabs(quadrics: Floats, senses: Signs) -> list[Floats]:
             for sign in (1.0, -1.0):
                 planes = np.zeros((len(record), PLANE_SIZE))  # a normal of zeros does not count
                 planes[closed, :3] = sign * record[closed, 3 + 3 * row : 6 + 3 * row]
-                planes[closed, 3] = -np.sqrt(constant[closed] / squares[closed, row]) * (1.0 + _FLOAT_ERROR)
+                planes[closed, 3] = -np.sqrt(constant[closed] / squares[closed, row]) * (1.0 + FLOAT_ERROR)
                 planes[:, 4:] = record[:, :3]
                 found.append(planes)
     return found
-
-
-def _enclose_planes(planes: Floats, box: Floats) -> Floats:
-    """Return boxes (n, 6), narrowed to regions between planes (n, 7 p) as far as these bound them."""
-    count = min(planes.shape[1] // PLANE_SIZE, _MOST_PLANES)
-    if count < 3:
-        return box
-    triples = np.array(list(itertools.combinations(range(count), 3)))
-    found = box.copy()
-    for begin in range(0, len(box), step := _AT_ONCE // len(triples) + 1):
-        some = slice(begin, begin + step)
-        low, high = _bounds_by_triples(planes[some, : PLANE_SIZE * count].reshape(-1, count, PLANE_SIZE), triples)
-        found[some, :3], found[some, 3:] = np.maximum(low, box[some, :3]), np.minimum(high, box[some, 3:])
-    return found
-
-
-def _bounds_by_triples(planes: Floats, triples: Longs) -> tuple[Floats, Floats]:
-    """Return (low, high), each (n, 3), of regions between planes (n, p, 7): ends that some triple of planes bounds."""
-    with np.errstate(all="ignore"):
-        normals, center = planes[:, :, :3], planes[:, :1, 4:]
-        sizes = np.abs(normals)
-        used = ((sizes == 0) | (sizes > _LEAST_ENTRY)).all(axis=2) & (sizes > 0).any(axis=2)
-        offset = planes[:, :, 4:] - center
-        ends = (normals * offset).sum(axis=2) - planes[:, :, 3]
-        blur = _FLOAT_ERROR * (
-            (sizes * (np.abs(planes[:, :, 4:]) + np.abs(center))).sum(axis=2) + np.abs(planes[:, :, 3])
-        )
-        unit, unit_error, top, top_error = 0.0, 0.0, 0.0, 0.0
-        sides, doubts = [], []
-        for turn in range(3):
-            i, j, k = triples[:, turn], triples[:, turn - 2], triples[:, turn - 1]
-            cross, error = _cross_with_error(normals[:, j], normals[:, k])
-            sides.append(cross)
-            doubts.append(error)
-            if turn == 0:
-                terms = normals[:, i] * cross
-                unit = terms.sum(axis=2)[:, :, None]
-                unit_error = (sizes[:, i] * error + _FLOAT_ERROR * np.abs(terms)).sum(axis=2)[:, :, None]
-            end, size = ends[:, i, None], np.abs(cross)
-            top = top + end * cross
-            top_error = top_error + blur[:, i, None] * (size + error) + np.abs(end) * (error + _FLOAT_ERROR * size)
-        sense = np.sign(unit)
-        # A share that is certainly not negative, or exactly zero
-        toward = np.logical_and.reduce([sense * side >= doubt for side, doubt in zip(sides, doubts, strict=True)])
-        against = np.logical_and.reduce([sense * side <= -doubt for side, doubt in zip(sides, doubts, strict=True)])
-        size = np.abs(unit) - unit_error
-        sure = used[:, triples].all(axis=2)[:, :, None] & (size > unit_error)
-        at = top / unit
-        error = 2.0 * (top_error + np.abs(at) * unit_error) / size + _FLOAT_ERROR * (np.abs(at) + np.abs(center))
-        sure = sure & np.isfinite(at) & np.isfinite(error)
-        high = np.where(sure & toward, at + error, np.inf).min(axis=1)
-        low = np.where(sure & against, at - error, -np.inf).max(axis=1)
-        # The rounding of the sums is within `error`, too
-        return low + center[:, 0], high + center[:, 0]
-
-
-def _cross_with_error(a: Floats, b: Floats) -> tuple[Floats, Floats]:
-    """Return the cross products of rows, and a bound of their error: zero where both terms are."""
-    forth, back = a[..., [1, 2, 0]] * b[..., [2, 0, 1]], a[..., [2, 0, 1]] * b[..., [1, 2, 0]]
-    return forth - back, _FLOAT_ERROR * (np.abs(forth) + np.abs(back))
 
 
 def _surface_numbers(tree: Tree, inside: bool) -> list[tuple[int, int]]:

@@ -500,3 +500,103 @@ def narrow_csg_boxes(
                 shrunk = shrunk or _half(boxes, body, k) < smaller * frame[3 + k]
             if not shrunk:
                 break
+
+
+# Finite boxes around regions between planes, for `narrow_csg_boxes` to begin with
+#
+# A coordinate is largest over a region in a common point of three planes whose normals have the axis in their cone. So
+# every such point of three planes bounds the coordinate, wherever the others are (duality), and the least bound is the
+# tight one. Floats with a bound of their error decide which three are such planes, whatever the rounding of records.
+
+_MOST_PLANES = 24
+"""Of more planes only the first count: there are 2,024 triples of so many."""
+FLOAT_ERROR = 2.0**-48
+"""More than the relative rounding error of a record's number, and of a few operations."""
+_LEAST_ENTRY = 1e-100
+"""Planes with smaller entries of their normals do not count: products might underflow."""
+
+
+@helper
+def _offset_from_center(planes: Floats, body: int, plane: int) -> tuple[float, float]:
+    """Return the offset of a plane about the anchor of the first, and a bound of its error, infinite if unused."""
+    at = PLANE_SIZE * plane
+    above = planes[body, at + 3]
+    offset, terms, used = 0.0, 0.0, False
+    for k in range(3):
+        entry, anchor, center = planes[body, at + k], planes[body, at + 4 + k], planes[body, 4 + k]
+        if entry != 0.0 and not abs(entry) > _LEAST_ENTRY:
+            return 0.0, math.inf
+        used = used or entry != 0.0
+        offset += entry * (anchor - center)
+        terms += abs(entry) * (abs(anchor) + abs(center))
+    return offset - above, FLOAT_ERROR * (terms + abs(above)) if used else math.inf
+
+
+@inline
+def _cross_entry(planes: Floats, body: int, i: int, j: int, k: int) -> tuple[float, float]:
+    """Return entry k of the cross product of two normals, and a bound of its error: zero where both terms are."""
+    u, v = (k + 1) % 3, (k + 2) % 3
+    forth = planes[body, PLANE_SIZE * i + u] * planes[body, PLANE_SIZE * j + v]
+    back = planes[body, PLANE_SIZE * i + v] * planes[body, PLANE_SIZE * j + u]
+    return forth - back, FLOAT_ERROR * (abs(forth) + abs(back))
+
+
+@helper
+def _bound_by_corner(planes: Floats, body: int, offsets: Floats, i: int, j: int, k: int, boxes: Floats) -> None:
+    """Narrow a box by the corner of three planes, along each axis for which the corner is certainly an end."""
+    unit, unit_error = 0.0, 0.0
+    for axis in range(3):
+        cross, error = _cross_entry(planes, body, j, k, axis)
+        entry = planes[body, PLANE_SIZE * i + axis]
+        unit += entry * cross
+        unit_error += abs(entry) * error + FLOAT_ERROR * abs(entry * cross)
+    size = abs(unit) - unit_error
+    if not size > unit_error:
+        return
+    sense = 1.0 if unit > 0.0 else -1.0
+    for axis in range(3):
+        top, top_error, is_high, is_low = 0.0, 0.0, True, True
+        for turn in range(3):
+            first, second, third = (i, j, k) if turn == 0 else (j, k, i) if turn == 1 else (k, i, j)
+            share, error = _cross_entry(planes, body, second, third, axis)
+            # A share that is certainly not negative, or exactly zero
+            is_high = is_high and sense * share >= error
+            is_low = is_low and sense * share <= -error
+            offset = offsets[first, 0]
+            top += offset * share
+            top_error += offsets[first, 1] * (abs(share) + error) + abs(offset) * (error + FLOAT_ERROR * abs(share))
+        if not is_high and not is_low:
+            continue
+        center, at = planes[body, 4 + axis], top / unit
+        # Twice, so that the rounding of these sums is within it too
+        error = 2.0 * (top_error + abs(at) * unit_error) / size + FLOAT_ERROR * (abs(at) + abs(center))
+        if not abs(at) + error < math.inf:
+            continue
+        if is_high:
+            boxes[body, 3 + axis] = min(boxes[body, 3 + axis], at + error + center)
+        if is_low:
+            boxes[body, axis] = max(boxes[body, axis], at - error + center)
+
+
+@kernel(planes="n 7*p", boxes="out n 6", offsets="out p 2")
+def bound_by_corners(planes: Floats, boxes: Floats, offsets: Floats) -> None:
+    """Narrow boxes, which may be infinite, as far as corners of three planes bound the regions between planes.
+
+    Parameters
+    ----------
+    planes : array (n, 7 p)
+        Records of planes, with the body where their value is negative. A normal of zeros does not count.
+    boxes : array (n, 6)
+        Boxes that hold the bodies, which become narrower.
+    offsets : array (p, 2)
+        Room.
+    """
+    count = min(len(offsets), _MOST_PLANES)
+    for body in range(len(planes)):
+        for plane in range(count):
+            offsets[plane, 0], offsets[plane, 1] = _offset_from_center(planes, body, plane)
+        for i in range(count):
+            for j in range(i + 1, count):
+                for k in range(j + 1, count):
+                    if offsets[i, 1] < math.inf and offsets[j, 1] < math.inf and offsets[k, 1] < math.inf:
+                        _bound_by_corner(planes, body, offsets, i, j, k, boxes)

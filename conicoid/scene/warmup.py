@@ -15,7 +15,7 @@ from ..geometry.general_quadric import Quadric
 from ..geometry.instances import InstanceBlock, InstanceList, Shift, ShiftTable
 from ..geometry.polyhedron import MANY_FACES, Polyhedron
 from ..geometry.primitives import Box, Cylinder, HalfSpace, Sphere
-from ..geometry.shape import Solid
+from ..geometry.shape import Intersection, Solid
 from ..geometry.sheets import Polygon
 from ..kernels.crossings import trace_rows_alone
 from ..kernels.first_hits import HitBuffers, trace_first_alone
@@ -169,6 +169,9 @@ def _batches() -> None:
         balls = [Sphere(1.0, (1.0, float(k), 0.0)) for k in range(FEWEST)]
         Scene([ball.translate((2.0**-53, 0.0, 0.0)).translate((offset, 0.0, 0.0)) for ball in balls]).prepare()
     Scene([Box().rotate((1, 2, 3), 30) & Sphere(1.0)]).prepare()  # parts that cut one another
+    # Parts without bounds of their own
+    endless = [*(HalfSpace((1, 2, k), 1.0) for k in range(3)), Quadric(coefficients={"xx": 1})]
+    Scene([Intersection(tuple(endless))]).prepare()
     Scene([Cylinder((0, 0, 0), (1, 2, 3), 0.1 + tiny) for tiny in (0.0, 2.0**-56)]).prepare()  # nearly one surface
     slanted = [HalfSpace((1.0, 2.0, 3.0), float(k)) for k in range(2)]
     Scene(

@@ -104,6 +104,8 @@ def work() -> None:
     for query in (two.first_hit, two.spans, two.crossings):
         query((0.5, 0.0, 5.0), edge[1]).detached()
     co.Scene([co.Quadric(coefficients=dict(xx=1, xy=1, yy=1, zz=1, constant=-3))]).contains((1.0, 1.0, 0.0))
+    endless = [*(co.HalfSpace((1, 2, k), 1.0) for k in range(3)), co.Quadric(coefficients={"xx": 1})]
+    co.Scene([co.Intersection(tuple(endless))]).prepare()
     scene.contains(rng.uniform(-3, 3, (100, 3)))
     scene.bodies_at(rng.uniform(-3, 3, (100, 3)))
     for fractions in (None, "body"):
