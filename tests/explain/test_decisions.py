@@ -123,7 +123,9 @@ def follows(found: Any) -> None:
     for step in found.bodies:
         if step.kind == "Boolean" and step.sweep is not None:
             values = [step.sweep.begins, *(row.value for row in step.sweep.rows)]
-            changes = {row.t for row, one, other in zip(step.sweep.rows, values, values[1:], strict=False) if one != other}
+            changes = {
+                row.t for row, one, other in zip(step.sweep.rows, values, values[1:], strict=False) if one != other
+            }
             inside = [t for t in changes if found.t_min < t < found.t_max and t != 0]
             assert sorted(inside) == [c.t for c in step.crossings if c.t != 0]
     ends = sorted((s.t_enter, step.body, s.t_exit) for step in found.bodies for s in derived_spans(step, found))
