@@ -5,14 +5,15 @@ It runs in the repository, beside which the peers are installed: `pip install --
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from conicoid.cli.options import Command
 from conicoid.cli.resources import check_folder
-from conicoid.cli.terminal import show_message, show_table, user_mistakes
+from conicoid.cli.terminal import show_message, user_mistakes
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode="rich")
 
@@ -72,7 +73,17 @@ def bench(
         if markdown:
             typer.echo(result.markdown)
         else:
-            show_table(result.table, result.about)
+            _show_table(result.table, result.about)
+
+
+def _show_table(table: Any, about: list[str]) -> None:
+    """Print a table and lines below it on stdout, as wide as they need to be."""
+    from rich.console import Console
+
+    wide = Console(highlight=False, soft_wrap=True, width=None if sys.stdout.isatty() else 200)
+    wide.print(table)
+    for line in about:
+        wide.print(line, markup=False)
 
 
 if __name__ == "__main__":

@@ -336,14 +336,14 @@ def test_info_lists_materials(path):
 
 
 @pytest.mark.parametrize(("domain", "told"), [
-    (None, ["undefined regions were not looked for: the scene has no domain for its bodies to fill"]),
+    (None, ["not looked for: undefined regions (the scene has no domain for its bodies to fill)"]),
     (co.Box((-1, -2, -3), (1, 2, 3)), []),
-    (co.Box() & co.Box((2, 2, 2), (3, 3, 3)), ["undefined regions were not looked for: the scene's domain is empty"]),
+    (co.Box() & co.Box((2, 2, 2), (3, 3, 3)), ["not looked for: undefined regions (the scene's domain is empty)"]),
 ])  # fmt: skip
 def test_info_check_says_what_it_could_not_look_for(domain, told, path):
     SCENE.replace(domain=domain).save(path)
     result = done("info", path, "--check", "--rays", "300")
-    assert [line for line in result.stdout.splitlines() if line.startswith("undefined")] == told
+    assert [line for line in result.stdout.splitlines() if line.startswith("not looked for")] == told
 
 
 @pytest.mark.parametrize(("arguments", "what"), [

@@ -147,7 +147,7 @@ def info(
 
         with Bar("checking", "step") as bar:
             findings = find(loaded, rays, seed, bar)
-        for line in (*report.findings(findings), *report.list_unchecked(loaded)):
+        for line in report.findings(findings):
             typer.echo(line)
         if findings:  # scripts see them by the exit code
             raise typer.Exit(EXIT_FINDINGS)

@@ -19,7 +19,7 @@ from ..materials.color import srgb_encode
 from ..materials.texture import PATTERNS
 
 if TYPE_CHECKING:
-    from ..apps.checks.findings import Finding
+    from ..apps.checks.findings import Findings
     from ..prepare.prepared_scene import Memory
     from ..scene.scene import Scene
 
@@ -89,8 +89,8 @@ def totals(scene: Scene) -> list[str]:
     ]
 
 
-def findings(found: list[Finding]) -> list[str]:
-    """Return the number of findings, and the worst of each kind."""
+def findings(found: Findings) -> list[str]:
+    """Return the number of findings, the worst of each kind, and the checks that were skipped."""
     from ..apps.checks.findings import KINDS
 
     lines = [f"findings  {len(found):,}"]
@@ -99,15 +99,7 @@ def findings(found: list[Finding]) -> list[str]:
         lines.extend(printable(str(finding)) for finding in of_kind[:LISTED])
         if len(of_kind) > LISTED:
             lines.append(f"{kind}: and {len(of_kind) - LISTED:,} more")
-    return lines
-
-
-def list_unchecked(scene: Scene) -> list[str]:
-    """Return the parts that a check has left out, and why."""
-    from ..apps.checks.undefined_regions import skip_reason
-
-    reason = skip_reason(scene)
-    return [f"undefined regions were not looked for: {reason}"] if reason else []
+    return [*lines, *(f"not looked for: {text}" for text in found.omissions)]
 
 
 def _material_of(body: Any) -> str:

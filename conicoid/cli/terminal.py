@@ -1,4 +1,4 @@
-"""Output and end of the command line: exit codes, messages, progress, tables, and safe standard streams.
+"""Output and end of the command line: exit codes, messages, progress, and safe standard streams.
 
 Results go to stdout, everything else to stderr, progress only to a terminal.
 """
@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
     from rich.progress import Progress
-    from rich.table import Table
     from rich.text import Text
 
 
@@ -177,16 +176,6 @@ def format_si(value: float) -> str:
         if value >= size:
             return f"{value / size:.3g} {prefix}"
     return f"{value:.3g} "
-
-
-def show_table(table: Table, about: list[str]) -> None:
-    """Print a table and lines below it on stdout, as wide as they need to be."""
-    from rich.console import Console
-
-    wide = Console(highlight=False, soft_wrap=True, width=None if sys.stdout.isatty() else 200)
-    wide.print(table)
-    for line in about:
-        wide.print(line, markup=False)
 
 
 # --- Standard streams, which may be a pipe that nobody reads, a full disk, or closed

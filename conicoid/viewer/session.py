@@ -1,28 +1,31 @@
 """The session of a served page: a scene, its file, which is read again when it changes, and edits of numbers.
 
-`numbers_of` lists the numbers of an entry as its scene file has them; `with_number` returns the scene with one changed.
+`numbers_of` lists the numbers of an entry, its parameters; `with_number` returns the scene with one changed.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
-import tempfile
+import re
 import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from .._util.files import SceneFileError, write_text
 from .._util.process import fork_safe_rlock
+from .._util.validation import format_value
+from ..apps.derivatives.parameters import (
+    map_numbers,
+    numbers_of as shape_numbers,
+    replace_checked,
+    replace_unchecked,
+)
 from ..geometry.bulk import Bulk
-from ..geometry.instances import InstanceList
-from ..geometry.quadric_classification import COEFFICIENT_NAMES as COEFFICIENTS
-from ..io.data_files import save_array
-from ..io.scene_file.scene_file import scene_data
-from ..io.scene_file.writer import dump_yaml
+from ..geometry.general_quadric import Quadric
+from ..geometry.quadric_classification import COEFFICIENT_NAMES
+from ..geometry.shape import Boolean
 from ..scene.files import load
 from ..scene.scene import Scene
 from .html import page, preview_of
@@ -35,8 +38,7 @@ _SIZES = {
     "radius", "radii", "start_radius", "end_radius", "outer_radius", "slope", "length", "width", "height",
     "A", "E", "H",
 }  # fmt: skip
-Step = str | int
-"""A key or an index in the data of a file."""
+_VECTORS = {"center", "start", "end", "low", "high", "offset", "factors", "axis", "normal"}
 
 
 def numbers_of(scene: Scene, item: int) -> list[dict[str, Any]]:
@@ -45,117 +47,41 @@ def numbers_of(scene: Scene, item: int) -> list[dict[str, Any]]:
         raise ValueError(f"numbers: item must be in [0, {len(scene.bodies)}), got {item}")
     if isinstance(scene.bodies[item].shape, Bulk):
         return []
-    data, place = _data_of(scene, item)
-    numbers: list[dict[str, Any]] = []
-    body = data["bodies"][place]
-    for part in ("shape", "move"):
-        if part in body:
-            _collect(data, body[part], ["bodies", item, part], [], numbers)
-    return numbers[:MOST]
+    numbers = []
+    for name, value in itertools.islice(zip(*shape_numbers(_with_zeros(scene.bodies[item].shape)), strict=True), MOST):
+        words = re.findall(r"[A-Za-z_]+|\d+", name)
+        low, high = _range(words, value)
+        numbers.append({"label": _label(words), "path": [item, name], "value": value, "low": low, "high": high})
+    return numbers
 
 
-def with_number(scene: Scene, path: list[Step], value: float) -> Scene:
-    """Return the scene with the number at a path of the data of its file changed.
-
-    A number in the list of bodies belongs to one body, and only that one is written and read again. Raises ValueError
-    (SceneFileError) for an invalid number, KeyError for an unknown path.
-    """
-    if path[0] == "bodies":
-        entry = int(path[1])
-        old = scene.bodies[entry]
-        changed = _replace_number(Scene(old), ["bodies", 0, *path[2:]], value).bodies[0]
-        return scene._with_entry(entry, old, dataclasses.replace(old, shape=changed.shape))
-    return _replace_number(scene, path, value)._reuse(scene)
+def with_number(scene: Scene, item: int, name: str, value: float) -> Scene:
+    """Return the scene with one number of an entry changed. Raise ValueError for an invalid one, KeyError for none."""
+    old = scene.bodies[item]
+    shape = _with_zeros(old.shape)
+    if name not in shape_numbers(shape)[0]:
+        raise KeyError(f"edit: there is no number {format_value(name)}")
+    # Products are equal floats but other objects: so constructors build all parts anew, without the zeros
+    changed = map_numbers(shape, lambda each, number: value if each == name else 1.0 * number, replace_checked)
+    return scene._with_entry(item, old, dataclasses.replace(old, shape=changed))
 
 
-def _replace_number(scene: Scene, path: list[Step], value: float) -> Scene:
-    """Return the scene with one number changed, by way of its file."""
-    with tempfile.TemporaryDirectory(prefix="conicoid-") as folder:
-        file = Path(folder) / "scene.yaml"
-        data = _data(scene, file.parent)
-        place: Any = data
-        for step in path[:-1]:
-            place = place[step]
-        if isinstance(place[path[-1]], bool) or not isinstance(place[path[-1]], (int, float)):
-            raise ValueError(f"edit: there is no number at {path}")
-        place[path[-1]] = float(value)
-        write_text(file, dump_yaml(data))
-        return load(file)
-
-
-def _data_of(scene: Scene, item: int) -> tuple[dict[str, Any], int]:
-    """Return (data of a file with an entry of a scene, the index of the entry there).
-
-    The data are those of all entries, since shapes may be shared; of instances without shared shapes, of the one alone.
-    """
-    if isinstance(scene.bodies, InstanceList):
-        data = _data(Scene(scene.bodies[item]), None)
-        if "shapes" not in data:
-            return data, 0
-    return _data(scene, None), item
-
-
-def _data(scene: Scene, folder: Path | None) -> dict[str, Any]:
-    """Return the data of a scene file, with its lists copied; large sets of balls go to the folder."""
-    count = 0
-
-    def keep(_: str, table: Any) -> str:
-        nonlocal count
-        count += 1
-        name = f"many-{count}.npy"
-        if folder is not None:
-            save_array(folder / name, table)
-        return name
-
-    return _copy_data(scene_data(scene, keep, defaults=True))
-
-
-def _copy_data(value: Any) -> Any:
-    """Return a copy of data in which lists can be changed; quadrics have all their coefficients."""
-    if isinstance(value, dict):
-        return {key: _copy_data(_with_zeros(item) if key == "Quadric" else item) for key, item in value.items()}
-    if isinstance(value, np.ndarray):
-        return value.tolist()
-    return [_copy_data(item) for item in value] if isinstance(value, (list, tuple)) else value
-
-
-def _with_zeros(fields: Any) -> Any:
-    """Return the fields of a quadric with coefficients that are zero, which can be changed as well."""
-    if not isinstance(fields, dict) or not isinstance(fields.get("coefficients"), dict):
-        return fields
-    return {**fields, "coefficients": {**dict.fromkeys(COEFFICIENTS, 0.0), **fields["coefficients"]}}
-
-
-def _collect(data: Any, value: Any, path: list[Step], words: list[str], numbers: list[dict[str, Any]]) -> None:
-    """Collect numbers from lists, mappings and named shapes."""
-    if isinstance(value, str) and value in data.get("shapes", {}) and path[-1] != "name" and len(path) < 100:
-        _collect(data, data["shapes"][value], ["shapes", value], words, numbers)
-    elif isinstance(value, dict):
-        for key, item in value.items():
-            if key != "material":  # sliders move geometry only
-                _collect(data, item, [*path, key], [*words, str(key)], numbers)
-    elif isinstance(value, list):
-        for k, item in enumerate(value):
-            _collect(data, item, [*path, k], [*words, str(k)], numbers)
-    elif isinstance(value, (int, float)) and not isinstance(value, bool) and np.isfinite(value):
-        low, high = _range(words, float(value))
-        numbers.append({"label": _label(words), "path": path, "value": value, "low": low, "high": high})
+def _with_zeros(shape: Any) -> Any:
+    """Return a shape whose quadrics have all coefficients, since those that are zero can be changed as well."""
+    if isinstance(shape, Quadric) and shape.coefficients is not None:
+        # The constructor drops zeros
+        return replace_unchecked(
+            shape, {"coefficients": {**dict.fromkeys(COEFFICIENT_NAMES, 0.0), **shape.coefficients}}
+        )
+    if isinstance(shape, Boolean):
+        return replace_unchecked(shape, {"operands": tuple(map(_with_zeros, shape.operands))})
+    return shape
 
 
 def _label(words: list[str]) -> str:
     """Return the name of the field with its component: `radii 2`, `center z`."""
     last = words[-2:] if words[-1].isdigit() else words[-1:]
-    if last[-1].isdigit() and last[0] in {
-        "center",
-        "start",
-        "end",
-        "low",
-        "high",
-        "translate",
-        "axis",
-        "normal",
-        "scale",
-    }:
+    if last[-1].isdigit() and last[0] in _VECTORS:
         return f"{last[0]} {'xyz'[int(last[-1]) % 3]}"
     return " ".join(last)
 
@@ -247,13 +173,10 @@ class Session:
 
     def edit(self, request: Any) -> dict[str, Any]:
         """Change a number, not the file, and return the data of the new scene."""
-        path: list[Step] = [step if isinstance(step, str) else int(step) for step in request["path"]]
+        item, name = request["path"]
         with self._lock:
-            try:
-                changed = with_number(self._scene, path, float(request["value"]))
-                data = pack_scene(changed)
-            except SceneFileError as error:
-                raise ValueError("; ".join(problem.message for problem in error.problems[:3])) from None
+            changed = with_number(self._scene, int(item), name, float(request["value"]))
+            data = pack_scene(changed)
             self._scene = changed
             return data
 

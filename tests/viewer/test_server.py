@@ -148,6 +148,15 @@ def test_every_coefficient_of_a_quadric_can_be_edited():
     assert found["t"] == pytest.approx(9 - 2**0.5, rel=1e-15)
 
 
+def test_an_edit_changes_one_number_of_a_boolean():
+    ball = co.Quadric(coefficients=dict(xx=1, yy=1, zz=1, constant=-1))
+    session = Session(co.Scene([(ball & co.Box()).translate((1, 2, 3)), co.Sphere(1)]), "two")
+    row = next(row for row in session.numbers({"item": 0}) if row["label"] == "low x")
+    session.edit({"path": row["path"], "value": -0.5})
+    expected = (ball & co.Box((-0.5, -1, -1), (1, 1, 1))).translate((1, 2, 3))
+    assert session._scene == co.Scene([expected, co.Sphere(1)])
+
+
 def test_a_page_that_goes_away_is_no_news(server, capfd):
     with socket.create_connection(("127.0.0.1", server.server_port)) as link:
         link.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))  # closing resets

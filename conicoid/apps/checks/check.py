@@ -16,11 +16,10 @@ from ..._util.dataclass import dataclass
 from ..._util.validation import check_callback, check_integer
 from ...geometry.body import Body
 from ...geometry.shape import Shape
-from ...kernels.programs import cells_of_leaves, leaves_of_programs
-from ...kernels.tables import BALL, CELL, PLANE, POLYGON, REGION, SHEET, Tables
+from ...kernels.tables import BALL, PLANE, POLYGON, SHEET, Tables
 from ...queries.result import extension
 from ...queries.scene_protocol import SceneLike
-from ..derivatives.quadric_form import forms_of, shift_forms
+from ..derivatives.quadric_form import SurfaceUsers, forms_of, shift_forms
 from .conditioning import SINGLE_PRECISION_DIGITS, Conditioning, conditioning
 from .findings import COINCIDENCE, DIGITS, EMPTY, OVERLAP, SLIVER, Finding, Findings, body_titles
 from .probe_rays import THIN, ProbeScan, ProbeTargets, Sighting, rays_through
@@ -108,60 +107,6 @@ def coefficients(tables: Tables, surfaces: Any, low: FloatArray, high: FloatArra
     # Coefficients that are all 0 stay 0
     largest = np.abs(result).max(axis=1, keepdims=True)
     return result / np.where(largest > 0, largest, 1.0)
-
-
-@dataclass(frozen=True)
-class SurfaceUsers:
-    """The bodies that have each surface, as pairs (surface, body) sorted by surface."""
-
-    surface: Any
-    body: Any
-
-    @classmethod
-    def of(cls, tables: Tables) -> SurfaceUsers:
-        """Collect the pairs of balls, cells, regions, sheets and polygons."""
-        kind, index, body = tables.entry_kind, tables.entry_index, np.arange(len(tables.entry_kind))
-        # The index of a ball is its surface
-        pairs = [(index[kind == BALL], body[kind == BALL])]
-        # Surfaces of every cell: those of cell i are surface[order][first[i]:first[i + 1]]
-        cell = np.repeat(np.arange(len(tables.cell_quadric)), np.diff(tables.cell_first))
-        curved = np.flatnonzero(tables.cell_quadric >= 0)
-        cell, surface = (
-            np.concatenate([cell, curved]),
-            np.concatenate([tables.plane_surface, tables.cell_quadric[curved]]),
-        )
-        order = np.argsort(cell, kind="stable")
-        first = np.searchsorted(cell[order], np.arange(len(tables.cell_quadric) + 1))
-        # Cells of every body: its own, or those of its program
-        cells, owners = [index[kind == CELL]], [body[kind == CELL]]
-        programs = [(index[kind == REGION], body[kind == REGION])]
-        for sort, own, clip in (
-            (SHEET, tables.sheet_surface, tables.sheet_program),
-            (POLYGON, tables.polygon_surface, tables.polygon_program),
-        ):
-            pairs.append((own[index[kind == sort]], body[kind == sort]))
-            clipped = clip[index[kind == sort]]
-            programs.append((clipped[clipped >= 0], body[kind == sort][clipped >= 0]))
-        for program, owner in programs:
-            firsts, counts = (each[program] for each in leaves_of_programs(tables))
-            leaves = np.repeat(firsts, counts) + _count_ranges(counts)
-            cells.append(cells_of_leaves(tables, leaves))
-            owners.append(np.repeat(owner, counts))
-        used, by = np.concatenate(cells), np.concatenate(owners)
-        counts = first[used + 1] - first[used]
-        pairs.append((surface[order][np.repeat(first[used], counts) + _count_ranges(counts)], np.repeat(by, counts)))
-        rows = np.unique(np.column_stack([np.concatenate(column) for column in zip(*pairs, strict=True)]), axis=0)
-        return cls(rows[:, 0], rows[:, 1])
-
-    def bodies(self, surface: int) -> Any:
-        """Return the ids of the bodies that have a surface."""
-        first, last = np.searchsorted(self.surface, (surface, surface + 1))
-        return self.body[first:last]
-
-
-def _count_ranges(counts: Any) -> Any:
-    """Return 0 .. n - 1 for every n, one after the other."""
-    return np.arange(int(counts.sum())) - np.repeat(np.cumsum(counts) - counts, counts)
 
 
 # --- The check

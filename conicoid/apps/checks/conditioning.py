@@ -27,6 +27,7 @@ from ...geometry.sheets import Polygon, Triangle, newell_sum
 from ...geometry.transform import IDENTITY_MOTION, Motion
 from ...numerics import bigfloat as ex
 from ...queries.scene_protocol import SceneLike
+from ..measures.hull import moved_parts
 from .critical_points import Movement, TestedPart, least_displacement, movement
 from .perturbation import HALF_ULP, Extent, LocalFrame, MotionFields, fields_of, localize, own_frame
 from .probe_rays import ProbeTargets
@@ -431,20 +432,11 @@ def _examine_bodies(
         yield BallsConditioning.of_single([*some.values()], motion, np.array([*some]))
 
 
-def parts(shape: Shape, outer: Motion = IDENTITY_MOTION) -> Iterator[tuple[Any, Motion]]:
+def parts(shape: Shape) -> Iterator[tuple[Any, Motion]]:
     """Yield the primitives of a shape without their motions, and the motion that takes each to the world."""
-    pending: list[tuple[Any, Motion]] = [(shape, outer)]
-    while pending:
-        node, motion = pending.pop()
-        own = node.motion.then(motion)
-        if isinstance(node, Boolean):
-            # Reversed on the stack, so that operands come in their order
-            pending.extend((part, own) for part in reversed(node.operands))
-        elif isinstance(node, ClippedSheet):
-            pending.extend((part, own) for part in (node.solid, node.base))
-        else:
-            # No constructor runs: that of a mesh cuts it into convex parts
-            yield node._with_motion(IDENTITY_MOTION), own
+    for leaf, outer in moved_parts(shape):
+        # No constructor runs: that of a mesh cuts it into convex parts
+        yield leaf._with_motion(IDENTITY_MOTION), leaf.motion.then(outer)
 
 
 class _BodyExaminer:

@@ -7,9 +7,10 @@ part, and rounded to float64 there. docs/dev/conditioning.md derives the method.
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -19,11 +20,11 @@ from ..._util.dataclass import dataclass
 from ...geometry.cell import Cell, Not, PolygonSheet, Tree
 from ...geometry.general_quadric import Quadric
 from ...geometry.polyhedron import Extrusion, FlatSolid, Polyhedron
-from ...geometry.quadric_classification import Coefficients
 from ...geometry.shape import PrimitiveSheet, PrimitiveSolid
 from ...geometry.surface import UPRIGHT, PlaneSurface, QuadricSurface, Surface
 from ...geometry.transform import IDENTITY_MOTION, Motion
 from ...numerics import bigfloat as ex
+from ..derivatives.parameters import map_numbers, numbers_of, replace_checked
 
 # The numbers of a shape, and the shape with one of them changed.
 
@@ -37,9 +38,9 @@ Changed = TypeVar("Changed")
 class NumberChange(Generic[Changed]):
     """A shape or a motion with one number moved to the next float64.
 
-    number   name of the number: center[0], coefficients.xy, steps[1].degrees
+    number   name of the number as in `co.parameters`: center[0], coefficients.xy, [1].degrees of a motion
     share    the wanted change (a relative 2^-53) as a part of the one applied, in [1/2, 1]
-    made     the changed shape or motion
+    result   the changed shape or motion
     """
 
     number: str
@@ -47,23 +48,34 @@ class NumberChange(Generic[Changed]):
     result: Changed
 
 
-def number_changes(shape: Changed) -> Iterator[NumberChange[Changed]]:
-    """Yield a change of each number of a dataclass other than 0, but not of the numbers of its motion.
+def number_changes(thing: Changed) -> Iterator[NumberChange[Changed]]:
+    """Yield a change of each number of a shape or a motion other than 0.
 
     A number moves away from 0, or towards 0 if the constructor refuses that; it is left out if both are refused.
     """
-    for name, value, put in _numbers(shape, ""):
+    for place, (name, value) in enumerate(zip(*numbers_of(thing), strict=True)):
         for towards in (math.copysign(math.inf, value), 0.0):
             changed = math.nextafter(value, towards)
-            # A change to 0 or infinity is no rounding of the number
-            if not changed or math.isinf(changed):
+            # A change to 0 or infinity is no rounding of the number, and 0 has none
+            if not value or not changed or math.isinf(changed):
                 continue
             try:
-                made = put(changed)
+                made = _with_number(thing, place, changed)
             except ValueError:
                 continue
             yield NumberChange(name, HALF_ULP * abs(value / (changed - value)), made)
             break
+
+
+def _with_number(thing: Changed, place: int, number: float) -> Changed:
+    """Return a shape or a motion with another number at a place in the order of `numbers_of`."""
+    places = itertools.count()
+
+    def take(_: str, old: float) -> float:
+        return number if next(places) == place else old
+
+    result: Changed = map_numbers(thing, take, replace_checked, None)
+    return result
 
 
 def column_change(table_rows: Any, change: NumberChange[Any]) -> NumberChange[Any] | None:
@@ -92,52 +104,6 @@ def column_change(table_rows: Any, change: NumberChange[Any]) -> NumberChange[An
 
 _IN_TABLE = re.compile(r"(\w+)\[(\d+)\]\[(\d+)\]")
 """The name of a number in a table: field[row][column]."""
-
-Put = Callable[[float], Any]
-"""Return a value with another number in one place."""
-
-
-def _numbers(value: Any, name: str) -> Iterator[tuple[str, float, Put]]:
-    """Yield (name, number, setter) for every finite number but 0 in a value; setter(x) returns the value with x."""
-    if isinstance(value, float):
-        if value and math.isfinite(value):
-            yield name, value, lambda new: new
-    elif isinstance(value, Coefficients):
-        for key, number in value.items():
-            yield f"{name}.{key}", number, _in_mapping(value, key)
-    elif isinstance(value, tuple):
-        for i, part in enumerate(value):
-            for inner, number, put in _numbers(part, f"{name}[{i}]"):
-                yield inner, number, _in_tuple(value, i, put)
-    elif dataclasses.is_dataclass(value) and not isinstance(value, type):
-        yield from _of_fields(value, name)
-
-
-def _of_fields(value: Any, name: str) -> Iterator[tuple[str, float, Put]]:
-    """Yield the numbers in the fields of a dataclass, without those of the outermost shape's motion."""
-    parts_by_field = {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.init}
-    if parts_by_field.get("coefficients") is not None and "radii" in parts_by_field:
-        del parts_by_field["radii"]  # they follow from the coefficients
-    if not name and not isinstance(value, Motion):
-        parts_by_field.pop("motion", None)
-    for field, part in parts_by_field.items():
-        for inner, number, put in _numbers(part, f"{name}.{field}" if name else field):
-            yield inner, number, _in_field(value, parts_by_field, field, put)
-
-
-def _in_mapping(value: Coefficients, key: str) -> Put:
-    """Return the setter of one coefficient."""
-    return lambda new: Coefficients({**value, key: new})
-
-
-def _in_tuple(value: tuple[Any, ...], i: int, put_inner: Put) -> Put:
-    """Return the setter of a number in item i of a tuple."""
-    return lambda new: (*value[:i], put_inner(new), *value[i + 1 :])
-
-
-def _in_field(value: Any, parts_by_field: dict[str, Any], field: str, put: Put) -> Put:
-    """Return the setter of a number in a field of a dataclass."""
-    return lambda new: type(value)(**{**parts_by_field, field: put(new)})
 
 
 # Surfaces of a shape as exact symmetric 4 × 4 forms, in any affine coordinates.
@@ -527,8 +493,8 @@ def motion_changes(motion: Motion) -> list[MotionChange]:
         back, _ = through.inverse
         before_rows, before_shift = before.affine
         rows, shift = step.affine()
-        for change in number_changes(step):
-            to, to_shift = change.result.affine()
+        for change in number_changes(Motion((step,))):
+            to, to_shift = change.result.steps[0].affine()
             share = ex.exact(change.share)
             # The shift of (S' - S) B; its linear part follows if S has one that changes
             moved = (
@@ -542,7 +508,8 @@ def motion_changes(motion: Motion) -> list[MotionChange]:
                 at = ex.apply(difference, before_shift)
                 moved = moved[0] + at[0], moved[1] + at[1], moved[2] + at[2]
                 linear = ex.multiply(ex.multiply(back, difference), before_rows)
-            changes.append(MotionChange(f"steps[{i}].{change.number}", linear, ex.apply(back, moved)))
+            name = f"steps[{i}]{change.number.removeprefix('[0]')}"
+            changes.append(MotionChange(name, linear, ex.apply(back, moved)))
         before = through
     return changes
 

@@ -42,7 +42,12 @@ _ANGLES = ("start_angle", "end_angle")
 
 
 def map_numbers(shape: Any, take: Take, make: Make, path: str | None = "") -> Any:
-    """Return the shape with every number replaced by `take`. `path` precedes the names; None makes no names."""
+    """Return a shape, or a motion, with every number replaced by `take`.
+
+    `path` precedes the names; None makes no names.
+    """
+    if isinstance(shape, Motion):
+        return map_motion(shape, take, make, path)
     return _run_task(_map_shape(shape, take, make, path))
 
 
@@ -202,8 +207,8 @@ def _append_step(motion: Motion, step: Step) -> Motion:
     return motion.transform(step.matrix) if isinstance(step, Transform) else motion.then(Motion((step,)))
 
 
-def numbers_of(shape: Shape, path: str | None = "") -> tuple[list[str], list[float]]:
-    """Return the names and the values of all numbers of a shape."""
+def numbers_of(shape: Any, path: str | None = "") -> tuple[list[str], list[float]]:
+    """Return the names and the values of all numbers of a shape or a motion."""
     names: list[str] = []
     values: list[float] = []
 

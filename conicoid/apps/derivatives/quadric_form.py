@@ -2,7 +2,7 @@
 
 A form is ten numbers: (xx, yy, zz, xy, xz, yz) of A, three of B, and C. A plane has A = 0. The derivative f_p of a
 surface by a parameter is a form too, about the same anchor: the wall moves by -f_p / |∇f| along its normal. Principal
-curvatures of walls follow from forms in closed form.
+curvatures of walls follow from forms in closed form. `SurfaceUsers` has the bodies of each surface.
 """
 
 from __future__ import annotations
@@ -13,8 +13,10 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ..._util.arrays import FloatArray
+from ..._util.dataclass import dataclass
 from ...geometry.surface import PlaneSurface, QuadricSurface, Surface
-from ...kernels.tables import PLANE, SPHERE, Tables
+from ...kernels.programs import cells_of_leaves, leaves_of_programs
+from ...kernels.tables import BALL, CELL, PLANE, POLYGON, REGION, SHEET, SPHERE, Tables
 from ...numerics import bigfloat as ex
 from ...queries.derivatives import Curvature
 from ...queries.hits import Hits
@@ -108,6 +110,63 @@ def scale_between(own: FloatArray, other: FloatArray) -> FloatArray:
 _SECOND = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 0.0, 0.0, 0.0, 0.0])
 _FIRST = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0])
 """Weights of the numbers of a form: those of A, where mixed terms count twice, and those of a plane's normal."""
+
+
+# The bodies that have each surface
+
+
+@dataclass(frozen=True)
+class SurfaceUsers:
+    """The bodies that have each surface, as pairs (surface, body) sorted by surface."""
+
+    surface: Any
+    body: Any
+
+    @classmethod
+    def of(cls, tables: Tables) -> SurfaceUsers:
+        """Collect the pairs of balls, cells, regions, sheets and polygons."""
+        kind, index, body = tables.entry_kind, tables.entry_index, np.arange(len(tables.entry_kind))
+        # The index of a ball is its surface
+        pairs = [(index[kind == BALL], body[kind == BALL])]
+        # Surfaces of every cell: those of cell i are surface[order][first[i]:first[i + 1]]
+        cell = np.repeat(np.arange(len(tables.cell_quadric)), np.diff(tables.cell_first))
+        curved = np.flatnonzero(tables.cell_quadric >= 0)
+        cell, surface = (
+            np.concatenate([cell, curved]),
+            np.concatenate([tables.plane_surface, tables.cell_quadric[curved]]),
+        )
+        order = np.argsort(cell, kind="stable")
+        first = np.searchsorted(cell[order], np.arange(len(tables.cell_quadric) + 1))
+        # Cells of every body: its own, or those of its program
+        cells, owners = [index[kind == CELL]], [body[kind == CELL]]
+        programs = [(index[kind == REGION], body[kind == REGION])]
+        for sort, own, clip in (
+            (SHEET, tables.sheet_surface, tables.sheet_program),
+            (POLYGON, tables.polygon_surface, tables.polygon_program),
+        ):
+            pairs.append((own[index[kind == sort]], body[kind == sort]))
+            clipped = clip[index[kind == sort]]
+            programs.append((clipped[clipped >= 0], body[kind == sort][clipped >= 0]))
+        for program, owner in programs:
+            firsts, counts = (each[program] for each in leaves_of_programs(tables))
+            leaves = np.repeat(firsts, counts) + _count_ranges(counts)
+            cells.append(cells_of_leaves(tables, leaves))
+            owners.append(np.repeat(owner, counts))
+        used, by = np.concatenate(cells), np.concatenate(owners)
+        counts = first[used + 1] - first[used]
+        pairs.append((surface[order][np.repeat(first[used], counts) + _count_ranges(counts)], np.repeat(by, counts)))
+        rows = np.unique(np.column_stack([np.concatenate(column) for column in zip(*pairs, strict=True)]), axis=0)
+        return cls(rows[:, 0], rows[:, 1])
+
+    def bodies(self, surface: int) -> Any:
+        """Return the ids of the bodies that have a surface."""
+        first, last = np.searchsorted(self.surface, (surface, surface + 1))
+        return self.body[first:last]
+
+
+def _count_ranges(counts: Any) -> Any:
+    """Return 0 .. n - 1 for every n, one after the other."""
+    return np.arange(int(counts.sum())) - np.repeat(np.cumsum(counts) - counts, counts)
 
 
 # Principal curvatures of the walls at hits

@@ -25,12 +25,10 @@ from ...kernels.numbers.vectors import Vector, dot
 from ...kernels.programs import (
     LeafBounds,
     cell_of_leaf,
-    cells_of_leaves,
     leaf_bounds,
     leaf_high,
     leaf_low,
     leaves_of,
-    leaves_of_programs,
 )
 from ...kernels.ray import RayArrays, load_ray, scale_ray
 from ...kernels.surface.quadric import QuadricRecord
@@ -41,7 +39,6 @@ from ...kernels.tables import (
     PLANE,
     POLYGON,
     REGION,
-    SHEET,
     SPHERE,
     Floats,
     Geometry,
@@ -57,6 +54,7 @@ from ...queries import ray_queries
 from ...queries.hits import Hits
 from ...queries.rays import Rays, lines_of
 from .crossing_derivatives import as_kernel_array, as_kernel_rows
+from .quadric_form import SurfaceUsers
 
 NEAR = 2.0**-47
 """Points that are closer than this fraction of their coordinates count as one."""
@@ -500,27 +498,6 @@ def shared_surfaces(prepared: PreparedScene) -> Any:
     if cached is not None:
         return cached
     tables = prepared.lowered.tables
-    kind, index, owner = tables.entry_kind, tables.entry_index, np.arange(len(tables.entry_kind))
-    # The entry that each cell belongs to, directly or through a leaf of its program; -1 for none.
-    of_cells = np.full(len(tables.cell_quadric), -1, np.int64)
-    of_cells[index[kind == CELL]] = owner[kind == CELL]
-    (first, count), of_programs = leaves_of_programs(tables), np.full(len(tables.program_leaf) - 1, -1, np.int64)
-    of_programs[index[kind == REGION]] = owner[kind == REGION]
-    of_leaves = np.repeat(of_programs, count)
-    leaves = np.repeat(first - (np.cumsum(count) - count), count) + np.arange(len(of_leaves))
-    of_cells[cells_of_leaves(tables, leaves[of_leaves >= 0])] = of_leaves[of_leaves >= 0]
-    # Pairs of (surface, entry) from all tables.
-    pairs = [
-        (tables.cell_quadric, of_cells),
-        (tables.plane_surface, np.repeat(of_cells, np.diff(tables.cell_first))),
-        (index[kind == BALL], owner[kind == BALL]),
-        (tables.sheet_surface[index[kind == SHEET]], owner[kind == SHEET]),
-        (tables.polygon_surface[index[kind == POLYGON]], owner[kind == POLYGON]),
-    ]
-    surfaces, bodies = (np.concatenate(part).astype(np.int64) for part in zip(*pairs, strict=True))
-    real = (surfaces >= 0) & (bodies >= 0)
-    # Each pair counts once, however many cells of the entry use the surface.
-    keys = np.unique(surfaces[real] * (prepared.lowered.body_count + 1) + bodies[real])
-    users = np.bincount(keys // (prepared.lowered.body_count + 1), minlength=len(tables.surface_kind))
+    users = np.bincount(SurfaceUsers.of(tables).surface, minlength=len(tables.surface_kind))
     is_shared = vars(prepared)["_shared_surfaces"] = users > 1
     return is_shared

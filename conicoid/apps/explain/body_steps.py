@@ -6,7 +6,7 @@ Order of the file: surfaces, cells, Boolean bodies, bodies of every kind, bodies
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
@@ -246,43 +246,6 @@ def sweep_of(recording: RayRecording, program: int, rows: Any) -> Sweep:
     )  # fmt: skip
 
 
-def group_events(rows: Any) -> Iterator[Any]:
-    """Yield the events at equal t, which act together."""
-    k = 1
-    while k < len(rows):
-        stop = k
-        while stop < len(rows) and rows[stop, kernels.EVENT_T] == rows[k, kernels.EVENT_T]:
-            stop += 1
-        yield rows[k:stop]
-        k = stop
-
-
-def region_crossings(recording: RayRecording, body: int, rows: Any) -> tuple[list[Crossing], bool]:
-    """Return (crossings within the interval, inside just after t_min) from recorded events, as `body/boolean.sweep`."""
-    crossings: list[Crossing] = []
-    inside = rows[0, kernels.EVENT_INSIDE] == 1.0
-    started = inside
-    for group in group_events(rows):
-        t, value = float(group[0, kernels.EVENT_T]), group[0, kernels.EVENT_INSIDE] == 1.0
-        # Events up to t_min only give the state at the beginning of the interval
-        if t <= recording.t_min:
-            inside = started = value
-            continue
-        if not t < recording.t_max:
-            break
-        # Events that do not change the body's value are no crossings
-        if value == inside:
-            continue
-        inside = value
-        reported = group[group[:, kernels.EVENT_REPORTED] == 1.0][0]
-        surface, face = recording.face_at(int(reported[kernels.EVENT_PLACE]))
-        if recording.is_start(t, surface):  # the crossing at the ray's start happens before the interval
-            started = not started
-        else:
-            crossings.append(Crossing(t, body, face, surface, value))
-    return crossings, started
-
-
 # Steps of bodies of every kind: the crossings, by the numbers of the kernels, or the reason of a miss.
 
 KINDS = {BALL: "ball", CELL: "solid", REGION: "Boolean", SHEET: "sheet", POLYGON: "polygon"}
@@ -306,60 +269,31 @@ class BodySteps:
     def _ball(self, surface: int, known: BodyStep) -> BodyStep:
         """Return the step of a ball."""
         step = self.surfaces[surface]
-        ends = [(step.roots[0], 0, surface, step.roots[1], 0, surface)] if step.roots else []
-        why = "" if ends else miss_outcome(step, self.line)
-        return self._with_spans(replace(known, surface=step, doubtful=step.doubtful), ends, why)
+        ends = [(t, surface) for t in step.roots]
+        why = self._outcome(ends) if ends else miss_outcome(step, self.line)
+        return replace(known, surface=step, outcome=why, doubtful=step.doubtful)
 
     def _cell(self, cell: int, known: BodyStep) -> BodyStep:
         """Return the step of a body that is one cell."""
         recording = self.recording
         step = cell_step(recording, self.surfaces, cell, "", self.line)
-        ends = [
-            (t_in, *reversed(recording.face_at(p)), t_out, *reversed(recording.face_at(q)))
-            for t_in, p, t_out, q in recording.ends(recording.cell(cell))
-        ]
-        return self._with_spans(replace(known, cells=(step,), doubtful=step.doubtful), ends, step.why)
+        places = [end for span in recording.ends(recording.cell(cell)) for end in (span[:2], span[2:])]
+        ends = [(t, recording.face_at(place)[0]) for t, place in places]
+        return replace(known, cells=(step,), outcome=step.why or self._outcome(ends), doubtful=step.doubtful)
 
-    def _with_spans(self, known: BodyStep, ends: Sequence[tuple[Any, ...]], why: str) -> BodyStep:
-        """Return a step with its crossings and spans, from spans (t, face, surface, t, face, surface) of the line."""
-        recording = self.recording
-        crossings, inside, started = [], False, False
-        for t_in, face_in, at_in, t_out, face_out, at_out in ends:
-            # Spans of a body do not overlap: at most one of them holds t_min
-            inside ^= t_in <= recording.t_min < t_out
-            for t, face, surface, entering in ((t_in, face_in, at_in, True), (t_out, face_out, at_out, False)):
-                if recording.counts(t, surface):
-                    crossings.append(Crossing(t, known.body, face, surface, entering))
-                elif recording.is_start(t, surface):
-                    started = True
-                    # The start is no crossing: the state behind it holds from t_min on
-                    inside ^= recording.t_min < t < recording.t_max
-        if not why and not crossings:
-            why = INSIDE if inside else (STARTED if started else INTERVAL)
-        return replace(known, floats=tuple(crossings), spans=self.spans(crossings, inside), outcome=why)
-
-    def spans(self, crossings: Sequence[Crossing], inside: bool) -> tuple[Span, ...]:
-        """Return the stretches inside a body between its crossings, clipped to the interval."""
-        spans, enter, clipped = [], self.recording.t_min, True
-        for one in crossings:
-            if inside:
-                spans.append(Span(enter, one.t, clipped, False))
-            inside, enter, clipped = not inside, one.t, False
-        if inside:
-            spans.append(Span(enter, self.recording.t_max, clipped, True))
-        return tuple(spans)
+    def _outcome(self, ends: Sequence[tuple[float, int]]) -> str:
+        """Return why none of some (t, surface) is a crossing; nothing if one is."""
+        if any(self.recording.counts(t, surface) for t, surface in ends):
+            return ""
+        return STARTED if any(self.recording.is_start(t, surface) for t, surface in ends) else INTERVAL
 
     def _region(self, program: int, known: BodyStep) -> BodyStep:
         """Return the step of a Boolean body."""
         rows = self.recording.sweep(program)
-        crossings, inside = region_crossings(self.recording, known.body, rows)
         cells = self._leaves(program, rows)
-        why = "" if crossings else (INSIDE if inside else BOOLEAN)
         doubtful = any(cell.doubtful for cell in cells)
-        return replace(
-            known, cells=cells, sweep=sweep_of(self.recording, program, rows), floats=tuple(crossings),
-            spans=self.spans(crossings, inside), outcome=why, doubtful=doubtful,
-        )  # fmt: skip
+        sweep = sweep_of(self.recording, program, rows)
+        return replace(known, cells=cells, sweep=sweep, outcome=BOOLEAN, doubtful=doubtful)
 
     def _leaves(self, program: int, rows: Any) -> tuple[CellStep, ...]:
         """Return the cells of a program; if they are very many, some of those with events."""
@@ -382,25 +316,21 @@ class BodySteps:
         number, program = int(tables.sheet_surface[sheet]), int(tables.sheet_program[sheet])
         side, one_sided = int(tables.sheet_side[sheet]), tables.sheet_one_sided[sheet] == 1
         step = self.surfaces[number]
-        crossings, why = [], PARALLEL if step.flat else miss_outcome(step, self.line)
+        outcomes = [] if step.roots else [PARALLEL if step.flat else miss_outcome(step, self.line)]
         # Does the surface's function fall at the first root? At the second it does the opposite
         falls = step.rate < 0 if step.flat else not step.outside
         for k, t in enumerate(step.roots):
             against = (falls != (k == 1)) == (side > 0)
-            if not recording.counts(t, number):
-                why = STARTED if recording.is_start(t, number) else INTERVAL
-            elif one_sided and not against:
+            why = self._outcome([(t, number)])
+            if not why and one_sided and not against:
                 why = BEHIND
-            elif program >= 0 and not recording.holds(program, t):
+            elif not why and program >= 0 and not recording.holds(program, t):
                 why = CLIPPED
-            else:
-                crossings.append(Crossing(t, known.body, 0, number, against))
+            outcomes.append(why)
         sweep = None if program < 0 else sweep_of(recording, program, recording.sweep(program))
         cells = () if program < 0 else self._leaves(program, recording.sweep(program))
-        return replace(
-            known, surface=step, cells=cells, sweep=sweep, floats=tuple(crossings), outcome="" if crossings else why,
-            doubtful=step.doubtful,
-        )  # fmt: skip
+        outcome = "" if "" in outcomes else outcomes[-1]
+        return replace(known, surface=step, cells=cells, sweep=sweep, outcome=outcome, doubtful=step.doubtful)
 
     def _polygon(self, polygon: int, known: BodyStep) -> BodyStep:
         """Return the step of a polygon: the root of its plane if it counts, within the outline, not cut away."""
@@ -409,22 +339,12 @@ class BodySteps:
         step = self.surfaces[number]
         inside, seen = recording.loop(polygon)
         outline = self._outline(polygon, inside, seen)
-        t = step.roots[0] if step.roots else math.nan
-        crossings, why = [], ""
-        if not step.roots:
-            why = PARALLEL
-        elif not recording.counts(t, number):
-            why = STARTED if recording.is_start(t, number) else INTERVAL
-        elif not inside:
+        why = self._outcome([(t, number) for t in step.roots]) if step.roots else PARALLEL
+        if not why and not inside:
             why = OUTLINE
-        elif program >= 0 and not recording.holds(program, t):
+        elif not why and program >= 0 and not recording.holds(program, step.roots[0]):
             why = CLIPPED
-        else:
-            against = (step.rate < 0) == (int(tables.polygon_side[polygon]) > 0)
-            crossings.append(Crossing(t, known.body, 0, number, against))
-        return replace(
-            known, surface=step, outline=outline, floats=tuple(crossings), outcome=why, doubtful=step.doubtful,
-        )  # fmt: skip
+        return replace(known, surface=step, outline=outline, outcome=why, doubtful=step.doubtful)
 
     def _outline(self, polygon: int, inside: bool, seen: Any) -> OutlineStep:
         """Return the corners in the view along the ray, and which edges are counted."""
@@ -540,12 +460,12 @@ def finish_step(
     outcome = step.outcome
     if own:
         outcome = HIT if first.body == step.body else CROSSED
-    elif step.floats:
-        outcome = INSIDE if inside else TOUCHED
+    elif inside:
+        outcome = INSIDE
+    elif not outcome:  # a crossing by the float formulas, which were in doubt
+        outcome = TOUCHED
     sentence = _crossings_text(own, outcome) if own else _OUTCOME_WORDS[outcome]
-    # Where the queries give other crossings than the floats alone, the floats were in doubt
-    doubtful = step.doubtful or own != step.floats
-    return replace(step, outcome=outcome, sentence=sentence, crossings=own, spans=inside, doubtful=doubtful)
+    return replace(step, outcome=outcome, sentence=sentence, crossings=own, spans=inside)
 
 
 def merge_missed_step(bare_step: BodyStep, worked: BodyStep) -> BodyStep:

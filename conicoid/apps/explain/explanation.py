@@ -139,7 +139,19 @@ class Explanation(RayRecord):
         OSError
             If the file cannot be written.
         """
-        save_explanation(self, path)
+        name = checked_path("save", path)
+        suffix = os.path.splitext(name)[1].lower()
+        if suffix == ".html":
+            content = page_of("A ray explained", self.html)
+        elif suffix == ".svg":
+            content = self.svg
+        elif suffix == ".txt":
+            content = self.text
+        else:
+            raise ValueError(
+                f"save: path of an explanation must end with .html, .svg or .txt, got {format_value(str(path))}"
+            )
+        write_text(name, content)
 
     def _repr_html_(self) -> str:
         return self.html
@@ -157,26 +169,6 @@ def page_of(title: str, body: str) -> str:
 def as_floats_tuple(values: Any) -> tuple[float, ...]:
     """Return an array of floats as a tuple."""
     return tuple(np.asarray(values, np.float64).tolist())
-
-
-# An explanation as a file.
-
-
-def save_explanation(found: Explanation, path: str | os.PathLike[str]) -> None:
-    """Write a page, a drawing or a text, by the ending of the path."""
-    name = checked_path("save", path)
-    suffix = os.path.splitext(name)[1].lower()
-    if suffix == ".html":
-        content = page_of("A ray explained", found.html)
-    elif suffix == ".svg":
-        content = found.svg
-    elif suffix == ".txt":
-        content = found.text
-    else:
-        raise ValueError(
-            f"save: path of an explanation must end with .html, .svg or .txt, got {format_value(str(path))}"
-        )
-    write_text(name, content)
 
 
 # `scene.explain`: one ray traced by the queries, and the numbers of the kernels collected into steps.

@@ -49,10 +49,6 @@ def body_blocks(step: BodyStep, found: RayRecord) -> Iterator[Block]:
         yield from _cell(cell, shown_surfaces, step.sweep is not None)
     if step.sweep is not None:
         yield from _sweep(step.sweep)
-    # They differ only if the floats were in doubt
-    if step.floats != step.crossings:
-        times = ", ".join(format_float(one.t) for one in step.floats) or "not crossed"
-        yield TextLine(f"by the float formulas alone it would be: {times}", Citation.DOUBT)
     if step.spans:
         spans = ", ".join(f"[{format_float(one.t_enter)}, {format_float(one.t_exit)}]" for one in step.spans)
         yield TextLine(f"inside for t in {spans}")

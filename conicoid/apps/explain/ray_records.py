@@ -15,7 +15,7 @@ import numpy as np
 
 from ..._jit.decorators import inline, kernel
 from ...kernels import tables as table
-from ...kernels.body.boolean import deciding_event, gather_events, inside_program_at, undo_events
+from ...kernels.body.boolean import gather_events, inside_program_at, undo_events
 from ...kernels.body.cell import CellSpans, cell_spans, slab_of
 from ...kernels.body.hit import is_doubtful
 from ...kernels.body.scratch import EVENT, LEAF, ON, PLACE, TIME, new_scratch
@@ -62,10 +62,9 @@ SURFACE_COLUMNS = 12
 SLAB_IN, SLAB_OUT, PLACE_IN, PLACE_OUT, NUMBER, SPANS, CELL_UNSURE, CELL_OFF, CELL_FAR = 0, 1, 2, 3, 4, 5, 13, 14, 15
 CELL_COLUMNS = 16
 
-# Columns of an event: t, leaf, place of the face, entered (1) or left (0), true inputs of the root, value of the body,
-# and whether a crossing has its face
-EVENT_T, EVENT_LEAF, EVENT_PLACE, EVENT_ON, EVENT_COUNT, EVENT_INSIDE, EVENT_REPORTED = range(7)
-EVENT_COLUMNS = 7
+# Columns of an event: t, leaf, place of the face, entered (1) or left (0), true inputs of the root, value of the body
+EVENT_T, EVENT_LEAF, EVENT_PLACE, EVENT_ON, EVENT_COUNT, EVENT_INSIDE = range(6)
+EVENT_COLUMNS = 6
 
 # Columns of a corner in the view along the ray: u, v; of the edge that ends there: does v change sign, u v' - u' v
 SEEN_U, SEEN_V, SEEN_CHANGES, SEEN_SIDE = range(4)
@@ -208,8 +207,6 @@ def record_sweep(geometry: Geometry, rays: RayArrays, i: int, program: int) -> F
         # The value after the last event of the group holds for all its rows
         for k in range(first, done):
             rows[k + 1, EVENT_INSIDE] = 1.0 if inside else 0.0
-        if inside != (rows[first, EVENT_INSIDE] == 1.0):
-            rows[deciding_event(geometry, scratch, program, first, done, inside) + 1, EVENT_REPORTED] = 1.0
     undo_events(geometry, scratch, program, done)
     return rows
 

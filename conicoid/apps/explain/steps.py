@@ -251,7 +251,6 @@ class BodyStep:
                "polygon"
     outcome, sentence   one of `OUTCOMES`, and the outcome as a sentence
     crossings, spans   the results of `scene.crossings` and `scene.spans` for this body
-    floats     crossings by the float formulas alone; they differ from `crossings` only if the ray is doubtful
     box, ball  tests of a body that the tree leaves out
     cells, sweep   of a solid or a Boolean, or of the solid that clips a sheet
     surface    of a ball, a sheet or a polygon
@@ -267,7 +266,6 @@ class BodyStep:
     sentence: str
     crossings: tuple[Crossing, ...] = ()
     spans: tuple[Span, ...] = ()
-    floats: tuple[Crossing, ...] = ()
     box: BoxTest | None = None
     ball: BallTest | None = None
     cells: tuple[CellStep, ...] = ()

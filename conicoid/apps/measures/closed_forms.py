@@ -135,35 +135,6 @@ def _(solid: EllipticSolid) -> Moments:
     return _sections(float(sx), float(sy), (g0, g1, g2), solid.heights)
 
 
-@own_moments.register
-def _(cylinder: Cylinder) -> Moments:
-    """A wedge between the angles a and b; sines and cosines of a full turn cancel to the last bit."""
-    r, height = cylinder.radius, cylinder.length
-    a, b = math.radians(cylinder.start_angle), math.radians(cylinder.end_angle)
-    turn = math.radians(cylinder.end_angle - cylinder.start_angle)
-    # Equal angles of a full turn have rounded sines that do not cancel
-    full = cylinder.end_angle - cylinder.start_angle == 360
-    volume = r * r * turn / 2 * height
-    x, y = (0.0, 0.0) if full else (math.sin(b) - math.sin(a), math.cos(a) - math.cos(b))
-    centroid = np.array([2 * r / 3 * x / turn, 2 * r / 3 * y / turn, height / 2])
-    # The means of x², y², x y about the axis, in units of r² / (4 turn)
-    double, mixed = (
-        (0.0, 0.0) if full else ((math.sin(2 * b) - math.sin(2 * a)) / 2, math.sin(b) ** 2 - math.sin(a) ** 2)
-    )
-    spread = np.zeros((3, 3))
-    spread[:2, :2] = r * r / (4 * turn) * np.array([[turn + double, mixed], [mixed, turn - double]])
-    spread[:2, :2] -= np.outer(centroid[:2], centroid[:2])
-    spread[2, 2] = height**2 / 12
-    return Moments(volume, centroid, spread)
-
-
-@own_area.register
-def _(cylinder: Cylinder) -> float:
-    turn = math.radians(cylinder.end_angle - cylinder.start_angle)
-    r, walls = cylinder.radius, 0.0 if cylinder.end_angle - cylinder.start_angle == 360 else 2.0
-    return r * turn * cylinder.length + r * r * turn + walls * r * cylinder.length
-
-
 @own_area.register
 def _(patch: CylinderPatch) -> float:
     return math.radians(patch.end_angle - patch.start_angle) * patch.radius * patch.length
@@ -306,7 +277,7 @@ def _(solid: Parallelepiped) -> float:
     return 2 * sum(float(np.linalg.norm(np.cross(u, v))) for u, v in ((a, b), (b, c), (c, a)))
 
 
-# Closed forms of solids of revolution about z, also of parts of a turn: cones, tubes, polycones, outlines, balls.
+# Closed forms of solids of revolution about z, also of parts of a turn: cylinders, cones, tubes, and so on.
 #
 # Integrals over the profile, (r, z), times those of 1, cos φ, sin φ and their products over the azimuth.
 
@@ -403,7 +374,9 @@ def _exclusive_area(one: list[tuple[float, float]], other: list[tuple[float, flo
 
 
 def _rings(shape: Any) -> list[Ring]:
-    """Return the profile of a tube, cone, polycone or revolution as rings from bottom to top."""
+    """Return the profile of a cylinder, tube, cone, polycone or revolution as rings from bottom to top."""
+    if isinstance(shape, Cylinder):
+        return [Ring(0.0, shape.length, (0.0, 0.0), (shape.radius, shape.radius))]
     if isinstance(shape, Tube):
         inner, outer = shape.inner_radius, shape.outer_radius
         return [Ring(0.0, shape.length, (inner, inner), (outer, outer))]
@@ -414,6 +387,7 @@ def _rings(shape: Any) -> list[Ring]:
     return [Ring(*ring) for ring in profile_rings(shape.profile)]
 
 
+@own_moments.register(Cylinder)
 @own_moments.register(Tube)
 @own_moments.register(Polycone)
 @own_moments.register(Revolution)
@@ -422,6 +396,7 @@ def _(shape: Any) -> Moments:
     return ring_moments(ring_sums(_rings(shape)), azimuth(shape.start_angle, shape.end_angle))
 
 
+@own_area.register(Cylinder)
 @own_area.register(Tube)
 @own_area.register(Polycone)
 @own_area.register(Revolution)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -91,7 +92,8 @@ def cardinal_points(system: Prescription | SceneLike, wavelength: float | None =
     default = system.wavelength if isinstance(system, Prescription) else LINE_D
     wave = default if wavelength is None else check_wavelength("cardinal_points", wavelength)
     # Light from behind gives the front focus, light from the front the rear focus.
-    front, rear = (_side(system, wave, backwards) for backwards in (True, False))
+    trace_side = _of_prescription if isinstance(system, Prescription) else _of_scene
+    front, rear = (trace_side(system, wave, backwards) for backwards in (True, False))
     f = rear.focal_length
     return CardinalPoints(
         f,
@@ -123,14 +125,7 @@ def focal_length(system: Prescription | SceneLike, wavelength: float | None = No
     return cardinal_points(system, wavelength).focal_length
 
 
-def _side(system: Prescription | SceneLike, wave: float, backwards: bool) -> _Side:
-    """Trace rays along the axis from one side: forwards, or backwards."""
-    if isinstance(system, Prescription):
-        return _of_prescription(system, wave, backwards)
-    return _of_scene(system, wave, backwards)
-
-
-def _of_prescription(system: Prescription, wave: float, backwards: bool) -> _Side:
+def _of_prescription(system: Any, wave: float, backwards: bool) -> _Side:
     """Trace the two rays through a prescription."""
     height, room = _NEAR * system.aperture, system.aperture
     rows = system.rows
@@ -151,7 +146,7 @@ def _of_prescription(system: Prescription, wave: float, backwards: bool) -> _Sid
     return _extrapolate(traced.rays, height, system.vertices[traced.rows[-1] if traced.rows else 0])
 
 
-def _of_scene(scene: SceneLike, wave: float, backwards: bool) -> _Side:
+def _of_scene(scene: Any, wave: float, backwards: bool) -> _Side:
     """Trace the two rays through a scene."""
     low, high = np.asarray(scene.bounds)
     if not np.isfinite([low, high]).all() or (low > high).any():

@@ -164,6 +164,10 @@ class WallHits:
     wall: Any  # the number of the wall's material
     opaque: Any  # bool
 
+    def select(self, some: Any) -> WallHits:
+        """Return the walls of some rays."""
+        return WallHits(self.hits[some], self.before[some], self.after[some], self.wall[some], self.opaque[some])
+
 
 def find_walls(scene: Any, media: SceneMedia, rays: Rays, medium: Any, wavelength: Any) -> WallHits:
     """Find the first wall of each ray; `medium`: the bodies that the rays are in, used for rays without a hit.

@@ -314,9 +314,7 @@ def _step(
     if last:
         lost[at_wall] = arriving[at_wall]
         return segments, _nothing(light)
-    wall_hits = WallHits(
-        hits[at_wall], *(values[at_wall] for values in (walls.before, walls.after, walls.wall, walls.opaque))
-    )
+    wall_hits = walls.select(at_wall)
     shares = split_light(media, wall_hits, rays.directions[at_wall], w[at_wall])
     there = arriving[at_wall]
     back, on = there * shares.mirrored, there * shares.passed

@@ -4,21 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import field
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from ..._util.arrays import unit_rows
 from ..._util.dataclass import dataclass
 from ..._util.text import format_count
 from ..._util.validation import check_integer, describe_kind
 from ...materials.dispersion import LINE_D
-from ...materials.material import Material
 from ...queries.rays import Rays
 from ...queries.result import extension
 from ...queries.scene_protocol import SceneLike, is_scene
-from .interface import material_index
+from .interface import SceneMedia, find_walls, split_light
 from .medium import check_wavelength
 from .prescriptions import Prescription, row_sheet
 from .refraction import reflect, refract
@@ -215,23 +214,11 @@ class RayPaths:
         return f"RayPaths({int(self.arrived.sum()):,} of {rays} left, {walls} at most)"
 
 
-@dataclass(eq=False)
-class _RayState:
-    """The rays that go on, and which of the others arrived."""
-
-    going: RayBools
-    arrived: RayBools = field(init=False)
-
-    def __post_init__(self) -> None:
-        self.arrived = np.ones(len(self.going), bool)
-
-
 def follow(scene: SceneLike, rays: Rays, wavelength: float = LINE_D, most: int = 100) -> RayPaths:
     """Follow rays until they leave a scene.
 
     A ray is refracted at the wall of a transparent body, reflected by an opaque body that mirrors and in total
-    reflection, and absorbed by any other. Where bodies overlap a transparent one counts before an opaque one, then the
-    one listed first, as for `hits.before`.
+    reflection, and absorbed by any other. The rules of walls are those of `trace_paths`, which splits light there.
 
     Parameters
     ----------
@@ -258,65 +245,31 @@ def follow(scene: SceneLike, rays: Rays, wavelength: float = LINE_D, most: int =
             f"follow: scene must be a Scene and rays be Rays, got {describe_kind(scene)} and {describe_kind(rays)}"
         )
     wave, most = check_wavelength("follow", wavelength), check_integer("follow", "most", most, 1, MOST_SURFACES)
-    optics = [_WallOptics.of(scene.body(i).material or Material(), wave) for i in range(len(scene))]
-    rays = Rays(rays.origins.reshape(-1, 3), rays.directions.reshape(-1, 3))
-    n = len(rays.origins)
-    state = _RayState(np.ones(n, bool))
-    points, last = [rays.origins], [rays.origins.copy(), rays.directions.copy()]
+    media = SceneMedia(scene, 1.0)
+    origins, directions = rays.origins.reshape(-1, 3).copy(), unit_rows(rays.directions.reshape(-1, 3))[0]
+    going, rays, arrived = np.arange(len(origins)), Rays(origins, directions), np.ones(len(origins), bool)
+    points = [origins.copy()]
     # A bound, since a ray may go round between two mirrors for ever
     for _ in range(most):
-        hits = scene.first_hit(rays)
-        misses = state.going & ~np.asarray(hits.hit)
-        # Rays that leave now keep this line, as later rounds go on with others.
-        for final, current in zip(last, rays, strict=True):
-            final[misses] = current[misses]
-        hits_wall = state.going = state.going & ~misses
-        if not hits_wall.any():
+        walls = find_walls(scene, media, rays, -1, np.full(len(going), wave))
+        hit = np.asarray(walls.hits.hit)
+        # Rays that leave keep this line
+        origins[going[~hit]], directions[going[~hit]] = rays.origins[~hit], rays.directions[~hit]
+        going, rays, walls = going[hit], rays[hit], walls.select(hit)
+        if not len(going):
             break
-        points.append(np.where(hits_wall[:, None], hits.point, points[-1]))
-        rays = hits.spawn(_turn_rays(scene, rays, hits, state, optics))
-    state.arrived &= ~state.going
-    return RayPaths(np.stack(points), Rays(*last), state.arrived)
+        points.append(points[-1].copy())
+        points[-1][going] = walls.hits.point
+        shares = split_light(media, walls, rays.directions, np.full(len(going), wave))
+        on = shares.passed > 0
+        # Of a transparent wall only total reflection turns the ray back
+        kept = on | (shares.mirrored > np.where(walls.opaque, 0.0, _TOTAL))
+        arrived[going[~kept]] = False
+        going = going[kept]
+        rays = walls.hits[kept].spawn(np.where(on[:, None], shares.refracted, shares.reflected)[kept])
+    arrived[going] = False
+    return RayPaths(np.stack(points), Rays(origins, directions), arrived)
 
 
-@dataclass(frozen=True)
-class _WallOptics:
-    """The optics of a body's walls: transparent, mirroring, refractive index."""
-
-    clear: bool
-    mirrors: bool
-    index: float
-
-    @classmethod
-    def of(cls, material: Material, wavelength: float) -> _WallOptics:
-        """Return the optics of a material at a wavelength."""
-        clear = bool(np.max(np.asarray(_amount(material.transparency))) > 0)
-        mirrors = bool(np.max(np.asarray(_amount(material.reflectivity))) > 0) or material.metal_index is not None
-        if not clear:
-            return cls(False, mirrors, 1.0)
-        return cls(True, False, float(np.real(material_index(material, wavelength))))
-
-
-def _amount(value: Any) -> Any:
-    """Return a number, or the numbers of a colour."""
-    return value if isinstance(value, float | int) else tuple(value)
-
-
-def _turn_rays(scene: SceneLike, rays: Rays, hits: Any, state: _RayState, optics: list[_WallOptics]) -> RayFloats:
-    """Return the directions in which rays go on; absorbed rays end."""
-    indices = np.array([*(one.index for one in optics), 1.0])  # the last one, index -1, is vacuum
-    clear, mirrors = np.array([one.clear for one in optics]), np.array([one.mirrors for one in optics])
-    body = np.where(hits.hit, hits.body, 0)
-    # Neither transparent nor mirroring: absorbed.
-    dark = state.going & ~clear[body] & ~mirrors[body]
-    state.going &= ~dark
-    state.arrived &= ~dark
-    before, after = indices[hits.before], indices[hits.after]
-    with np.errstate(invalid="ignore"):
-        mirrored = reflect(rays.directions, hits.normal)
-        bent, total = refract(rays.directions, hits.normal, before / after)
-    back = mirrors[body] | total
-    # A transparent sheet does not bend rays.
-    pane = np.array([scene.body(i).shape.is_sheet for i in range(len(scene))])[body] & clear[body]
-    ways = np.where(back[:, None], mirrored, np.where(pane[:, None], rays.directions, bent))
-    return np.where(state.going[:, None], ways, rays.directions)
+_TOTAL = 1 - 1e-12
+"""A larger share is that of total reflection."""

@@ -211,7 +211,7 @@ class Slice:
         drawing = self._drawing(by, outlines, legend, problems)
         # The file appears complete or not at all.
         with replace_file(path) as file:
-            file.write_bytes(_write_slice(drawing, suffix))
+            file.write_bytes(svg_text(drawing).encode() if suffix == ".svg" else pdf_bytes(drawing))
 
     def _drawing(self, by: str, outlines: bool, legend: bool, problems: bool) -> SliceDrawing:
         """Return the drawing, whatever the format."""
@@ -257,13 +257,6 @@ class Slice:
         left, right, bottom, top = self.extent
         window = f"[{left:.6g}, {right:.6g}] x [{bottom:.6g}, {top:.6g}]"
         return f"<Slice {self._window.width} x {self._window.height} pixels of {window}>"
-
-
-def _write_slice(drawing: SliceDrawing, suffix: str) -> bytes:
-    """Return the contents of an .svg or .pdf file."""
-    if suffix == ".svg":
-        return svg_text(drawing).encode()
-    return pdf_bytes(drawing)
 
 
 def _blocks(window: Window) -> list[tuple[int, int]]:

@@ -161,12 +161,6 @@ def check_ending(path: str | os.PathLike[str]) -> str:
 
 
 @contextlib.contextmanager
-def memory_store(shape: tuple[int, ...], kind: Any) -> Iterator[Pair]:
-    """Yield two empty arrays."""
-    yield np.empty(shape, kind), np.empty(shape, kind)
-
-
-@contextlib.contextmanager
 def file_store(path: Any, shape: tuple[int, ...], kind: Any) -> Iterator[Pair]:
     """Yield the two halves of an array (2, ...) in a file, which gets its name when the context ends."""
     with replace_file(path) as partial:
@@ -418,8 +412,8 @@ def _fill_voxels(
 ) -> Pair:
     """Make two arrays in memory or on disk, call fill(them), and return them. `sides` are those of a zarr block."""
     if request.path is None:
-        with memory_store(shape, kind) as pair:
-            fill(pair)
+        pair = np.empty(shape, kind), np.empty(shape, kind)
+        fill(pair)
         return pair
     ending = check_ending(request.path)
     more = dict(low=request.low.tolist(), high=request.high.tolist(), **more)

@@ -24,7 +24,6 @@ from ...kernels.first_hits import first_crossing, resolve_first_crossing
 from ...kernels.numbers.double_double import next_float_down, next_float_up
 from ...kernels.numbers.vectors import dot
 from ...kernels.packet.lanes import (
-    BEST,
     DX,
     DY,
     DZ,
@@ -532,23 +531,29 @@ def _find_interactions(
 
 @helper
 def _shadow_rays(
-    geometry: Geometry, wave: PacketMemory, look: ShadingTables, k: int, stride: int, samples: Samples
+    geometry: Geometry, wave: PacketMemory, lit: WhittedLight, k: int, seed: int, stride: int, samples: Samples
 ) -> int:
-    """Put shadow rays to light k into the lanes that it may light; return one of these lanes, or -1 for none."""
-    lanes, light, some = wave.shadow, look.lights[k], -1
+    """Put rays to light or lamp k into the lanes that it may light; return one of these lanes, or -1 for none."""
+    lanes, look, some = wave.shadow, lit.look, -1
     for i in range(samples.size):
-        sight = _load_interaction(wave.sights[i])
+        at, sight = 3 * (stride * i + k), _load_interaction(wave.sights[i])
         wave.sights[i, _SHADOW_RAYS] = 0.0
+        wave.arrived[at], wave.arrived[at + 1], wave.arrived[at + 2] = 0.0, 0.0, 0.0
         if sight.body < 0:
             continue
         dx, dy, dz = _direction(samples.packet.lanes, i)
-        shows, row, point = shading_point_of(geometry, look.materials, sight, dx, dy, dz)
+        shows, number, point = shading_point_of(geometry, look.materials, sight, dx, dy, dz)
         if not shows:
             continue
-        ray, is_traced = shadow_ray(light, look.materials.rows[row], point, sight.surface)
-        if is_traced and has_relief(look.materials.rows[row]) and is_behind(sight, dx, dy, dz, ray.dx, ray.dy, ray.dz):
-            at, is_traced = 3 * (stride * i + k), False
-            wave.arrived[at], wave.arrived[at + 1], wave.arrived[at + 2] = 0.0, 0.0, 0.0
+        row = look.materials.rows[number]
+        if k < len(look.lights):
+            ray, is_traced = shadow_ray(look.lights[k], row, point, sight.surface)
+            if is_traced and has_relief(row):
+                is_traced = not is_behind(sight, dx, dy, dz, ray.dx, ray.dy, ray.dz)
+        else:
+            random = seed, samples.pixels[i], samples.sample
+            ray, body, is_traced = lamp_ray(lit, k - len(look.lights), random, sight, row, point, dx, dy, dz)
+            wave.sights[i, _LAMP] = body
         if is_traced:
             put_ray(lanes, i, ray)
             wave.sights[i, _SHADOW_RAYS], some = 1.0, i
@@ -557,76 +562,15 @@ def _shadow_rays(
 
 @helper
 def _shadow_light(
-    geometry: Geometry, scratch: Scratch, wave: PacketMemory, look: ShadingTables, k: int, stride: int, samples: Samples
-) -> None:
-    """Compute how much of light k reaches the hits; stride: the number of all lights and lamps."""
-    lanes, materials, light, count = wave.shadow, look.materials, look.lights[k], samples.size
-    some = _shadow_rays(geometry, wave, look, k, stride, samples)
-    if some < 0:
-        return
-    for i in range(LANES):
-        if i >= count or wave.sights[i, _SHADOW_RAYS] == 0.0:
-            put_idle(lanes, i, some)
-    prepare_lanes(lanes)
-    put_lane_beam(lanes, False)
-    if light.parallel == 0:
-        put_beam_from(lanes, light.position[0], light.position[1], light.position[2])
-    if is_coherent(geometry, lanes):
-        trace_packet(geometry, scratch, with_lanes(samples.packet, lanes), materials.opaque, True)
-    else:
-        for i in range(count):
-            if wave.sights[i, _SHADOW_RAYS] != 0.0:
-                lane = np.uint64(i)
-                ray = lane_ray(lanes, i, lanes[T_MAX + lane])
-                lanes[BEST + lane] = first_crossing(geometry, scratch, ray, materials.opaque, True).t
-    for i in range(count):
-        if wave.sights[i, _SHADOW_RAYS] == 0.0:
-            continue
-        at, inside = 3 * (stride * i + k), _load_interaction(wave.sights[i]).before
-        ray, covered = lane_ray(lanes, i, lanes[T_MAX + np.uint64(i)]), lanes[BEST + np.uint64(i)] < math.inf
-        wave.arrived[at], wave.arrived[at + 1], wave.arrived[at + 2] = shadow_transmittance(
-            geometry, scratch, materials, ray, inside, covered
-        )
-
-
-@helper
-def _lamp_rays(
-    geometry: Geometry, wave: PacketMemory, lit: WhittedLight, j: int, seed: int, stride: int, samples: Samples
-) -> int:
-    """Put rays to the j-th lamp into the lanes that it may light; return one of these lanes, or -1 for none."""
-    lanes, look, some = wave.shadow, lit.look, -1
-    for i in range(samples.size):
-        at, sight = 3 * (stride * i + len(look.lights) + j), _load_interaction(wave.sights[i])
-        wave.sights[i, _SHADOW_RAYS] = 0.0
-        wave.arrived[at], wave.arrived[at + 1], wave.arrived[at + 2] = 0.0, 0.0, 0.0
-        if sight.body < 0:
-            continue
-        dx, dy, dz = _direction(samples.packet.lanes, i)
-        shows, row, point = shading_point_of(geometry, look.materials, sight, dx, dy, dz)
-        if not shows:
-            continue
-        random = seed, samples.pixels[i], samples.sample
-        ray, body, is_traced = lamp_ray(lit, j, random, sight, look.materials.rows[row], point, dx, dy, dz)
-        if is_traced:
-            put_ray(lanes, i, ray)
-            wave.sights[i, _SHADOW_RAYS], wave.sights[i, _LAMP], some = 1.0, body, i
-    return some
-
-
-@helper
-def _shadow_lamp(
-    geometry: Geometry,
-    scratch: Scratch,
-    wave: PacketMemory,
-    lit: WhittedLight,
-    j: int,
-    seed: int,
-    stride: int,
+    geometry: Geometry, scratch: Scratch, wave: PacketMemory, lit: WhittedLight, k: int, seed: int, stride: int,
     samples: Samples,
-) -> None:
-    """Compute how much of the j-th lamp reaches the hits."""
-    lanes, materials = wave.shadow, lit.look.materials
-    some = _lamp_rays(geometry, wave, lit, j, seed, stride, samples)
+) -> None:  # fmt: skip
+    """Compute how much of light k reaches the hits; lamps follow lights. stride: the number of both.
+
+    Any body covers a light. A lamp is covered unless the first body on the ray is its own.
+    """
+    lanes, materials, is_lamp = wave.shadow, lit.look.materials, k >= len(lit.look.lights)
+    some = _shadow_rays(geometry, wave, lit, k, seed, stride, samples)
     if some < 0:
         return
     for i in range(LANES):
@@ -634,9 +578,12 @@ def _shadow_lamp(
             put_idle(lanes, i, some)
     prepare_lanes(lanes)
     put_lane_beam(lanes, False)
+    if not is_lamp and lit.look.lights[k].parallel == 0:
+        position = lit.look.lights[k].position
+        put_beam_from(lanes, position[0], position[1], position[2])
     together = is_coherent(geometry, lanes)
     if together:
-        trace_packet(geometry, scratch, with_lanes(samples.packet, lanes), materials.opaque, False)
+        trace_packet(geometry, scratch, with_lanes(samples.packet, lanes), materials.opaque, not is_lamp)
     for i in range(samples.size):
         if wave.sights[i, _SHADOW_RAYS] == 0.0:
             continue
@@ -644,11 +591,13 @@ def _shadow_lamp(
         if together:
             hit = lane_hit(lanes, i)
         else:
-            hit = first_crossing(geometry, scratch, ray, materials.opaque, False)
-        at, inside = 3 * (stride * i + len(lit.look.lights) + j), _load_interaction(wave.sights[i]).before
-        ray = with_limits(ray, 0.0, min(ray.t_max, hit.t))
+            hit = first_crossing(geometry, scratch, ray, materials.opaque, not is_lamp)
+        at, inside = 3 * (stride * i + k), _load_interaction(wave.sights[i]).before
+        covered = hit.t < math.inf
+        if is_lamp:
+            ray, covered = with_limits(ray, 0.0, min(ray.t_max, hit.t)), hit.body != whole(wave.sights[i, _LAMP])
         wave.arrived[at], wave.arrived[at + 1], wave.arrived[at + 2] = shadow_transmittance(
-            geometry, scratch, materials, ray, inside, hit.body != whole(wave.sights[i, _LAMP])
+            geometry, scratch, materials, ray, inside, covered
         )
 
 
@@ -660,10 +609,8 @@ def gather(geometry: Geometry, scratch: Scratch, wave: PacketMemory, settings: S
     _start_media(geometry, scratch, wave, look.materials, samples)
     _find_interactions(geometry, scratch, wave, look, samples)
     stride = len(look.lights) + lamp_count(lit.lamps)
-    for k in range(len(look.lights)):
-        _shadow_light(geometry, scratch, wave, look, k, stride, samples)
-    for j in range(lamp_count(lit.lamps)):
-        _shadow_lamp(geometry, scratch, wave, lit, j, settings.seed, stride, samples)
+    for k in range(stride):
+        _shadow_light(geometry, scratch, wave, lit, k, settings.seed, stride, samples)
     for i in range(samples.size):
         sight = _load_interaction(wave.sights[i])
         x, y, z, dx, dy, dz, _, _, start = lane_ray(samples.packet.lanes, i, math.inf)
