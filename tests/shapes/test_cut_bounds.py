@@ -26,8 +26,9 @@ from conicoid.geometry.quadrics import (
     ParabolicCylinder,
     TwoSheetHyperboloid,
 )
-from conicoid.geometry.shape import Solid
+from conicoid.geometry.shape import Solid, region_bounds
 from conicoid.geometry.transform import IDENTITY_MOTION
+from conicoid.prepare.csg_plan import placed_primitives
 
 from ..reference.forms import PAIRS, chain
 from ..reference.items import Item, combined
@@ -381,3 +382,14 @@ def test_prepared_bounds_of_a_body_as_thin_as_the_rounding_of_its_place():
         low, high = prepared_bounds(co.Intersection(parts))
         assert (low <= (0.9, 0.25, center)).all()
         assert (high >= (0.9, 0.25, center)).all()
+
+
+def test_known_boxes_serve_parts_with_a_motion_of_their_own():
+    """Bounds of a placed part cost a millisecond; its recording has given them. Boxes that are not its own show it."""
+    body = (co.Sphere(1).rotate("x", 30).translate((9, 0, 0)) | co.Box()).translate((0, 0, 5))
+    known = {
+        (id(leaf), steps): (np.full(3, 2.0 * k), np.full(3, 2.0 * k + 1))
+        for k, (leaf, steps) in enumerate(placed_primitives(body))
+    }
+    low, high = region_bounds(body, IDENTITY_MOTION, known)
+    assert (low.tolist(), high.tolist()) == ([0.0] * 3, [3.0] * 3)

@@ -34,6 +34,9 @@ class BoundedSolid(Protocol):
 
     bounds_kind: ClassVar[BoundsKind]
 
+    @property
+    def motion(self) -> Motion: ...
+
     def under(self, outer: Motion) -> Motion: ...
 
     def bounds_under(self, outer: Motion) -> BoxEnds: ...
@@ -144,7 +147,7 @@ Part: TypeAlias = tuple[BoundedSolid, Motion, bool]
 """A primitive, its motion, and True for its inside or False for its outside."""
 
 KnownBoxes: TypeAlias = Mapping[tuple[int, tuple[Step, ...]], BoxEnds]
-"""(`id` of a primitive, the steps that move it) -> its bounds, computed before."""
+"""(`id` of a primitive, its own and all other steps that move it) -> its bounds, computed before."""
 NO_KNOWN_BOXES: KnownBoxes = {}
 
 MAX_PLANES = 24
@@ -230,7 +233,7 @@ def cut_bounds(
 def _uncut_box(part: Part, known: KnownBoxes) -> BoxEnds:
     solid, motion, inside = part
     if inside and known:
-        found = known.get((id(solid), motion.steps))
+        found = known.get((id(solid), solid.motion.steps + motion.steps))
         if found is not None:
             return found
     return solid.bounds_under(motion) if inside else solid.outside_bounds_under(motion)
