@@ -38,7 +38,7 @@ class PlaneSurface:
     over: Any = field(default=None, compare=False)
     """normal·anchor - offset if it is known: no motion changes it."""
     is_offset_better: bool = field(default=False, compare=False)
-    """Whether the offset is more exact than the anchor: until the plane is turned."""
+    """Whether the offset is more exact than the anchor: also under turns, most of which are by quarters."""
 
     @property
     def height(self) -> ex.BigFloat:
@@ -55,8 +55,7 @@ class PlaneSurface:
         normal, anchor = ex.exact_row(self.normal), ex.exact_row(self.anchor)
         offset = ex.cancelling_sum((ex.exact(self.offset), -ex.dot(normal, back_shift)))
         turned = self.normal if motion.shift is not None else ex.apply(ex.transpose(back), normal)
-        is_better = self.is_offset_better and motion.shift is not None
-        return PlaneSurface(turned, offset, motion.carried(anchor), self.height, is_better)
+        return PlaneSurface(turned, offset, motion.carried(anchor), self.height, self.is_offset_better)
 
     moved_rows = moved
     """The image, as of `QuadricSurface.moved_rows`."""

@@ -194,18 +194,19 @@ class AxisFrame(_Step):
     reference: Vector | None = None
 
     def affine(self) -> Affine:
-        return ex.transpose(self._axes()), ex.exact_row(self.origin)
+        return ex.transpose(self._axes), ex.exact_row(self.origin)
 
     def inverse(self) -> Affine:
-        rows = self._axes()
+        rows = self._axes
         x, y, z = ex.apply(rows, ex.exact_row(self.origin))
         return rows, (-x, -y, -z)
 
     def reach(self) -> Reach:
         return Reach(1.0, 1.0, _sum_magnitudes(self.origin))
 
+    @cached_property
     def _axes(self) -> ex.Rows:
-        """Return the directions of x, y and z."""
+        """The directions of x, y and z."""
         axis = ex.exact_row(self.axis)
         if self.reference is None and not any(isinstance(entry, ex.Symbol) for entry in axis):
             leads = [k for k, entry in enumerate(axis) if not ex.is_nothing(entry)]

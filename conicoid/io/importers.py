@@ -14,6 +14,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import field, fields, replace
 from fnmatch import fnmatchcase
+from functools import cache
 from itertools import islice
 from typing import Any, NamedTuple
 
@@ -312,6 +313,7 @@ _PLASTIC = 1.324717957244746  # the real root of x³ = x + 1
 _CHROMA = 0.15
 
 
+@cache
 def palette_color(number: int) -> str:
     """Return the colour of the material with a number, as #rrggbb."""
     hue = 2 * math.pi * ((0.385 + number / _PLASTIC) % 1)

@@ -26,7 +26,7 @@ from ..geometry.cell import Cell, Not, Tree
 from ..geometry.instances import InstanceList
 from ..geometry.shape import PrimitiveSolid, Shape
 from ..geometry.surface import UPRIGHT, Key, PlaneSurface, QuadricSurface, Surface, Triple
-from ..geometry.transform import IDENTITY_MOTION, Rotate, Step, Transform, Translate
+from ..geometry.transform import IDENTITY_MOTION, AxisFrame, Motion, Rotate, Step, Transform, Translate
 from ..kernels.numbers.double_double import next_float_down, next_float_up
 from ..kernels.tables import Floats, Ints, Longs
 from ..kernels.threads import KernelRange, run_chunks
@@ -50,11 +50,16 @@ class _ShapeLeaves:
     moved: list[tuple[Shape, tuple[Step, ...]]]
     first: list[int]
     known: dict[int, Surface] = field(default_factory=dict)
+    motions: dict[int, Motion] = field(default_factory=dict)
+    """The motions of primitives from their own frames: the surfaces of one share the products of its steps."""
 
-    def of(self, number: int) -> tuple[Any, tuple[Step, ...], int]:
-        """Return the primitive of a surface, its steps, and the number of the surface within it."""
+    def moved_surface(self, number: int) -> Surface:
+        """Return a surface, computed without the uv maps of its faces."""
         which = bisect_right(self.first, number) - 1
-        return *self.moved[which], number - self.first[which]
+        leaf, steps = self.moved[which]
+        if which not in self.motions:
+            self.motions[which] = leaf._under_steps(steps).under()
+        return own_surfaces(leaf)[number - self.first[which]].moved(self.motions[which])
 
 
 def exact_surface(shape: Shape, number: int) -> Surface:
@@ -63,9 +68,7 @@ def exact_surface(shape: Shape, number: int) -> Surface:
     if leaves is None:
         return lower_shape(shape).exact[number]
     if number not in leaves.known:
-        leaf, steps, own = leaves.of(number)
-        # Without the uv maps of its faces
-        leaves.known[number] = own_surfaces(leaf)[own].moved(leaf._under_steps(steps).under())
+        leaves.known[number] = leaves.moved_surface(number)
     return leaves.known[number]
 
 
@@ -251,7 +254,10 @@ class _KnownSteps:
             kept = tuple(k if k == axis else None for k in range(3))
             return _StepKind("turn", kept, axis=axis), (*step.axis, step.degrees)
         sources: list[int | None] = [None] * 3
-        if not isinstance(step, Rotate) or not (step.degrees % 90 or sum(map(bool, step.axis)) > 1):
+        is_oblique = isinstance(step, Rotate) and (step.degrees % 90 or sum(map(bool, step.axis)) > 1)
+        if isinstance(step, AxisFrame):  # by its formulas, no axis goes to one
+            is_oblique = step.reference is None and all(step.axis)
+        if not is_oblique:
             linear, shift = step.forth_and_back[0]
             for k, column in enumerate(zip(*linear, strict=True)):
                 if sum(map(bool, column)) == 1:

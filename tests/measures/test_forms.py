@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
+from conicoid.apps.measures import measure as measure_module
+from conicoid.apps.measures.hull import fitted_box
 from conicoid.io.openscad.solids import sided_ball
 
 from ..samples import in_turn, sampled
@@ -341,3 +343,12 @@ def test_holes_and_blocks_that_share_a_wall(boxes):
     assert np.array_equal(co.Scene([mesh]).contains(points), count > 0)
     volume = 27 + sum(sense * np.prod(np.subtract(high, low)) for (low, high), sense in boxes)
     assert co.measure(mesh).volume == pytest.approx(volume, rel=1e-12)
+
+
+@pytest.mark.parametrize(("radius", "boxes"), [(2.0, 1), (1e30, 2)])
+def test_a_shape_is_boxed_once_for_each_unit(radius, boxes, monkeypatch):
+    """A scene of a molecule measures 27,000 balls, and a third of the time went into a second box of each."""
+    boxed = []
+    monkeypatch.setattr(measure_module, "fitted_box", lambda shape: boxed.append(shape) or fitted_box(shape))
+    assert co.measure(co.Sphere(radius)).volume == pytest.approx(4 / 3 * math.pi * radius**3, rel=1e-14)
+    assert len(boxed) == boxes

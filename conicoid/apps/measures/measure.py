@@ -189,10 +189,12 @@ def measure_shape(
         return _sheet_measures(shape, rays, by_form, seed, progress, workers)
     shape = _single_shape(shape)
     # In units of a power of two, so that all powers of the size stay within float64
-    exponent = _exponent(fitted_box(shape))
+    box = fitted_box(shape)
+    exponent = _exponent(box)
     if exponent:
         shape = shape.scale(2.0**-exponent)
-    return _in_units(_measure_primitives(shape, rays, by_form, seed, progress, workers), exponent)
+        box = fitted_box(shape)
+    return _in_units(_measure_primitives(shape, box, rays, by_form, seed, progress, workers), exponent)
 
 
 def _sheet_measures(
@@ -243,10 +245,10 @@ def _in_units(measures: Measures, exponent: int) -> Measures:
 
 
 def _measure_primitives(
-    shape: Shape, rays: int, by_form: bool, seed: int, progress: Progress | None, workers: Workers | None
-) -> Measures:
+    shape: Shape, box: FittedBox, rays: int, by_form: bool, seed: int, progress: Progress | None,
+    workers: Workers | None,
+) -> Measures:  # fmt: skip
     """Return the measures of a primitive or a combination: closed forms where they are known, and rays for the rest."""
-    box = fitted_box(shape)
     nothing = Moments(0.0, np.full(3, np.nan), np.zeros((3, 3)))
     if box.is_empty:
         return _closed_measures(nothing, 0.0)

@@ -368,12 +368,12 @@ def plane_through(normal: Triple, offset: Any, near: Sequence[Any] = (0.0, 0.0, 
         square = a * a + b * b + c * c
         rise, below = end * unit - (a * x + b * y + c * z), unit * square
         x, y, z = (Fraction(p * square + rise * n, below) for p, n in ((x, a), (y, b), (z, c)))  # type: ignore[assignment]
-        return PlaneSurface(normal, offset, (x, y, z), 0.0)
+        return PlaneSurface(normal, offset, (x, y, z), 0.0, is_offset_better=True)
     n = [ex.rational(c) for c in normal]
     point = [ex.rational(c) for c in near]
     over = (ex.rational(offset) - sum(a * b for a, b in zip(n, point, strict=True))) / sum(c * c for c in n)
     x, y, z = (p + over * c for p, c in zip(point, n, strict=True))
-    return PlaneSurface(normal, offset, (x, y, z), 0.0)
+    return PlaneSurface(normal, offset, (x, y, z), 0.0, is_offset_better=True)
 
 
 def plane_uv(surface: PlaneSurface) -> UV:

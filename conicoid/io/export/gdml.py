@@ -219,6 +219,8 @@ class _StructureWriter:
     materials: GdmlMaterialWriter
     names: dict[str, str] = field(default_factory=dict)
     used_names: set[str] = field(default_factory=set)
+    next_numbers: dict[str, int] = field(default_factory=dict)
+    """For each label the first number that no volume has: molecules have 10,000 bodies of one name."""
     elements: list[str] = field(default_factory=list)
 
     def place(self, nest: VolumeNest, frame: GdmlMoves, mother: str) -> str:
@@ -275,9 +277,10 @@ class _StructureWriter:
         # Bodies of equal solid, material and daughters are one volume, placed many times, as in the file that they came
         # from
         if text not in self.names:
-            name, k = label, 2
+            name, k = label, self.next_numbers.get(label, 2)
             while name in self.used_names:
                 name, k = f"{label} {k}", k + 1
+            self.next_numbers[label] = k
             self.used_names.add(name)
             self.names[text] = name
             self.elements.append(f"<volume name={quoteattr(name)}>\n{text}\n</volume>")
