@@ -448,6 +448,10 @@ def try_point(geometry: Geometry, room: Neighbourhood, at: WallQuery, count: int
     if not turn.is_wall:
         return NO_WALL
     room.best[LOWER] = min(room.best[LOWER], max(distance - off - max(v.slack, 0.0), min(v.least, distance)))
+    # At a tip of n planes the corners of each three are one point: a second proof of it would take its time n³ times
+    known = room.who[BODY] == at.body and length_of(x - room.best[AT_X], y - room.best[AT_Y], z - room.best[AT_Z]) <= off
+    if many > _MOST and known:
+        return CERTAIN_WALL
     wall, size = room.chosen[turn.chosen], abs(x) + abs(y) + abs(z)
     off = _proved_error(geometry, room, count, many, sine, x, y, z, off, distance)
     if off > max(max(_VAGUE * size, _FAR * (size + distance)), _OFFSET * _reach(geometry, room, x, y, z)):
