@@ -286,9 +286,10 @@ UPPER, LOWER, AT_X, AT_Y, AT_Z, REACH, NEAREST, OF_BODY = 0, 1, 2, 3, 4, 5, 6, 7
 wall; the search radius; the distance of that point; the distance beyond which the current body has no walls."""
 BODY, ENTRY, PLACE, SENSE = 0, 1, 2, 3
 """Elements of `Neighbourhood.who`: the body, entry, place and sense of the best wall."""
-SURFACES, LEAVES, LINKS, PROGRAM, SHEET_OF, WITHIN = 0, 1, 2, 3, 4, 5
+SURFACES, LEAVES, LINKS, PROGRAM, SHEET_OF, WITHIN, TIP = 0, 1, 2, 3, 4, 5, 6
 """Elements of `Neighbourhood.sizes`: numbers of near surfaces, of near leaves and of their links; the program or -1; 1
-for a sheet; 1 + the polygon in which points must lie, or 0."""
+for a sheet; 1 + the polygon in which points must lie, or 0; 1 if more surfaces pass through the best proved wall than
+are tried in all combinations of sides."""
 LEAF, CELL_OF, FIRST_LINK, LINK_COUNT = 0, 1, 2, 3
 """Elements of `Neighbourhood.leaves`, four a leaf; the leaf is -1 if the body is a single cell."""
 
@@ -348,7 +349,7 @@ def new_room(geometry: Geometry) -> Neighbourhood:
 def reset_nearest(room: Neighbourhood, reach: float) -> None:
     """Start a search for walls up to the distance `reach`."""
     room.best[UPPER], room.best[LOWER], room.best[REACH], room.best[NEAREST] = math.inf, math.inf, reach, math.inf
-    room.best[OF_BODY] = math.inf
+    room.best[OF_BODY], room.sizes[TIP] = math.inf, 0
     room.best[AT_X], room.best[AT_Y], room.best[AT_Z] = math.nan, math.nan, math.nan
     room.who[BODY], room.who[ENTRY], room.who[PLACE], room.who[SENSE] = -1, -1, -1, 1
 

@@ -37,6 +37,7 @@ from .neighbourhood import (
     SENSE,
     SHEET_OF,
     SURFACES,
+    TIP,
     UPPER,
     WITHIN,
     Neighbourhood,
@@ -443,15 +444,17 @@ def try_point(geometry: Geometry, room: Neighbourhood, at: WallQuery, count: int
         return NO_WALL
     if v.slack == UNSETTLED and slant(one, two, x - at.x, y - at.y, z - at.z) > _STILL * distance + off:
         return SLANTED
+    least = max(distance - off - max(v.slack, 0.0), min(v.least, distance))
+    # At a tip of n planes the corners of each three are one point: a second proof of it would take its time n³ times
+    apart = length_of(x - room.best[AT_X], y - room.best[AT_Y], z - room.best[AT_Z])
+    if room.sizes[TIP] == 1 and room.who[BODY] == at.body and apart <= off:
+        room.best[LOWER] = min(room.best[LOWER], least)
+        return CERTAIN_WALL
     many = put_signs(geometry, room, count, x, y, z, off)
     turn = _turn_of(geometry, room, many)
     if not turn.is_wall:
         return NO_WALL
-    room.best[LOWER] = min(room.best[LOWER], max(distance - off - max(v.slack, 0.0), min(v.least, distance)))
-    # At a tip of n planes the corners of each three are one point: a second proof of it would take its time n³ times
-    known = room.who[BODY] == at.body and length_of(x - room.best[AT_X], y - room.best[AT_Y], z - room.best[AT_Z]) <= off
-    if many > _MOST and known:
-        return CERTAIN_WALL
+    room.best[LOWER] = min(room.best[LOWER], least)
     wall, size = room.chosen[turn.chosen], abs(x) + abs(y) + abs(z)
     off = _proved_error(geometry, room, count, many, sine, x, y, z, off, distance)
     if off > max(max(_VAGUE * size, _FAR * (size + distance)), _OFFSET * _reach(geometry, room, x, y, z)):
@@ -466,6 +469,8 @@ def try_point(geometry: Geometry, room: Neighbourhood, at: WallQuery, count: int
             sides = _sides_of_lowest(geometry, room, turn.values, many, turn.chosen, sides)
         _put_sides(room, many, turn.chosen, sides)
     keep_wall(geometry, room, at, wall, x, y, z, distance)
+    if room.best[NEAREST] == distance:
+        room.sizes[TIP] = whole(1 if many > _MOST else 0)
     return CERTAIN_WALL
 
 
