@@ -446,9 +446,9 @@ def try_point(geometry: Geometry, room: Neighbourhood, at: WallQuery, count: int
         return SLANTED
     least = max(distance - off - max(v.slack, 0.0), min(v.least, distance))
     # At a tip of n planes the corners of each three are one point: a proof of each would take its time n³ times. Those
-    # whose point is less exact than the one that was proved are left out.
+    # whose point is not much more exact than the one that was proved are left out.
     apart = length_of(x - room.best[AT_X], y - room.best[AT_Y], z - room.best[AT_Z])
-    if room.who[BODY] == at.body and apart <= off and off >= room.best[TIP]:
+    if room.who[BODY] == at.body and 2.0 * off >= room.best[TIP] and apart <= 8.0 * off:
         room.best[LOWER] = min(room.best[LOWER], least)
         return CERTAIN_WALL
     many = put_signs(geometry, room, count, x, y, z, off)
