@@ -194,9 +194,9 @@ class ExportBody:
 
 
 def collect_solids(scene: WritableScene, report: ExportReport) -> list[ExportBody]:
-    """Return all bodies of a scene, each of an entry of many by itself; report sheets as refused, empty ones as left out.
+    """Return all bodies of a scene, each of an entry of many by itself.
 
-    Raise ValueError for more than `MAX_EXPORT_BODIES`.
+    Sheets are reported as refused, empty bodies as left out. Raise ValueError for more than `MAX_EXPORT_BODIES`.
     """
     found = []
     for number, (name, body) in enumerate(_unique_names(scene)):
