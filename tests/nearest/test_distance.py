@@ -244,7 +244,7 @@ def test_corners_and_lines_of_many_planes_have_small_errors(shape):
 
 
 def test_a_tip_of_many_planes_is_proved_once():
-    """The corners of each three of 73 planes are the tip: to prove a wall there for each of them took minutes a point."""
+    """The corners of each three of 73 planes are the tip: a proof for each of them took some ten seconds a point."""
     parts = []
     for a, b in pairwise(np.radians(np.linspace(0, 120, 25))):
         x, y = np.cos((a + b) / 2), np.sin((a + b) / 2)
