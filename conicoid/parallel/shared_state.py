@@ -51,6 +51,7 @@ def source_version() -> str:
 # memory. The mapping is private: writes would go into a copy. The bodies themselves are a separate pickle that is
 # read on first use, as few queries need them.
 #
+# A file is read only if no other user can write to it: hashes do not cover its numbers, and what is mapped may change.
 # A pickle is read only if its hash is the one in the head, and the head only if its hash is the one in the task.
 
 _MAGIC = b"conicoid tables 1\n"
@@ -165,14 +166,15 @@ class ReplacedFileError(OSError):
 class TablesFile:
     """A mapped file of tables.
 
-    digest: the hash of its head; the file is read only if it matches. None: only this user could write it.
+    digest: the hash of its head; the file is read only if it matches. key: that of the recipe of its scene.
+    Raise ReplacedFileError for the file of another user, or one that others can write to.
     Raise ValueError for other files, damaged ones, and those of another edition; OSError if it cannot be read.
     """
 
     def __init__(self, path: str | os.PathLike[str], edition: str, digest: bytes | None = None) -> None:
         self.path = Path(path)
         with open_regular(path) as file:
-            if digest is None and not _is_own(os.fstat(file.fileno())):
+            if not _is_own(os.fstat(file.fileno())):
                 raise ReplacedFileError(f"{self.path}: was written by another user, or can be")
             start = file.read(len(_MAGIC) + 8)
             length = int.from_bytes(start[len(_MAGIC) :], "little")
@@ -188,6 +190,7 @@ class TablesFile:
                     f"{self.path}: holds tables of conicoid {facts['edition']}; this process has {edition}"
                 )
             self._first, self._facts, self.digest = _first_section(head), facts, _digest(head)
+            self.key = bytes.fromhex(facts["sections"][_BODIES][2])
             # A copy that was cut short would map, and crash where its pages end
             if size != self._first + facts["size"]:
                 raise ValueError(f"{self.path}: is incomplete, {size:,} of {self._first + facts['size']:,} bytes")
@@ -374,6 +377,8 @@ class SharedObject:
         with contextlib.suppress(OSError):
             if _belongs_to_user(path):
                 file = TablesFile(path, edition)
+                if file.key != self.key:
+                    raise ReplacedFileError(f"{path}: holds tables of another scene")
                 if scene._cached_prepared is None:
                     scene._cached_prepared = file.prepared(scene._bodies)
                 self._tables = path, file.digest

@@ -238,6 +238,19 @@ def test_corners_and_lines_of_many_planes_have_small_errors(shape):
     assert (found.lower >= np.abs(found.distance) - 1e-10).all()
 
 
+def test_a_tip_of_many_planes_is_proved_once():
+    """The corners of each three of 73 planes are the tip: a proof for each of them took some ten seconds a point."""
+    parts = []
+    for a, b in pairwise(np.radians(np.linspace(0, 120, 25))):
+        x, y = np.cos((a + b) / 2), np.sin((a + b) / 2)
+        normals = [(0, 0, 1), (np.sin(a), -np.cos(a), 0), (-np.sin(b), np.cos(b), 0), (x, y, -1), (-x, -y, 0)]
+        parts.append(co.Polyhedron(normals, (2, 0, 0, 0, 0)))
+    points = np.array([(0.3, 0.4, -1.2), (-1, 0.5, -3), (0, 0, -1e-3)])  # the tip is nearest to all below 45 degrees
+    found = exact(co.Union(parts), points)
+    assert found.distance == pytest.approx(np.linalg.norm(points, axis=1), abs=1e-10)
+    assert (found.error < 1e-9).all()
+
+
 def rim_distance(x: np.ndarray, start: tuple, end: tuple, radius: float) -> float:
     """From a point outside to a round rod, in sixty digits."""
     with localcontext() as context:

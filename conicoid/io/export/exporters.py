@@ -194,9 +194,9 @@ class ExportBody:
 
 
 def collect_solids(scene: WritableScene, report: ExportReport) -> list[ExportBody]:
-    """Return all bodies of a scene, each of an entry of many by itself; report sheets as refused.
+    """Return all bodies of a scene, each of an entry of many by itself.
 
-    Raise ValueError for more than `MAX_EXPORT_BODIES`.
+    Sheets are reported as refused, empty bodies as left out. Raise ValueError for more than `MAX_EXPORT_BODIES`.
     """
     found = []
     for number, (name, body) in enumerate(_unique_names(scene)):
@@ -209,7 +209,13 @@ def collect_solids(scene: WritableScene, report: ExportReport) -> list[ExportBod
     if isinstance(scene.bodies, InstanceList) and len(found) == len(scene.bodies):
         scene.bodies.put_bounds([item.solid for item in found])
     _report_ignored(scene, report)
-    return found
+    filled = []
+    for item in found:
+        if (item.solid.bounds.low > item.solid.bounds.high).any():
+            report.narrow("with nothing in it, and left out", item.name)
+        else:
+            filled.append(item)
+    return filled
 
 
 def _unique_names(scene: WritableScene) -> Iterator[tuple[str, Any]]:

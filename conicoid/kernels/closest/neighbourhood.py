@@ -281,9 +281,10 @@ MOST_PAIRED = 32
 BOX = 5
 """Numbers of a box: its middle, half of its side, a lower bound of the distance to it."""
 
-UPPER, LOWER, AT_X, AT_Y, AT_Z, REACH, NEAREST, OF_BODY = 0, 1, 2, 3, 4, 5, 6, 7
+UPPER, LOWER, AT_X, AT_Y, AT_Z, REACH, NEAREST, OF_BODY, TIP = 0, 1, 2, 3, 4, 5, 6, 7, 8
 """Elements of `Neighbourhood.best`: upper and lower bound of the nearest wall's distance; the point of the best proved
-wall; the search radius; the distance of that point; the distance beyond which the current body has no walls."""
+wall; the search radius; the distance of that point; the distance beyond which the current body has no walls; the error
+bound of the point, as a candidate, if many surfaces pass through it, else infinity."""
 BODY, ENTRY, PLACE, SENSE = 0, 1, 2, 3
 """Elements of `Neighbourhood.who`: the body, entry, place and sense of the best wall."""
 SURFACES, LEAVES, LINKS, PROGRAM, SHEET_OF, WITHIN = 0, 1, 2, 3, 4, 5
@@ -338,7 +339,7 @@ def new_room(geometry: Geometry) -> Neighbourhood:
         np.empty(links + 1, np.int32),
         np.zeros(8, np.int32),
         np.zeros(MOST_PAIRED * MOST_PAIRED, np.int32),
-        np.empty(8),
+        np.empty(9),
         np.empty(4, np.int32),
         np.empty(BOX * MOST_BOXES),
     )
@@ -348,7 +349,7 @@ def new_room(geometry: Geometry) -> Neighbourhood:
 def reset_nearest(room: Neighbourhood, reach: float) -> None:
     """Start a search for walls up to the distance `reach`."""
     room.best[UPPER], room.best[LOWER], room.best[REACH], room.best[NEAREST] = math.inf, math.inf, reach, math.inf
-    room.best[OF_BODY] = math.inf
+    room.best[OF_BODY], room.best[TIP] = math.inf, math.inf
     room.best[AT_X], room.best[AT_Y], room.best[AT_Z] = math.nan, math.nan, math.nan
     room.who[BODY], room.who[ENTRY], room.who[PLACE], room.who[SENSE] = -1, -1, -1, 1
 

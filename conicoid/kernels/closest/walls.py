@@ -37,6 +37,7 @@ from .neighbourhood import (
     SENSE,
     SHEET_OF,
     SURFACES,
+    TIP,
     UPPER,
     WITHIN,
     Neighbourhood,
@@ -443,12 +444,19 @@ def try_point(geometry: Geometry, room: Neighbourhood, at: WallQuery, count: int
         return NO_WALL
     if v.slack == UNSETTLED and slant(one, two, x - at.x, y - at.y, z - at.z) > _STILL * distance + off:
         return SLANTED
+    least = max(distance - off - max(v.slack, 0.0), min(v.least, distance))
+    # At a tip of n planes the corners of each three are one point: a proof of each would take its time n³ times. Those
+    # whose point is not much more exact than the one that was proved are left out.
+    apart = length_of(x - room.best[AT_X], y - room.best[AT_Y], z - room.best[AT_Z])
+    if room.who[BODY] == at.body and 2.0 * off >= room.best[TIP] and apart <= 8.0 * off:
+        room.best[LOWER] = min(room.best[LOWER], least)
+        return CERTAIN_WALL
     many = put_signs(geometry, room, count, x, y, z, off)
     turn = _turn_of(geometry, room, many)
     if not turn.is_wall:
         return NO_WALL
-    room.best[LOWER] = min(room.best[LOWER], max(distance - off - max(v.slack, 0.0), min(v.least, distance)))
-    wall, size = room.chosen[turn.chosen], abs(x) + abs(y) + abs(z)
+    room.best[LOWER] = min(room.best[LOWER], least)
+    wall, size, point_off = room.chosen[turn.chosen], abs(x) + abs(y) + abs(z), off
     off = _proved_error(geometry, room, count, many, sine, x, y, z, off, distance)
     if off > max(max(_VAGUE * size, _FAR * (size + distance)), _OFFSET * _reach(geometry, room, x, y, z)):
         return POSSIBLE_WALL
@@ -462,6 +470,10 @@ def try_point(geometry: Geometry, room: Neighbourhood, at: WallQuery, count: int
             sides = _sides_of_lowest(geometry, room, turn.values, many, turn.chosen, sides)
         _put_sides(room, many, turn.chosen, sides)
     keep_wall(geometry, room, at, wall, x, y, z, distance)
+    if many > _MOST:
+        room.best[TIP] = min(room.best[TIP], point_off) if apart <= point_off else point_off
+    elif room.best[NEAREST] == distance:
+        room.best[TIP] = math.inf
     return CERTAIN_WALL
 
 
