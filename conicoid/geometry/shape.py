@@ -30,11 +30,9 @@ from ..materials.presets import as_material
 from .bounds.aabb import Bounds, enclose_boxes, intersect_boxes, is_empty
 from .bounds.intersection import (
     NO_CUTS,
-    NO_KNOWN_BOXES,
     BoundingSurfaces,
     BoundsKind,
     Cuts,
-    KnownBoxes,
     cut_bounds,
     surfaces_around,
 )
@@ -580,7 +578,7 @@ _CUT_WIDTH_LIMIT = 256
 """Planes cut unions at most so many levels below them and so many operands wide: deeper nodes seldom need them."""
 
 
-def region_bounds(solid: Solid, outer: Motion, known: KnownBoxes = NO_KNOWN_BOXES) -> BoxEnds:
+def region_bounds(solid: Solid, outer: Motion) -> BoxEnds:
     """Return the bounds (low, high) of a Boolean tree after `outer`.
 
     The box of a union encloses those of its parts, the box of an intersection is common to its parts, and complements
@@ -593,8 +591,6 @@ def region_bounds(solid: Solid, outer: Motion, known: KnownBoxes = NO_KNOWN_BOXE
         The tree.
     outer : Motion
         A motion of the whole tree.
-    known : KnownBoxes, optional
-        Bounds of primitives that the caller has computed before.
     """
     results: list[BoxEnds] = []
     # Nodes to bound, and (function, count) entries: combine the last `count` results
@@ -608,7 +604,7 @@ def region_bounds(solid: Solid, outer: Motion, known: KnownBoxes = NO_KNOWN_BOXE
             results.append(combined(parts))
             continue
         primitives, unions = _split_conjuncts(node)
-        box, cuts = cut_bounds([(n.solid, n.motion, n.inside) for n in primitives], node.cuts, bool(unions), known)
+        box, cuts = cut_bounds([(n.solid, n.motion, n.inside) for n in primitives], node.cuts, bool(unions))
         results.append(box)
         if is_empty(box) or not unions:
             continue

@@ -31,8 +31,8 @@ from .._util.arrays import unique_first_with_inverse, unique_sorted, unique_with
 from .._util.dataclass import dataclass
 from ..geometry.bulk import Bulk
 from ..geometry.cell import Cell, Not, Tree
-from ..geometry.shape import Boolean, Painted, Primitive, Shape, region_bounds
-from ..geometry.transform import IDENTITY_MOTION, Motion
+from ..geometry.shape import Boolean, Painted, Primitive, Shape
+from ..geometry.transform import Motion
 from ..kernels.tables import CELL, REGION, Floats, Ints
 from ..materials.material import Material
 from .assembly import UNBOUNDED, Assembly, SurfaceSlot
@@ -526,8 +526,8 @@ class BatchLowering:
             boxes, certain = bound_bodies(key, leaves, [rows.forms[form] for form in forms], parts)
             others = np.flatnonzero(~certain)
             if len(others):
-                uncertain = [like.of(i) for i in chosen[others].tolist()]
-                boxes[others] = _exact_bounds(uncertain, [box_columns(part[others]) for part in parts])
+                # In numbers of 3000 bits
+                boxes[others] = [np.concatenate(like.of(i)[0].bounds) for i in chosen[others].tolist()]
             # Shapes of a bulk entry are made on demand: no other bodies have their primitives
             leaves = like.leaves_of(chosen) if isinstance(like, CsgBatch) else []
             composed = composition.rows(parts, boxes, frames[some])
@@ -574,18 +574,6 @@ def _lower_parts(left: Sequence[LeftPrimitive], places: Container[int]) -> list[
         )
         for form, (numbers, values) in rows.items()
     ]
-
-
-def _exact_bounds(bodies: Sequence[tuple[Boolean, CsgPlan]], parts: Sequence[Floats]) -> Floats:
-    """Compute bounds of bodies in numbers of 3000 bits, from the boxes of their parts."""
-    found = np.empty((len(bodies), 6))
-    for row, (shape, plan) in enumerate(bodies):
-        box_of = {
-            (id(leaf), steps): (boxes[row, :3], boxes[row, 3:])
-            for (leaf, steps), boxes in zip(plan.leaves, parts, strict=True)
-        }
-        found[row] = np.concatenate(region_bounds(shape, IDENTITY_MOTION, box_of))
-    return found
 
 
 def _group_by_forms(form_of: Ints, tables: Ints, which: Any) -> Iterator[tuple[list[int], Any]]:

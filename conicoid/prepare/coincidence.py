@@ -5,7 +5,7 @@ nearly equal features (`surface_features.py`), and exact names decide among them
 surfaces are equal, and none of them by other rules:
 
 - `geometry/surface.py` gives a surface its exact name, `key`: equal surfaces have equal keys, up to the sign.
-- `prepare/body_collector.py` names surfaces by their numbers before the first rotation (`name_surfaces`).
+- `prepare/surface_names.py` names surfaces by their numbers before the first rotation (`name_surfaces`).
 - `prepare/edits/surface_merge.py` and `prepare/edits/surface_classes.py` compare only new surfaces with the others
   after an edit; `prepare/edits/neighbour_index.py` finds the ones that are close.
 """

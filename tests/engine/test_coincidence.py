@@ -14,7 +14,7 @@ from conicoid.geometry.instances import InstanceList, Shift, ShiftTable
 from conicoid.geometry.shape import Solid
 from conicoid.geometry.transform import Translate
 from conicoid.kernels.tables import PLANE, QUADRIC
-from conicoid.prepare import body_collector as contents, coincidence, lowering
+from conicoid.prepare import body_collector, coincidence, lowering, surface_names
 from conicoid.prepare.body_collector import ExactBodySurfaces
 from conicoid.prepare.instances import _first_records
 from conicoid.prepare.lowering import lower
@@ -114,7 +114,7 @@ def named(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 def test_tables_are_those_of_exact_names(named: list[int], monkeypatch: pytest.MonkeyPatch) -> None:
     found = lower(walls())
     few = len(named)
-    monkeypatch.setattr(contents, "FEWEST_SURFACES", 10**9)
+    monkeypatch.setattr(body_collector, "FEWEST_SURFACES", 10**9)
     expected = lower(walls())
     assert 0 < few < (len(named) - few) / 3
     for field, mine, its in zip(found.tables._fields, found.tables, expected.tables, strict=True):
@@ -135,7 +135,7 @@ def test_planes_that_shifts_carry_are_named_by_their_exact_sums() -> None:
     ]
     chains = [tuple(Translate((x, 0.0, 0.0)) for x in row) for row in offsets]
     plane = [1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
-    names = contents.name_surfaces(np.array([plane] * len(chains)), chains, np.arange(len(chains))).tolist()
+    names = surface_names.name_surfaces(np.array([plane] * len(chains)), chains, np.arange(len(chains))).tolist()
     sums = [sum(map(Fraction, row)) for row in offsets]
     assert [[a == b for b in names] for a in names] == [[a == b for b in sums] for a in sums]
 
@@ -211,7 +211,7 @@ def test_half_spaces_have_exact_names_only_where_their_numbers_differ(factor, na
     found = lower(slanted_cells(factor))
     few = len(named)
     assert 2 * equal <= few < (1 if factor < 3 else 60)
-    monkeypatch.setattr(contents, "FEWEST_SURFACES", 10**9)
+    monkeypatch.setattr(body_collector, "FEWEST_SURFACES", 10**9)
     expected = lower(slanted_cells(factor))
     assert len(named) - few >= (120 if factor < 3 else 2 * equal)
     for field, mine, its in zip(found.tables._fields, found.tables, expected.tables, strict=True):

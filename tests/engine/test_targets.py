@@ -31,9 +31,6 @@ def all_of_them(f, rays, lists, counts, near, n):
     simd.put_numbers(n, bits, lists, 0)
     n += simd.put_groups(f, n, n, rays, 0, lists, n)
     simd.extents(near, 0, n, n + 8)
-    simd.put_reaches(near, 0, n)
-    simd.put_entries(rays, 0, f, n, near, n, 1)
-    bits |= simd.lanes_entering(rays, 0, near, n, 1)
     bits |= simd.hit_balls(f, 0, 8, 8, ray, f[6], 1.0) | simd.lanes_in_ball(rays, f[0], f[1], f[2], f[3])
     return bits + simd.lowest_bit(bits) + simd.highest_bit(bits)
 

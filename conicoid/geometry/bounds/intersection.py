@@ -6,7 +6,7 @@ The functions know no class of shapes: they take any `BoundedSolid`.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 from typing import ClassVar, Literal, Protocol, TypeAlias
 
@@ -17,7 +17,7 @@ from ..._util.arrays import BoxEnds, FloatArray, dot_rows
 from ..._util.dataclass import dataclass
 from ..cell import All, Any_, Cell, Face, Not, Tree
 from ..surface import PlaneSurface, QuadricSurface
-from ..transform import Motion, Step
+from ..transform import Motion
 from .aabb import EVERYWHERE, intersect_boxes, is_empty
 from .linear_program import half_spaces_bounds
 from .quadric_extent import cut_quadric_bounds
@@ -143,10 +143,6 @@ def bound_ball_intersection(
 Part: TypeAlias = tuple[BoundedSolid, Motion, bool]
 """A primitive, its motion, and True for its inside or False for its outside."""
 
-KnownBoxes: TypeAlias = Mapping[tuple[int, tuple[Step, ...]], BoxEnds]
-"""(`id` of a primitive, the steps that move it) -> its bounds, computed before."""
-NO_KNOWN_BOXES: KnownBoxes = {}
-
 MAX_PLANES = 24
 """Candidates grow with the third power of the number of planes that cut one quadric."""
 _MAX_COMPLEMENTS = 32
@@ -187,9 +183,7 @@ class Cuts:
 NO_CUTS = Cuts()
 
 
-def cut_bounds(
-    parts: Sequence[Part], cuts: Cuts, share: bool, known_boxes: KnownBoxes = NO_KNOWN_BOXES
-) -> tuple[BoxEnds, Cuts]:
+def cut_bounds(parts: Sequence[Part], cuts: Cuts, share: bool) -> tuple[BoxEnds, Cuts]:
     """Return the bounds of the intersection of `parts` within `cuts`, and the planes around it.
 
     Parameters
@@ -200,10 +194,8 @@ def cut_bounds(
         Half-spaces that contain the intersection.
     share : bool
         True if the caller needs the planes, for unions in the intersection; otherwise `NO_CUTS` is returned.
-    known_boxes : KnownBoxes, optional
-        Bounds of primitives that the caller has computed before.
     """
-    boxes = [_uncut_box(part, known_boxes) for part in parts]
+    boxes = [_uncut_box(*part) for part in parts]
     box = intersect_boxes([cuts.box, *boxes])
     if is_empty(box) or (len(parts) < 2 and not cuts.planes and not share):
         return box, cuts
@@ -227,12 +219,7 @@ def cut_bounds(
     return box, Cuts((*_sides(box, crossing), *crossing)[:MAX_PLANES])
 
 
-def _uncut_box(part: Part, known: KnownBoxes) -> BoxEnds:
-    solid, motion, inside = part
-    if inside and known:
-        found = known.get((id(solid), motion.steps))
-        if found is not None:
-            return found
+def _uncut_box(solid: BoundedSolid, motion: Motion, inside: bool) -> BoxEnds:
     return solid.bounds_under(motion) if inside else solid.outside_bounds_under(motion)
 
 

@@ -112,51 +112,6 @@ def lanes_in_box(typing_context: Any, lanes: Any, lx: Any, ly: Any, lz: Any, hx:
     return types.int64(lanes, *[types.float64] * 6), code
 
 
-@intrinsic
-def put_entries(
-    typing_context: Any, lanes: Any, row: Any, items: Any, item: Any, entries: Any, at: Any, group: Any
-) -> Any:
-    """Write the earliest t at which each lane of a group enters the box of an item to entries[at:]; NaN for a miss.
-
-    Elements of a row (lanes[row:]) that are greater are lowered to that t.
-    """
-
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        c, b = Code(context, builder), builder
-        rays, boxes, out = (c.data(signature, arguments, k) for k in (0, 2, 4))
-        sides = [c.spread(c.number(boxes, arguments[3], k * ITEM_ROW)) for k in range(6)]
-        begin = b.shl(arguments[6], INT64(3))
-        first, last = _stretch_of_lanes(c, rays, sides, begin)
-        # Earlier by the slack of `ENTRY_SLACK`
-        sooner = b.fsub(first, b.fmul(c.size(first), c.constant(4.0 * culling_constants.BOX_SLACK)))
-        entered = b.select(c.overlapping(first, last), sooner, c.constant(float("nan")))
-        c.store(entered, out, arguments[5], 0)
-        row = b.add(arguments[1], begin)
-        c.store(c.smaller(entered, c.eight(rays, row, 0)), rays, row, 0)
-        return context.get_dummy_value()
-
-    whole = types.int64
-    return types.void(lanes, whole, items, whole, entries, whole, whole), code
-
-
-@intrinsic
-def lanes_entering(typing_context: Any, lanes: Any, row: Any, entries: Any, at: Any, group: Any) -> Any:
-    """Return which of a group of lanes enter a box (`put_entries`) within their intervals and by the t of a row.
-
-    Bits are those of the lanes in the packet. Relies on no ray beginning before its origin.
-    """
-
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        c, b = Code(context, builder), builder
-        rays, known = c.data(signature, arguments, 0), c.data(signature, arguments, 2)
-        begin = b.shl(arguments[4], INT64(3))
-        last = c.smaller(c.eight(rays, begin, 64 * 7), c.eight(rays, b.add(arguments[1], begin), 0))
-        enter = b.fcmp_ordered("<=", c.eight(known, arguments[3], 0), last)
-        return b.shl(b.zext(b.bitcast(enter, BITS), INT64), begin)
-
-    return types.int64(lanes, types.int64, entries, types.int64, types.int64), code
-
-
 # Balls against a beam, a ray or lanes
 
 

@@ -227,20 +227,6 @@ def reach(typing_context: Any, lanes: Any) -> Any:
     return types.float64(lanes), code
 
 
-@intrinsic
-def put_reaches(typing_context: Any, lanes: Any, row: Any, at: Any) -> Any:
-    """Write the greatest number of each of eight groups of lanes in a row (lanes[row:]) to lanes[at:]."""
-
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        c = Code(context, builder)
-        pointer = c.data(signature, arguments, 0)
-        columns = c.transposed([c.eight(pointer, arguments[1], 8 * group) for group in range(8)])
-        c.store(_joined(columns, c.larger), pointer, arguments[2], 0)
-        return context.get_dummy_value()
-
-    return types.void(lanes, types.int64, types.int64), code
-
-
 def _joined(eights: list[Any], join: Any) -> Any:
     """Reduce several eights to one, elementwise, two by two."""
     while len(eights) > 1:

@@ -2,6 +2,9 @@
 
 The formulas are those of neighbourhood.py, run over the lanes of a block of rows of 64 floats. Packets go through the
 tree, the nearest boxes first.
+
+User: distances on slices and grids of points; factor over single points on 1,000 bodies: 5 to 6 on slices, 2 on grids,
+1.2 on flat lists of a grid's points (processor time, one thread, 2026-11-28).
 """
 
 from __future__ import annotations

@@ -3,6 +3,9 @@
 Two bodies are of one form if they differ in the numbers of their surfaces only. So the steps of the lanes are read from
 one of them, the model, and the records of planes and quadrics are gathered, row by row. From there on the lanes go
 through the formulas of packets (cells.py, booleans.py), to the same bits.
+
+User: streams (stream.py) of rays in no order; factor over one ray at a time in them: 1.5 to 1.7 on 1,000 and 10,000
+bored blocks (processor time, one thread, 2026-11-28).
 """
 
 from __future__ import annotations

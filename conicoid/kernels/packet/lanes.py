@@ -29,7 +29,6 @@ from ..bvh.culling import (
     extent,
     extents,
     load_eight,
-    put_reaches,
     reach,
 )
 from ..bvh.walk import reciprocal
@@ -46,9 +45,9 @@ GROUPS = LANES // 8
     OX, OY, OZ, IX, IY, IZ, T_MIN, T_MAX, WITHIN, DX, DY, DZ, INVERSE, UNIT, START, BEST, BODY, ENTRY, PLACE, SENSE,
     ENTERS, A, B, C, DISCRIMINANT, FOOT, T_IN, T_OUT, PLACE_IN, PLACE_OUT, LOW, HIGH, FLAG, TURN, NOW, NEXT, INSIDE,
     SEEKS, NARROW_IN, NARROW_OUT, FOUND, NEW_PLACE, NEW_SENSE, NEW_ENTERS, ORIGIN_SIZE, START_SIZE, UNSURE, DOUBT,
-    LATEST, ENDS, OFF, OWN, EARLIEST,
-) = (np.uint64(row) for row in range(0, 53 * LANES, LANES))  # fmt: skip
-BEAM_AT = 53 * LANES
+    LATEST, ENDS, OFF, OWN,
+) = (np.uint64(row) for row in range(0, 52 * LANES, LANES))  # fmt: skip
+BEAM_AT = 52 * LANES
 ALL = np.uint64(LANES)
 SOME_START = BEAM_AT + BEAM
 """Not 0 if some lane starts on a surface."""
@@ -188,12 +187,6 @@ def put_group_beams(lanes: Floats) -> None:
     for k in range(8):
         lanes[np.uint64(GROUPS_AT + 8 * FIRST + k)], lanes[np.uint64(GROUP_ENDS + k)] = 0.0, math.inf
     lanes[GROUP_BEAMS] = 1.0
-
-
-@inline
-def end_groups(lanes: Floats, row: Any) -> None:
-    """End the beam of each group where the last of its lanes does; `row` holds the ends of lanes."""
-    put_reaches(lanes, row, GROUP_ENDS)
 
 
 @inline

@@ -10,13 +10,12 @@ import numpy as np
 from ..._jit.decorators import allocator, choose, helper, inline
 from ..body.hit import cull_limit, try_entry
 from ..body.scratch import Scratch
-from ..bvh.culling import bit_count, highest_bit, lanes_in_ball, lanes_in_ball_from_one, lanes_in_box, lowest_bit
+from ..bvh.culling import highest_bit, lanes_in_ball, lanes_in_ball_from_one, lanes_in_box, lowest_bit
 from ..bvh.culling_constants import MOST_CHOSEN
 from ..bvh.walk import leaf_ball, leaf_item
 from ..tables import BALL, CELL, REGION, Floats, Geometry, Ints, Signs
 from .booleans import LEAVES_SIZE, MOST, TRUTHS_SIZE, BooleanLanes, fits_in_lanes, region_lanes
 from .cells import ball_lanes, cell_lanes
-from .crowd import FEW, Crowd, new_crowd, note_body, put_pairs
 from .frontier import new_frontier
 from .lanes import (
     ALL,
@@ -51,7 +50,6 @@ class Packet(NamedTuple):
     spans: Ints  # largest number of spans of each leaf
     items: Floats  # a frontier: the part of the scene's tree that the packet may meet, or none
     pending: Any  # int64: the next items that its beam meets; from `PAIRS` on pairs of an item and a group of lanes
-    crowd: Crowd
 
 
 @allocator
@@ -67,19 +65,19 @@ def new_packet(geometry: Geometry) -> Packet:
     """Return memory of packets for one thread."""
     lanes, leaves, truths = new_rows(SIZE), new_rows(LEAVES_SIZE), new_rows(TRUTHS_SIZE)
     pending = np.empty(PAIRS + 8 * MOST_CHOSEN + 8, np.int64)
-    return Packet(lanes, leaves, truths, np.zeros(MOST, np.int32), new_frontier(), pending, new_crowd(geometry))
+    return Packet(lanes, leaves, truths, np.zeros(MOST, np.int32), new_frontier(), pending)
 
 
 @inline
 def with_lanes(packet: Packet, lanes: Floats) -> Packet:
     """Return a packet of other lanes in the same memory; the frontier must hold for them as well."""
-    return Packet(lanes, packet.leaves, packet.truths, packet.spans, packet.items, packet.pending, packet.crowd)
+    return Packet(lanes, packet.leaves, packet.truths, packet.spans, packet.items, packet.pending)
 
 
 @inline
 def with_items(packet: Packet, items: Floats) -> Packet:
     """Return the packet with another frontier, which must hold for its rays."""
-    return Packet(packet.lanes, packet.leaves, packet.truths, packet.spans, items, packet.pending, packet.crowd)
+    return Packet(packet.lanes, packet.leaves, packet.truths, packet.spans, items, packet.pending)
 
 
 @inline
@@ -137,20 +135,6 @@ def lanes_at_ball(geometry: Geometry, lanes: Floats, at: int, stride: int) -> in
 
 
 @inline
-def meet_in_pairs(
-    geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, at: int, count: int, k: int, bits: int
-) -> None:
-    """`meet_in_lanes`, or, for few lanes and a Boolean body, queue pairs that `settle_crowd` intersects."""
-    kind, index, body, entry = leaf_item(geometry, at, count, k)
-    # With few lanes most of a group of eight would be idle; pairs of several bodies fill it
-    waits = kind == REGION and bit_count(bits) <= FEW and (len(blocks) == 0 or blocks[body] != 0)
-    if waits and put_pairs(geometry, packet.crowd, packet.lanes, index, entry, bits):
-        note_body(packet.crowd, bit_count(bits))
-    else:
-        meet_in_lanes(geometry, scratch, packet, blocks, at, count, k, bits)
-
-
-@inline
 def meet_in_lanes(
     geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, at: int, count: int, k: int, bits: int
 ) -> None:
@@ -171,7 +155,6 @@ def meet_in_lanes(
     elif kind == CELL:
         cell_lanes(geometry, lanes, index, entry, body, first, last)
     elif kind == REGION and fits_in_lanes(geometry, index):
-        note_body(packet.crowd, bit_count(bits))
         region_lanes(geometry, boolean_memory(packet), item, first, last)
     else:
         _one_by_one(geometry, scratch, lanes, entry, bits)

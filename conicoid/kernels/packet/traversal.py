@@ -30,13 +30,10 @@ from ..bvh.culling import (
     bit_count,
     group_in_ball,
     hit_items,
-    lanes_entering,
     lowest_bit,
-    put_entries,
     put_groups,
     put_numbers,
 )
-from ..bvh.culling_constants import MOST_CHOSEN
 from ..bvh.walk import (
     is_round,
     leaf_at,
@@ -49,152 +46,23 @@ from ..bvh.walk import (
     scene_tree,
 )
 from ..tables import Floats, Geometry, Signs, box_at, whole
-from .crowd import ITEM, LANE_BITS, TRACED_BITS, count_lot_leaves, open_crowd, put_lot_leaves, settle_crowd
 from .frontier import ITEM_COUNT, FrontierLevel, find_frontier, new_frontier, new_level
 from .lanes import (
-    ALL,
     BEAM_AT,
-    EARLIEST,
     GROUP_BEAMS,
     GROUPS_AT,
     LANES,
     START_MARGIN,
-    T_MAX,
     WAYS_AT,
-    WITHIN,
-    end_groups,
     lane_sight,
     put_group_beams,
-    put_slopes,
     shorten_beam,
 )
-from .packet import PAIRS, Packet, lanes_at_ball, lanes_in_child, meet_in_lanes, meet_in_pairs, retire_lanes, with_items
-
-# Crowds (crowd.py), in two rounds
-#
-# In the first round each lane meets the bodies that it enters first, in the second those that remain before its nearest
-# hit. Groups of eight lanes whose beams meet no box are left out; a beam ends where no lane of its group goes on.
-
-_ABOUT = 1e-6  # share of t: boxes that a ray enters this close to each other count as entered together
-_SHORTEN_EVERY = 8  # number of leaves after which the beams of groups are shortened
-
-
-@inline
-def _end_beams(lanes: Floats) -> None:
-    """Set EARLIEST to the t where lanes end, by interval or nearest hit, and end the beams of groups there."""
-    for i in range(ALL):
-        # EARLIEST serves both rounds: here as the end of lanes, then as the t of first entries
-        lanes[EARLIEST + i] = min(lanes[T_MAX + i], lanes[WITHIN + i])
-    end_groups(lanes, EARLIEST)
-
-
-@inline
-def _put_leaf(packet: Packet, number: int, pairs: int) -> int:
-    """Append pairs of a leaf of the lot and the groups whose beams meet it; return the number of pairs now."""
-    k = packet.crowd.queue[ITEM + number]
-    return pairs + put_groups(packet.items, k, number, packet.lanes, GROUPS_AT, packet.pending, PAIRS + pairs)
-
-
-@inline
-def _enter(packet: Packet, first: int, pairs: int) -> None:
-    """Find the t at which groups enter the boxes of their pairs, from pair `first` on; EARLIEST gets the earliest."""
-    crowd, lanes = packet.crowd, packet.lanes
-    for n in range(first, pairs):
-        pair = packet.pending[PAIRS + n]
-        put_entries(lanes, EARLIEST, packet.items, crowd.queue[ITEM + (pair >> 3)], crowd.entries, 8 * n, pair & 7)
-
-
-@inline
-def _first_pairs(packet: Packet, chosen: int) -> tuple[int, int, int]:
-    """Make the leaves among the chosen items the current lot, and pair them with groups of lanes.
-
-    Returns the numbers of leaves, of pairs, and of other items; the others become the first of the chosen items.
-    EARLIEST gets the t by which each lane has entered its first leaf.
-    """
-    lanes, items, pending, crowd = packet.lanes, packet.items, packet.pending, packet.crowd
-    count, others, pairs, entered = 0, 0, 0, 0
-    for j in range(chosen):
-        k = pending[j]
-        if items[CODE + k] < 0.0 and items[BOX_OR_BALL + k] >= 0.0:
-            crowd.queue[ITEM + count], crowd.queue[TRACED_BITS + count] = k, 0
-            pairs = _put_leaf(packet, count, pairs)
-            count += 1
-            # Beams shortened on the way save tests of the leaves behind
-            if count % _SHORTEN_EVERY == 0:
-                _enter(packet, entered, pairs)
-                entered = pairs
-                end_groups(lanes, EARLIEST)
-        else:
-            pending[others] = k
-            others += 1
-    _enter(packet, entered, pairs)
-    for i in range(ALL):
-        # A ray enters bodies side by side at about the same t: the first round tests all of them
-        lanes[EARLIEST + i] += _ABOUT * abs(lanes[EARLIEST + i])
-    return count, pairs, others
-
-
-@inline
-def _second_pairs(packet: Packet) -> int:
-    """Pair the leaves of the lot with the groups that meet them before their nearest hits; return how many pairs."""
-    pairs = 0
-    for j in range(count_lot_leaves(packet.crowd)):
-        # ENTERED never decreases along the items, so that all others lie behind as well
-        if packet.items[ENTERED + packet.crowd.queue[ITEM + j]] > packet.lanes[BEAM_AT + LAST]:
-            break
-        pairs = _put_leaf(packet, j, pairs)
-    _enter(packet, 0, pairs)
-    return pairs
-
-
-@inline
-def _find_hits(packet: Packet, pairs: int, again: bool) -> None:
-    """Find which lanes meet the leaves of the lot in this round."""
-    crowd = packet.crowd
-    for j in range(count_lot_leaves(crowd)):
-        crowd.queue[LANE_BITS + j] = 0
-    for n in range(pairs):
-        pair = packet.pending[PAIRS + n]
-        row = WITHIN if again else EARLIEST
-        crowd.queue[LANE_BITS + (pair >> 3)] |= lanes_entering(packet.lanes, row, crowd.entries, 8 * n, pair & 7)
-
-
-@helper
-def meet_round(
-    geometry: Geometry, scratch: Scratch, packet: Packet, blocks: Signs, any_hit: bool, chosen: int, again: bool
-) -> int:
-    """Intersect the leaves among the chosen items, in the first or second (`again`) round; return how many remain.
-
-    `trace_packet` calls it in two places, so that LLVM does not inline it into the walk of packets without a crowd.
-    """
-    lanes, items, crowd, others = packet.lanes, packet.items, packet.crowd, chosen
-    put_slopes(lanes)
-    _end_beams(lanes)
-    if again:
-        pairs = _second_pairs(packet)
-    else:
-        count, pairs, others = _first_pairs(packet, chosen)
-        put_lot_leaves(crowd, count)
-    _find_hits(packet, pairs, again)
-    for j in range(count_lot_leaves(crowd)):
-        bits = crowd.queue[LANE_BITS + j] & ~crowd.queue[TRACED_BITS + j]
-        if bits == 0:
-            continue
-        crowd.queue[TRACED_BITS + j] |= bits
-        begin, end = leaf_range(whole(items[CODE + crowd.queue[ITEM + j]]))
-        at, size = leaf_at(geometry, begin), end - begin
-        for item in range(size):
-            meet_in_pairs(geometry, scratch, packet, blocks, at, size, item, bits)
-    settle_crowd(geometry, crowd, lanes)
-    if any_hit:
-        retire_lanes(lanes)
-    shorten_beam(lanes)
-    return others
-
+from .packet import PAIRS, Packet, lanes_at_ball, lanes_in_child, meet_in_lanes, retire_lanes, with_items
 
 # The traversal of one packet
 
-_LOT = 32  # most items that a packet takes at a time without a crowd
+_LOT = 32  # most items that a packet takes at a time
 _MANY = 100  # from this many items of a quarter of a tile on they are small, and few groups of lanes meet each
 
 
@@ -322,21 +190,15 @@ def trace_packet(geometry: Geometry, scratch: Scratch, packet: Packet, blocks: S
     items, item, top, most = whole(packet.items[ITEM_COUNT]), 0, 0, 2
     if items < 0 or lanes[BEAM_AT + FIRST] < 0.0:  # a frontier holds for t >= 0 only
         items, top = 0, push_roots(geometry, way, scene_tree(geometry))
-    crowded = open_crowd(packet.crowd, lanes, items)
-    if items > _MANY or crowded:  # small items: groups of eight lanes have beams of their own
+    if items > _MANY:  # small items: groups of eight lanes have beams of their own
         put_group_beams(lanes)
-    if crowded:
-        most = MOST_CHOSEN - 8
     while True:
         if top == 0:
             # Few at first: items hidden behind their hits need no test
             chosen, item = _choose(packet, item, items, most)
-            most = most if crowded else min(2 * most, _LOT)
+            most = min(2 * most, _LOT)
             if chosen == 0:
                 break
-            if crowded:
-                chosen = meet_round(geometry, scratch, packet, blocks, any_hit, chosen, False)
-                chosen = meet_round(geometry, scratch, packet, blocks, any_hit, chosen, True)
             top = _meet_chosen(geometry, scratch, packet, blocks, any_hit, chosen)
             continue
         code, box, top = next_leaf(geometry, way, lanes, BEAM_AT, top)

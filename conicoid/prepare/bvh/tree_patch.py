@@ -3,6 +3,9 @@
 Removed entries leave the leaves of the tree over the entries, whose boxes stay. New ones are loose: they go into a
 small second tree, which each edit rebuilds. The tree is rebuilt when the loose entries outnumber the square root of all
 entries, when a quarter of the tree has left it, or when entries are few. So a ray visits at most one small tree more.
+
+User: loops that move one body among many; factor over a new tree, up to the next first hit: 1.5 for one of 10,000
+balls, boxes or Booleans, which must take 10 ms at most (processor time, one thread, 2026-11-28).
 """
 
 from __future__ import annotations
