@@ -29,7 +29,9 @@ from ..openmc.region import (
     RegionPart,
     UnionNode,
     bind_surfaces,
-    list_half_spaces,
+    count_half_spaces,
+    negate_region,
+    region_depth,
 )
 from ..openmc.surfaces import FlatSurface, RoundSurface, Surface as ReadSurface, build_surface
 from .exporters import UnsupportedExport, format_numbers, shorten_fraction
@@ -187,10 +189,10 @@ class RegionWriter:
     def of(self, solid: Solid, outer: Motion = IDENTITY_MOTION) -> Region:
         """Return the region of a solid under a further motion. Raise UnsupportedExport if OpenMC cannot hold it."""
         region = self._region_of(solid, outer, True, 0)
-        count = sum(1 for _ in list_half_spaces(region))
+        count = count_half_spaces(region)
         if count > MAX_REGION_LENGTH:
             raise UnsupportedExport(f"its region has {count:,} half-spaces, more than {MAX_REGION_LENGTH:,}")
-        if _depth(region) > MAX_PARENTHESES:
+        if region_depth(region) > MAX_PARENTHESES:
             raise UnsupportedExport(f"its region nests deeper than {MAX_PARENTHESES} levels")
         return region
 
@@ -253,24 +255,6 @@ def join_regions(kind: type[IntersectionNode] | type[UnionNode], parts: Iterable
     return next(iter(terms)) if len(terms) == 1 else kind(tuple(terms))
 
 
-def negate_region(region: Region, known: dict[int, tuple[Region, Region]] | None = None) -> Region:
-    """Return the complement of a region.
-
-    `known` holds complements by the identity of their regions, which it keeps: one region in many places stays one.
-    """
-    found = None if known is None else known.get(id(region))
-    if found is not None:
-        return found[1]
-    if isinstance(region, HalfSpaceNode):
-        result: Region = HalfSpaceNode(region.surface, not region.positive)
-    else:
-        kind = UnionNode if isinstance(region, IntersectionNode) else IntersectionNode
-        result = kind(tuple(negate_region(part, known) for part in region.parts))
-    if known is not None:
-        known[id(region)], known[id(result)] = (region, result), (result, region)
-    return result
-
-
 def list_conjuncts(region: Region) -> tuple[Region, ...]:
     """Return the parts that a region is the intersection of."""
     return region.parts if isinstance(region, IntersectionNode) else (region,)
@@ -294,12 +278,6 @@ def _pieces(region: Region, within: bool) -> Iterator[str]:
         yield from _pieces(part, True)
     if within:
         yield ")"
-
-
-def _depth(region: Region) -> int:
-    if isinstance(region, HalfSpaceNode):
-        return 0
-    return 1 + max(_depth(part) for part in region.parts)
 
 
 # Tests whether regions are disjoint. True is certain; False means unknown.

@@ -18,12 +18,12 @@ from ..openmc import geometry
 from ..openmc.expansion import UniverseExpansion
 from ..openmc.geometry import VOID, CellGeometry, lattice_fillings
 from ..openmc.importer import MAX_NESTING
-from ..openmc.region import IntersectionNode, Region, join_regions
+from ..openmc.region import IntersectionNode, Region, join_regions, negate_region
 from ..openmc.values import join_limited
 from ..scene_file.nodes import shorten
 from ..xml_tree import XmlElement
 from .cards import Card, CellCard, DataCards, McnpMaterials, ShortLines, read_cards, read_cell_card
-from .regions import RegionReader, negate_region, sort_cells
+from .regions import RegionReader, sort_cells
 from .surfaces import SurfaceCard, SurfaceSheets, read_surface_card
 from .transformations import FrameChange
 from .universes import UniverseBuilder, read_trcl

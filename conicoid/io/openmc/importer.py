@@ -32,7 +32,7 @@ from .expansion import ExpansionProgress, UniverseExpansion
 from .geometry import CellGeometry, UniverseCell, UniverseNode, lattice_fillings
 from .lattices import Lattice, read_hexagonal_lattice, read_rectangular_lattice
 from .placement import NO_ROTATION, ORIGIN, CellRotation, Point, rotation_by_angles, rotation_by_matrix, rotation_error
-from .region import LONGEST_REGION, MAX_HALF_SPACES, Region, list_half_spaces, parse_region
+from .region import LONGEST_REGION, MAX_HALF_SPACES, Region, count_half_spaces, list_half_spaces, parse_region
 from .surfaces import OpenmcSurface, read_surface
 from .values import OpenmcElementError, OpenmcMaterial, OpenmcValues, find_unknown_names, join_limited, read_material
 
@@ -294,7 +294,7 @@ class _OpenmcReader:
             self._note_broken(element, "universe", "universe")
             raise
         # Count half-spaces of all regions together, as the limit holds for the file.
-        self.half_spaces += 0 if cell.region is None else sum(1 for _ in list_half_spaces(cell.region))
+        self.half_spaces += count_half_spaces(cell.region)
         return cell
 
     def _note_broken(self, element: XmlElement, kind: str, name: str) -> None:
