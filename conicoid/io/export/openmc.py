@@ -22,7 +22,7 @@ from ...geometry.general_quadric import Quadric
 from ...geometry.shape import Boolean, Complement, Difference, Intersection, Solid, Union
 from ...geometry.transform import IDENTITY_MOTION, Motion, Rotate, Step, Transform, Translate
 from ...materials.material import Material
-from ..openmc.placement import Rows, invert_rows
+from ..openmc.placement import AxisTurn, Rows, invert_rows
 from ..openmc.region import HalfSpaceNode, IntersectionNode, Region, list_half_spaces
 from ..openmc.values import read_title
 from ..scene_file.scene_file import WritableScene
@@ -145,14 +145,7 @@ def _is_odd_turn(step: Step) -> bool:
     """Return True if a step rotates by anything but multiples of 90 degrees."""
     if isinstance(step, Rotate):
         return step.degrees % 90 != 0 or sum(map(bool, step.axis)) > 1
-    return isinstance(step, Transform) and not _is_exchange(step)
-
-
-def _is_exchange(step: Transform) -> bool:
-    """Return True if a matrix exchanges axes, with signs."""
-    rows = [row[:3] for row in step.matrix[:3]]
-    lines = [*rows, *zip(*rows, strict=True)]
-    return all(sorted(map(abs, line)) == [0, 0, 1] for line in lines)
+    return isinstance(step, Transform) and AxisTurn.of([row[:3] for row in step.matrix[:3]]) is None
 
 
 def _fill_placements(steps: tuple[Step, ...]) -> tuple[FillPlacement, ...] | None:
