@@ -1,5 +1,8 @@
 """Blocks of bodies: the content of a universe, translated to all its places, and the bounds of each place.
 
+Their user is who imports lattices of pins, or detectors of equal volumes. A body of a block that is translated takes
+0.3 µs to import, and one that is expanded at its own place 400 µs: a core of 1.5 million pins takes half a second.
+
 `PlaceBounds` groups the parts of these regions by the motion that takes them to the world. `AxialMotion` recognises
 rotations about a line along an axis: planes across this line and surfaces of revolution about it are the same before
 and after such a rotation. A part of this kind can be moved to the group of the rotated content, where it needs no
