@@ -13,7 +13,7 @@ from dataclasses import field, replace
 
 from ..._util.dataclass import dataclass
 from ..._util.files import MAX_PROBLEMS, Problem, SceneFileError, printable
-from ..importers import ImportOptions, ImportResult, LegendEntry, OmittedPart, limit_notes, palette_color, select_bodies
+from ..importers import ImportOptions, ImportResult, OmittedPart, limit_notes, select_bodies
 from ..openmc import geometry
 from ..openmc.expansion import UniverseExpansion
 from ..openmc.geometry import VOID, CellGeometry, lattice_fillings
@@ -22,7 +22,7 @@ from ..openmc.region import IntersectionNode, Region, join_regions, negate_regio
 from ..openmc.values import join_limited
 from ..scene_file.nodes import shorten
 from ..xml_tree import XmlElement
-from .cards import Card, CellCard, DataCards, McnpMaterials, ShortLines, read_cards, read_cell_card
+from .cards import Card, CellCard, DataCards, McnpMaterials, read_cards, read_cell_card
 from .regions import RegionReader, sort_cells
 from .surfaces import SurfaceCard, SurfaceSheets, read_surface_card
 from .transformations import FrameChange
@@ -48,21 +48,7 @@ def read_deck(path: str | os.PathLike[str], root: str | os.PathLike[str] | None 
 
     None is the folder of the deck. Raise SceneFileError with all errors in it.
     """
-    short = ShortLines()
-    try:
-        return _DeckReader(path, root, short).read()
-    except SceneFileError as error:
-        if not short.found:
-            raise
-        problems = [Problem(line, 1, "", hint) for line, hint in short.found.items()]
-        try:
-            _DeckReader(path, root, ShortLines(continue_cards=True)).read()
-        except SceneFileError as other:
-            problems += other.problems
-        # One mistake gives several errors where a continued line lacks blanks
-        if len(problems) > len(error.problems):
-            raise
-    raise SceneFileError(path, sorted(problems, key=lambda problem: problem.line))
+    return _DeckReader(path, root).read()
 
 
 @dataclass
@@ -71,7 +57,6 @@ class _DeckReader:
 
     path: str | os.PathLike[str]
     root: str | os.PathLike[str] | None
-    short: ShortLines
     problems: list[Problem] = field(default_factory=list)
     cards: dict[int, CellCard] = field(default_factory=dict)
     data: DataCards = field(default_factory=DataCards)
@@ -87,7 +72,7 @@ class _DeckReader:
 
     def read(self) -> DeckGeometry:
         """Read the deck: transformations first, as surfaces and cells need them."""
-        deck = read_cards(self.path, self.root, self.short)
+        deck = read_cards(self.path, self.root)
         for card in deck.data:
             with self._reporting(card, card.text.split()[0]):
                 self.data.read(card)
@@ -340,21 +325,8 @@ def import_file(path: str | os.PathLike[str], options: ImportOptions) -> ImportR
     notes = (*title, *expansion.facts(), *deck.notes, *remarks)
     geometry, looks = deck.geometry, expansion.looks
     names = {looks[n]: VOID if n is None else geometry.material_names[n] for n in expansion.materials}
-    legend, domain = _legend(expansion), expansion.domain
-    result = ImportResult(expansion.bodies, legend, notes, remarks, names, domain=domain, unit="cm")
+    result = ImportResult(expansion.bodies, expansion.legend, notes, remarks, names, domain=expansion.domain, unit="cm")
     return result if options.only is None else select_bodies(result, options.only)
-
-
-def _legend(expansion: UniverseExpansion) -> tuple[LegendEntry, ...]:
-    geometry, entries = expansion.geometry, []
-    for key, count in sorted(expansion.materials.items(), key=lambda item: (item[0] is None, item[0] or 0)):
-        if key is None:
-            entries.append(LegendEntry(None, "", None, count))
-        else:
-            entries.append(
-                LegendEntry(geometry.material(key).id, geometry.material_names[key], palette_color(key), count)
-            )
-    return tuple(entries)
 
 
 def _remarks(expansion: UniverseExpansion) -> Iterator[str]:

@@ -19,10 +19,8 @@ from ..importers import (
     BodyLimits,
     ImportOptions,
     ImportResult,
-    LegendEntry,
     OmittedPart,
     limit_notes,
-    palette_color,
     select_bodies,
 )
 from ..scene_file.nodes import shorten
@@ -453,9 +451,9 @@ def read(
     expansion.run()
     names = _material_names(expansion)
     facts, remarks = tuple(expansion.facts()), tuple(_remarks(expansion))
-    legend = _legend(expansion)
-    domain = expansion.domain
-    return ImportResult(expansion.bodies, legend, facts + remarks, remarks, names, domain=domain, unit="cm")
+    return ImportResult(
+        expansion.bodies, expansion.legend, facts + remarks, remarks, names, domain=expansion.domain, unit="cm"
+    )
 
 
 def import_file(path: str | os.PathLike[str], options: ImportOptions) -> ImportResult:
@@ -479,16 +477,6 @@ def import_file(path: str | os.PathLike[str], options: ImportOptions) -> ImportR
     options.refuse_others("an OpenMC geometry", "void", "strict", "only")
     result = read(path, void=options.void, max_bodies=options.max_bodies, progress=options.progress)
     return result if options.only is None else select_bodies(result, options.only)
-
-
-def _legend(expansion: UniverseExpansion) -> tuple[LegendEntry, ...]:
-    geometry, entries = expansion.geometry, []
-    listed = {number: geometry.material(number).name for number in geometry.material_names}
-    names = {number: name for number, name in geometry.material_names.items() if listed[number]}
-    for number, count in sorted(expansion.materials.items(), key=lambda item: (item[0] is None, item[0] or 0)):
-        color = None if number is None else palette_color(number)
-        entries.append(LegendEntry(number, "" if number is None else names.get(number, ""), color, count))
-    return tuple(entries)
 
 
 def _material_names(expansion: UniverseExpansion) -> dict[Material, str]:

@@ -262,9 +262,9 @@ def test_hexagonal_prisms_of_a_million_centimetres_have_no_ends(tmp_path: Path) 
 
 def test_a_continued_line_that_lacks_a_blank(tmp_path: Path) -> None:
     hint = "a continued line needs five blanks, this one has 4"
-    for first, second in (("-1", "-2 imp:n=1"), ("(-1", "-2) imp:n=1"), ("-1", "2 1 -1 imp:n=1"), ("-1", "#2 imp:n=1")):
+    for first, second in (("-1", "-2 imp:n=1"), ("(-1", "-2) imp:n=1"), ("-1", "#2 imp:n=1")):
         text = PIN.replace("1 1 -10.4 -1 imp:n=1", f"1 1 -10.4 {first}\n    {second}")
-        with pytest.raises(ValueError, match=rf"\A\S*:3:1: {hint}\Z"):
+        with pytest.raises(ValueError, match=f":3:1: cell .*; {hint}"):
             loaded(tmp_path, text)
     # Cards that are indented all, and a mistake that the blanks do not explain
     indented = "t\n   1 0 -1\n  10 0 -9\n   2 0 1\n\n  1 so 1\n  2 px 0\n"
@@ -273,7 +273,7 @@ def test_a_continued_line_that_lacks_a_blank(tmp_path: Path) -> None:
     # Numbers without which a card of the geometry means something else: a rotation, universes
     head = "t\n1 0 -1\n\n1 5 rpp 0 3 0 5 0 7\n\n"
     for card in ("tr5 10 0 0\n{}0 1 0 -1 0 0 0 0 1", "*tr5 10 0 0\n{}90 0 90 180 90 90 90 90 0", "tr5 9\nimp:n\n{}1"):
-        with pytest.raises(ValueError, match=rf"\A\S*:[78]:1: {hint}\Z"):
+        with pytest.raises(ValueError, match=f":[78]:1: .*; {hint}"):
             loaded(tmp_path, head + card.format("    "))
         with pytest.raises(
             ValueError, match=r":[78]:1: \d+: must begin with the name of a card; numbers of \S+ are not"
