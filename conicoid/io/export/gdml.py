@@ -20,7 +20,7 @@ from ...geometry.shape import Difference, Solid
 from ...materials.material import Material
 from ..gdml.materials import GAS_DENSITY
 from ..importers import palette_color as color_of_number
-from ..openmc.region import Region
+from ..openmc.region_expression import Region
 from ..scene_file.scene_file import WritableScene
 from .csg_pieces import split_into_pieces
 from .exporters import (

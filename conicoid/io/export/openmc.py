@@ -23,7 +23,7 @@ from ...geometry.shape import Boolean, Complement, Difference, Intersection, Sol
 from ...geometry.transform import IDENTITY_MOTION, Motion, Rotate, Step, Transform, Translate
 from ...materials.material import Material
 from ..openmc.placement import AxisTurn, Rows, invert_rows
-from ..openmc.region import HalfSpaceNode, IntersectionNode, Region, list_half_spaces
+from ..openmc.region_expression import HalfSpaceNode, IntersectionNode, Region, list_half_spaces
 from ..openmc.values import read_title
 from ..scene_file.scene_file import WritableScene
 from .exporters import (

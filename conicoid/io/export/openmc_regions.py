@@ -18,17 +18,14 @@ from ...geometry.shape import Boolean, Complement, Difference, Painted, Primitiv
 from ...geometry.surface import PlaneSurface, Surface
 from ...geometry.transform import IDENTITY_MOTION, Motion
 from ...numerics import bigfloat as ex
-from ..openmc.region import (
+from ..openmc.region import Conjunction, PartUnion, RegionPart, bind_surfaces
+from ..openmc.region_expression import (
     LONGEST_REGION,
     MAX_PARENTHESES,
-    Conjunction,
     HalfSpaceNode,
     IntersectionNode,
-    PartUnion,
     Region,
-    RegionPart,
     UnionNode,
-    bind_surfaces,
     count_half_spaces,
     negate_region,
     region_depth,

@@ -36,7 +36,7 @@ from ..openmc.placement import (
     to_floats,
     turn_motion,
 )
-from ..openmc.universe_block import RIGID_TOLERANCE
+from ..openmc.universe_block import RIGID_TOLERANCE, plane_gaps
 
 SolidFactory = Callable[[Point], Solid]
 """Builds a solid, translated by a shift in mm."""
@@ -312,18 +312,10 @@ def _rounding_margin(solid: Solid) -> tuple[Fraction, Fraction] | None:
         heights = sorted({Fraction(z) for _, z in solid.profile})
         return min(b - a for a, b in pairwise(heights)), max(map(abs, heights))
     if isinstance(solid, Polyhedron):
-        return _plane_margin(solid)
+        # Normals are the same everywhere
+        planes = zip(solid.normals, solid.offsets, strict=True)
+        gaps, reach = plane_gaps(
+            ((Fraction(x), Fraction(y), Fraction(z)), Fraction(offset)) for (x, y, z), offset in planes
+        )
+        return min(gaps, default=reach or Fraction(1)), reach
     return None
-
-
-def _plane_margin(solid: Polyhedron) -> tuple[Fraction, Fraction]:
-    """Return the least distance between parallel planes and the largest offset; normals are the same everywhere."""
-    planes: dict[tuple[Fraction, ...], set[Fraction]] = {}
-    for normal, offset in zip(solid.normals, solid.offsets, strict=True):
-        size = max(abs(Fraction(c)) for c in normal)
-        unit = tuple(Fraction(c) / size for c in normal)
-        sign = 1 if unit > ORIGIN else -1  # opposite normals are parallel planes too
-        planes.setdefault(tuple(sign * c for c in unit), set()).add(sign * Fraction(offset) / size)
-    gaps = [b - a for offsets in planes.values() for a, b in pairwise(sorted(offsets))]
-    reach = max(abs(offset) for offsets in planes.values() for offset in offsets)
-    return min(gaps, default=reach or Fraction(1)), reach

@@ -19,7 +19,7 @@ from ...numerics.rational import cross, dot3
 from ..openmc.geometry import UniverseCell
 from ..openmc.lattices import Index, Lattice, LatticeElement, LatticePrism
 from ..openmc.placement import NO_ROTATION, ORIGIN, Extent, ExtentEnd, Point
-from ..openmc.region import HalfSpaceNode, IntersectionNode, Region, list_half_spaces
+from ..openmc.region_expression import HalfSpaceNode, IntersectionNode, Region, list_half_spaces
 from ..openmc.surfaces import FlatSurface, OpenmcSurface
 from .cards import FIRST_FREE_KEY, MAX_ENTRIES, CellCard, McnpMaterials, expand_entries, parse_integer, parse_number
 from .transformations import FrameChange, add_scaled, dual_vectors, parse_transformation, scale_vector

@@ -24,7 +24,8 @@ from . import geometry
 from .geometry import VOID as VOID_NAME, CellGeometry, UniverseCell, find_enclosure, is_bounded_with, lattice_fillings
 from .lattices import Index, Lattice
 from .placement import UNBOUNDED, AxisTurn, Extent, ExtentEnd, Point, UniversePlacement
-from .region import PlacedSurfaces, RegionPart, SolidBuilder, SurfaceSide, bind_surfaces, list_half_spaces
+from .region import PlacedSurfaces, RegionPart, SolidBuilder, SurfaceSide, bind_surfaces
+from .region_expression import list_half_spaces
 from .surfaces import FlatSurface
 from .universe_block import (
     CellBodies,

@@ -30,7 +30,14 @@ from .expansion import ExpansionProgress, UniverseExpansion
 from .geometry import CellGeometry, UniverseCell, UniverseNode, lattice_fillings
 from .lattices import Lattice, read_hexagonal_lattice, read_rectangular_lattice
 from .placement import NO_ROTATION, ORIGIN, CellRotation, Point, rotation_by_angles, rotation_by_matrix, rotation_error
-from .region import LONGEST_REGION, MAX_HALF_SPACES, Region, count_half_spaces, list_half_spaces, parse_region
+from .region_expression import (
+    LONGEST_REGION,
+    MAX_HALF_SPACES,
+    Region,
+    count_half_spaces,
+    list_half_spaces,
+    parse_region,
+)
 from .surfaces import OpenmcSurface, read_surface
 from .values import OpenmcElementError, OpenmcMaterial, OpenmcValues, find_unknown_names, join_limited, read_material
 
