@@ -375,7 +375,7 @@ def _report_sibling_overlaps(siblings: list[VolumeNest], report: ExportReport) -
         if first.outer in _cut_bodies(later) or later.outer in _cut_bodies(first):  # one is cut from the other
             continue
         try:
-            if emptiness.are_disjoint(region(i), region(j)):
+            if emptiness.is_empty(region(i), region(j)):
                 continue
         except UnsupportedExport:
             pass

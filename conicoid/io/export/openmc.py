@@ -411,7 +411,7 @@ def _cut_overlaps(cells: list[_CellEntry], emptiness: EmptinessTest, report: Exp
         # The quick test first.
         if first.region is None or later.region is None or are_disjoint_sides(sides_of[i], sides_of[j]):
             continue
-        if emptiness.are_disjoint(first.region, later.region):
+        if emptiness.is_empty(first.region, later.region):
             continue
         later.region = join_regions(IntersectionNode, [later.region, emptiness.complement(first.region)])
         sides_of[j] = emptiness.sides(later.region)

@@ -30,7 +30,7 @@ from ..openmc.region_expression import (
     negate_region,
     region_depth,
 )
-from ..openmc.surfaces import FlatSurface, RoundSurface, Surface as ReadSurface, build_surface
+from ..openmc.surfaces import Surface as ReadSurface, build_surface
 from .exporters import UnsupportedExport, format_numbers, shorten_fraction
 
 # Surfaces: planes, cylinders, cones and spheres where possible, else general quadrics.
@@ -291,14 +291,9 @@ def are_disjoint_sides(one: RegionSides, other: RegionSides) -> bool:
 
 @dataclass
 class EmptinessTest:
-    """Tests whether regions are surely empty: balls, cylinders and planes are compared as in imports.
-
-    A lattice has each pair of neighbours many times. Regions that are others translated are tested once.
-    """
+    """Tests whether regions are surely empty: balls, cylinders and planes are compared as in imports."""
 
     table: ExportSurfaceTable
-    _known: dict[tuple[object, ...], bool] = field(default_factory=dict)
-    _places: dict[int, _SurfacePlace | None] = field(default_factory=dict)
     _bound: dict[int, tuple[Region, RegionPart]] = field(default_factory=dict)
     _complements: dict[int, tuple[Region, Region]] = field(default_factory=dict)
 
@@ -311,61 +306,10 @@ class EmptinessTest:
         parts = () if region is None else list_conjuncts(region)
         return frozenset(parts), [frozenset(list_conjuncts(self.complement(part))) for part in parts]
 
-    def are_disjoint(self, first: Region, later: Region) -> bool:
-        """Return True if two regions are surely disjoint."""
-        return self._is_empty((first, later))
-
-    def is_empty(self, region: Region) -> bool:
-        """Return True if a region surely has no volume."""
-        return self._is_empty((region,))
-
-    def _is_empty(self, regions: tuple[Region, ...]) -> bool:
+    def is_empty(self, *regions: Region) -> bool:
         """Return True if the intersection of regions surely has no volume."""
-        form = self._form(regions)
-        found = None if form is None else self._known.get(form)
-        if found is None:
-            parts = [bind_surfaces(each, self.table.surfaces, self._bound) for each in regions]
-            found = _is_empty_intersection(parts, _MAX_SPLITS)
-            if form is not None:
-                self._known[form] = found
-        return found
-
-    def _form(self, regions: tuple[Region, ...]) -> tuple[object, ...] | None:
-        """Return a key that is equal for regions that are translated together; None where a surface has no place."""
-        form: list[object] = []
-        base: dict[int, Fraction] = {}
-        pending: list[Region] = list(regions)
-        numbers: dict[int, int] = {}
-        while pending:
-            node = pending.pop()
-            if not isinstance(node, HalfSpaceNode):
-                # A node that comes again is its number
-                form += type(node), -numbers.get(id(node), -len(node.parts))
-                pending += node.parts if id(node) not in numbers else ()
-                numbers.setdefault(id(node), len(numbers) + 1)
-                continue
-            if node.surface not in self._places:
-                self._places[node.surface] = _surface_place(self.table.surfaces[node.surface])
-            place = self._places[node.surface]
-            if place is None:
-                return None
-            form += node.positive, place[0]
-            for axis, value in place[1]:
-                form.append((value - base.setdefault(axis, value)).as_integer_ratio())
-        return tuple(form)
-
-
-_SurfacePlace: TypeAlias = tuple[tuple[object, ...], tuple[tuple[int, Fraction], ...]]
-"""The part of a surface that a translation keeps, and its coordinates."""
-
-
-def _surface_place(surface: ReadSurface) -> _SurfacePlace | None:
-    """Return the place of a plane across an axis, or of a ball or cylinder; None for other surfaces."""
-    if isinstance(surface, FlatSurface) and surface.axis is not None:
-        return (surface.normal,), ((surface.axis, surface.offset / surface.normal[surface.axis]),)
-    if isinstance(surface, RoundSurface):
-        return (surface.axis, surface.radius), tuple((axis, surface.center[axis]) for axis in surface.cross_axes)
-    return None
+        parts = [bind_surfaces(each, self.table.surfaces, self._bound) for each in regions]
+        return _is_empty_intersection(parts, _MAX_SPLITS)
 
 
 def _is_empty_intersection(parts: list[RegionPart], splits: int) -> bool:
