@@ -171,11 +171,10 @@ class Lattice(ABC):
             # Element i reaches from i + low to i + high of the functional. Exact, so that none only touches the box
             ends.append((math.floor(least - high) + 1, math.ceil(most - low)))
         axes = self.tile_axes
-        ranges = [range(*(*ends, (0, 1), (0, 1))[axis]) for axis in axes]
+        ranges = [(*ends, (0, 1), (0, 1))[axis] for axis in axes]
         places = [axes.index(axis) for axis in range(len(axes))]
-        # Lazily: there may be very many
-        indices = (tuple(steps[place] for place in places) for steps in product(*ranges))
-        return LatticeTiles(math.prod(map(len, ranges)), indices)
+        indices = (tuple(steps[place] for place in places) for steps in grid_indices(ranges))
+        return LatticeTiles(math.prod(max(end - first, 0) for first, end in ranges), indices)
 
 
 @dataclass(frozen=True)
@@ -314,6 +313,16 @@ def hexagon_order(rings: int, orientation: str) -> list[tuple[int, int]]:
         # y = a + x/2, here in halves of the pitch; x rises along a row.
         return sorted(inside, key=lambda index: (-(2 * index[1] + index[0]), index[0]))
     return sorted(inside, key=lambda index: (-index[1], index[0]))
+
+
+def grid_indices(ends: list[tuple[int, int]]) -> Iterator[tuple[int, ...]]:
+    """Yield all (i, j, ...) of ranges (first, end), lazily: there may be very many."""
+    if not ends:
+        yield ()
+        return
+    for i in range(*ends[0]):
+        for rest in grid_indices(ends[1:]):
+            yield (i, *rest)
 
 
 def _slab(normal: Point, low: Fraction, high: Fraction) -> list[LatticePlane]:
