@@ -329,6 +329,24 @@ def unreadable_error(path: str | PathLike[str], error: OSError) -> SceneFileErro
     return unreadable
 
 
+def read_bounded(path: str | PathLike[str], most: int, before: int = 0) -> bytes:
+    """Return the contents of a file.
+
+    Raise SceneFileError for one that cannot be read, and for more than `most` bytes with the `before` read already.
+    """
+    try:
+        if "\0" in fspath(path):
+            raise OSError(errno.EINVAL, "a path cannot hold a zero character")
+        raw = read_regular(path, most)
+    except OSError as error:
+        raise unreadable_error(path, error) from None
+    if before + len(raw) > most:
+        parts = " with all its parts" if before else ""
+        message = f"is too large{parts}: at most {most >> 20} MB are read"
+        raise SceneFileError(path, [Problem(0, 0, "", message)])
+    return raw
+
+
 def printable(text: str) -> str:
     """Return text on one line, without characters that a terminal would obey."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)

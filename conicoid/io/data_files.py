@@ -41,6 +41,8 @@ def resolve_data_file(folder: Path, name: str) -> Path:
         raise ValueError(f"must stay inside the scene's folder, got {name!r}")
     if not path.is_file():
         raise ValueError(f"is not an existing file: {name!r} beside the scene")
+    if path.stat().st_size > MAX_DATA_BYTES:
+        raise ValueError(f"is larger than {MAX_DATA_BYTES >> 30} GiB: {name!r}")
     return path
 
 
@@ -54,8 +56,6 @@ def read_rows(path: Path, columns: int, header: tuple[str, ...]) -> tuple[FloatA
     suffix = path.suffix.lower()
     if suffix not in (".npy", ".csv"):
         raise ValueError(f"{path.name} must be a .npy or .csv file")
-    if path.stat().st_size > MAX_DATA_BYTES:
-        raise ValueError(f"{path.name} is larger than {MAX_DATA_BYTES >> 30} GiB")
     if suffix == ".csv":
         return _read_csv(path, columns, header)
     found, table = read_array(path)

@@ -19,7 +19,7 @@ from xml.sax.xmlreader import InputSource
 from defusedxml.common import DefusedXmlException, DTDForbidden, EntitiesForbidden
 from defusedxml.expatreader import DefusedExpatParser
 
-from .._util.files import Problem, SceneFileError, read_regular, unreadable_error
+from .._util.files import Problem, SceneFileError, read_bounded
 
 MAX_XML_BYTES = 64 << 20
 MAX_ATTRIBUTES = 3_000_000
@@ -96,26 +96,10 @@ def read_xml(
 
 def read_bounded_bytes(path: str | os.PathLike[str], before: int) -> bytes:
     """Return the contents of a file. Raise SceneFileError if it is too large, with the `before` bytes read already."""
-    raw = _read_bytes(path)
+    raw = read_bounded(path, MAX_XML_BYTES, before)
     # Before the parser: it makes all attributes of an element at once, and asks nobody
     if raw.count(b"=") > MAX_ATTRIBUTES:
         raise SceneFileError(path, [Problem(0, 0, "", f"has more than {MAX_ATTRIBUTES:,} attributes (or '=' signs)")])
-    if before + len(raw) > MAX_XML_BYTES:
-        message = f"is too large with all its parts: at most {MAX_XML_BYTES >> 20} MB are read"
-        raise SceneFileError(path, [Problem(0, 0, "", message)])
-    return raw
-
-
-def _read_bytes(path: str | os.PathLike[str]) -> bytes:
-    """Return the contents of a regular file of at most `MAX_XML_BYTES` bytes. Raise SceneFileError for others."""
-    try:
-        if "\0" in os.fspath(path):
-            raise OSError(22, "a path cannot hold a zero character")
-        raw = read_regular(path, MAX_XML_BYTES)
-    except OSError as error:
-        raise unreadable_error(path, error) from None
-    if len(raw) > MAX_XML_BYTES:
-        raise SceneFileError(path, [Problem(0, 0, "", f"is too large: at most {MAX_XML_BYTES >> 20} MB are read")])
     return raw
 
 

@@ -125,28 +125,6 @@ class Environment:
         pixels.flags.writeable = False
         object.__setattr__(self, "pixels", pixels)
 
-    @classmethod
-    def of_file(cls, path: str | os.PathLike[str], intensity: float = 1.0, rotation: float = 0.0) -> Environment:
-        """Read an image of all directions from a file, an .exr of linear light, or a .png, .jpg or .webp.
-
-        Parameters
-        ----------
-        path : str or os.PathLike
-            The file.
-        intensity, rotation : float
-            As in `Environment`.
-
-        Returns
-        -------
-        Environment
-
-        Raises
-        ------
-        ValueError
-            If the file is missing, no picture, or damaged.
-        """
-        return cls(ImagePath(checked_path("Environment", path)), intensity, rotation)
-
     def __eq__(self, other: object) -> bool:
         return (
             isinstance(other, Environment) and self._key() == other._key() and np.array_equal(self.pixels, other.pixels)

@@ -32,7 +32,7 @@ def folder(tmp_path):
 def test_a_scene_file_names_a_picture(folder):
     found = co.load(folder / "scene.yaml").background
     assert found == co.Environment(PIXELS, intensity=2) == co.Environment(folder / "sky.exr", intensity=2)
-    assert found == co.Environment.of_file(folder / "sky.exr", 2)
+    assert found == co.Environment(folder / "sky.exr", 2)
 
 
 def test_what_is_saved_names_it_too(folder):

@@ -121,9 +121,9 @@ def split_quadric(surface: QuadricSurface, room: BodyBox) -> PieceNode:
         node = _about_z((a, b, c), s, constant, room.in_frame(Motion((*turn, *steps))))
         if node is None:
             continue
-        if isinstance(node, PieceBoolean):
-            return PieceBoolean(node.kind, node.parts, (*node.steps, *turn, *steps))
-        return PieceLeaf(node.piece, (*node.steps, *turn, *steps), node.is_rounded or is_rounded)
+        if isinstance(node, PieceLeaf):
+            node = replace(node, is_rounded=node.is_rounded or is_rounded)
+        return _move_node(node, (*turn, *steps))
     raise UnsupportedExport("a quadric of it is no ellipsoid, cylinder, cone, paraboloid or hyperboloid of one sheet")
 
 
@@ -202,10 +202,7 @@ def _double_cone(
             nappes.append(PieceLeaf(RevolutionPiece(profile), (), is_rounded or Fraction(wide) != radius))
     if not nappes:
         raise UnsupportedExport("a part of it is empty")
-    whole = nappes[0] if len(nappes) == 1 else PieceBoolean("union", tuple(nappes))
-    if isinstance(whole, PieceLeaf):
-        return PieceLeaf(whole.piece, steps, whole.is_rounded)
-    return PieceBoolean(whole.kind, whole.parts, steps)
+    return _move_node(nappes[0] if len(nappes) == 1 else PieceBoolean("union", tuple(nappes)), steps)
 
 
 def _root(value: ex.BigFloat) -> tuple[float, bool]:

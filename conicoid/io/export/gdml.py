@@ -20,7 +20,7 @@ from ...geometry.shape import Difference, Solid
 from ...materials.material import Material
 from ..gdml.materials import GAS_DENSITY
 from ..importers import palette_color as color_of_number
-from ..openmc.region import Region
+from ..openmc.region_expression import Region
 from ..scene_file.scene_file import WritableScene
 from .csg_pieces import split_into_pieces
 from .exporters import (
@@ -378,7 +378,7 @@ def _report_sibling_overlaps(siblings: list[VolumeNest], report: ExportReport) -
         if first.outer in _cut_bodies(later) or later.outer in _cut_bodies(first):  # one is cut from the other
             continue
         try:
-            if emptiness.are_disjoint(region(i), region(j)):
+            if emptiness.is_empty(region(i), region(j)):
                 continue
         except UnsupportedExport:
             pass

@@ -93,9 +93,7 @@ def convert_steps(steps: Sequence[Step]) -> tuple[GdmlMoves, bool]:
             converted += _convert_scaling(step)
         elif isinstance(step, Rotate) and sum(map(bool, step.axis)) == 1:
             converted.append(_convert_spin(step))
-        elif isinstance(step, Transform) and _convert_exchange(step) is not None:
-            turn = _convert_exchange(step)
-            assert turn is not None
+        elif isinstance(step, Transform) and (turn := AxisTurn.of([row[:3] for row in step.matrix[:3]])) is not None:
             converted.append(RigidMove(turn, _decimals(tuple(row[3] for row in step.matrix[:3]))))
         else:
             more, rounded = _three_spins(step)
@@ -133,17 +131,6 @@ def _convert_spin(step: Rotate) -> GdmlMove:
     angles = [Fraction(0)] * 3
     angles[axis] = degrees
     return RigidMove(rotation_by_angles((angles[0], angles[1], angles[2])).turn)
-
-
-def _convert_exchange(step: Transform) -> AxisTurn | None:
-    """Return the exchange of axes, with signs, that a matrix is; None if it is none."""
-    rows = [row[:3] for row in step.matrix[:3]]
-    lines = [*rows, *zip(*rows, strict=True)]
-    if any(sorted(map(abs, line)) != [0, 0, 1] for line in lines):
-        return None
-    sources = [next(i for i in range(3) if row[i]) for row in rows]
-    a, b, c = (int(row[i]) for row, i in zip(rows, sources, strict=True))
-    return AxisTurn((sources[0], sources[1], sources[2]), (a, b, c))
 
 
 def _three_spins(step: Step) -> tuple[list[GdmlMove], bool]:

@@ -22,8 +22,8 @@ from ...geometry.general_quadric import Quadric
 from ...geometry.shape import Boolean, Complement, Difference, Intersection, Solid, Union
 from ...geometry.transform import IDENTITY_MOTION, Motion, Rotate, Step, Transform, Translate
 from ...materials.material import Material
-from ..openmc.placement import Rows, invert_rows
-from ..openmc.region import HalfSpaceNode, IntersectionNode, Region, list_half_spaces
+from ..openmc.placement import AxisTurn, Rows, invert_rows
+from ..openmc.region_expression import HalfSpaceNode, IntersectionNode, Region, list_half_spaces
 from ..openmc.values import read_title
 from ..scene_file.scene_file import WritableScene
 from .exporters import (
@@ -145,14 +145,7 @@ def _is_odd_turn(step: Step) -> bool:
     """Return True if a step rotates by anything but multiples of 90 degrees."""
     if isinstance(step, Rotate):
         return step.degrees % 90 != 0 or sum(map(bool, step.axis)) > 1
-    return isinstance(step, Transform) and not _is_exchange(step)
-
-
-def _is_exchange(step: Transform) -> bool:
-    """Return True if a matrix exchanges axes, with signs."""
-    rows = [row[:3] for row in step.matrix[:3]]
-    lines = [*rows, *zip(*rows, strict=True)]
-    return all(sorted(map(abs, line)) == [0, 0, 1] for line in lines)
+    return isinstance(step, Transform) and AxisTurn.of([row[:3] for row in step.matrix[:3]]) is None
 
 
 def _fill_placements(steps: tuple[Step, ...]) -> tuple[FillPlacement, ...] | None:
@@ -418,7 +411,7 @@ def _cut_overlaps(cells: list[_CellEntry], emptiness: EmptinessTest, report: Exp
         # The quick test first.
         if first.region is None or later.region is None or are_disjoint_sides(sides_of[i], sides_of[j]):
             continue
-        if emptiness.are_disjoint(first.region, later.region):
+        if emptiness.is_empty(first.region, later.region):
             continue
         later.region = join_regions(IntersectionNode, [later.region, emptiness.complement(first.region)])
         sides_of[j] = emptiness.sides(later.region)

@@ -18,20 +18,19 @@ from ...geometry.shape import Boolean, Complement, Difference, Painted, Primitiv
 from ...geometry.surface import PlaneSurface, Surface
 from ...geometry.transform import IDENTITY_MOTION, Motion
 from ...numerics import bigfloat as ex
-from ..openmc.region import (
+from ..openmc.region import Conjunction, PartUnion, RegionPart, bind_surfaces
+from ..openmc.region_expression import (
     LONGEST_REGION,
     MAX_PARENTHESES,
-    Conjunction,
     HalfSpaceNode,
     IntersectionNode,
-    PartUnion,
     Region,
-    RegionPart,
     UnionNode,
-    bind_surfaces,
-    list_half_spaces,
+    count_half_spaces,
+    negate_region,
+    region_depth,
 )
-from ..openmc.surfaces import FlatSurface, RoundSurface, Surface as ReadSurface, build_surface
+from ..openmc.surfaces import Surface as ReadSurface, build_surface
 from .exporters import UnsupportedExport, format_numbers, shorten_fraction
 
 # Surfaces: planes, cylinders, cones and spheres where possible, else general quadrics.
@@ -187,10 +186,10 @@ class RegionWriter:
     def of(self, solid: Solid, outer: Motion = IDENTITY_MOTION) -> Region:
         """Return the region of a solid under a further motion. Raise UnsupportedExport if OpenMC cannot hold it."""
         region = self._region_of(solid, outer, True, 0)
-        count = sum(1 for _ in list_half_spaces(region))
+        count = count_half_spaces(region)
         if count > MAX_REGION_LENGTH:
             raise UnsupportedExport(f"its region has {count:,} half-spaces, more than {MAX_REGION_LENGTH:,}")
-        if _depth(region) > MAX_PARENTHESES:
+        if region_depth(region) > MAX_PARENTHESES:
             raise UnsupportedExport(f"its region nests deeper than {MAX_PARENTHESES} levels")
         return region
 
@@ -253,24 +252,6 @@ def join_regions(kind: type[IntersectionNode] | type[UnionNode], parts: Iterable
     return next(iter(terms)) if len(terms) == 1 else kind(tuple(terms))
 
 
-def negate_region(region: Region, known: dict[int, tuple[Region, Region]] | None = None) -> Region:
-    """Return the complement of a region.
-
-    `known` holds complements by the identity of their regions, which it keeps: one region in many places stays one.
-    """
-    found = None if known is None else known.get(id(region))
-    if found is not None:
-        return found[1]
-    if isinstance(region, HalfSpaceNode):
-        result: Region = HalfSpaceNode(region.surface, not region.positive)
-    else:
-        kind = UnionNode if isinstance(region, IntersectionNode) else IntersectionNode
-        result = kind(tuple(negate_region(part, known) for part in region.parts))
-    if known is not None:
-        known[id(region)], known[id(result)] = (region, result), (result, region)
-    return result
-
-
 def list_conjuncts(region: Region) -> tuple[Region, ...]:
     """Return the parts that a region is the intersection of."""
     return region.parts if isinstance(region, IntersectionNode) else (region,)
@@ -296,12 +277,6 @@ def _pieces(region: Region, within: bool) -> Iterator[str]:
         yield ")"
 
 
-def _depth(region: Region) -> int:
-    if isinstance(region, HalfSpaceNode):
-        return 0
-    return 1 + max(_depth(part) for part in region.parts)
-
-
 # Tests whether regions are disjoint. True is certain; False means unknown.
 
 _MAX_SPLITS, _MAX_BRANCHES = 3, 8
@@ -316,14 +291,9 @@ def are_disjoint_sides(one: RegionSides, other: RegionSides) -> bool:
 
 @dataclass
 class EmptinessTest:
-    """Tests whether regions are surely empty: balls, cylinders and planes are compared as in imports.
-
-    A lattice has each pair of neighbours many times. Regions that are others translated are tested once.
-    """
+    """Tests whether regions are surely empty: balls, cylinders and planes are compared as in imports."""
 
     table: ExportSurfaceTable
-    _known: dict[tuple[object, ...], bool] = field(default_factory=dict)
-    _places: dict[int, _SurfacePlace | None] = field(default_factory=dict)
     _bound: dict[int, tuple[Region, RegionPart]] = field(default_factory=dict)
     _complements: dict[int, tuple[Region, Region]] = field(default_factory=dict)
 
@@ -336,61 +306,10 @@ class EmptinessTest:
         parts = () if region is None else list_conjuncts(region)
         return frozenset(parts), [frozenset(list_conjuncts(self.complement(part))) for part in parts]
 
-    def are_disjoint(self, first: Region, later: Region) -> bool:
-        """Return True if two regions are surely disjoint."""
-        return self._is_empty((first, later))
-
-    def is_empty(self, region: Region) -> bool:
-        """Return True if a region surely has no volume."""
-        return self._is_empty((region,))
-
-    def _is_empty(self, regions: tuple[Region, ...]) -> bool:
+    def is_empty(self, *regions: Region) -> bool:
         """Return True if the intersection of regions surely has no volume."""
-        form = self._form(regions)
-        found = None if form is None else self._known.get(form)
-        if found is None:
-            parts = [bind_surfaces(each, self.table.surfaces, self._bound) for each in regions]
-            found = _is_empty_intersection(parts, _MAX_SPLITS)
-            if form is not None:
-                self._known[form] = found
-        return found
-
-    def _form(self, regions: tuple[Region, ...]) -> tuple[object, ...] | None:
-        """Return a key that is equal for regions that are translated together; None where a surface has no place."""
-        form: list[object] = []
-        base: dict[int, Fraction] = {}
-        pending: list[Region] = list(regions)
-        numbers: dict[int, int] = {}
-        while pending:
-            node = pending.pop()
-            if not isinstance(node, HalfSpaceNode):
-                # A node that comes again is its number
-                form += type(node), -numbers.get(id(node), -len(node.parts))
-                pending += node.parts if id(node) not in numbers else ()
-                numbers.setdefault(id(node), len(numbers) + 1)
-                continue
-            if node.surface not in self._places:
-                self._places[node.surface] = _surface_place(self.table.surfaces[node.surface])
-            place = self._places[node.surface]
-            if place is None:
-                return None
-            form += node.positive, place[0]
-            for axis, value in place[1]:
-                form.append((value - base.setdefault(axis, value)).as_integer_ratio())
-        return tuple(form)
-
-
-_SurfacePlace: TypeAlias = tuple[tuple[object, ...], tuple[tuple[int, Fraction], ...]]
-"""The part of a surface that a translation keeps, and its coordinates."""
-
-
-def _surface_place(surface: ReadSurface) -> _SurfacePlace | None:
-    """Return the place of a plane across an axis, or of a ball or cylinder; None for other surfaces."""
-    if isinstance(surface, FlatSurface) and surface.axis is not None:
-        return (surface.normal,), ((surface.axis, surface.offset / surface.normal[surface.axis]),)
-    if isinstance(surface, RoundSurface):
-        return (surface.axis, surface.radius), tuple((axis, surface.center[axis]) for axis in surface.cross_axes)
-    return None
+        parts = [bind_surfaces(each, self.table.surfaces, self._bound) for each in regions]
+        return _is_empty_intersection(parts, _MAX_SPLITS)
 
 
 def _is_empty_intersection(parts: list[RegionPart], splits: int) -> bool:

@@ -17,6 +17,7 @@ from ..._util.validation import SMALLEST
 from ...geometry.shape import Solid
 from ...geometry.transform import Motion, Scale, Step, Translate
 from ...numerics import bigfloat as ex
+from ..gdml.flat_solids import signed_volume
 from ..openscad.solids import SidedBall
 from ..scene_file.scene_file import WritableScene
 from .csg_pieces import split_into_pieces
@@ -179,7 +180,7 @@ class OpenscadWriter:
             )
             points.append(_list(numbers))
         # Faces of meshes may run either way; the sign of the volume shows which.
-        turned = piece.is_convex or _volume(piece) > 0
+        turned = piece.is_convex or signed_volume(piece.corners, piece.faces) > 0
         faces = [f"[{', '.join(map(str, reversed(face) if turned else face))}]" for face in piece.faces]
         return CsgCallText(f"polyhedron(points = [{', '.join(points)}], faces = [{', '.join(faces)}], convexity = 10)")
 
@@ -229,18 +230,6 @@ def _ends(piece: ExtrusionPiece) -> PolyhedronPiece:
     corners += [(scale * x, scale * y, Fraction(piece.high)) for x, y in flat]
     faces = [(k, (k + 1) % count, count + (k + 1) % count, count + k) for k in range(count)]
     return PolyhedronPiece(tuple(corners), (*faces, tuple(range(count))[::-1], tuple(range(count, 2 * count))))
-
-
-def _volume(piece: PolyhedronPiece) -> Fraction:
-    """Return six times the signed volume: above 0 if faces are counter-clockwise from outside."""
-    total = Fraction(0)
-    for face in piece.faces:
-        a = piece.corners[face[0]]
-        for k in range(2, len(face)):
-            b, c = piece.corners[face[k - 1]], piece.corners[face[k]]
-            total += a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2])
-            total += a[2] * (b[0] * c[1] - b[1] * c[0])
-    return total
 
 
 def export_text(scene: WritableScene, options: ExportOptions) -> ExportResult:

@@ -508,16 +508,20 @@ def closed_mesh(vertices: list[Point], faces: list[tuple[int, ...]]) -> SolidFac
 
     The factory raises OmittedPart if the surface is not closed.
     """
+    # Negative where the facets turn clockwise seen from outside
+    if signed_volume(vertices, faces) < 0:
+        faces = [face[::-1] for face in faces]
+    return partial(_mesh, vertices, tuple(faces))
+
+
+def signed_volume(vertices: Sequence[Point], faces: Sequence[Sequence[int]]) -> Fraction:
+    """Return six times the volume in a closed surface, by tetrahedra from the origin: above 0 for outward faces."""
     volume = Fraction(0)
     for face in faces:
         for k in range(2, len(face)):
             a, b, c = vertices[face[0]], vertices[face[k - 1]], vertices[face[k]]
             volume += dot(cross(a, b), c)
-    # Six times the signed volume, by tetrahedra from the origin: negative where the facets turn clockwise seen from
-    # outside
-    if volume < 0:
-        faces = [face[::-1] for face in faces]
-    return partial(_mesh, vertices, tuple(faces))
+    return volume
 
 
 def _mesh(vertices: list[Point], faces: tuple[tuple[int, ...], ...], shift: Point) -> Mesh:

@@ -12,130 +12,27 @@ from __future__ import annotations
 
 import os
 from collections import ChainMap, Counter
-from collections.abc import Callable, Hashable, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import field
-from fractions import Fraction
 from functools import cached_property
-from itertools import pairwise
 from typing import Any
 
 from ..._util.dataclass import dataclass
 from ..._util.files import MAX_PROBLEMS, Problem, SceneFileError, resolve_part
 from ..._util.text import format_count
 from ...geometry.instances import Shift
-from ...geometry.polyhedron import Polyhedron
-from ...geometry.primitives import Box, Sphere
-from ...geometry.quadrics import Ellipsoid
-from ...geometry.revolution import Revolution
-from ...geometry.shape import Difference, Intersection, Solid, Union
-from ...geometry.transform import IDENTITY_MOTION, Motion, Translate
+from ...geometry.shape import Difference, Solid
 from ...materials.material import Material
 from ..importers import BodyLimits, ImportOptions, ImportResult, LegendEntry, OmittedPart, limit_notes, select_bodies
-from ..openmc.placement import (
-    NO_ROTATION,
-    NO_TURN,
-    ORIGIN,
-    AxisTurn,
-    CellRotation,
-    Point,
-    UniversePlacement,
-    add_points,
-    split_shift,
-    to_floats,
-    turn_motion,
-)
-from ..openmc.universe_block import RIGID_TOLERANCE, BlockBodies, BlockPiece, PlacePath, UniverseBlock, flatten_block
+from ..openmc.placement import NO_ROTATION, ORIGIN
+from ..openmc.universe_block import BlockBodies, BlockPiece, PlacePath, UniverseBlock, flatten_block
 from ..scene_file.nodes import shorten
 from ..xml_tree import XmlElement, read_xml
 from .materials import GAS_DENSITY, GdmlMaterial, MaterialTable, read_materials
-from .solid_template import MOST_HELD, SolidTemplate
+from .solid_template import FrameTable, GdmlPlacement, PlacedTemplate, is_rigid, place_solid
 from .solids import SolidTable, read_solids
 from .structure import LogicalVolume, StructureReader
-from .values import GdmlError, GdmlReader, local_tag, look_up, read_defines, read_reference
-
-FrameTable = dict[Hashable, tuple[Motion, Point, Motion]]
-"""For outer motions, by identity, and shifts after them: (outer motion, shift before it, motion that follows that).
-
-All solids that stand in a rotated frame have the motion in common."""
-_MOST_FRAMES = 1 << 14
-
-
-@dataclass(frozen=True)
-class GdmlPlacement:
-    """A placement within a block: quarter turn and shift, then the motion `outer`, then the shift `lift` (mm).
-
-    If all rotations are quarter turns, `outer` is the identity, `shift` is the whole translation, and the block may
-    stand anywhere.
-    """
-
-    turn: AxisTurn = NO_TURN
-    shift: Point = ORIGIN
-    outer: Motion = IDENTITY_MOTION
-    lift: Point = ORIGIN
-
-    @property
-    def is_straight(self) -> bool:
-        """Return True for quarter turns and shifts only."""
-        return not self.outer.steps
-
-    @property
-    def may_stand_anywhere(self) -> bool:
-        """Return True if the rotation is about the own origin, so that a shift in the world moves it exactly."""
-        return self.is_straight or not any(self.shift)
-
-    def about_itself(self) -> tuple[GdmlPlacement, Point]:
-        """Return the placement about its own origin, and the position of that origin."""
-        if self.is_straight:
-            return GdmlPlacement(self.turn), self.shift
-        return GdmlPlacement(self.turn, ORIGIN, self.outer), self.lift
-
-    def lifted(self, by: Point) -> GdmlPlacement:
-        """Return the placement translated."""
-        if self.is_straight:
-            return GdmlPlacement(self.turn, add_points(self.shift, by), self.outer, self.lift)
-        return GdmlPlacement(self.turn, self.shift, self.outer, add_points(self.lift, by))
-
-    def inner(self, shift: Point, rotation: CellRotation) -> GdmlPlacement:
-        """Return the placement of a daughter that is rotated and then shifted within this placement.
-
-        Raise ValueError or OverflowError if its numbers make no motion.
-        """
-        # Fractions and quarter turns: the part of the motion that is exact
-        before = UniversePlacement(self.turn, self.shift)
-        # Quarter turns and shifts stay exact before `outer`; any other rotation begins a new outer motion.
-        if rotation.motion.is_identity:
-            daughter = before.inner(shift, rotation)
-            return GdmlPlacement(daughter.turn, daughter.shift, self.outer, self.lift)
-        if self.is_straight:
-            return GdmlPlacement(outer=turn_motion(rotation.motion, self.turn), lift=before.point(shift))
-        whole = before.inner(shift, rotation)
-        return GdmlPlacement(outer=whole.outer.then(self.outer), lift=self.lift)
-
-    @cached_property
-    def key(self) -> Hashable:
-        """Equal for placements that differ by a translation of their blocks; the outer motion counts by identity."""
-        # Fractions and the fields of a motion are slow to hash, and so are the objects that hold them
-        own = () if self.may_stand_anywhere else tuple(value.as_integer_ratio() for value in self.shift)
-        return self.turn.sources, self.turn.signs, id(self.outer), own
-
-    def at(self, whole: Point, frames: FrameTable) -> UniversePlacement:
-        """Return the placement in the world with `whole` in place of its last shift."""
-        if self.is_straight:
-            return UniversePlacement(self.turn, whole)
-        key = id(self.outer), *map(Fraction.as_integer_ratio, whole)
-        found = frames.get(key)
-        if found is None or found[0] is not self.outer:  # a pickle has ids of before, which others may have now
-            _ = self.outer.reach  # which the longer motion takes over, of all places
-            before, after = split_shift(self.outer, whole)
-            outer = self.outer.then(Motion((Translate(to_floats(after)),))) if any(after) else self.outer
-            if len(frames) >= _MOST_FRAMES:
-                frames.clear()
-            found = frames[key] = self.outer, before, outer
-        return UniversePlacement(self.turn, add_points(self.shift, found[1]), found[2])
-
-
-PlacedTemplate = tuple[SolidTemplate, GdmlPlacement]
-"""A solid and its placement in a block."""
+from .values import GdmlError, GdmlReader, local_tag, look_up, read_defines, read_reference, strip_pointer
 
 
 @dataclass(eq=False)
@@ -151,25 +48,10 @@ class VolumePiece(BlockPiece):
 
         Raise OmittedPart, ValueError or OverflowError if the numbers make no solid there.
         """
-        own = _solid_at(*self.own, shift, frames)
+        own = place_solid(*self.own, shift, frames)
         if not self.displaced:
             return own
-        return Difference((own, *[_solid_at(*each, shift, frames) for each in self.displaced]))
-
-
-def _solid_at(template: SolidTemplate, place: GdmlPlacement, shift: Shift, frames: FrameTable) -> Solid:
-    """Build a solid with the block that it stands in translated by `shift`; the first `MOST_HELD` are held.
-
-    A daughter's solid stands in the bodies of both its volume and its mother.
-    """
-    x, y, z = whole = add_points(place.shift if place.is_straight else place.lift, shift)
-    key = x.as_integer_ratio(), y.as_integer_ratio(), z.as_integer_ratio(), place.key
-    found = template.held.get(key)
-    if found is None or found[0] is not place.outer:  # as in `GdmlPlacement.at`
-        found = place.outer, template.at(place.at(whole, frames))
-        if len(template.held) < MOST_HELD:
-            template.held[key] = found
-    return found[1]
+        return Difference((own, *[place_solid(*each, shift, frames) for each in self.displaced]))
 
 
 class VolumeBlock(UniverseBlock[VolumePiece]):
@@ -212,56 +94,6 @@ class VolumeBodies(BlockBodies[VolumePiece]):
         # it
         straight = all(place.is_straight for _, place in (piece.own, *piece.displaced))
         return straight and is_rigid(self.shape(int(self.members[kind][0])), self.farthest)
-
-
-def is_rigid(solid: Solid, far: Fraction) -> bool:
-    """Return True if a solid has the same structure wherever it is built within the distance `far`, despite rounding.
-
-    Each primitive must be thicker along the axes than `RIGID_TOLERANCE` times its largest coordinate.
-    """
-    pending = [solid]
-    while pending:  # a loop in place of a recursion, as Booleans may be deep
-        each = pending.pop()
-        if isinstance(each, Union | Difference | Intersection):
-            pending.extend(each.operands)
-            continue
-        least = _rounding_margin(each)
-        # A unit in the last place of a coordinate is a share of 2^-53: a body whose thickness is far above that at its
-        # farthest place keeps the order of its faces
-        if least is None or least[0] <= RIGID_TOLERANCE * (2 * far + least[1]):
-            return False
-    return True
-
-
-def _rounding_margin(solid: Solid) -> tuple[Fraction, Fraction] | None:
-    """Return (least thickness that rounding must not close, largest coordinate); None for other kinds of solids."""
-    if isinstance(solid, Box):
-        ends = list(zip(map(Fraction, solid.low), map(Fraction, solid.high), strict=True))
-        return min(b - a for a, b in ends), max(max(abs(a), abs(b)) for a, b in ends)
-    if isinstance(solid, Sphere):
-        return Fraction(solid.radius), max(map(abs, map(Fraction, solid.center)))
-    if isinstance(solid, Ellipsoid):
-        return min(map(Fraction, solid.radii)), max(map(abs, map(Fraction, solid.center)))
-    if isinstance(solid, Revolution):
-        # Radii do not move with the body: a shift along z is added to heights alone, and one across z is a translation
-        heights = sorted({Fraction(z) for _, z in solid.profile})
-        return min(b - a for a, b in pairwise(heights)), max(map(abs, heights))
-    if isinstance(solid, Polyhedron):
-        return _plane_margin(solid)
-    return None
-
-
-def _plane_margin(solid: Polyhedron) -> tuple[Fraction, Fraction]:
-    """Return the least distance between parallel planes and the largest offset; normals are the same everywhere."""
-    planes: dict[tuple[Fraction, ...], set[Fraction]] = {}
-    for normal, offset in zip(solid.normals, solid.offsets, strict=True):
-        size = max(abs(Fraction(c)) for c in normal)
-        unit = tuple(Fraction(c) / size for c in normal)
-        sign = 1 if unit > ORIGIN else -1  # opposite normals are parallel planes too
-        planes.setdefault(tuple(sign * c for c in unit), set()).add(sign * Fraction(offset) / size)
-    gaps = [b - a for offsets in planes.values() for a, b in pairwise(sorted(offsets))]
-    reach = max(abs(offset) for offsets in planes.values() for offset in offsets)
-    return min(gaps, default=reach or Fraction(1)), reach
 
 
 # Reading of a file and its modules
@@ -658,8 +490,6 @@ def daughter_labels(volume: LogicalVolume) -> list[str]:
 
 def root_path(world: LogicalVolume) -> PlacePath:
     """Return the first part of all paths: the name of the world, or nothing if the world is no body."""
-    from .values import strip_pointer
-
     return () if world.is_container else (strip_pointer(world.name) or "world",)
 
 

@@ -17,7 +17,7 @@ from fractions import Fraction
 from types import MappingProxyType
 
 from ..._util.dataclass import dataclass
-from ..._util.files import Problem, SceneFileError, read_regular, resolve_part, unreadable_error
+from ..._util.files import Problem, SceneFileError, read_bounded, resolve_part
 from ..._util.text import suggest_name
 from ...materials.properties import Properties
 from ..openmc.values import OpenmcMaterial
@@ -60,18 +60,7 @@ class Deck:
     remarks: list[str] = field(default_factory=list)
 
 
-@dataclass
-class ShortLines:
-    """Lines of two to four blanks, more than the card before them has: `found` maps their numbers to a hint.
-
-    They begin cards, or with `continue_cards` they continue them, as five blanks do.
-    """
-
-    continue_cards: bool = False
-    found: dict[int, str] = field(default_factory=dict)
-
-
-def read_cards(path: str | os.PathLike[str], root: str | os.PathLike[str] | None, short: ShortLines) -> Deck:
+def read_cards(path: str | os.PathLike[str], root: str | os.PathLike[str] | None) -> Deck:
     """Read the cards of a file and of those within `root` that its READ cards name; None is the folder of the file.
 
     Raise SceneFileError if a file cannot be read or is too large, or if the file is no deck.
@@ -81,7 +70,7 @@ def read_cards(path: str | os.PathLike[str], root: str | os.PathLike[str] | None
     first = _title_line(lines)
     files.lines, files.numbers = lines[: first + 1], [*range(1, first + 2)]
     files.insert(path, lines, first + 1, None)
-    deck, problems = parse_deck(files.lines, files.numbers, files.places, short)
+    deck, problems = parse_deck(files.lines, files.numbers, files.places)
     if problems:
         raise SceneFileError(path, problems)
     return deck
@@ -113,13 +102,8 @@ class _DeckFiles:
 
     def read(self, path: str | os.PathLike[str]) -> list[str]:
         """Return the lines of a file. Raise SceneFileError if it cannot be read, or is too large with those before."""
-        try:
-            raw = read_regular(path, MAX_DECK_BYTES)
-        except OSError as error:
-            raise unreadable_error(path, error) from None
+        raw = read_bounded(path, MAX_DECK_BYTES, self.size)
         self.size += len(raw)
-        if self.size > MAX_DECK_BYTES:
-            raise SceneFileError(path, [Problem(0, 0, "", f"is too large: at most {MAX_DECK_BYTES >> 20} MB are read")])
         # Comments of old decks are in any encoding, and cards are ASCII; `splitlines` would also split at form feeds
         text = raw.decode("utf-8", "replace").removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
         return text.split("\n")
@@ -176,10 +160,7 @@ class _DeckFiles:
 
 
 def parse_deck(
-    lines: list[str],
-    numbers: Sequence[int] = (),
-    places: Mapping[int, str] = MappingProxyType({}),
-    short: ShortLines | None = None,
+    lines: list[str], numbers: Sequence[int] = (), places: Mapping[int, str] = MappingProxyType({})
 ) -> tuple[Deck, list[Problem]]:
     """Return the cards in lines of text, and the errors.
 
@@ -194,7 +175,7 @@ def parse_deck(
     if deck.title.lower().startswith("continue"):
         problems.append(Problem(first + 1, 1, "", "continues another run, and holds no geometry"))
         return deck, problems
-    _join_lines(lines, first + 1, blocks, problems, numbers, places, short or ShortLines())
+    _join_lines(lines, first + 1, blocks, problems, numbers, places)
     if sum(map(len, (deck.cells, deck.surfaces, deck.data))) > MAX_CARDS:
         problems.append(Problem(0, 0, "", f"has more than {MAX_CARDS:,} cards"))
     for card in (*deck.cells, *deck.surfaces, *deck.data):
@@ -228,7 +209,7 @@ def _title_line(lines: list[str]) -> int:
 
 def _join_lines(
     lines: list[str], start: int, blocks: Iterator[list[Card]], problems: list[Problem],
-    numbers: Sequence[int], places: Mapping[int, str], short: ShortLines,
+    numbers: Sequence[int], places: Mapping[int, str],
 ) -> None:  # fmt: skip
     """Join continued lines into cards and fill the blocks; a blank line ends a block.
 
@@ -259,14 +240,13 @@ def _join_lines(
         text = _strip_comment(line)
         if not text.strip():
             continue  # nothing but a comment after $
-        blanks, is_short = len(line) - len(line.lstrip()), False
-        if not goes_on and max(indent, 1) < blanks < 5 and any(map(str.strip, pieces)):
-            short.found[numbers[number]] = f"a continued line needs five blanks, this one has {blanks}"
-            is_short = True
-        if not goes_on and blanks < 5 and not (is_short and short.continue_cards):
+        blanks = len(line) - len(line.lstrip())
+        if not goes_on and blanks < 5:
+            is_short = max(indent, 1) < blanks and any(map(str.strip, pieces))
             close()
             begin, indent = numbers[number], blanks
-            hint = ("; " + short.found[begin] if is_short else "") + places.get(number, "")
+            hint = f"; a continued line needs five blanks, this one has {blanks}" if is_short else ""
+            hint += places.get(number, "")
         elif not goes_on and not any(map(str.strip, pieces)):
             message = "continues a card, and there is none before it" + places.get(number, "")
             problems.append(Problem(numbers[number], 1, "", message))

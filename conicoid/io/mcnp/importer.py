@@ -1,29 +1,40 @@
 """Import of MCNP decks: cards become a checked `CellGeometry`, which is expanded like an OpenMC geometry.
 
-`read_deck` reads a deck and collects all errors with their lines; `import_file` expands it into bodies, legend and
-notes.
+`read_deck` reads a deck and collects all errors with their lines; `RegionReader` reads the regions of cells;
+`import_file` expands the deck into bodies, legend and notes.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+import re
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import field, replace
+from itertools import pairwise
 
 from ..._util.dataclass import dataclass
 from ..._util.files import MAX_PROBLEMS, Problem, SceneFileError, printable
-from ..importers import ImportOptions, ImportResult, LegendEntry, OmittedPart, limit_notes, palette_color, select_bodies
+from ..importers import ImportOptions, ImportResult, OmittedPart, limit_notes, select_bodies
 from ..openmc import geometry
 from ..openmc.expansion import UniverseExpansion
 from ..openmc.geometry import VOID, CellGeometry, lattice_fillings
 from ..openmc.importer import MAX_NESTING
-from ..openmc.region import IntersectionNode, Region, join_regions
+from ..openmc.region_expression import (
+    LONGEST_REGION,
+    MAX_HALF_SPACES,
+    IntersectionNode,
+    Region,
+    RegionParser,
+    count_half_spaces,
+    join_regions,
+    negate_region,
+    region_depth,
+)
 from ..openmc.values import join_limited
 from ..scene_file.nodes import shorten
 from ..xml_tree import XmlElement
-from .cards import Card, CellCard, DataCards, McnpMaterials, ShortLines, read_cards, read_cell_card
-from .regions import RegionReader, negate_region, sort_cells
+from .cards import Card, CellCard, DataCards, McnpMaterials, parse_integer, read_cards, read_cell_card
 from .surfaces import SurfaceCard, SurfaceSheets, read_surface_card
 from .transformations import FrameChange
 from .universes import UniverseBuilder, read_trcl
@@ -48,21 +59,7 @@ def read_deck(path: str | os.PathLike[str], root: str | os.PathLike[str] | None 
 
     None is the folder of the deck. Raise SceneFileError with all errors in it.
     """
-    short = ShortLines()
-    try:
-        return _DeckReader(path, root, short).read()
-    except SceneFileError as error:
-        if not short.found:
-            raise
-        problems = [Problem(line, 1, "", hint) for line, hint in short.found.items()]
-        try:
-            _DeckReader(path, root, ShortLines(continue_cards=True)).read()
-        except SceneFileError as other:
-            problems += other.problems
-        # One mistake gives several errors where a continued line lacks blanks
-        if len(problems) > len(error.problems):
-            raise
-    raise SceneFileError(path, sorted(problems, key=lambda problem: problem.line))
+    return _DeckReader(path, root).read()
 
 
 @dataclass
@@ -71,7 +68,6 @@ class _DeckReader:
 
     path: str | os.PathLike[str]
     root: str | os.PathLike[str] | None
-    short: ShortLines
     problems: list[Problem] = field(default_factory=list)
     cards: dict[int, CellCard] = field(default_factory=dict)
     data: DataCards = field(default_factory=DataCards)
@@ -87,7 +83,7 @@ class _DeckReader:
 
     def read(self) -> DeckGeometry:
         """Read the deck: transformations first, as surfaces and cells need them."""
-        deck = read_cards(self.path, self.root, self.short)
+        deck = read_cards(self.path, self.root)
         for card in deck.data:
             with self._reporting(card, card.text.split()[0]):
                 self.data.read(card)
@@ -307,6 +303,86 @@ class _DeckReader:
             raise SceneFileError(self.path, self.problems)
 
 
+# Regions: a blank is an intersection, ":" a union, "#" a complement of a parenthesis or of a cell ("#5")
+
+MAX_REGION_DEPTH = 60
+"""Most levels of unions within intersections within unions."""
+# A signed surface, perhaps with a facet: "-3", "3.2".
+_HALF = re.compile(r"([-+]?)([0-9]{1,9})(?:\.([0-9]{1,2}))?")
+
+
+class RegionReader:
+    """Reader of regions: `side` returns the negative side of a surface or facet, `cell` the region of a cell.
+
+    `budget` is the number of half-spaces that the regions still to be read may have together.
+    """
+
+    def __init__(self, side: Callable[[int, int | None], Region], cell: Callable[[int], Region]) -> None:
+        self.side, self.cell = side, cell
+        self.budget = MAX_HALF_SPACES
+
+    def read(self, words: list[str]) -> Region:
+        """Return the region of the words of a cell card. Raise ValueError for a wrong or too large region."""
+        parser = _McnpRegion(self, words)
+        region = parser.whole()
+        self.budget -= parser.count
+        # Later stages walk regions by recursion
+        if region_depth(region) > MAX_REGION_DEPTH:
+            raise ValueError(f"region: nests deeper than {MAX_REGION_DEPTH} levels, with the cells that it refers to")
+        return region
+
+
+class _McnpRegion(RegionParser):
+    """The parser of the words of a cell card."""
+
+    union_sign, intersection_sign, complement_sign = ":", "", "#"
+
+    def __init__(self, regions: RegionReader, words: list[str]) -> None:
+        self.regions, self.words = regions, iter(words)
+        super().__init__(min(LONGEST_REGION, regions.budget))
+
+    def advance(self) -> None:
+        self.word = next(self.words, "")
+
+    def leaf(self, negated: bool, is_complement: bool) -> Region:
+        if is_complement:
+            region = self.regions.cell(parse_integer("the cell after '#'", self.word))
+        else:
+            match = _HALF.fullmatch(self.word)
+            if match is None:
+                raise self.wrong(f"{shorten(self.word, 20)!r} is no surface, '#' or '('" if self.word else "ends early")
+            region = self.regions.side(int(match[2]), None if match[3] is None else int(match[3]))
+            # "3" and "+3" are the positive side, the complement of the negative one
+            negated = negated != (match[1] != "-")
+        # Surfaces may have several facets and complements repeat whole cells, so words alone do not bound the size
+        self.charge(count_half_spaces(region))
+        self.advance()
+        return negate_region(region) if negated else region
+
+    def wrong(self, what: str) -> ValueError:
+        return ValueError(f"region: {what}")
+
+
+# Order of cells: each after the cells that its region refers to by '#n'
+
+
+def sort_cells(regions: Mapping[int, list[str]]) -> tuple[list[int], list[int]]:
+    """Return cells in an order without forward references, and the cells left over, which refer to themselves.
+
+    `regions` holds the words of each cell's region.
+    """
+    needs = {number: _complements(words) & regions.keys() for number, words in regions.items()}
+    order = geometry.topological_order(needs)
+    sorted_cells = set(order)
+    return order, [number for number in regions if number not in sorted_cells]
+
+
+def _complements(words: list[str]) -> set[int]:
+    """Return the numbers of cells after '#'."""
+    pairs = pairwise(words)
+    return {int(number) for word, number in pairs if word == "#" and number.isdecimal() and len(number) < 16}
+
+
 # Import as bodies, legend and notes
 
 
@@ -340,21 +416,8 @@ def import_file(path: str | os.PathLike[str], options: ImportOptions) -> ImportR
     notes = (*title, *expansion.facts(), *deck.notes, *remarks)
     geometry, looks = deck.geometry, expansion.looks
     names = {looks[n]: VOID if n is None else geometry.material_names[n] for n in expansion.materials}
-    legend, domain = _legend(expansion), expansion.domain
-    result = ImportResult(expansion.bodies, legend, notes, remarks, names, domain=domain, unit="cm")
+    result = ImportResult(expansion.bodies, expansion.legend, notes, remarks, names, domain=expansion.domain, unit="cm")
     return result if options.only is None else select_bodies(result, options.only)
-
-
-def _legend(expansion: UniverseExpansion) -> tuple[LegendEntry, ...]:
-    geometry, entries = expansion.geometry, []
-    for key, count in sorted(expansion.materials.items(), key=lambda item: (item[0] is None, item[0] or 0)):
-        if key is None:
-            entries.append(LegendEntry(None, "", None, count))
-        else:
-            entries.append(
-                LegendEntry(geometry.material(key).id, geometry.material_names[key], palette_color(key), count)
-            )
-    return tuple(entries)
 
 
 def _remarks(expansion: UniverseExpansion) -> Iterator[str]:

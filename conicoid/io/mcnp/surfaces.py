@@ -18,7 +18,7 @@ from ...numerics.portable_math import portable_sqrt
 from ...numerics.rational import cross, dot3
 from ..importers import OmittedPart
 from ..openmc.placement import ORIGIN, Point
-from ..openmc.region import HalfSpaceNode, IntersectionNode, Region, join_regions
+from ..openmc.region_expression import HalfSpaceNode, IntersectionNode, Region, join_regions, renumber_region
 from ..openmc.surfaces import (
     ConeSurface,
     FlatSurface,
@@ -30,7 +30,6 @@ from ..openmc.surfaces import (
 )
 from ..scene_file.nodes import shorten
 from .cards import FIRST_FREE_KEY, Card, parse_integer, parse_numbers
-from .regions import renumber_region
 from .transformations import (
     IDENTITY,
     FrameChange,

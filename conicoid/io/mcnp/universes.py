@@ -11,14 +11,15 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import field, replace
 from fractions import Fraction
+from functools import cached_property
 from itertools import product
 
 from ..._util.dataclass import dataclass
 from ...numerics.rational import cross, dot3
 from ..openmc.geometry import UniverseCell
-from ..openmc.lattices import Index, Lattice, LatticePrism, LatticeTiles, grid_indices
-from ..openmc.placement import NO_ROTATION, ORIGIN, Extent, ExtentEnd, Point, UniversePlacement
-from ..openmc.region import HalfSpaceNode, IntersectionNode, Region, list_half_spaces
+from ..openmc.lattices import Index, Lattice, LatticeElement, LatticePrism
+from ..openmc.placement import NO_ROTATION, ORIGIN, Extent, ExtentEnd, Point
+from ..openmc.region_expression import HalfSpaceNode, IntersectionNode, Region, list_half_spaces
 from ..openmc.surfaces import FlatSurface, OpenmcSurface
 from .cards import FIRST_FREE_KEY, MAX_ENTRIES, CellCard, McnpMaterials, expand_entries, parse_integer, parse_number
 from .transformations import FrameChange, add_scaled, dual_vectors, parse_transformation, scale_vector
@@ -47,22 +48,9 @@ class LatticeSlab:
 
 
 @dataclass(frozen=True)
-class LatticeElement:
-    """The element [0, 0, 0] of a lattice, and the translations (`ways`) to its neighbours."""
-
-    slabs: tuple[LatticeSlab, ...]
-    ways: tuple[Point, ...]
-    extent: Extent
-    reach: tuple[tuple[Point, Fraction, Fraction], ...]
-    """For each way (w, low, high): w·x grows by one along this way and by zero along the others, and low <= w·x <= high
-    in the element."""
-
-
-@dataclass(frozen=True)
 class CellLattice(Lattice):
-    """A lattice of a cell: element [i, j, k], and the universe in it, are translated by i, j and k times the ways."""
+    """A lattice of a cell, whose universes have their origins where the planes of element [0, 0, 0] have theirs."""
 
-    first: LatticeElement
     entries: dict[Index, int] = field(repr=False)
     cell: int
 
@@ -73,7 +61,7 @@ class CellLattice(Lattice):
     def label(self) -> str:
         return "lattice"
 
-    @property
+    @cached_property
     def universes(self) -> dict[Index, int]:
         """The universe of each element that is not empty."""
         return self.entries
@@ -82,58 +70,19 @@ class CellLattice(Lattice):
         """Return the indices of the elements."""
         return self.entries
 
-    def center(self, index: Index) -> Point:
-        """Return the origin of the universe in an element."""
-        shift = ORIGIN
-        for steps, way in zip(index, self.first.ways, strict=False):
-            shift = add_scaled(shift, way, steps)
-        return shift
 
-    def prism(self, index: Index) -> LatticePrism:
-        """Return the prism of an element."""
-        return self._between(index, index)
-
-    def _between(self, first: Index, last: Index) -> LatticePrism:
-        """Return the prism that the planes of two elements enclose."""
-        low, high = self.center(first), self.center(last)
-        planes = []
-        for slab in self.first.slabs:
-            shifts = dot3(slab.normal, low), dot3(slab.normal, high)
-            planes.append((slab.normal, slab.high + max(shifts)))
-            planes.append((scale_vector(slab.normal, -1), -slab.low - min(shifts)))
-        extents = [self.first.extent.placed(UniversePlacement(shift=shift)) for shift in (low, high)]
-        return LatticePrism(tuple(planes), extents[0].union(extents[1]))
-
-    @property
-    def hull(self) -> list[LatticePrism]:
-        """One prism if the elements fill it, else the prisms of all elements."""
-        if not self.entries:
-            return []
-        ends = [(min(axis), max(axis)) for axis in zip(*self.entries, strict=True)]
-        low, high = (tuple(end[i] for end in ends) for i in (0, 1))
-        is_full = len(self.entries) == math.prod(b - a + 1 for a, b in ends)
-        # Hexagonal elements (more slabs than ways) have a jagged union, unless they form one column.
-        # One prism has six or eight planes, the union of all elements thousands
-        if is_full and (len(self.first.slabs) == len(self.first.ways) or low[:2] == high[:2]):
-            return [self._between(low, high)]
-        return [self.prism(index) for index in self.entries]
-
-    @property
-    def steps(self) -> list[Point]:
-        return list(self.first.ways)
-
-    def tiles_around(self, extent: Extent) -> LatticeTiles | None:
-        """Return all elements that reach into a box, and perhaps more; None if the box is infinite across them."""
-        ends: list[tuple[int, int]] = []
-        for functional, low, high in self.first.reach:
-            least, most = extent.least(functional), extent.most(functional)
-            # A lattice without end in a box without end has no list of elements
-            if least is None or most is None:
-                return None
-            # Element i reaches from i + low to i + high of the functional.
-            ends.append((math.floor(least - high), math.ceil(most - low) + 1))
-        ends += [(0, 1)] * (3 - len(ends))
-        return LatticeTiles(math.prod(max(end - first, 0) for first, end in ends), grid_indices(ends))
+def _slab_element(
+    slabs: Iterable[LatticeSlab],
+    ways: Iterable[Point],
+    extent: Extent,
+    reach: Iterable[tuple[Point, Fraction, Fraction]],
+) -> LatticeElement:
+    """Return the element between the planes of slabs."""
+    planes = [
+        plane for slab in slabs
+        for plane in ((slab.normal, slab.high), (scale_vector(slab.normal, -1), -slab.low))
+    ]  # fmt: skip
+    return LatticeElement(LatticePrism(tuple(planes), extent), ORIGIN, tuple(ways), tuple(reach))
 
 
 def parallelepiped_element(slabs: list[LatticeSlab]) -> LatticeElement:
@@ -153,9 +102,7 @@ def parallelepiped_element(slabs: list[LatticeSlab]) -> LatticeElement:
         (scale_vector(s.normal, 1 / (s.high - s.low)), s.low / (s.high - s.low), s.high / (s.high - s.low))
         for s in slabs
     )
-    return LatticeElement(
-        tuple(slabs), ways, Extent((lows[0], lows[1], lows[2]), (highs[0], highs[1], highs[2])), reach
-    )
+    return _slab_element(slabs, ways, Extent((lows[0], lows[1], lows[2]), (highs[0], highs[1], highs[2])), reach)
 
 
 def _is_in_span(normals: list[Point], axis: int) -> bool:
@@ -214,7 +161,7 @@ def hexagonal_element(slabs: list[LatticeSlab]) -> LatticeElement:
     extent = Extent((lows[0], lows[1], lows[2]), (highs[0], highs[1], highs[2]))
     # A hexagon reaches less than one way from its centre, so these bounds are safe.
     reach = tuple((d, dot3(d, center) - 1, dot3(d, center) + 1) for d in dual_vectors(ways))
-    return LatticeElement(tuple(sides), tuple(ways), extent, reach)
+    return _slab_element(sides, ways, extent, reach)
 
 
 def _corner(a: LatticeSlab, b: LatticeSlab) -> Point:

@@ -19,12 +19,13 @@ from ...geometry.shape import Solid, Union
 from ...geometry.transform import Motion
 from ...materials.material import Material
 from ...materials.presets import matte
-from ..importers import BodyLimits, palette_color
+from ..importers import BodyLimits, LegendEntry, palette_color
 from . import geometry
 from .geometry import VOID as VOID_NAME, CellGeometry, UniverseCell, find_enclosure, is_bounded_with, lattice_fillings
 from .lattices import Index, Lattice
 from .placement import UNBOUNDED, AxisTurn, Extent, ExtentEnd, Point, UniversePlacement
-from .region import PlacedSurfaces, RegionPart, SolidBuilder, SurfaceSide, bind_surfaces, list_half_spaces
+from .region import PlacedSurfaces, RegionPart, SolidBuilder, SurfaceSide, bind_surfaces
+from .region_expression import list_half_spaces
 from .surfaces import FlatSurface
 from .universe_block import (
     CellBodies,
@@ -340,6 +341,19 @@ class UniverseExpansion:
         return self.whole.materials
 
     @property
+    def legend(self) -> tuple[LegendEntry, ...]:
+        """The materials by number, void at the end; names only where the file has some."""
+        entries, names = [], self.geometry.material_names
+        for number, count in sorted(self.materials.items(), key=lambda item: (item[0] is None, item[0] or 0)):
+            if number is None:
+                entries.append(LegendEntry(None, "", None, count))
+            else:
+                listed = self.geometry.material(number)
+                name = names[number] if listed.name else ""
+                entries.append(LegendEntry(listed.id, name, palette_color(number), count))
+        return tuple(entries)
+
+    @property
     def empty_places(self) -> EmptyPlaces:
         """Counts of places that have no volume."""
         return self.whole.empty_places
@@ -479,5 +493,5 @@ def is_periodic(geometry: CellGeometry, universe: int, lattice: Lattice) -> bool
         return False
     unmoved = [geometry.surfaces[number].surface for number in surfaces]
     return all(
-        surface.placed(UniversePlacement(shift=step)) == surface for surface in unmoved for step in lattice.steps
+        surface.placed(UniversePlacement(shift=step)) == surface for surface in unmoved for step in lattice.first.ways
     )

@@ -25,7 +25,7 @@ from ...materials.properties import Properties
 from ..xml_tree import XmlElement
 from .lattices import Lattice
 from .placement import NO_ROTATION, CellRotation, Point
-from .region import HalfSpaceNode, IntersectionNode, Region, list_half_spaces
+from .region_expression import HalfSpaceNode, IntersectionNode, Region, list_half_spaces
 from .surfaces import OpenmcSurface
 from .values import OpenmcMaterial, UnknownName, format_title, join_limited
 

@@ -19,10 +19,8 @@ from ..importers import (
     BodyLimits,
     ImportOptions,
     ImportResult,
-    LegendEntry,
     OmittedPart,
     limit_notes,
-    palette_color,
     select_bodies,
 )
 from ..scene_file.nodes import shorten
@@ -32,7 +30,14 @@ from .expansion import ExpansionProgress, UniverseExpansion
 from .geometry import CellGeometry, UniverseCell, UniverseNode, lattice_fillings
 from .lattices import Lattice, read_hexagonal_lattice, read_rectangular_lattice
 from .placement import NO_ROTATION, ORIGIN, CellRotation, Point, rotation_by_angles, rotation_by_matrix, rotation_error
-from .region import LONGEST_REGION, MAX_HALF_SPACES, Region, list_half_spaces, parse_region
+from .region_expression import (
+    LONGEST_REGION,
+    MAX_HALF_SPACES,
+    Region,
+    count_half_spaces,
+    list_half_spaces,
+    parse_region,
+)
 from .surfaces import OpenmcSurface, read_surface
 from .values import OpenmcElementError, OpenmcMaterial, OpenmcValues, find_unknown_names, join_limited, read_material
 
@@ -294,7 +299,7 @@ class _OpenmcReader:
             self._note_broken(element, "universe", "universe")
             raise
         # Count half-spaces of all regions together, as the limit holds for the file.
-        self.half_spaces += 0 if cell.region is None else sum(1 for _ in list_half_spaces(cell.region))
+        self.half_spaces += count_half_spaces(cell.region)
         return cell
 
     def _note_broken(self, element: XmlElement, kind: str, name: str) -> None:
@@ -453,9 +458,9 @@ def read(
     expansion.run()
     names = _material_names(expansion)
     facts, remarks = tuple(expansion.facts()), tuple(_remarks(expansion))
-    legend = _legend(expansion)
-    domain = expansion.domain
-    return ImportResult(expansion.bodies, legend, facts + remarks, remarks, names, domain=domain, unit="cm")
+    return ImportResult(
+        expansion.bodies, expansion.legend, facts + remarks, remarks, names, domain=expansion.domain, unit="cm"
+    )
 
 
 def import_file(path: str | os.PathLike[str], options: ImportOptions) -> ImportResult:
@@ -479,16 +484,6 @@ def import_file(path: str | os.PathLike[str], options: ImportOptions) -> ImportR
     options.refuse_others("an OpenMC geometry", "void", "strict", "only")
     result = read(path, void=options.void, max_bodies=options.max_bodies, progress=options.progress)
     return result if options.only is None else select_bodies(result, options.only)
-
-
-def _legend(expansion: UniverseExpansion) -> tuple[LegendEntry, ...]:
-    geometry, entries = expansion.geometry, []
-    listed = {number: geometry.material(number).name for number in geometry.material_names}
-    names = {number: name for number, name in geometry.material_names.items() if listed[number]}
-    for number, count in sorted(expansion.materials.items(), key=lambda item: (item[0] is None, item[0] or 0)):
-        color = None if number is None else palette_color(number)
-        entries.append(LegendEntry(number, "" if number is None else names.get(number, ""), color, count))
-    return tuple(entries)
 
 
 def _material_names(expansion: UniverseExpansion) -> dict[Material, str]:

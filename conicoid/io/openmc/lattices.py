@@ -2,6 +2,7 @@
 
 An element is a convex prism; a point in it is looked up in the element's universe relative to the element's center.
 Outside the lattice the outer universe is repeated in the same way without end (OpenMC, "Geometry specification").
+All elements are one, translated; MCNP's lattices have elements of their own (`mcnp/universes.py`).
 The last part reads OpenMC's <lattice> and <hex_lattice> elements. Lengths are in cm.
 """
 
@@ -19,7 +20,7 @@ from itertools import product
 
 from ..._util.dataclass import dataclass
 from ..xml_tree import XmlElement
-from .placement import Extent, Point, UniversePlacement
+from .placement import ORIGIN, Extent, Point, UniversePlacement, add_points
 from .region import PartUnion, SurfaceSide
 from .surfaces import FlatSurface
 from .values import OpenmcValues, count_words, format_title, quote_word
@@ -57,6 +58,20 @@ class LatticePrism:
 
 
 @dataclass(frozen=True)
+class LatticeElement:
+    """The element of index 0: its prism, the origin of the universe in it, and the translations to its neighbours.
+
+    `ways` are these translations, one for each number of an index. For each way (w, low, high) of `reach`, w·x grows by
+    one along this way and by zero along the others, and low <= w·x <= high in the element.
+    """
+
+    prism: LatticePrism
+    origin: Point
+    ways: tuple[Point, ...]
+    reach: tuple[tuple[Point, Fraction, Fraction], ...]
+
+
+@dataclass(frozen=True)
 class LatticeTiles:
     """Elements around a box: their number, or a bound on it, known before any is listed, and their indices."""
 
@@ -66,7 +81,7 @@ class LatticeTiles:
 
 @dataclass(frozen=True)
 class Lattice(ABC):
-    """Universes on a grid. Indices are OpenMC's; those of hexagonal lattices count from the central element.
+    """Universes on a grid: every element is `first`, translated by the numbers of its index times the ways.
 
     `listing` is the text that names the universes. There may be millions, so that only the number of occurrences of
     each (`tally`) is computed until `universes` is used. `outer` is the universe outside the lattice, if any.
@@ -78,6 +93,7 @@ class Lattice(ABC):
     tally: Counter[int] = field(repr=False)
     listing: str = field(repr=False)
     element: XmlElement = field(repr=False, compare=False)
+    first: LatticeElement
 
     def __str__(self) -> str:
         return format_title("lattice", self.id, self.name)
@@ -101,27 +117,64 @@ class Lattice(ABC):
     def order(self) -> Iterable[Index]:
         """Return the indices in the order in which a file lists the universes."""
 
-    @abstractmethod
-    def center(self, index: Index) -> Point:
-        """Return the center of an element inside or outside the lattice; z is 0 in two dimensions."""
+    @property
+    def tile_axes(self) -> tuple[int, ...]:
+        """The places of an index in the order in which elements around the lattice are listed, the slowest first."""
+        return tuple(range(len(next(iter(self.universes)))))
 
-    @abstractmethod
+    def _shift(self, index: Index) -> Point:
+        """Return the translation from the first element to another."""
+        x, y, z = ORIGIN
+        for steps, (a, b, c) in zip(index, self.first.ways, strict=False):
+            # Most components are 0, and fractions are slow
+            x, y, z = x + steps * a if a else x, y + steps * b if b else y, z + steps * c if c else z
+        return x, y, z
+
+    def center(self, index: Index) -> Point:
+        """Return the origin of the universe in an element inside or outside the lattice."""
+        return add_points(self.first.origin, self._shift(index))
+
     def prism(self, index: Index) -> LatticePrism:
         """Return the prism of an element inside or outside the lattice."""
+        return self.first.prism.placed(UniversePlacement(shift=self._shift(index)))
 
-    @property
-    @abstractmethod
+    def prism_between(self, first: Index, last: Index) -> LatticePrism:
+        """Return the prism that the planes of two elements enclose."""
+        low, high = self.prism(first), self.prism(last)
+        pairs = zip(low.planes, high.planes, strict=True)
+        planes = tuple((normal, max(offset, other)) for (normal, offset), (_, other) in pairs)
+        return LatticePrism(planes, low.extent.union(high.extent))
+
+    @cached_property
     def hull(self) -> list[LatticePrism]:
-        """Prisms whose union is the union of all elements."""
+        """Prisms whose union is the union of all elements: one if the elements fill it, else those of all elements."""
+        if not self.universes:
+            return []
+        ends = [(min(axis), max(axis)) for axis in zip(*self.universes, strict=True)]
+        low, high = (tuple(end[i] for end in ends) for i in (0, 1))
+        is_full = len(self.universes) == math.prod(b - a + 1 for a, b in ends)
+        # Hexagonal elements (more pairs of planes than ways) have a jagged union, unless they form one column.
+        # One prism has six or eight planes, the union of all elements thousands
+        is_box = len(self.first.prism.planes) == 2 * len(self.first.ways)
+        if is_full and (is_box or low[:2] == high[:2]):
+            return [self.prism_between(low, high)]
+        return [self.prism(index) for index in self.universes]
 
-    @property
-    @abstractmethod
-    def steps(self) -> list[Point]:
-        """Independent translations from an element to its neighbours."""
-
-    @abstractmethod
     def tiles_around(self, extent: Extent) -> LatticeTiles | None:
         """Return all elements that reach into a box, and perhaps more; None if their number is infinite."""
+        ends: list[tuple[int, int]] = []
+        for functional, low, high in self.first.reach:
+            least, most = extent.least(functional), extent.most(functional)
+            # A lattice without end in a box without end has no list of elements
+            if least is None or most is None:
+                return None
+            # Element i reaches from i + low to i + high of the functional. Exact, so that none only touches the box
+            ends.append((math.floor(least - high) + 1, math.ceil(most - low)))
+        axes = self.tile_axes
+        ranges = [(*ends, (0, 1), (0, 1))[axis] for axis in axes]
+        places = [axes.index(axis) for axis in range(len(axes))]
+        indices = (tuple(steps[place] for place in places) for steps in grid_indices(ranges))
+        return LatticeTiles(math.prod(max(end - first, 0) for first, end in ranges), indices)
 
 
 @dataclass(frozen=True)
@@ -129,8 +182,6 @@ class RectangularLattice(Lattice):
     """A lattice of boxes: element (i, j[, k]) spans one pitch from lower_left + pitch (i, j[, k]), in 2 or 3 axes."""
 
     shape: tuple[int, ...]
-    lower_left: tuple[Fraction, ...]
-    pitch: tuple[Fraction, ...]
 
     def order(self) -> Iterable[Index]:
         """Return the indices level by level from the bottom, row by row from the top."""
@@ -140,43 +191,21 @@ class RectangularLattice(Lattice):
         for k, j, i in product(range(levels), reversed(range(rows)), range(columns)):
             yield (i, j) if flat else (i, j, k)
 
-    def center(self, index: Index) -> Point:
-        middle = [a + (i + HALF) * p for a, i, p in zip(self.lower_left, index, self.pitch, strict=True)]
-        x, y, z = (*middle, ZERO)[:3]
-        return x, y, z
 
-    def prism(self, index: Index) -> LatticePrism:
-        return self._box(index, tuple(i + 1 for i in index))
-
-    @cached_property
-    def hull(self) -> list[LatticePrism]:
-        return [self._box((0,) * len(self.shape), self.shape)]
-
-    def _box(self, first: Index, end: Index) -> LatticePrism:
-        """Return the prism from the element `first` to before the element `end`, infinite in z for two axes."""
-        low: list[Fraction | None] = [None] * 3
-        high: list[Fraction | None] = [None] * 3
-        planes = []
-        for axis, (a, p) in enumerate(zip(self.lower_left, self.pitch, strict=True)):
-            low[axis], high[axis] = a + first[axis] * p, a + end[axis] * p
-            planes.append((_axis(axis, -ONE), -(a + first[axis] * p)))
-            planes.append((_axis(axis, ONE), a + end[axis] * p))
-        return LatticePrism(tuple(planes), Extent((low[0], low[1], low[2]), (high[0], high[1], high[2])))
-
-    @property
-    def steps(self) -> list[Point]:
-        return [_axis(axis, p) for axis, p in enumerate(self.pitch)]
-
-    def tiles_around(self, extent: Extent) -> LatticeTiles | None:
-        ends: list[tuple[int, int]] = []
-        for axis, (a, p) in enumerate(zip(self.lower_left, self.pitch, strict=True)):
-            low, high = extent.low[axis], extent.high[axis]
-            if low is None or high is None:
-                return None
-            # Exact: fractions leave no doubt whether an element touches the box.
-            ends.append((math.floor((low - a) / p), math.ceil((high - a) / p)))
-        count = math.prod(max(end - first, 0) for first, end in ends)
-        return LatticeTiles(count, grid_indices(ends))
+def box_element(lower_left: tuple[Fraction, ...], pitch: tuple[Fraction, ...]) -> LatticeElement:
+    """Return the element (0, 0[, 0]) of boxes, infinite in z for two axes."""
+    low: list[Fraction | None] = [None] * 3
+    high: list[Fraction | None] = [None] * 3
+    origin, planes, ways, reach = [ZERO] * 3, [], [], []
+    for axis, (a, p) in enumerate(zip(lower_left, pitch, strict=True)):
+        low[axis], high[axis], origin[axis] = a, a + p, a + HALF * p
+        planes += _slab(_axis(axis, ONE), a, a + p)
+        ways.append(_axis(axis, p))
+        reach.append((_axis(axis, 1 / p), a / p, a / p + 1))
+    extent = Extent((low[0], low[1], low[2]), (high[0], high[1], high[2]))
+    return LatticeElement(
+        LatticePrism(tuple(planes), extent), (origin[0], origin[1], origin[2]), tuple(ways), tuple(reach)
+    )
 
 
 @dataclass(frozen=True)
@@ -185,143 +214,95 @@ class HexagonalLattice(Lattice):
 
     Orientation "y": two sides are parallel to the x axis; element (x, a) is centered at
     middle + pitch (√3/2 x, a + x/2). Orientation "x": two sides are parallel to the y axis; element (a, y) is
-    centered at middle + pitch (a + y/2, √3/2 y). With `axial_pitch` there are `levels` levels along z, centered at
-    the z of `middle`. Source: OpenMC, HexLattice::get_local_position.
+    centered at middle + pitch (a + y/2, √3/2 y). In three dimensions there are `levels` levels along z, centered at the
+    z of `middle`. Source: OpenMC, HexLattice::get_local_position.
     """
 
     rings: int
     orientation: str
     middle: Point
     pitch: Fraction
-    axial_pitch: Fraction | None
-    levels: int
+    levels: int | None
 
     def order(self) -> Iterable[Index]:
         """Return the indices level by level from the bottom, each level as in `hexagon_order`."""
         level = hexagon_order(self.rings, self.orientation)
-        if self.axial_pitch is None:
-            return level
-        return ((i, j, k) for k in range(self.levels) for i, j in level)
+        return level if self.levels is None else ((i, j, k) for k in range(self.levels) for i, j in level)
 
-    def center(self, index: Index) -> Point:
-        i, j = index[:2]
-        x, y, z = self.middle
-        if self.axial_pitch is not None and index[2:]:
-            # The levels are centred at the z of `middle`
-            z += (index[2] + HALF * (1 - self.levels)) * self.axial_pitch
-        if self.orientation == "y":
-            return x + HALF_ROOT3 * i * self.pitch, y + (j + HALF * i) * self.pitch, z
-        return x + (i + HALF * j) * self.pitch, y + HALF_ROOT3 * j * self.pitch, z
-
-    def prism(self, index: Index) -> LatticePrism:
-        return self._column(index, self._levels(index[2], index[2] + 1) if index[2:] else None)
+    @property
+    def tile_axes(self) -> tuple[int, ...]:
+        """Levels, and in each its columns of hexagons (orientation "y") or rows."""
+        level = (0, 1) if self.orientation == "y" else (1, 0)
+        return level if self.levels is None else (2, *level)
 
     @cached_property
     def hull(self) -> list[LatticePrism]:
         """The hexagon through the centers of the outermost ring, which elements cover, and the prisms of that ring."""
-        levels = None if self.axial_pitch is None else self._levels(0, self.levels)
         last = self.rings - 1
         ring = {index[:2] for index in self.universes if max(map(abs, (*index[:2], index[0] + index[1]))) == last}
         # The inner hexagon and the outermost ring cover all elements with far fewer planes than one prism for each.
-        columns = [self._column(index, levels) for index in sorted(ring)]
+        columns = [self._column(index) for index in sorted(ring)]
         # One ring has no inner hexagon
-        return columns if last == 0 else [self._inner(last, levels), *columns]
+        return columns if last == 0 else [self._inner(last), *columns]
 
-    def _levels(self, first: int, end: int) -> tuple[Fraction, Fraction]:
-        """Return the heights of the bottom of level `first` and the bottom of level `end`."""
-        step = self.axial_pitch or ZERO
-        return self.middle[2] + (first - HALF * self.levels) * step, self.middle[2] + (end - HALF * self.levels) * step
+    def _column(self, index: Index) -> LatticePrism:
+        """Return the prism of one hexagon through all levels."""
+        if self.levels is None:
+            return self.prism(index)
+        return self.prism_between((*index, 0), (*index, self.levels - 1))
 
-    def _column(self, index: Index, levels: tuple[Fraction, Fraction] | None) -> LatticePrism:
-        """Return the prism of one hexagon.
-
-        Two pairs of sides have normals (√3, ±1) (exchanged for orientation "x"), the third pair has the normal along
-        an axis; `height` is the distance of the third pair's middle from the center, in pitches.
-        """
-        i, j = index[:2]
-        mx, my, _ = self.middle
-        if self.orientation == "y":
-            slanted = (((ROOT3, ONE), 2 * i + j), ((ROOT3, -ONE), i - j))
-            straight, height = (ZERO, ONE), j + HALF * i
-        else:
-            slanted = (((ONE, ROOT3), i + 2 * j), ((ONE, -ROOT3), i - j))
-            straight, height = (ONE, ZERO), i + HALF * j
-        planes = []
-        for (a, b), k in slanted:  # these normals have length 2, so half a pitch is 1 pitch in their units
-            base = a * mx + b * my
-            planes += _slab((a, b, ZERO), base + (k - 1) * self.pitch, base + (k + 1) * self.pitch)
-        base = straight[0] * mx + straight[1] * my
-
-        planes += _slab((*straight, ZERO), base + (height - HALF) * self.pitch, base + (height + HALF) * self.pitch)
-        return self._between(planes, levels, self.center(index), self.pitch / ROOT3, HALF * self.pitch)
-
-    def _inner(self, last: int, levels: tuple[Fraction, Fraction] | None) -> LatticePrism:
+    def _inner(self, last: int) -> LatticePrism:
         """Return the hexagon through the centers of a ring; its sides are rotated by 30 degrees to an element's."""
-        mx, my, _ = self.middle
+        x, y, _ = self.middle
+        column = self._column((0, 0))
         planes = []
         # With the rounded √3 of the elements, so that no sliver stays between hexagon and ring
         for normal, reach in (((ROOT3, 3 * ONE), 3), ((ROOT3, -3 * ONE), 3), ((ROOT3, ZERO), 3 * HALF)):
             a, b = normal if self.orientation == "y" else normal[::-1]
-            base, way = a * mx + b * my, reach * last * self.pitch
+            base, way = a * x + b * y, reach * last * self.pitch
             planes += _slab((a, b, ZERO), base - way, base + way)
-        return self._between(planes, levels, self.middle, HALF_ROOT3 * last * self.pitch, last * self.pitch)
+        sizes = HALF_ROOT3 * last * self.pitch, last * self.pitch
+        wide, high = sizes if self.orientation == "y" else sizes[::-1]
+        extent = Extent((x - wide, y - high, column.extent.low[2]), (x + wide, y + high, column.extent.high[2]))
+        return LatticePrism((*planes, *column.planes[6:]), extent)
 
-    def _between(
-        self,
-        planes: list[LatticePlane],
-        levels: tuple[Fraction, Fraction] | None,
-        center: Point,
-        wide: Fraction,
-        high: Fraction,
-    ) -> LatticePrism:
-        """Return the prism of side planes between levels.
 
-        The box around it reaches `wide` along x and `high` along y from the center; exchanged for orientation "x".
-        """
-        reach_x, reach_y = (wide, high) if self.orientation == "y" else (high, wide)
-        if levels is not None:
-            planes = planes + _slab((ZERO, ZERO, ONE), *levels)
-        bottom, top = levels or (None, None)
-        x, y, _ = center
-        return LatticePrism(tuple(planes), Extent((x - reach_x, y - reach_y, bottom), (x + reach_x, y + reach_y, top)))
+def hexagon_element(
+    orientation: str, middle: Point, pitch: Fraction, axial_pitch: Fraction | None, levels: int
+) -> LatticeElement:
+    """Return the element (0, 0[, 0]) of a hexagonal lattice.
 
-    @property
-    def steps(self) -> list[Point]:
-        p, half, long = self.pitch, HALF * self.pitch, HALF_ROOT3 * self.pitch
-        # Two steps of the plane, from a center to the centers of two neighbours, span all translations.
-        level = [] if self.axial_pitch is None else [(ZERO, ZERO, self.axial_pitch)]
-        if self.orientation == "y":
-            return [(long, half, ZERO), (ZERO, p, ZERO), *level]
-        return [(p, ZERO, ZERO), (half, long, ZERO), *level]
-
-    def tiles_around(self, extent: Extent) -> LatticeTiles | None:
-        """Return elements by columns (or rows) of hexagons, with one more neighbour on every side."""
-        across, along = (0, 1) if self.orientation == "y" else (1, 0)
-        low, high = (extent.low[across], extent.low[along]), (extent.high[across], extent.high[along])
-        if low[0] is None or low[1] is None or high[0] is None or high[1] is None:
-            return None
-        levels = 0, 1
-        if self.axial_pitch is not None:
-            if extent.low[2] is None or extent.high[2] is None:
-                return None
-            bottom, _ = self._levels(0, 0)
-            levels = _whole_steps(extent.low[2] - bottom, extent.high[2] - bottom, self.axial_pitch)
-        # Columns are √3/2 of a pitch apart, and neighbours are shifted by half a pitch along them
-        columns = _whole_steps(low[0] - self.middle[across], high[0] - self.middle[across], HALF_ROOT3 * self.pitch)
-        first, last = low[1] - self.middle[along], high[1] - self.middle[along]
-        most = max(math.ceil((last - first) / self.pitch) + 4, 0)
-        count = max(levels[1] - levels[0], 0) * max(columns[1] - columns[0], 0) * most
-        return LatticeTiles(count, self._indices(levels, columns, first, last))
-
-    def _indices(
-        self, levels: tuple[int, int], columns: tuple[int, int], first: Fraction, last: Fraction
-    ) -> Iterator[Index]:
-        """Yield the indices of elements in levels and columns, from `first` to `last` along each column."""
-        for k, i in grid_indices([levels, columns]):
-            level = () if self.axial_pitch is None else (k,)
-            start, end = (math.floor(first / self.pitch - HALF * i) - 1, math.ceil(last / self.pitch - HALF * i) + 1)
-            for j in range(start, end + 1):
-                yield (i, j, *level) if self.orientation == "y" else (j, i, *level)
+    Two pairs of sides have normals (√3, ±1) (exchanged for orientation "x"), the third pair has its normal along an
+    axis. Columns are √3/2 of a pitch apart, and neighbours are shifted by half a pitch along them.
+    """
+    x, y, z = middle
+    long, half, width = HALF_ROOT3 * pitch, HALF * pitch, pitch / ROOT3
+    if orientation == "y":
+        normals, wide, high = ((ROOT3, ONE), (ROOT3, -ONE), (ZERO, ONE)), width, half
+        ways = [(long, half, ZERO), (ZERO, pitch, ZERO)]
+    else:
+        normals, wide, high = ((ONE, ROOT3), (ONE, -ROOT3), (ONE, ZERO)), half, width
+        ways = [(pitch, ZERO, ZERO), (half, long, ZERO)]
+    planes = []
+    # Slanted normals have length 2, so half a pitch is 1 pitch in their units
+    for (a, b), apothem in zip(normals, (pitch, pitch, half), strict=True):
+        base = a * x + b * y
+        planes += _slab((a, b, ZERO), base - apothem, base + apothem)
+    # A hexagon reaches less than one way from its centre, so these bounds are safe
+    (p, q, _), (r, s, _) = ways
+    area = p * s - q * r
+    across = (s / area, -r / area, ZERO), (-q / area, p / area, ZERO)
+    reach = [(w, w[0] * x + w[1] * y - 1, w[0] * x + w[1] * y + 1) for w in across]
+    bottom = top = None
+    if axial_pitch is not None:
+        # The levels are centred at the z of `middle`
+        bottom, z = z - HALF * levels * axial_pitch, z + HALF * (1 - levels) * axial_pitch
+        top = bottom + axial_pitch
+        planes += _slab((ZERO, ZERO, ONE), bottom, top)
+        ways.append((ZERO, ZERO, axial_pitch))
+        reach.append(((ZERO, ZERO, 1 / axial_pitch), bottom / axial_pitch, top / axial_pitch))
+    extent = Extent((x - wide, y - high, bottom), (x + wide, y + high, top))
+    return LatticeElement(LatticePrism(tuple(planes), extent), (x, y, z), tuple(ways), tuple(reach))
 
 
 def hexagon_order(rings: int, orientation: str) -> list[tuple[int, int]]:
@@ -332,11 +313,6 @@ def hexagon_order(rings: int, orientation: str) -> list[tuple[int, int]]:
         # y = a + x/2, here in halves of the pitch; x rises along a row.
         return sorted(inside, key=lambda index: (-(2 * index[1] + index[0]), index[0]))
     return sorted(inside, key=lambda index: (-index[1], index[0]))
-
-
-def _whole_steps(low: Fraction, high: Fraction, step: Fraction) -> tuple[int, int]:
-    """Return the range (first, end) of whole steps that covers low to high, with one more step at each end."""
-    return math.floor(low / step) - 1, math.ceil(high / step) + 2
 
 
 def grid_indices(ends: list[tuple[int, int]]) -> Iterator[tuple[int, ...]]:
@@ -381,7 +357,8 @@ def read_rectangular_lattice(element: XmlElement) -> RectangularLattice:
         universes = values.attempt(lambda: _read_universes(values, count, what), universes)
     values.finish()
     listing = values.require("universes")
-    return RectangularLattice(number, name, outer, universes, listing, element, shape or (), lower_left, pitch)
+    first = box_element(lower_left, pitch)
+    return RectangularLattice(number, name, outer, universes, listing, element, first, shape or ())
 
 
 def read_hexagonal_lattice(element: XmlElement) -> HexagonalLattice:
@@ -404,9 +381,10 @@ def read_hexagonal_lattice(element: XmlElement) -> HexagonalLattice:
         universes = values.attempt(lambda: _read_universes(values, count, what), universes)
     values.finish()
     x, y, z = (*center, Fraction(0))[:3]
+    first = hexagon_element(orientation, (x, y, z), pitch[0], None if flat else pitch[1], levels or 1)
     return HexagonalLattice(
-        number, name, outer, universes, values.require("universes"), element,
-        rings, orientation, (x, y, z), pitch[0], None if flat else pitch[1], levels or 1,
+        number, name, outer, universes, values.require("universes"), element, first,
+        rings, orientation, (x, y, z), pitch[0], levels,
     )  # fmt: skip
 
 

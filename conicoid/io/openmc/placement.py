@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
 from functools import cache, cached_property, lru_cache
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from ..._util.arrays import Matrix4, Vector
 from ..._util.dataclass import dataclass
@@ -31,6 +31,14 @@ class AxisTurn:
 
     sources: tuple[int, int, int] = (0, 1, 2)
     signs: tuple[int, int, int] = (1, 1, 1)
+
+    @classmethod
+    def of(cls, rows: Sequence[Sequence[Any]]) -> AxisTurn | None:
+        """Return the turn that a matrix is; None for a matrix that does more than exchange axes."""
+        if any(sorted(map(abs, line)) != [0, 0, 1] for line in (*rows, *zip(*rows, strict=True))):
+            return None
+        a, b, c = (next(i for i in range(3) if row[i]) for row in rows)
+        return cls((a, b, c), (int(rows[0][a]), int(rows[1][b]), int(rows[2][c])))
 
     def apply(self, point: Point) -> Point:
         """Return a point after the turn."""
@@ -118,12 +126,10 @@ def rotation_by_matrix(rows: Rows) -> CellRotation | None:
 
     OpenMC looks up a point r of the cell at M r, so the filling moves by the inverse of M.
     """
-    columns = tuple(zip(*rows, strict=True))
-    # A signed permutation: its inverse is its transpose, read off by columns.
-    if all(sorted(map(abs, line)) == [0, 0, 1] for line in (*rows, *columns)):
-        sources = tuple(next(i for i in range(3) if column[i]) for column in columns)
-        signs = tuple(int(column[source]) for column, source in zip(columns, sources, strict=True))
-        return CellRotation(AxisTurn(sources, signs))  # type: ignore[arg-type]
+    # The inverse of a signed permutation is its transpose
+    turn = AxisTurn.of(tuple(zip(*rows, strict=True)))
+    if turn is not None:
+        return CellRotation(turn)
     back = invert_rows(rows)
     if back is None:
         return None

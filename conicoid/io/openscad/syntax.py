@@ -18,7 +18,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from ..._util.dataclass import dataclass
-from ..._util.files import Problem, SceneFileError, read_regular
+from ..._util.files import Problem, SceneFileError, read_bounded
 from ..._util.validation import format_value
 from ..importers import OmittedPart
 from ..scene_file.nodes import shorten
@@ -53,10 +53,7 @@ class CsgText:
     """The text of a file, with errors at lines and columns. Raise SceneFileError for a file that is too large."""
 
     def __init__(self, path: Path) -> None:
-        raw = read_regular(path, MAX_CSG_BYTES)
-        if len(raw) > MAX_CSG_BYTES:
-            message = f"has {path.stat().st_size / 1e6:,.0f} MB, at most {MAX_CSG_BYTES / 1e6:,.0f} are read"
-            raise SceneFileError(path, [Problem(0, 0, "file", message)])
+        raw = read_bounded(path, MAX_CSG_BYTES)
         self.path, self.text = path, raw.decode("utf-8", "replace").removeprefix("\ufeff")
 
     def mistake(self, position: int, where: str, message: str) -> SceneFileError:

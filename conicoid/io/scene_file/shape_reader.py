@@ -23,7 +23,7 @@ from ...geometry.bulk import Bulk
 from ...geometry.registry import REGISTRY
 from ...geometry.shape import Difference, Intersection, Shape, Sheet
 from ...geometry.transform import AXES, IDENTITY_MOTION, Motion, apply_about
-from ..data_files import MAX_DATA_BYTES, read_array, read_rows, resolve_data_file
+from ..data_files import read_array, read_rows, resolve_data_file
 from ..npz import NpzArchive
 from .fields import ArgumentsType, ShapeType, argument_fields
 from .nodes import HasPosition, MappingNode, Node, ScalarNode, SequenceNode, is_text, shorten
@@ -219,7 +219,7 @@ def _read_file(cls: type[Bulk], node: Node, reader: NodeReader, where: str) -> A
         # A .npz holds one array for each field; the other files are one table
         if name.lower().endswith(".npz"):
             return cls(**read_bulk_arrays(name, reader.folder, tuple(cls.columns)))
-        path = _read_bulk(name, lambda: _find_bulk_file(resolve_data_file(reader.folder, name), name))
+        path = _read_bulk(name, lambda: resolve_data_file(reader.folder, name))
         headings = cls.headings()
         table, lines = _read_bulk(name, lambda: read_rows(path, len(headings), headings))
         try:
@@ -243,7 +243,7 @@ def read_index(node: Node, reader: NodeReader, where: str) -> Any:
         return BAD
 
     def load() -> Any:
-        path = _read_bulk(name, lambda: _find_bulk_file(resolve_data_file(reader.folder, name), name))
+        path = _read_bulk(name, lambda: resolve_data_file(reader.folder, name))
         found, values = _read_bulk(name, lambda: read_array(path))
         # Files hold floats or integers of any size; indices are compared once they are whole
         if values is None or values.ndim != 1 or not (np.isfinite(values) & (values == np.floor(values))).all():
@@ -251,13 +251,6 @@ def read_index(node: Node, reader: NodeReader, where: str) -> Any:
         return values.astype(np.int64)
 
     return reader.build(node, where, load)
-
-
-def _find_bulk_file(path: Path, name: str) -> Path:
-    """Return a path. Raise ValueError for a file that is too large."""
-    if path.suffix.lower() in (".npy", ".npz") and path.stat().st_size > MAX_DATA_BYTES:
-        raise ValueError(f"{shorten(name)} is larger than {MAX_DATA_BYTES >> 30} GiB")
-    return path
 
 
 def _read_bulk(name: str, read: Callable[[], Any]) -> Any:
@@ -270,7 +263,7 @@ def _read_bulk(name: str, read: Callable[[], Any]) -> Any:
 
 def read_bulk_arrays(name: str, folder: Path, fields: Sequence[str]) -> dict[str, Any]:
     """Return the arrays of a .npz file in a folder. Raise ValueError if one is missing or bad."""
-    path = _read_bulk(name, lambda: _find_bulk_file(resolve_data_file(folder, name), name))
+    path = _read_bulk(name, lambda: resolve_data_file(folder, name))
 
     def read() -> dict[str, Any]:
         with open_regular(path) as file:

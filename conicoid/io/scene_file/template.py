@@ -1,5 +1,8 @@
 """Many bodies in one entry of a scene file: a template, columns of its numbers, and their motions, all at once.
 
+Its user is who gives thousands of bodies as columns, or as bodies that are written alike (`body_patterns.py`). 10,000
+rows of five leaves take a ninth of the time of rows one by one, and 10,000 boxes that are turned and moved a 25th.
+
 Columns only mark rows in doubt. The caller builds these motions one by one, which decides or raises the error.
 """
 

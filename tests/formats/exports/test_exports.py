@@ -21,7 +21,8 @@ import conicoid as co
 from conicoid.io.export import gdml as gdml_writer
 from conicoid.io.export.exporters import EXPORT_FORMATS, ExportOptions, find_export_format
 from conicoid.io.export.openmc_regions import EmptinessTest, ExportSurfaceTable, RegionWriter
-from conicoid.io.openmc.region import IntersectionNode, SurfaceSide, UnionNode
+from conicoid.io.openmc.region import SurfaceSide
+from conicoid.io.openmc.region_expression import IntersectionNode, UnionNode
 from conicoid.io.openmc.values import read_title
 
 from ...command_line import done, refused, run

@@ -11,7 +11,7 @@ from conicoid.geometry import polyhedron
 from conicoid.geometry.shape import Shape
 from conicoid.io import importers as options
 from conicoid.io.gdml import importer
-from conicoid.io.gdml.solid_template import PrimitiveTemplate
+from conicoid.io.gdml.solid_template import GdmlPlacement, PrimitiveTemplate, place_solid
 from conicoid.io.xml_tree import read_xml
 from conicoid.prepare.csg_plan import placed_primitives
 
@@ -115,12 +115,12 @@ def test_copies_of_a_profile_share_what_does_not_depend_on_their_place(tmp_path,
 def test_motions_are_not_known_by_ids_of_before_a_pickle():
     """What is held under the id of a motion that another motion has now."""
     motions = [co.Box().rotate("x", angle).translate((angle, 0, 0)).motion for angle in (20.0, 50.0)]
-    places = [importer.GdmlPlacement(outer=motion) for motion in motions]
+    places = [GdmlPlacement(outer=motion) for motion in motions]
     template, frames = PrimitiveTemplate(lambda shift: co.Box()), {}
     shift = Fraction(1, 3), Fraction(0), Fraction(2)
 
     def found():
-        return [importer._solid_at(template, place, shift, frames) for place in places]
+        return [place_solid(template, place, shift, frames) for place in places]
 
     expected, kept = found(), []
     for held in (template.held, frames):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from fractions import Fraction
 from pathlib import Path
 
@@ -262,9 +263,9 @@ def test_hexagonal_prisms_of_a_million_centimetres_have_no_ends(tmp_path: Path) 
 
 def test_a_continued_line_that_lacks_a_blank(tmp_path: Path) -> None:
     hint = "a continued line needs five blanks, this one has 4"
-    for first, second in (("-1", "-2 imp:n=1"), ("(-1", "-2) imp:n=1"), ("-1", "2 1 -1 imp:n=1"), ("-1", "#2 imp:n=1")):
+    for first, second in (("-1", "-2 imp:n=1"), ("(-1", "-2) imp:n=1")):
         text = PIN.replace("1 1 -10.4 -1 imp:n=1", f"1 1 -10.4 {first}\n    {second}")
-        with pytest.raises(ValueError, match=rf"\A\S*:3:1: {hint}\Z"):
+        with pytest.raises(ValueError, match=f":3:1: cell .*; {hint}"):
             loaded(tmp_path, text)
     # Cards that are indented all, and a mistake that the blanks do not explain
     indented = "t\n   1 0 -1\n  10 0 -9\n   2 0 1\n\n  1 so 1\n  2 px 0\n"
@@ -273,7 +274,7 @@ def test_a_continued_line_that_lacks_a_blank(tmp_path: Path) -> None:
     # Numbers without which a card of the geometry means something else: a rotation, universes
     head = "t\n1 0 -1\n\n1 5 rpp 0 3 0 5 0 7\n\n"
     for card in ("tr5 10 0 0\n{}0 1 0 -1 0 0 0 0 1", "*tr5 10 0 0\n{}90 0 90 180 90 90 90 90 0", "tr5 9\nimp:n\n{}1"):
-        with pytest.raises(ValueError, match=rf"\A\S*:[78]:1: {hint}\Z"):
+        with pytest.raises(ValueError, match=f":[78]:1: .*; {hint}"):
             loaded(tmp_path, head + card.format("    "))
         with pytest.raises(
             ValueError, match=r":[78]:1: \d+: must begin with the name of a card; numbers of \S+ are not"
@@ -281,6 +282,17 @@ def test_a_continued_line_that_lacks_a_blank(tmp_path: Path) -> None:
             loaded(tmp_path, head + card.format(""))
     notes = loaded(tmp_path, PIN.replace("92235.80c 0.05", "92235.80c 0.05\n   ")).notes
     assert any(f"line 12: '92238.80c' is not read; {hint}" in note for note in notes)
+
+
+def test_no_elements_beyond_the_cell_around_a_turned_lattice(tmp_path: Path) -> None:
+    """A box of half side 1.4 reaches 1.4 (0.6 + 0.8) = 1.96 along the lattice's axes; elements 3 begin at 2.5."""
+    text = "t\n1 0 -1 fill=1 (0 0 0 0.6 0.8 0 -0.8 0.6 0 0 0 1)\n2 0 -2 lat=1 u=1 fill=2\n3 1 -1 -3 u=2\n4 0 3 u=2\n\n"
+    surfaces = "1 rpp -1.4 1.4 -1.4 1.4 -1.4 1.4\n2 rpp -0.5 0.5 -0.5 0.5 -0.5 0.5\n3 so 0.3\n\nm1 1001 1\n"
+    scene = loaded(tmp_path, text + surfaces)
+    found = [re.search(r"lattice \[(.+), (.+), (.+)\]", body.name) for body in scene.bodies]
+    steps = np.array([tuple(map(int, each.groups())) for each in found if each is not None])
+    assert len(steps) == len(scene.bodies) > 27
+    assert np.abs(steps).max(axis=0).tolist() == [2, 2, 1]
 
 
 def test_one_axis_is_enough_where_the_others_do_not_matter(tmp_path: Path) -> None:

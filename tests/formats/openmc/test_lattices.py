@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 from fractions import Fraction
 from pathlib import Path
@@ -158,6 +159,27 @@ def test_no_end_of_elements_where_a_box_has_none(lattice: Lattice) -> None:
     assert lattice.tiles_around(Extent((zero, None, zero), (one, one, one))) is None
     flat = Extent((zero, zero, None), (one, one, None))
     assert (lattice.tiles_around(flat) is None) == (len(next(iter(lattice.universes))) == 3)
+
+
+@pytest.mark.parametrize("lattice", LATTICES, ids=str)
+def test_elements_around_a_box_are_those_that_reach_into_it(lattice: Lattice) -> None:
+    """In the box of the lattice: of boxes its own elements, none that only touches it; of hexagons more, but few."""
+    zero = Fraction(0)
+    whole = functools.reduce(Extent.union, (prism.extent for prism in lattice.hull))
+    tiles = lattice.tiles_around(whole)
+    assert tiles is not None
+    found = list(tiles.indices)
+    assert len(found) == len(set(found)) == tiles.count
+    assert set(lattice.universes) <= set(found)
+    assert isinstance(lattice, HexagonalLattice) or set(lattice.universes) == set(found)
+    assert {len(index) for index in found} == {len(next(iter(lattice.universes)))}
+    # Far from there: the elements in which points of a box lie
+    far = Extent((Fraction(6), Fraction(7), zero), (Fraction(9), Fraction(11), Fraction(2)))
+    tiles = lattice.tiles_around(far)
+    assert tiles is not None
+    prisms = [lattice.prism(index) for index in tiles.indices]
+    points = np.random.default_rng(3).uniform((6, 7, 0), (9, 11, 2), (500, 3))
+    assert np.any([inside(prism, points) for prism in prisms], axis=0).all()
 
 
 # --- Whole geometries: every point is in the cell that OpenMC's rules give, and chords have the lengths of the cells

@@ -16,7 +16,7 @@ from hypothesis import given, strategies as st
 import conicoid as co
 from conicoid.geometry.shape import Solid
 from conicoid.io.openmc.placement import Extent, UniversePlacement, rotation_by_angles
-from conicoid.io.openmc.region import (
+from conicoid.io.openmc.region_expression import (
     MAX_PARENTHESES,
     HalfSpaceNode,
     IntersectionNode,
