@@ -43,7 +43,9 @@ class Score:
 
     @property
     def slackness(self) -> float:
-        """Median bound over median error."""
+        """Median bound over median error; 0 if no ray crosses anything, as where Booleans come out empty."""
+        if not self.errors:
+            return 0.0
         return float(np.median(self.bounds) / (np.median(self.errors) or np.inf))
 
     def check(self) -> None:
