@@ -25,7 +25,8 @@ from ..apps.derivatives.parameters import (
 from ..geometry.bulk import Bulk
 from ..geometry.general_quadric import Quadric
 from ..geometry.quadric_classification import COEFFICIENT_NAMES
-from ..geometry.shape import Boolean
+from ..geometry.shape import Boolean, ClippedSheet
+from ..geometry.sheets import Wall
 from ..scene.files import load
 from ..scene.scene import Scene
 from .html import page, preview_of
@@ -66,16 +67,18 @@ def with_number(scene: Scene, item: int, name: str, value: float) -> Scene:
     return scene._with_entry(item, old, dataclasses.replace(old, shape=changed))
 
 
-def _with_zeros(shape: Any) -> Any:
-    """Return a shape whose quadrics have all coefficients, since those that are zero can be changed as well."""
-    if isinstance(shape, Quadric) and shape.coefficients is not None:
+def _with_zeros(part: Any) -> Any:
+    """Return a shape, or a field of one, whose quadrics have all coefficients: zeros can be changed as well."""
+    if isinstance(part, tuple):
+        return tuple(map(_with_zeros, part))
+    if isinstance(part, Quadric) and part.coefficients is not None:
         # The constructor drops zeros
+        return replace_unchecked(part, {"coefficients": {**dict.fromkeys(COEFFICIENT_NAMES, 0.0), **part.coefficients}})
+    if isinstance(part, Boolean | ClippedSheet | Wall):
         return replace_unchecked(
-            shape, {"coefficients": {**dict.fromkeys(COEFFICIENT_NAMES, 0.0), **shape.coefficients}}
+            part, {field.name: _with_zeros(getattr(part, field.name)) for field in dataclasses.fields(part)}
         )
-    if isinstance(shape, Boolean):
-        return replace_unchecked(shape, {"operands": tuple(map(_with_zeros, shape.operands))})
-    return shape
+    return part
 
 
 def _label(words: list[str]) -> str:

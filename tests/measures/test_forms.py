@@ -76,6 +76,16 @@ def test_an_ellipsoid():
     assert np.diag(ellipsoid.inertia) == pytest.approx(8 * PI / 5 * np.array([13, 10, 5]))
 
 
+@pytest.mark.parametrize("size", [1e-90, 1e80])
+def test_solids_of_revolution_of_any_size(size: float):
+    """Fifth powers of these sizes are 0 or infinite in float64."""
+    for inner in (0.0, size / 2):
+        start, end = (0, 0, 0), (0, 0, 3 * size)
+        measures = co.measure(co.Tube(start, end, inner, size) if inner else co.Cylinder(start, end, size))
+        assert measures.volume / (size * size * size) == pytest.approx(3 * PI * (0.75 if inner else 1.0))
+        assert measures.centroid / size == pytest.approx([0.0, 0.0, 1.5])
+
+
 def test_what_is_alone_in_a_combination_keeps_its_closed_form():
     box = co.Box().translate((1, 0, 0))
     for shape in (co.Union((box,)), co.Intersection((co.Union((box,)),)), box.painted(co.mirror())):

@@ -138,14 +138,27 @@ def test_numbers_can_be_edited(server):
         assert "radius" in json.loads(text)["error"]
 
 
-def test_every_coefficient_of_a_quadric_can_be_edited():
-    scene = co.Scene([co.Quadric(coefficients=dict(xx=1, yy=1, zz=1, constant=-1))])
-    session = Session(scene, "ball")
+_QUADRIC_BALL = co.Quadric(coefficients=dict(xx=1, yy=1, zz=1, constant=-1))
+
+
+@pytest.mark.parametrize(
+    ("shape", "depth"),
+    [
+        (_QUADRIC_BALL, 9 - 2**0.5),
+        (_QUADRIC_BALL.painted("red"), 9 - 2**0.5),
+        (co.Complement(co.Complement(_QUADRIC_BALL)), 9 - 2**0.5),
+        (co.Disc((0, 0, 0), (0, 1, 0), 9.0) & _QUADRIC_BALL, 9.0),
+        (co.Wall(_QUADRIC_BALL, 0), 9 - 2**0.5),
+    ],
+    ids=["quadric", "painted", "complement", "clipped", "wall"],
+)
+def test_every_coefficient_of_a_quadric_can_be_edited(shape, depth):
+    session = Session(co.Scene([shape]), "ball")
     rows = {row["label"]: row for row in session.numbers({"item": 0})}
     assert set(rows) >= {"xx", "yy", "zz", "xy", "yz", "xz", "x", "y", "z", "constant"}
     session.edit({"path": rows["x"]["path"], "value": -2.0})  # x² - 2 x + y² + z² <= 1: its middle is at x = 1
     found = session.pick({"origin": [1, -9, 0], "direction": [0, 1, 0]})["found"]
-    assert found["t"] == pytest.approx(9 - 2**0.5, rel=1e-15)
+    assert found["t"] == pytest.approx(depth, rel=1e-15)
 
 
 def test_an_edit_changes_one_number_of_a_boolean():

@@ -393,7 +393,14 @@ def _rings(shape: Any) -> list[Ring]:
 @own_moments.register(Revolution)
 @own_moments.register(Cone)
 def _(shape: Any) -> Moments:
-    return ring_moments(ring_sums(_rings(shape)), azimuth(shape.start_angle, shape.end_angle))
+    rings = _rings(shape)
+    # In units of a power of two near the size, whose fifth power float64 may not hold
+    size = 2.0 ** math.frexp(max(abs(x) for low, high, _, outer in rings for x in (low, high, *outer)))[1]
+    small = [
+        Ring(low / size, high / size, (a / size, b / size), (c / size, d / size)) for low, high, (a, b), (c, d) in rings
+    ]
+    found = ring_moments(ring_sums(small), azimuth(shape.start_angle, shape.end_angle))
+    return Moments(found.volume * size**3, found.centroid * size, found.spread * size**2)
 
 
 @own_area.register(Cylinder)

@@ -199,7 +199,7 @@ class RayPaths:
     points : ndarray (walls + 1, n, 3)
         Their starts and their points on walls; a ray that has left repeats its last point.
     rays : Rays
-        (n,), outside of the scene.
+        (n,), outside of the scene, with unit directions.
     arrived : ndarray (n,) of bool
         False if a ray was absorbed or does not leave.
     """

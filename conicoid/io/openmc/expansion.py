@@ -445,8 +445,7 @@ class ElementRoom:
         curved = [part for part in parts if isinstance(part, SurfaceSide) and not isinstance(part.surface, FlatSurface)]
         if not context.is_before(place.outer) or len(curved) < len(parts):
             return None
-        index = next(iter(lattice.universes))
-        center, element = place.point(lattice.center(index)), lattice.prism(index).placed(place).extent
+        center, element = place.point(lattice.first.origin), lattice.first.prism.placed(place).extent
         around = context.extent_before(place.outer)
         ends = list(zip(center, element.high, around.low, around.high, strict=True))
         # Along an axis without end all elements are cut alike

@@ -212,6 +212,9 @@ def test_shortcuts_in_a_filling(tmp_path: Path) -> None:
     written = loaded(tmp_path, text.format("1 1 0 0 3")).bodies
     assert loaded(tmp_path, text.format("1 r 2j 3")).bodies == written
     assert loaded(tmp_path, text.format("1 1r j j 3")).bodies == written
+    empty = loaded(tmp_path, text.format("5j"))
+    assert len(empty) == 0
+    assert any("lattice of cell 2: the cell around it may reach beyond it" in note for note in empty.notes)
 
 
 MANUAL = """\
