@@ -57,6 +57,12 @@ class PlaneSurface:
         turned = self.normal if motion.shift is not None else ex.apply(ex.transpose(back), normal)
         return PlaneSurface(turned, offset, motion.carried(anchor), self.height, self.is_offset_better)
 
+    def reversed(self) -> PlaneSurface:
+        """Return the plane with its other side inside."""
+        x, y, z = self.normal
+        over = None if self.over is None else -self.over
+        return PlaneSurface((-x, -y, -z), -self.offset, self.anchor, over, self.is_offset_better)
+
     moved_rows = moved
     """The image, as of `QuadricSurface.moved_rows`."""
 
@@ -115,6 +121,11 @@ class QuadricSurface:
         if not all(abs(ex.rounded(rest)) < _BALL_CENTER_SHARE * radius for rest in rests):
             return None
         return QuadricSurface(self.squares, self.linear, square, self.rows, anchor)
+
+    def reversed(self) -> QuadricSurface:
+        """Return the quadric with its other side inside."""
+        (a, b, c), (x, y, z) = self.squares, self.linear
+        return QuadricSurface((-a, -b, -c), (-x, -y, -z), -self.constant, self.rows, self.anchor)
 
     def coefficients(self) -> tuple[ex.BigFloat, ...]:
         """Return the coefficients (xx, yy, zz, xy, xz, yz, x, y, z, 1) of the polynomial about the world's origin.
