@@ -158,6 +158,21 @@ class QuadricSurface:
         return _normalize_key("quadric", self.coefficients())
 
 
+def expand_quadric(
+    squares: Sequence[Any], linear: Sequence[Any], constant: Any, rows: Any, shift: Sequence[Any], zero: Any
+) -> list[Any]:
+    """Return ten coefficients of the sum of squares[i] y_i² + 2 linear[i] y_i - constant, y = rows r + shift, in r.
+
+    They are (xx, yy, zz, xy, xz, yz, x, y, z, 1), mixed and linear ones halved; `zero` is that of the type of number.
+    """
+    second = [
+        sum((squares[k] * rows[k][i] * rows[k][j] for k in range(3)), zero)
+        for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+    ]
+    first = [sum(((squares[k] * shift[k] + linear[k]) * rows[k][i] for k in range(3)), zero) for i in range(3)]
+    return [*second, *first, sum((shift[k] * (squares[k] * shift[k] + 2 * linear[k]) for k in range(3)), -constant)]
+
+
 def _product(*factors: ex.BigFloat) -> list[ex.BigFloat]:
     """Return a list of the product; an empty one where a factor is exactly zero."""
     return [] if any(map(ex.is_nothing, factors)) else [math.prod(factors[1:], start=factors[0])]
