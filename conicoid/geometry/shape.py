@@ -644,10 +644,3 @@ def _clip_sheet(sheet: Sheet, solid: Any, *, keep_inside: bool) -> ClippedSheet:
     if not isinstance(solid, Solid):
         raise TypeError(f"{type(sheet).__name__}: only a solid can clip it, got {describe_kind(solid)}")
     return ClippedSheet(sheet, solid, "inside" if keep_inside else "outside")
-
-
-def leaves(shape: Shape) -> Iterator[Shape]:
-    """Yield the primitives of a shape from left to right."""
-    for node in _tree_nodes(shape):
-        if not isinstance(node, Boolean):
-            yield node
