@@ -6,6 +6,7 @@ that is inside, a number that the user sees as ``hits.face``, and a map that giv
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -112,6 +113,63 @@ Tree: TypeAlias = Cell | All | Any_ | Not
 NOTHING = Any_(())
 
 
+def cells_of_tree(tree: Tree) -> Iterator[Cell]:
+    """Yield the cells of a tree from left to right."""
+    pending = [tree]
+    while pending:
+        part = pending.pop()
+        if isinstance(part, Cell):
+            yield part
+        else:
+            pending.extend(reversed((part.part,) if isinstance(part, Not) else part.parts))
+
+
+def faces_of_tree(tree: Tree) -> Iterator[Face]:
+    """Yield the faces of all cells of a tree from left to right."""
+    for cell in cells_of_tree(tree):
+        yield from cell.faces
+
+
+def bounding_faces(tree: Tree, inside: bool) -> Iterator[tuple[Face, int]]:
+    """Yield (face, sense) of the faces that contain all of the inside, or all of the outside, of a tree.
+
+    The sense is 1 where that side is the negative one of the face's surface.
+    """
+    pending = [(tree, inside)]
+    while pending:
+        part, inner = pending.pop()
+        if isinstance(part, Not):
+            pending.append((part.part, not inner))
+        elif isinstance(part, Cell):
+            if inner or len(part.faces) == 1:  # the outside of several faces is a union, in none of their outsides
+                sense = 1 if inner else -1
+                yield from ((face, sense * face.inside) for face in part.faces)
+        elif isinstance(part, All if inner else Any_) or len(part.parts) == 1:
+            pending.extend((each, inner) for each in part.parts)
+
+
+def negate_tree(tree: Tree) -> Tree:
+    """Return the complement of a tree; two complements never follow each other."""
+    return tree.part if isinstance(tree, Not) else Not(tree)
+
+
+def join_trees(kind: type[All] | type[Any_], parts: list[Tree]) -> Tree:
+    """Join parts to one node of a kind; parts of the same kind are flattened into it, and one part needs no node."""
+    nodes: list[Tree] = []
+    for part in parts:
+        nodes.extend(part.parts if isinstance(part, kind) else (part,))
+    return nodes[0] if len(nodes) == 1 else kind(tuple(nodes))
+
+
+def map_faces(tree: Tree, of: Callable[[Face], Face]) -> Tree:
+    """Return a tree with another face for each of its faces, made from left to right; its nodes are joined."""
+    if isinstance(tree, Cell):
+        return Cell(tuple(map(of, tree.faces)))
+    if isinstance(tree, Not):
+        return negate_tree(map_faces(tree.part, of))
+    return join_trees(type(tree), [map_faces(part, of) for part in tree.parts])
+
+
 @dataclass(frozen=True, slots=True)
 class SurfaceSheet:
     """The part of a surface in `clip`, all of it if None.
@@ -148,7 +206,13 @@ __all__ = [
     "QuadricSurface",
     "SurfaceSheet",
     "Tree",
+    "bounding_faces",
     "cartesian_uv",
+    "cells_of_tree",
     "cylindrical_uv",
+    "faces_of_tree",
+    "join_trees",
+    "map_faces",
+    "negate_tree",
     "transform_uv",
 ]

@@ -14,7 +14,7 @@ from typing import Any
 from .._util.dataclass import dataclass
 from ..numerics import bigfloat as ex
 from ..numerics.rational import ZERO, IntegerQuadratic, Root, compare_roots, dot, exact_real_roots, is_certain, sign
-from .surface import PlaneSurface, QuadricSurface, Surface
+from .surface import PlaneSurface, QuadricSurface, Surface, expand_quadric
 
 Numbers = tuple[int, int, int, int, int, int, int, int, int, int]
 
@@ -149,17 +149,11 @@ def _ratio(number: ex.BigFloat, other: ex.BigFloat) -> Fraction | None:
 
 
 def _quadric_form(surface: QuadricSurface) -> IntegerForm:
-    rows = [[ex.fraction(w) for w in row] for row in surface.rows]
-    squares, linear = [ex.fraction(s) for s in surface.squares], [ex.fraction(b) for b in surface.linear]
-    anchor = [ex.fraction(q) for q in surface.anchor]
+    squares, linear, anchor, *rows = (
+        tuple(map(ex.fraction, each)) for each in (surface.squares, surface.linear, surface.anchor, *surface.rows)
+    )
     shift = [-dot(row, anchor) for row in rows]
-    second = [
-        sum((squares[k] * rows[k][i] * rows[k][j] for k in range(3)), Fraction(0))
-        for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-    ]
-    first = [sum(((squares[k] * shift[k] + linear[k]) * rows[k][i] for k in range(3)), Fraction(0)) for i in range(3)]
-    one = sum(((squares[k] * shift[k] + 2 * linear[k]) * shift[k] for k in range(3)), -ex.fraction(surface.constant))
-    return _integer_form([*second, *first, one])
+    return _integer_form(expand_quadric(squares, linear, ex.fraction(surface.constant), rows, shift, Fraction(0)))
 
 
 def _ten_numbers(values: Sequence[int]) -> Numbers:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Mapping
 from functools import cached_property
@@ -88,16 +87,6 @@ class Quadric(PrimitiveSolid):
         """The exact kind of the quadric, with its center, axes and semi-axes in the world."""
         return classify(self.symmetric, self.motion)
 
-    @property
-    def _outside(self) -> Surface:
-        """The same surface with the other side inside."""
-        surface = self.surface
-        if isinstance(surface, PlaneSurface):
-            x, y, z = surface.normal
-            return dataclasses.replace(surface, normal=(-x, -y, -z), offset=-surface.offset)
-        (a, b, c), (x, y, z) = surface.squares, surface.linear
-        return dataclasses.replace(surface, squares=(-a, -b, -c), linear=(-x, -y, -z), constant=-surface.constant)
-
     def tree(self) -> Cell:
         return Cell((Face(self.surface, 0, self._uv()),))
 
@@ -126,7 +115,7 @@ class Quadric(PrimitiveSolid):
 
     def outside_bounds_under(self, outer: Motion) -> BoxEnds:
         """Return the bounds of f >= 0."""
-        ends = _surface_ends(self._outside.moved(self.under(outer)))
+        ends = _surface_ends(self.surface.reversed().moved(self.under(outer)))
         return np.array(ends[:3]), np.array(ends[3:])
 
 

@@ -32,6 +32,8 @@ MIN_INSTANCES = 24
 """With fewer bodies from a base list, a plain tuple is as good."""
 MAX_EXPANDED_BODIES = 50_000
 """Longer lists are not expanded to single bodies, at some milliseconds each, for an entry of many bodies."""
+MOST_EXCHANGED = 64
+"""More bodies at a time are prepared afresh with all others."""
 
 
 @dataclass(frozen=True)
@@ -339,3 +341,16 @@ def have_same_shapes(old: Sequence[Body], new: Sequence[Body]) -> bool:
     if isinstance(new, EditedInstances):
         return new.has_shapes_of(old)
     return isinstance(old, EditedInstances) and old.has_shapes_of(new)
+
+
+def exchanged_entries(old: InstanceList, new: InstanceList) -> list[int] | None:
+    """Return the entries in which two lists differ; None where these are too many, or lengths or base lists differ."""
+    if len(old) != len(new):
+        return None
+    its, mine = InstanceOrigins.of(old), InstanceOrigins.of(new)
+    if its.base is not mine.base:
+        return None
+    places = np.flatnonzero((its.numbers != mine.numbers) | (mine.numbers < 0))
+    some = places[: len(its.own) + len(mine.own) + MOST_EXCHANGED].tolist()
+    found = [k for k in some if its.shape(int(its.numbers[k])) is not mine.shape(int(mine.numbers[k]))]
+    return found if len(places) == len(some) and 0 < len(found) <= MOST_EXCHANGED else None

@@ -14,7 +14,7 @@ import dataclasses
 import functools
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import field, replace
+from dataclasses import field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, NoReturn, Self, overload
 
@@ -27,13 +27,11 @@ from .._util.validation import check_integer, describe_kind, format_value
 from .._util.value_objects import pickle_state, restore_state
 from ..materials.material import Material
 from ..materials.presets import as_material
-from .bounds.aabb import Bounds, enclose_boxes, intersect_boxes, is_empty
+from .bounds.aabb import Bounds, intersect_boxes
 from .bounds.intersection import (
-    NO_CUTS,
     BoundingSurfaces,
     BoundsKind,
-    Cuts,
-    cut_bounds,
+    region_bounds,
     surfaces_around,
 )
 from .bounds.support import bound_by_support
@@ -370,11 +368,24 @@ class Boolean(Solid, abstract=True):
 
     operands: tuple[Solid, ...]
 
+    @classmethod
+    def sides(cls, count: int, inside: bool) -> list[bool]:
+        """Return whether the inside of each of `count` operands counts for the inside, or the outside, of a node.
+
+        That side is the intersection of these sides of the operands, or their union: see `is_intersection` (De Morgan).
+        """
+        return [inside] * count
+
+    @classmethod
+    def is_intersection(cls, inside: bool) -> bool:
+        """Return True if that side of a node is the intersection of its `sides`, False if it is their union."""
+        return inside
+
     def bounds_under(self, outer: Motion) -> BoxEnds:
         return region_bounds(self, outer)
 
     def outside_bounds_under(self, outer: Motion) -> BoxEnds:
-        return region_bounds(Complement(self), outer)
+        return region_bounds(self, outer, inside=False)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Boolean):
@@ -407,6 +418,10 @@ class Union(Boolean):
     def __post_init__(self) -> None:
         object.__setattr__(self, "operands", _check_solids("Union", self.operands))
 
+    @classmethod
+    def is_intersection(cls, inside: bool) -> bool:
+        return not inside
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Intersection(Boolean):
@@ -433,6 +448,10 @@ class Difference(Boolean):
     def __post_init__(self) -> None:
         object.__setattr__(self, "operands", _check_solids("Difference", self.operands))
 
+    @classmethod
+    def sides(cls, count: int, inside: bool) -> list[bool]:
+        return [inside, *[not inside] * (count - 1)]
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Complement(Boolean):
@@ -442,6 +461,14 @@ class Complement(Boolean):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "operand", _check_solids("Complement", (self.operand,))[0])
+
+    @classmethod
+    def sides(cls, count: int, inside: bool) -> list[bool]:
+        return [not inside]
+
+    @classmethod
+    def is_intersection(cls, inside: bool) -> bool:
+        return True
 
     @property
     def operands(self) -> tuple[Solid, ...]:  # type: ignore[override]
@@ -471,6 +498,10 @@ class Painted(Boolean):
                 raise TypeError(f"Painted: faces must be numbers of faces, got {format_value(self.faces)}")
             faces = [check_integer("Painted", f"faces[{k}]", face, 0) for k, face in enumerate(self.faces)]
             object.__setattr__(self, "faces", tuple(sorted(set(faces))))
+
+    @classmethod
+    def is_intersection(cls, inside: bool) -> bool:
+        return True
 
     @property
     def paint(self) -> tuple[Material, tuple[int, ...] | None]:
@@ -503,9 +534,9 @@ def _short_repr(solid: Solid) -> str:
     return f"{type(solid).__name__}(...){solid.motion.calls}" if isinstance(solid, Boolean) else repr(solid)
 
 
-def _tree_nodes(solid: Solid) -> Iterator[Solid]:
-    """Yield the nodes of a tree, parents first."""
-    pending = [solid]
+def _tree_nodes(shape: Shape) -> Iterator[Shape]:
+    """Yield the nodes of a tree, parents first and operands from left to right."""
+    pending = [shape]
     while pending:
         node = pending.pop()
         yield node
@@ -545,90 +576,6 @@ def _rebuild_tree(nodes: Sequence[Any], sources: Mapping[int, Any]) -> Solid:
         if place in sources:
             vars(done[-1])["_source"] = sources[place]
     return done[0]
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class _BoundsNode:
-    """The inside or the outside of a solid under a motion, cut by planes of nodes above it."""
-
-    solid: Solid
-    motion: Motion
-    inside: bool
-    cuts: Cuts = NO_CUTS
-    depth: int = 0
-
-    @property
-    def children(self) -> list[_BoundsNode]:
-        """The operands (De Morgan): a `Complement` flips its operand, a `Difference` flips all but the first."""
-        solid = self.solid
-        assert isinstance(solid, Boolean)
-        motion, flipped = solid.motion.then(self.motion), not self.inside
-        first = flipped if isinstance(solid, Complement) else self.inside
-        rest = flipped if isinstance(solid, Difference) else self.inside
-        return [_BoundsNode(part, motion, rest if k else first) for k, part in enumerate(solid.operands)]
-
-    @property
-    def is_intersection(self) -> bool:
-        """True for the intersection of the children, False for their union."""
-        return isinstance(self.solid, (Complement, Painted)) or isinstance(self.solid, Union) != self.inside
-
-
-_CUT_DEPTH_LIMIT = 8
-_CUT_WIDTH_LIMIT = 256
-"""Planes cut unions at most so many levels below them and so many operands wide: deeper nodes seldom need them."""
-
-
-def region_bounds(solid: Solid, outer: Motion) -> BoxEnds:
-    """Return the bounds (low, high) of a Boolean tree after `outer`.
-
-    The box of a union encloses those of its parts, the box of an intersection is common to its parts, and complements
-    move down to the primitives (De Morgan). Nested intersections count as one. The planes of an intersection cut its
-    quadrics, and those of the unions in it.
-
-    Parameters
-    ----------
-    solid : Solid
-        The tree.
-    outer : Motion
-        A motion of the whole tree.
-    """
-    results: list[BoxEnds] = []
-    # Nodes to bound, and (function, count) entries: combine the last `count` results
-    pending: list[_BoundsNode | tuple[Callable[[list[BoxEnds]], BoxEnds], int]] = [_BoundsNode(solid, outer, True)]
-    while pending:
-        node = pending.pop()
-        if not isinstance(node, _BoundsNode):
-            combined, count = node
-            parts = results[-count:]
-            del results[-count:]
-            results.append(combined(parts))
-            continue
-        primitives, unions = _split_conjuncts(node)
-        box, cuts = cut_bounds([(n.solid, n.motion, n.inside) for n in primitives], node.cuts, bool(unions))
-        results.append(box)
-        if is_empty(box) or not unions:
-            continue
-        pending.append((intersect_boxes, 1 + len(unions)))
-        for union_ in unions:
-            children = union_.children
-            inherited = cuts if node.depth < _CUT_DEPTH_LIMIT and len(children) <= _CUT_WIDTH_LIMIT else NO_CUTS
-            pending.append((enclose_boxes, len(children)))
-            pending.extend(replace(child, cuts=inherited, depth=node.depth + 1) for child in children)
-    return results[0]
-
-
-def _split_conjuncts(node: _BoundsNode) -> tuple[list[_BoundsNode], list[_BoundsNode]]:
-    """Return (primitives, unions) whose intersection the node is."""
-    primitives, unions, pending = [], [], [node]
-    while pending:
-        part = pending.pop()
-        if not isinstance(part.solid, Boolean):
-            primitives.append(part)
-        elif part.is_intersection:
-            pending.extend(reversed(part.children))
-        else:
-            unions.append(part)
-    return primitives, unions
 
 
 @dataclass(frozen=True)
@@ -697,15 +644,3 @@ def _clip_sheet(sheet: Sheet, solid: Any, *, keep_inside: bool) -> ClippedSheet:
     if not isinstance(solid, Solid):
         raise TypeError(f"{type(sheet).__name__}: only a solid can clip it, got {describe_kind(solid)}")
     return ClippedSheet(sheet, solid, "inside" if keep_inside else "outside")
-
-
-def leaves(shape: Shape) -> Iterator[Shape]:
-    """Yield the primitives of a shape from left to right."""
-    pending = [shape]
-    while pending:
-        node = pending.pop()
-        operands: tuple[Shape, ...] | None = getattr(node, "operands", None)
-        if operands is None:
-            yield node
-        else:
-            pending.extend(reversed(operands))

@@ -31,7 +31,23 @@ from ..numerics import bigfloat as ex
 from ..numerics.portable_math import hypot, portable_max
 from .bounds.aabb import intersect_boxes
 from .bounds.support import along_normal, half_space_bounds, plane_through, plane_uv, points_support, sum_up
-from .cell import NO_ROW, UV, All, Any_, Cell, Face, Not, PolygonSheet, SurfaceSheet, Tree, cartesian_uv, transform_uv
+from .cell import (
+    NO_ROW,
+    UV,
+    All,
+    Any_,
+    Cell,
+    Face,
+    Not,
+    PolygonSheet,
+    SurfaceSheet,
+    Tree,
+    cartesian_uv,
+    faces_of_tree,
+    map_faces,
+    negate_tree,
+    transform_uv,
+)
 from .primitives import AxialShape, arc_support, side_and_caps, union_of_walls, wedge_walls
 from .shape import PrimitiveSheet, PrimitiveSolid, Solid
 from .surface import PlaneSurface, QuadricSurface, Surface
@@ -319,7 +335,7 @@ class Wall(PrimitiveSheet):
             hint = "Wall(part, face) & others, or - others, is a face of a combination"
             raise TypeError(f"Wall: solid must be a primitive, got {describe_kind(self.solid)}; {hint}")
         object.__setattr__(self, "face", check_integer("Wall", "face", self.face, 0))
-        face_numbers = sorted({face.number for face in _faces(self.solid.tree())})
+        face_numbers = sorted({face.number for face in faces_of_tree(self.solid.tree())})
         if self.face not in face_numbers:
             numbers = ", ".join(map(str, face_numbers))
             raise ValueError(
@@ -343,7 +359,10 @@ class Wall(PrimitiveSheet):
         cuts = self._cuts()
         first, counts, _ = cuts[0]
         held = [All(rest) for _, _, rest in cuts]
-        clip = _transform_tree(held[0] if len(held) == 1 else Any_(tuple(held)), motion)
+        clip = map_faces(
+            held[0] if len(held) == 1 else Any_(tuple(held)),
+            lambda face: replace(face, surface=face.surface.moved(motion), number=0),
+        )
         # The outside of a hole is the inside of the solid
         side = first.inside if counts else -first.inside
         none = isinstance(clip, All) and not clip.parts
@@ -365,13 +384,6 @@ class Wall(PrimitiveSheet):
             if isinstance(surface, PlaneSurface)
             else box
         )
-
-
-def _faces(tree: Tree) -> list[Face]:
-    """Return all faces of all cells of a tree."""
-    if isinstance(tree, Cell):
-        return list(tree.faces)
-    return [face for part in ((tree.part,) if isinstance(tree, Not) else tree.parts) for face in _faces(part)]
 
 
 def _is_same(a: Surface, b: Surface) -> bool:
@@ -399,7 +411,7 @@ def _find_bounding(
     for part in tree.parts:
         others = [other for other in tree.parts if other is not part]
         # A wall of one part of a union bounds it only where no other part is
-        decided: list[Tree] = [other if isinstance(tree, All) else _negate(other) for other in others]
+        decided: list[Tree] = [other if isinstance(tree, All) else negate_tree(other) for other in others]
         found += _find_bounding(part, face, counts, (*enclosing, *decided))
     return found
 
@@ -408,23 +420,6 @@ def _other_faces(cell: Cell, face: Face) -> Tree:
     """Return a cell without one of its faces; all of space without any."""
     rest = tuple(one for one in cell.faces if one is not face)
     return Cell(rest) if rest else All(())
-
-
-def _negate(tree: Tree) -> Tree:
-    return tree.part if isinstance(tree, Not) else Not(tree)
-
-
-def _transform_tree(tree: Tree, motion: Motion) -> Any:
-    """Return a tree after a motion, for clipping: its faces are numbered 0, and nested nodes of one kind are merged."""
-    if isinstance(tree, Cell):
-        return Cell(tuple(replace(one, surface=one.surface.moved(motion), number=0) for one in tree.faces))
-    if isinstance(tree, Not):
-        return _negate(_transform_tree(tree.part, motion))
-    parts = [_transform_tree(part, motion) for part in tree.parts]
-    flat: list[Tree] = []
-    for part in parts:
-        flat.extend(part.parts if isinstance(part, type(tree)) else (part,))
-    return flat[0] if len(flat) == 1 else type(tree)(tuple(flat))
 
 
 # Closed outlines in a plane: checks of their points, and of crossings in exact fractions.

@@ -57,6 +57,12 @@ class PlaneSurface:
         turned = self.normal if motion.shift is not None else ex.apply(ex.transpose(back), normal)
         return PlaneSurface(turned, offset, motion.carried(anchor), self.height, self.is_offset_better)
 
+    def reversed(self) -> PlaneSurface:
+        """Return the plane with its other side inside."""
+        x, y, z = self.normal
+        over = None if self.over is None else -self.over
+        return PlaneSurface((-x, -y, -z), -self.offset, self.anchor, over, self.is_offset_better)
+
     moved_rows = moved
     """The image, as of `QuadricSurface.moved_rows`."""
 
@@ -116,6 +122,11 @@ class QuadricSurface:
             return None
         return QuadricSurface(self.squares, self.linear, square, self.rows, anchor)
 
+    def reversed(self) -> QuadricSurface:
+        """Return the quadric with its other side inside."""
+        (a, b, c), (x, y, z) = self.squares, self.linear
+        return QuadricSurface((-a, -b, -c), (-x, -y, -z), -self.constant, self.rows, self.anchor)
+
     def coefficients(self) -> tuple[ex.BigFloat, ...]:
         """Return the coefficients (xx, yy, zz, xy, xz, yz, x, y, z, 1) of the polynomial about the world's origin.
 
@@ -145,6 +156,21 @@ class QuadricSurface:
     def key(self) -> tuple[Key, int]:
         """Return (a key of the quadric, +1 or -1 for the sense of its inside)."""
         return _normalize_key("quadric", self.coefficients())
+
+
+def expand_quadric(
+    squares: Sequence[Any], linear: Sequence[Any], constant: Any, rows: Any, shift: Sequence[Any], zero: Any
+) -> list[Any]:
+    """Return ten coefficients of the sum of squares[i] y_i² + 2 linear[i] y_i - constant, y = rows r + shift, in r.
+
+    They are (xx, yy, zz, xy, xz, yz, x, y, z, 1), mixed and linear ones halved; `zero` is that of the type of number.
+    """
+    second = [
+        sum((squares[k] * rows[k][i] * rows[k][j] for k in range(3)), zero)
+        for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+    ]
+    first = [sum(((squares[k] * shift[k] + linear[k]) * rows[k][i] for k in range(3)), zero) for i in range(3)]
+    return [*second, *first, sum((shift[k] * (squares[k] * shift[k] + 2 * linear[k]) for k in range(3)), -constant)]
 
 
 def _product(*factors: ex.BigFloat) -> list[ex.BigFloat]:

@@ -22,7 +22,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Container, Hashable, Iterator, Sequence
 from dataclasses import field
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -30,7 +30,7 @@ import numpy as np
 from .._util.arrays import unique_first_with_inverse, unique_sorted, unique_with_inverse
 from .._util.dataclass import dataclass
 from ..geometry.bulk import Bulk
-from ..geometry.cell import Cell, Not, Tree
+from ..geometry.cell import Cell, Face, map_faces
 from ..geometry.shape import Boolean, Painted, Primitive, Shape
 from ..geometry.transform import Motion
 from ..kernels.tables import CELL, REGION, Floats, Ints
@@ -181,7 +181,7 @@ class CsgComposition:
         trees, faces, count = [], [], 0
         for part, form in enumerate(forms):
             assert form.tree is not None
-            trees.append(_place_tree(form.tree, part, count, form.pattern))
+            trees.append(map_faces(form.tree, partial(_place_face, part, count, form.pattern)))
             faces.append(count)
             count += len(form.pattern.angular)
         tree = fold_plan(key, trees, combine_trees)
@@ -237,22 +237,11 @@ def _cached_composition(key: tuple[Hashable, ...], forms: tuple[PrimitiveForm, .
     return CsgComposition.compose(key, forms)
 
 
-def _place_tree(tree: Tree, part: int, first_face: int, pattern: BodyPattern) -> Tree:
-    """Renumber the tree of a form as one part of a body."""
-    if isinstance(tree, Cell):
-        return Cell(
-            tuple(
-                dataclasses.replace(
-                    face,
-                    surface=SurfaceSlot(int(pattern.kinds[face.surface]), part, face.surface),  # type: ignore[arg-type, call-overload]
-                    number=first_face + face.number,
-                )
-                for face in tree.faces
-            )
-        )
-    if isinstance(tree, Not):
-        return Not(_place_tree(tree.part, part, first_face, pattern))
-    return type(tree)(tuple(_place_tree(each, part, first_face, pattern) for each in tree.parts))
+def _place_face(part: int, first_face: int, pattern: BodyPattern, face: Face) -> Face:
+    """Renumber a face of a form as one of a part of a body."""
+    number: Any = face.surface
+    slot: Any = SurfaceSlot(int(pattern.kinds[number]), part, number)
+    return dataclasses.replace(face, surface=slot, number=first_face + face.number)
 
 
 ProgressCallback = Callable[[int, int], Any]

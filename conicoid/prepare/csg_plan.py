@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from .._util.dataclass import dataclass
 from ..geometry.bounds.intersection import BoundsKind, are_balls_or_boxes, bound_ball_intersections
-from ..geometry.cell import All, Any_, Cell, Not, Tree
+from ..geometry.cell import Tree, bounding_faces
 from ..geometry.shape import Boolean, Complement, Difference, Intersection, Painted, PrimitiveSolid, Shape, Solid, Union
 from ..geometry.transform import Step
 from ..kernels.tables import PLANE, PLANE_SIZE, QUADRIC_SIZE, SPHERE, Floats, Signs
@@ -261,8 +261,8 @@ def _intersect_boxes(parts: Sequence[_BoundPart]) -> tuple[Floats, Mask]:
 
 # Plans: which planes and quadrics contain each part of a body
 #
-# As in `geometry.shape.region_bounds`: complements move down to the primitives, nested intersections are one, and the
-# planes of an intersection cut the unions in it.
+# As in `geometry.bounds.intersection.region_bounds`: complements move down to the primitives, nested intersections are
+# one, and the planes of an intersection cut the unions in it.
 
 _DEEPEST, _WIDEST = 8, 256
 """Unions are followed so many levels deep; planes cut those that are at most so many operands wide."""
@@ -352,10 +352,8 @@ def _conjuncts(node: _Node, inside: bool) -> tuple[list[tuple[_Leaf, bool]], lis
         if isinstance(part, _Leaf):
             leaves.append((part, inner))
             continue
-        rest = not inner if part.kind in (Complement, Difference) else inner
-        first = inner if part.kind is Difference else rest
-        operands = [(each, rest if k else first) for k, each in enumerate(part.parts)]
-        if len(operands) == 1 or (part.kind is Union) != inner:
+        operands = list(zip(part.parts, part.kind.sides(len(part.parts), inner), strict=True))
+        if len(operands) == 1 or part.kind.is_intersection(inner):
             pending.extend(reversed(operands))
         else:
             unions.append(operands)
@@ -370,8 +368,8 @@ def _surfaces(leaves: Sequence[tuple[_Leaf, bool]], count: int) -> tuple[Floats,
         if many and not inner and leaf.shape.bounds_kind != "half_space":
             continue
         assert leaf.form.tree is not None
-        for number, sense in _surface_numbers(leaf.form.tree, inner):
-            kind, at, sense_at = leaf.form.pattern.records[number]
+        for face, sense in bounding_faces(leaf.form.tree, inner):
+            kind, at, sense_at = leaf.form.pattern.records[int(face.surface)]  # type: ignore[call-overload]
             signs = sense * leaf.rows[:, sense_at]
             if kind == PLANE:
                 record = np.array(leaf.rows[:, at : at + PLANE_SIZE])
@@ -408,25 +406,4 @@ def _slabs(quadrics: Floats, senses: Signs) -> list[Floats]:
                 planes[closed, 3] = -np.sqrt(constant[closed] / squares[closed, row]) * (1.0 + FLOAT_ERROR)
                 planes[:, 4:] = record[:, :3]
                 found.append(planes)
-    return found
-
-
-def _surface_numbers(tree: Tree, inside: bool) -> list[tuple[int, int]]:
-    """Return (number, sense) of the surfaces of a form that contain its inside or its outside.
-
-    The sense is 1 where that side is the negative one. `geometry.bounds.intersection.surfaces_around` does the same
-    with exact surfaces.
-    """
-    found: list[tuple[int, int]] = []
-    pending: list[tuple[Tree, bool]] = [(tree, inside)]
-    while pending:
-        part, inner = pending.pop()
-        if isinstance(part, Not):
-            pending.append((part.part, not inner))
-        elif isinstance(part, Cell):
-            if inner or len(part.faces) == 1:
-                sense = 1 if inner else -1
-                found.extend((int(face.surface), sense * face.inside) for face in part.faces)  # type: ignore[call-overload]
-        elif isinstance(part, All if inner else Any_) or len(part.parts) == 1:
-            pending.extend((each, inner) for each in part.parts)
     return found

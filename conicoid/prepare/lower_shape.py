@@ -18,7 +18,21 @@ import numpy as np
 
 from .._util.dataclass import dataclass
 from ..geometry.bulk import Spheres
-from ..geometry.cell import PLAIN_UV, UV, All, Any_, Cell, Face, Not, PolygonSheet, SurfaceSheet, Tree
+from ..geometry.cell import (
+    PLAIN_UV,
+    UV,
+    All,
+    Any_,
+    Cell,
+    Face,
+    Not,
+    PolygonSheet,
+    SurfaceSheet,
+    Tree,
+    join_trees,
+    map_faces,
+    negate_tree,
+)
 from ..geometry.shape import (
     Boolean,
     ClippedSheet,
@@ -87,6 +101,16 @@ class BodyFaces:
         own = uv.matrix if uv.angular else uv.matrix[:2]
         self.rows[number] = uv.angular, tuple(self._in_world(row, motion) for row in own)
 
+    def put_tree(self, tree: Tree, motion: Motion) -> Tree:
+        """Carry a primitive's tree to the world; its faces take the next numbers."""
+        first = len(self.rows)
+
+        def moved(face: Face) -> Face:
+            self.put(first + face.number, face.uv, motion)
+            return dataclasses.replace(face, surface=face.surface.moved(motion), number=first + face.number)
+
+        return map_faces(tree, moved)
+
     def maps(self) -> tuple[list[tuple[float, ...]], list[tuple[int, int, int]]]:
         """Return the distinct rows of the maps, and for each face its rows; a flat face repeats its first row as third.
 
@@ -131,7 +155,7 @@ def world_tree(solid: Solid, outer: Motion, faces: BodyFaces) -> Tree:
     while pending:
         node, motion, first_face = pending.pop()
         if isinstance(node, PrimitiveSolid):
-            tree = _move_tree(node.tree(), node.under(motion), faces, len(faces.rows))
+            tree = faces.put_tree(node.tree(), node.under(motion))
             faces.primitives.append((node, motion, tree))
             results.append(tree)
         elif not isinstance(node, Boolean):
@@ -161,38 +185,10 @@ def combine_trees(kind: type[Boolean], parts: list[Tree]) -> Tree:
     if kind is Painted:
         return parts[0]
     if kind is Union:
-        return _join_nodes(Any_, parts)
+        return join_trees(Any_, parts)
     if kind is Difference:
-        return _join_nodes(All, [parts[0], *(negate_tree(part) for part in parts[1:])])
-    return _join_nodes(All, parts)
-
-
-def negate_tree(tree: Tree) -> Tree:
-    """Return the complement of a tree; two complements never follow each other."""
-    return tree.part if isinstance(tree, Not) else Not(tree)
-
-
-def _join_nodes(kind: type[All] | type[Any_], parts: list[Tree]) -> Tree:
-    """Join parts to one node of a kind; parts of the same kind are flattened into it."""
-    nodes: list[Tree] = []
-    for part in parts:
-        nodes.extend(part.parts if isinstance(part, kind) else (part,))
-    # One part needs no gate
-    return nodes[0] if len(nodes) == 1 else kind(tuple(nodes))
-
-
-def _move_tree(tree: Tree, motion: Motion, faces: BodyFaces, first: int) -> Tree:
-    """Carry a primitive's tree to the world, with face numbers raised by `first`."""
-    if isinstance(tree, Cell):
-        moved = []
-        for face in tree.faces:
-            number = first + face.number
-            faces.put(number, face.uv, motion)
-            moved.append(dataclasses.replace(face, surface=face.surface.moved(motion), number=number))
-        return Cell(tuple(moved))
-    if isinstance(tree, Not):
-        return negate_tree(_move_tree(tree.part, motion, faces, first))
-    return _join_nodes(type(tree), [_move_tree(part, motion, faces, first) for part in tree.parts])
+        return join_trees(All, [parts[0], *(negate_tree(part) for part in parts[1:])])
+    return join_trees(All, parts)
 
 
 def cullable_cells(tree: Tree) -> list[Cell]:
@@ -344,18 +340,14 @@ def compute_shape(shape: Shape) -> LoweredShape:
         *lost,
     ]
     pattern = BodyPattern.of(assembly, kind, index, [angular for angular, _ in faces.rows], maps)
-    numbers = itertools.count()
-    numbered = _replace_surfaces(tree, lambda _: next(numbers)) if isinstance(shape, Solid) else None
+    numbered = number_surfaces(tree) if isinstance(shape, Solid) else None
     return LoweredShape(pattern, row, faces.paints, assembly.exact, assembly.outlines, numbered)
 
 
-def _replace_surfaces(tree: Tree, of: Callable[[Any], Any]) -> Tree:
-    """Replace the surfaces of a tree, in the order in which an `Assembly` adds them; drop uv maps."""
-    if isinstance(tree, Cell):
-        return Cell(tuple(Face(of(face.surface), face.number, PLAIN_UV, face.inside) for face in tree.faces))
-    if isinstance(tree, Not):
-        return Not(_replace_surfaces(tree.part, of))
-    return type(tree)(tuple(_replace_surfaces(part, of) for part in tree.parts))
+def number_surfaces(tree: Tree) -> Tree:
+    """Return a tree with numbers for surfaces, in the order in which an `Assembly` adds them; drop uv maps."""
+    numbers = itertools.count()
+    return map_faces(tree, lambda face: Face(next(numbers), face.number, PLAIN_UV, face.inside))  # type: ignore[arg-type]
 
 
 def _box(shape: Shape, faces: BodyFaces, assembly: Assembly) -> list[float]:
@@ -383,20 +375,19 @@ def _lower_part(faces: BodyFaces, part: int, records: Mapping[int, Any]) -> tupl
     solid, outer, tree = faces.primitives[part]
     used: list[SurfaceRecord] = []
 
-    def slot(surface: Any) -> SurfaceSlot:
-        record = records.get(id(surface))
-        used.append(round_surface(surface) if record is None else record)
-        return SurfaceSlot(used[-1].kind, part, len(used) - 1)
+    def slot(face: Face) -> Face:
+        record = records.get(id(face.surface))
+        used.append(round_surface(face.surface) if record is None else record)
+        return dataclasses.replace(face, surface=SurfaceSlot(used[-1].kind, part, len(used) - 1))  # type: ignore[arg-type]
 
-    own, numbers = Assembly(), itertools.count()
-    slots = _replace_surfaces(tree, slot)
+    own, slots = Assembly(), map_faces(tree, slot)
     kind, index = (CELL, own.cell(slots)) if isinstance(slots, Cell) else (REGION, own.program(slots, {}))
     # `bound_bodies` reads the frames of balls and boxes alone
     framed = solid.bounds_kind in ("ball", "box")
     frame = np.array(solid.under(outer).inverse_rows).ravel() if framed else np.zeros(FRAME_NUMBERS)
     row = np.array([number for record in used for number in (*record.numbers, *record.rests, record.sense)])
     row = np.concatenate([row, faces.boxes[part], frame])
-    form = PrimitiveForm(BodyPattern.of(own, kind, index, (), ()), _replace_surfaces(tree, lambda _: next(numbers)))
+    form = PrimitiveForm(BodyPattern.of(own, kind, index, (), ()), number_surfaces(tree))
     return form, RowTable.of(row[None], np.arange(len(row), dtype=np.int32))
 
 

@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._util.arrays import two_product, two_sum, unique_first_with_inverse, unique_sorted
-from ..geometry.cell import Cell, Not, Tree
+from ..geometry.cell import faces_of_tree
 from ..geometry.surface import UPRIGHT, PlaneSurface, QuadricSurface, Surface, Triple
 from ..geometry.transform import AxisFrame, Rotate, Step, Transform, Translate
 from ..kernels.tables import Floats, Longs
@@ -50,7 +50,8 @@ def own_surfaces(leaf: Any) -> Sequence[Surface]:
     """List the surfaces of a primitive solid in its own frame, once for all its copies."""
     found: Sequence[Surface] | None = leaf.own_cache.get("surfaces")
     if found is None:
-        found = leaf.own_cache["surfaces"] = leaf.surfaces if leaf._face_count else _tree_surfaces(leaf.tree())
+        found = leaf.surfaces if leaf._face_count else [face.surface for face in faces_of_tree(leaf.tree())]
+        leaf.own_cache["surfaces"] = found
     return found
 
 
@@ -59,19 +60,6 @@ def own_forms(leaf: Any) -> Sequence[SurfaceForm | None]:
     found: list[SurfaceForm | None] | None = leaf.own_cache.get("forms")
     if found is None:
         found = leaf.own_cache["forms"] = list(map(_surface_form, own_surfaces(leaf)))
-    return found
-
-
-def _tree_surfaces(tree: Tree) -> list[Surface]:
-    """List the surfaces of all cells, from left to right."""
-    found: list[Surface] = []
-    pending = [tree]
-    while pending:
-        part = pending.pop()
-        if isinstance(part, Cell):
-            found += [face.surface for face in part.faces]
-        else:
-            pending.extend(reversed((part.part,) if isinstance(part, Not) else part.parts))
     return found
 
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from ..._util.arrays import FloatArray
 from ..._util.dataclass import dataclass
-from ...geometry.cell import Cell, Not, PolygonSheet, Tree
+from ...geometry.cell import Cell, PolygonSheet, cells_of_tree
 from ...geometry.general_quadric import Quadric
 from ...geometry.polyhedron import Extrusion, FlatSolid, Polyhedron
 from ...geometry.shape import PrimitiveSheet, PrimitiveSolid
@@ -185,12 +185,12 @@ def cells_of(leaf: Any) -> list[list[CellSide]]:
         planes = [PlaneSurface(n, d) for n, d in zip(leaf.normals, leaf.offsets, strict=True)]
         return [[CellSide(i, 1, plane) for i, plane in enumerate(planes)]]
     if isinstance(leaf, PrimitiveSolid):
-        return [_sides(cell) for cell in _cells(leaf.tree())]
+        return [_sides(cell) for cell in cells_of_tree(leaf.tree())]
     assert isinstance(leaf, PrimitiveSheet)
     sheet = leaf.sheet(IDENTITY_MOTION)
     # Polygons have a formula of their own in `conditioning.py`
     assert not isinstance(sheet, PolygonSheet)
-    clips = [_sides(cell) for cell in _cells(sheet.clip)] if sheet.clip is not None else [[]]
+    clips = [_sides(cell) for cell in cells_of_tree(sheet.clip)] if sheet.clip is not None else [[]]
     return [[CellSide(-1, 0, sheet.surface), *clip] for clip in clips]
 
 
@@ -222,15 +222,6 @@ def form_of(surface: Surface) -> ExactForm:
     assert isinstance(surface, QuadricSurface)
     xx, yy, zz, xy, xz, yz, x, y, z, constant = surface.coefficients()
     return ExactForm(((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)), (x, y, z), constant)
-
-
-def _cells(tree: Tree) -> Iterator[Cell]:
-    """Yield the cells of a Boolean tree."""
-    if isinstance(tree, Cell):
-        yield tree
-        return
-    for part in (tree.part,) if isinstance(tree, Not) else tree.parts:
-        yield from _cells(part)
 
 
 def _sides(cell: Cell) -> list[CellSide]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..._util.arrays import FloatArray
 from ..._util.dataclass import dataclass
-from ...geometry.surface import PlaneSurface, QuadricSurface, Surface
+from ...geometry.surface import PlaneSurface, QuadricSurface, Surface, expand_quadric
 from ...kernels.programs import cells_of_leaves, leaves_of_programs
 from ...kernels.tables import BALL, CELL, PLANE, POLYGON, REGION, SHEET, SPHERE, Tables
 from ...numerics import bigfloat as ex
@@ -53,9 +53,7 @@ def _quadric_form(surface: QuadricSurface, anchor: Sequence[float]) -> list[Any]
     s, b, k = ex.exact_row(surface.squares), ex.exact_row(surface.linear), ex.exact(surface.constant)
     aside = [ex.exact(a) - ex.exact(own) for a, own in zip(anchor, surface.anchor, strict=True)]
     e = [row[0] * aside[0] + row[1] * aside[1] + row[2] * aside[2] for row in rows]
-    second = [sum((s[m] * rows[m][i] * rows[m][j] for m in range(3)), ex.ZERO) for i, j in PAIRS]
-    first = [sum(((s[m] * e[m] + b[m]) * rows[m][i] for m in range(3)), ex.ZERO) for i in range(3)]
-    return [*second, *first, sum((e[m] * (s[m] * e[m] + 2 * b[m]) for m in range(3)), -k)]
+    return expand_quadric(s, b, k, rows, e, ex.ZERO)
 
 
 def shift_forms(forms: FloatArray, by: FloatArray) -> FloatArray:

@@ -20,7 +20,7 @@ from ..._util.arrays import FloatArray
 from ..._util.dataclass import dataclass
 from ...geometry.bounds.support import plane_through, plane_uv
 from ...geometry.bulk import Bulk
-from ...geometry.cell import UV, Cell, Face, Not, PolygonSheet, Tree, transform_uv
+from ...geometry.cell import UV, Face, PolygonSheet, faces_of_tree, transform_uv
 from ...geometry.facets import newell_normal
 from ...geometry.general_quadric import Quadric
 from ...geometry.polyhedron import Extrusion, Mesh, Polyhedron
@@ -481,7 +481,10 @@ def _faces(shape: Any, slopes: Any, outer: Motion) -> Iterator[tuple[int, Surfac
     if special is not None:
         yield from special
         return
-    for face in _flat(primitive.tree()):
+    faces: dict[int, Face] = {}
+    for face in faces_of_tree(primitive.tree()):
+        faces.setdefault(face.number, face)
+    for _, face in sorted(faces.items()):
         if isinstance(primitive, Revolution) and face.number < len(primitive.profile):
             surface = level_edge_plane(primitive, face)
         else:
@@ -523,19 +526,6 @@ def _without_slopes(surface: Surface, keys: Iterable[int]) -> Surface:
     if isinstance(surface, PlaneSurface):
         return dataclasses.replace(surface, normal=(x, y, z))
     return dataclasses.replace(surface, squares=(x, y, z))
-
-
-def _flat(tree: Tree) -> Iterator[Face]:
-    """Return an iterator over all faces of a tree, in the order of their numbers."""
-    faces: list[Face] = []
-    pending = [tree]
-    while pending:
-        part = pending.pop()
-        if isinstance(part, Cell):
-            faces += part.faces
-        else:
-            pending.extend((part.part,) if isinstance(part, Not) else part.parts)
-    return iter(sorted(faces, key=lambda face: face.number))
 
 
 def _wall(surface: Surface | Any, uv: UV) -> WallJacobian:

@@ -111,12 +111,7 @@ def region_of(shape: Shape, origin: FloatArray) -> SurfaceRegion | None:
 
 def _leaves(shape: Shape) -> int:
     """Return the number of primitives of a shape, or MOST_LEAVES + 1 if there are more."""
-    count = 0
-    for _ in moved_parts(shape):
-        count += 1
-        if count > MOST_LEAVES:
-            break
-    return count
+    return sum(1 for _ in itertools.islice(moved_parts(shape), MOST_LEAVES + 1))
 
 
 def _sides(tables: Any, cell: int) -> Iterator[tuple[int, bool]]:

@@ -13,7 +13,7 @@ from ..._jit.decorators import kernel
 from ..._util.arrays import BoxEnds, FloatArray
 from ..._util.dataclass import dataclass
 from ...geometry.polyhedron import Polyhedron
-from ...geometry.shape import Boolean, ClippedSheet, Complement, Difference, Primitive, Shape, Union
+from ...geometry.shape import Boolean, ClippedSheet, Primitive, Shape
 from ...geometry.transform import IDENTITY_MOTION, Motion, Transform
 from ...kernels.tables import Flags, Floats, Longs
 from ...kernels.threads import run_rows
@@ -291,16 +291,15 @@ def hull_of(shape: Shape, box: FittedBox, directions: FloatArray) -> Hull:
     pending: list[tuple[Shape, Motion, bool, bool]] = [(shape, IDENTITY_MOTION, True, False)]
     while pending:
         node, outer, inside, combine = pending.pop()
-        operands = _operands(node)
+        operands = _operands(node, inside)
         if combine:
             parts = results[-len(operands) :]
             del results[-len(operands) :]
-            single = isinstance(node, Complement)
-            results.append(parts[0] if single else _combine_hulls(parts, isinstance(node, Union) != inside))
+            results.append(_combine_hulls(parts, not isinstance(node, Boolean) or node.is_intersection(inside)))
         elif operands:
             pending.append((node, outer, inside, True))
             inner = node.motion.then(outer)
-            pending.extend((part, inner, inside != turned, False) for part, turned in reversed(operands))
+            pending.extend((part, inner, side, False) for part, side in reversed(operands))
         elif inside and isinstance(node, Primitive):
             results.append(Hull(_supports(node, outer, world) + shift))
         else:  # a complement has no bounds
@@ -308,14 +307,13 @@ def hull_of(shape: Shape, box: FittedBox, directions: FloatArray) -> Hull:
     return results[0]
 
 
-def _operands(node: Shape) -> list[tuple[Shape, bool]]:
-    """Return (operand, does its complement count?) for each operand of a combination; nothing for primitives."""
+def _operands(node: Shape, inside: bool) -> list[tuple[Shape, bool]]:
+    """Return (operand, does its inside count?) for each operand of a combination; nothing for primitives."""
     if isinstance(node, ClippedSheet):
-        return [(node.base, False), (node.solid, node.keep == "outside")]
+        return [(node.base, True), (node.solid, node.keep == "inside")]
     if not isinstance(node, Boolean):
         return []
-    cut, turned = isinstance(node, Difference), isinstance(node, Complement)
-    return [(part, turned or (cut and k > 0)) for k, part in enumerate(node.operands)]
+    return list(zip(node.operands, node.sides(len(node.operands), inside), strict=True))
 
 
 def _supports(part: Primitive, outer: Motion, world: FloatArray) -> FloatArray:

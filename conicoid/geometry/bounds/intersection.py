@@ -1,4 +1,4 @@
-"""Bounds of intersections: balls and upright boxes by a formula, and primitives whose planes cut one another.
+"""Bounds of intersections: balls and upright boxes by a formula, primitives whose planes cut one another, and trees.
 
 The functions know no class of shapes: they take any `BoundedSolid`.
 """
@@ -6,25 +6,25 @@ The functions know no class of shapes: they take any `BoundedSolid`.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
-from typing import ClassVar, Literal, Protocol, TypeAlias
+from typing import Any, ClassVar, Literal, Protocol, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from ..._util.arrays import BoxEnds, FloatArray, dot_rows
 from ..._util.dataclass import dataclass
-from ..cell import All, Any_, Cell, Face, Not, Tree
-from ..surface import PlaneSurface, QuadricSurface
+from ..cell import Tree, bounding_faces
+from ..surface import PlaneSurface, QuadricSurface, Surface
 from ..transform import Motion
-from .aabb import EVERYWHERE, intersect_boxes, is_empty
+from .aabb import EVERYWHERE, enclose_boxes, intersect_boxes, is_empty
 from .linear_program import half_spaces_bounds
 from .quadric_extent import cut_quadric_bounds
 from .support import half_space_bounds
 
 Mask: TypeAlias = npt.NDArray[np.bool_]
-BoundingSurfaces: TypeAlias = list[PlaneSurface | QuadricSurface]
+BoundingSurfaces: TypeAlias = list[Surface]
 BoundsKind: TypeAlias = Literal["", "ball", "box", "half_space", "round"]
 """How bounds treat a kind of solid. "round": other solids without a plane, whose outside no box bounds; "": no rule."""
 
@@ -277,37 +277,99 @@ def surfaces_around(own: Tree, motion: Motion, inside: bool) -> BoundingSurfaces
     inside : bool
         False for the outside of the tree.
     """
-    found: BoundingSurfaces = []
-    pending: list[tuple[Tree, bool]] = [(own, inside)]
-    while pending:
-        tree, inner = pending.pop()
-        if isinstance(tree, Not):
-            pending.append((tree.part, not inner))
-        elif isinstance(tree, Cell):
-            if inner or len(tree.faces) == 1:  # the outside of several faces is a union, in none of their outsides
-                sense = 1 if inner else -1
-                found.extend(
-                    orient_surface(f.surface.moved_rows(motion), sense * f.inside)
-                    for f in tree.faces
-                    if _can_bound(f, sense)
-                )
-        elif isinstance(tree, All if inner else Any_) or len(tree.parts) == 1:
-            pending.extend((part, inner) for part in tree.parts)
-    return found
+    return [
+        orient_surface(face.surface.moved_rows(motion), sense)
+        for face, sense in bounding_faces(own, inside)
+        if _can_bound(face.surface, sense)
+    ]
 
 
-def _can_bound(face: Face, sense: int) -> bool:
-    """Return True if a face can bound anything; the outside of a convex quadric is nearly everywhere."""
-    surface = face.surface
-    return isinstance(surface, PlaneSurface) or any(sense * face.inside * s > 0 for s in surface.squares)
+def _can_bound(surface: Surface, sense: int) -> bool:
+    """Return True if a side of a surface can bound anything; the outside of a convex quadric is nearly everywhere."""
+    return isinstance(surface, PlaneSurface) or any(sense * s > 0 for s in surface.squares)
 
 
-def orient_surface(surface: PlaneSurface | QuadricSurface, sense: int) -> PlaneSurface | QuadricSurface:
+def orient_surface(surface: Surface, sense: int) -> Surface:
     """Return the surface oriented so that its inside is where sense · surface <= 0."""
-    if sense > 0:
-        return surface
-    if isinstance(surface, PlaneSurface):
-        x, y, z = surface.normal
-        return PlaneSurface((-x, -y, -z), -surface.offset, surface.anchor)
-    (a, b, c), (x, y, z) = surface.squares, surface.linear
-    return dataclasses.replace(surface, squares=(-a, -b, -c), linear=(-x, -y, -z), constant=-surface.constant)
+    return surface if sense > 0 else surface.reversed()
+
+
+# Boolean trees, whose nested intersections count as one
+
+
+@dataclass(frozen=True)
+class _SolidSide:
+    """The inside or the outside of a solid under a motion, cut by planes of nodes above it."""
+
+    solid: Any
+    motion: Motion
+    inside: bool
+    cuts: Cuts = NO_CUTS
+    depth: int = 0
+
+    @property
+    def parts(self) -> list[_SolidSide]:
+        """The sides of the operands of a Boolean solid."""
+        motion, operands = self.solid.motion.then(self.motion), self.solid.operands
+        sides = self.solid.sides(len(operands), self.inside)
+        return [_SolidSide(part, motion, side) for part, side in zip(operands, sides, strict=True)]
+
+
+_CUT_DEPTH_LIMIT = 8
+_CUT_WIDTH_LIMIT = 256
+"""Planes cut unions at most so many levels below them and so many operands wide: deeper nodes seldom need them."""
+
+
+def region_bounds(solid: Any, outer: Motion, inside: bool = True) -> BoxEnds:
+    """Return the bounds (low, high) of a Boolean tree, or of its outside, after `outer`.
+
+    The box of a union encloses those of its parts, the box of an intersection is common to its parts, and complements
+    move down to the primitives (De Morgan). Nested intersections count as one. The planes of an intersection cut its
+    quadrics, and those of the unions in it.
+
+    Parameters
+    ----------
+    solid : Boolean
+        The tree. Its primitives are `BoundedSolid`.
+    outer : Motion
+        A motion of the whole tree.
+    inside : bool
+        False for the outside of the tree.
+    """
+    results: list[BoxEnds] = []
+    # Nodes to bound, and (function, count) entries: combine the last `count` results
+    pending: list[_SolidSide | tuple[Callable[[list[BoxEnds]], BoxEnds], int]] = [_SolidSide(solid, outer, inside)]
+    while pending:
+        node = pending.pop()
+        if not isinstance(node, _SolidSide):
+            combined, count = node
+            parts = results[-count:]
+            del results[-count:]
+            results.append(combined(parts))
+            continue
+        primitives, unions = _split_conjuncts(node)
+        box, cuts = cut_bounds([(n.solid, n.motion, n.inside) for n in primitives], node.cuts, bool(unions))
+        results.append(box)
+        if is_empty(box) or not unions:
+            continue
+        pending.append((intersect_boxes, 1 + len(unions)))
+        for union in unions:
+            members = union.parts
+            inherited = cuts if node.depth < _CUT_DEPTH_LIMIT and len(members) <= _CUT_WIDTH_LIMIT else NO_CUTS
+            pending.append((enclose_boxes, len(members)))
+            pending.extend(dataclasses.replace(part, cuts=inherited, depth=node.depth + 1) for part in members)
+    return results[0]
+
+
+def _split_conjuncts(node: _SolidSide) -> tuple[list[_SolidSide], list[_SolidSide]]:
+    """Return (primitives, unions) whose intersection the node is."""
+    primitives, unions, pending = [], [], [node]
+    while pending:
+        part = pending.pop()
+        if not hasattr(part.solid, "operands"):
+            primitives.append(part)
+        elif part.solid.is_intersection(part.inside):
+            pending.extend(reversed(part.parts))
+        else:
+            unions.append(part)
+    return primitives, unions

@@ -14,7 +14,7 @@ from typing import TypeAlias
 from ..._util.dataclass import dataclass
 from ...geometry.cell import All, Cell, Not, Tree
 from ...geometry.general_quadric import Quadric
-from ...geometry.shape import Boolean, Complement, Difference, Painted, PrimitiveSolid, Solid, Union
+from ...geometry.shape import Boolean, PrimitiveSolid, Solid
 from ...geometry.surface import PlaneSurface, Surface
 from ...geometry.transform import IDENTITY_MOTION, Motion
 from ...numerics import bigfloat as ex
@@ -199,14 +199,9 @@ class RegionWriter:
             if depth >= MAX_REGION_DEPTH:
                 raise UnsupportedExport(f"it nests Booleans deeper than {MAX_REGION_DEPTH} levels")
             motion = solid.motion.then(outer)
-            if isinstance(solid, (Complement, Painted)):
-                sense = inside if isinstance(solid, Painted) else not inside
-                return self._region_of(solid.operands[0], motion, sense, depth + 1)
-            parts = []
-            for k, operand in enumerate(solid.operands):
-                turned = isinstance(solid, Difference) and k > 0
-                parts.append(self._region_of(operand, motion, inside != turned, depth + 1))
-            return join_regions(UnionNode if isinstance(solid, Union) == inside else IntersectionNode, parts)
+            sides = zip(solid.operands, solid.sides(len(solid.operands), inside), strict=True)
+            parts = [self._region_of(operand, motion, side, depth + 1) for operand, side in sides]
+            return join_regions(IntersectionNode if solid.is_intersection(inside) else UnionNode, parts)
         if not isinstance(solid, PrimitiveSolid):
             raise UnsupportedExport(f"{type(solid).__name__} is no solid of planes and quadrics")
         key = solid, outer, inside

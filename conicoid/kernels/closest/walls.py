@@ -267,13 +267,33 @@ def _sides_of_lowest(geometry: Geometry, room: Neighbourhood, values: int, count
 @helper
 def _straddles_wall(geometry: Geometry, room: Neighbourhood, x: float, y: float, z: float, step: float) -> bool:
     """True if some points about a step away are certainly inside and others certainly outside."""
-    found = 0  # 1 for a point inside, 2 for one outside
-    # The 26 neighbours of a grid point, a little off the grid, so that they do not lie on planes along the axes
+    found = _sides_on_grid(geometry, room, x, y, z, step)
+    found = _sides_between_surfaces(geometry, room, x, y, z, step, found)
+    return _sides_about_axes(geometry, room, x, y, z, step, found) == 3
+
+
+# Sides of points about a step away: the sum of 1 for a point inside, and 2 for one outside
+
+
+@inline
+def _sides_on_grid(geometry: Geometry, room: Neighbourhood, x: float, y: float, z: float, step: float) -> int:
+    """Return the sides of the 26 neighbours in a grid, a little off it: they do not lie on planes along the axes."""
+    found = 0
     for k in range(26):
         i = k if k < 13 else k + 1
         dx, dy, dz = float(i % 3 - 1) + 0.03, float(i // 3 % 3 - 1) - 0.05, float(i // 9 - 1) + 0.07
         found |= _side_beside(geometry, room, x + step * dx, y + step * dy, z + step * dz)
-    # Thin wedges have none of these: between the half-planes of each two surfaces, ahead and back along their line
+    return found
+
+
+@inline
+def _sides_between_surfaces(
+    geometry: Geometry, room: Neighbourhood, x: float, y: float, z: float, step: float, found: int
+) -> int:
+    """Add the sides of points between the half-planes of each two surfaces, ahead and back along their line.
+
+    Thin wedges have no points of the grid.
+    """
     for i in range(room.sizes[SURFACES]):
         ax, ay, az = _normal_through(geometry, room, i, x, y, z, step)
         for j in range(i if found != 3 and (ax != 0.0 or ay != 0.0 or az != 0.0) else 0):
@@ -289,7 +309,14 @@ def _straddles_wall(geometry: Geometry, room: Neighbourhood, x: float, y: float,
                 p, q, r = 1.0 if k & 1 else -1.0, 1.0 if k & 2 else -1.0, 0.5 if k & 4 else -0.5
                 dx, dy, dz = p * ux + q * vx + r * lx, p * uy + q * vy + r * ly, p * uz + q * vz + r * lz
                 found |= _side_beside(geometry, room, x + step * dx, y + step * dy, z + step * dz)
-    # A needle has these only about its axis
+    return found
+
+
+@inline
+def _sides_about_axes(
+    geometry: Geometry, room: Neighbourhood, x: float, y: float, z: float, step: float, found: int
+) -> int:
+    """Add the sides of points about the axes of quadrics: needles have no others."""
     for i in range(room.sizes[SURFACES] if found != 3 else 0):
         if integer(geometry, table.SURFACE_KIND, room.surface[i]) == QUADRIC:
             quadric = load_quadric(geometry, integer(geometry, table.SURFACE_ROW, room.surface[i]))
@@ -301,7 +328,7 @@ def _straddles_wall(geometry: Geometry, room: Neighbourhood, x: float, y: float,
                 u, v = u if k // 3 & 1 else -u, v if k // 6 & 1 else -v
                 dx, dy, dz = ax + u * bx + v * cx, ay + u * by + v * cy, az + u * bz + v * cz
                 found |= _side_beside(geometry, room, x + h * dx, y + h * dy, z + h * dz)
-    return found == 3
+    return found
 
 
 @inline

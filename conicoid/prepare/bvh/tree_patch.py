@@ -19,11 +19,14 @@ import numpy as np
 
 from ..._util.arrays import is_member_sorted, unique_sorted
 from ..._util.dataclass import dataclass
-from ...kernels.bvh.walk import ROWS
+from ...kernels.bvh.walk import ROUND, ROWS, WHO
 from ...kernels.tables import Floats, Geometry, Ints, Tables
+from ..edits.buffer_pool import TableRows, UneditableError
 from ..edits.scene_splice import SceneSplice, SplicePieces
+from ..mmap_arrays import mapped_zeros
 from ..row_layout import BODIES, CELLS, LEAVES, PROGRAMS
 from .builder import WIDTH, leaf_code, survey_boxes
+from .leaf_items import put_items
 from .plane_groups import group_tables, put_groups
 from .trees import COSTS, Forest, SceneTrees, program_trees, scene_extent
 
@@ -330,3 +333,70 @@ def _remove_entries(old: _TreeTables, woods: SceneTrees, order: Ints) -> tuple[I
         boxes[at // WIDTH, :3, at % WIDTH] = np.inf
         boxes[at // WIDTH, 3:, at % WIDTH] = -np.inf
     return children, boxes, roots, changed
+
+
+# Scenes with instances: their trees are patched in place, behind which there is room
+
+
+def remove_from_leaf(rows: TableRows, woods: SceneTrees, entry: int) -> SceneTrees:
+    """Take an entry of a scene with instances out of its leaf; boxes of nodes stay."""
+    base, order = int(woods.places[-1]), rows["tree_order"]
+    place = base + int(np.flatnonzero(order[base : woods.main[1]] == entry)[0])
+    children = rows["node_children"][: woods.main[0]].reshape(-1)
+    # A leaf with this place begins at most 15 before
+    near = np.flatnonzero((children >= leaf_code(place, 15)) & (children <= leaf_code(max(place - 15, 0), 0)))
+    codes = -children[near] - 1
+    near = near[(codes >> 4 <= place) & (place < (codes >> 4) + (codes & 15))]
+    if len(near) != 1 or 4 * (woods.removals + 1) > len(order):
+        raise UneditableError
+    child = int(near[0])
+    begin, count = (-int(children[child]) - 1) >> 4, (-int(children[child]) - 1) & 15
+    at = ROWS * (begin - base)
+    block = rows["leaf_items"][at : at + ROWS * count]
+    items = block.reshape(ROWS, count).copy()
+    mark = items[WHO, 0] % 1.0
+    assert mark in (0.0, ROUND)
+    items[WHO, 0] -= mark
+    items = np.delete(items, place - begin, axis=1)
+    items[WHO, :1] += mark
+    block[:] = np.append(items.ravel(), np.zeros(ROWS))
+    order[begin : begin + count] = np.append(np.delete(order[begin : begin + count], place - begin), -1)
+    children[child] = leaf_code(begin, count - 1) if count > 1 else 0
+    if count == 1:
+        box = rows["node_boxes"][child // WIDTH, :, child % WIDTH]
+        box[:3], box[3:] = np.inf, -np.inf
+    return dataclasses.replace(woods, removals=woods.removals + 1)
+
+
+def plant_entries(rows: TableRows, woods: SceneTrees, loose: dict[int, Floats], bodies: int) -> SceneTrees:
+    """Build the small tree over some entries of so many bodies behind the large one; `loose` has their boxes."""
+    (nodes, places, roots), base = woods.main, int(woods.places[-1])
+    entries = np.array(sorted(loose), np.int32)
+    if len(entries) > max(16.0, math.sqrt(bodies)):
+        raise UneditableError
+    # Only the boxes of these entries are read
+    boxes = mapped_zeros((bodies, 6), np.float64, sparse=True)
+    forest, order = Forest(nodes, places), rows["tree_order"]
+    if len(entries):
+        boxes[entries] = [loose[entry] for entry in entries.tolist()]
+        if not np.isfinite(boxes[entries]).any(axis=1).all():
+            raise UneditableError
+        forest.add(boxes[entries], 0, COSTS[rows["entry_kind"][entries]])
+    main = int(rows["tree_root"][-2])
+    for code in rows["roots"][main:roots].tolist():
+        if code < 0:  # entries without an end: their leaves are written again
+            begin = (-code - 1) >> 4
+            boxes[order[begin : begin + ((-code - 1) & 15)]] = [-np.inf] * 3 + [np.inf] * 3
+    rows.resize("tree_order", places + len(entries))[places:] = entries[np.concatenate(forest.order)]
+    rows.resize("leaf_items", ROWS * (places - base + len(entries)))
+    children = np.concatenate(forest.children)
+    rows.resize("node_children", nodes + len(children))[nodes:] = children
+    rows.resize("node_boxes", nodes + len(children))
+    forest.put_boxes(rows["node_boxes"][nodes:].reshape(-1), 0)
+    rows.resize("roots", roots + len(forest.roots))[roots:] = forest.roots
+    rows["tree_root"][-1] = roots + len(forest.roots)
+    levels = max(woods.levels, forest.levels)
+    stack = len(rows["roots"]) - main + WIDTH * (levels + 1)
+    rows["tree_depth"][0] = max(woods.depth, stack)
+    put_items(rows.geometry, boxes, base, [(WIDTH * nodes, WIDTH * (nodes + len(children)))])
+    return dataclasses.replace(woods, loose=entries)

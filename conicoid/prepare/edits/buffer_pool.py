@@ -426,3 +426,65 @@ def release_memory(lowered: LoweredScene, geometry: Geometry, memory: PoolMemory
         return lowered
     raw = unpack_tables(lowered.tables, geometry._replace(integers=store.integers, floats=store.floats))
     return _with_arrays(lowered, raw, store.extra_arrays)
+
+
+# Tables of scenes with instances, which grow in their buffer
+
+
+class UneditableError(Exception):
+    """The edited scene must be prepared afresh."""
+
+
+class TableRows:
+    """Tables that grow: their rows by name, their room, and what rounding removed from their records."""
+
+    def __init__(self, geometry: Geometry, tables: Tables, rest: Remainders) -> None:
+        self.geometry, self.rest = geometry, rest
+        self.shapes = {name: (k, *column.shape[1:]) for k, (name, column) in enumerate(tables._asdict().items())}
+        self._real = [column.dtype == np.float64 for column in tables]
+        ends = [
+            np.append(np.sort(geometry.places[:LENGTHS][np.array(self._real) == real]), len(numbers))
+            for real, numbers in ((False, geometry.integers), (True, geometry.floats))
+        ]
+        begins = geometry.places[:LENGTHS].tolist()
+        self._room = [
+            int(ends[r][np.searchsorted(ends[r], b, "right")]) - b for r, b in zip(self._real, begins, strict=True)
+        ]
+
+    def __getitem__(self, name: str) -> Any:
+        return self.span(name, int(self.geometry.places[LENGTHS + self.shapes[name][0]]))
+
+    def span(self, name: str, size: int) -> Any:
+        """Return so many numbers of a table, in rows."""
+        k, *row = self.shapes[name]
+        if size > self._room[k]:
+            raise UneditableError
+        numbers: Any = self.geometry.floats if self._real[k] else self.geometry.integers
+        begin = int(self.geometry.places[k])
+        return numbers[begin : begin + size].reshape(-1, *row)
+
+    def resize(self, name: str, rows: int) -> Any:
+        """Set the number of rows of a table; return the table."""
+        k, *row = self.shapes[name]
+        found = self.span(name, rows * math.prod(row))
+        self.geometry.places[LENGTHS + k] = found.size
+        return found
+
+    def append(self, name: str, rows: Any) -> int:
+        """Append rows to a table; return the number of the first."""
+        first = len(self[name])
+        self.resize(name, first + len(rows))[first:] = rows
+        return first
+
+    def append_rest(self, name: str, rows: Floats) -> None:
+        """Append what rounding removed from new records of a table."""
+        joined = np.concatenate([getattr(self.rest, name), rows])
+        self.rest = dataclasses.replace(self.rest, **{name: joined})
+
+    def tables(self) -> Tables:
+        """View all tables."""
+        return Tables(**{name: self[name] for name in self.shapes})
+
+    def kind_and_row(self, surface: int) -> tuple[int, int]:
+        """Return the kind of a surface, and the row of its record."""
+        return int(self["surface_kind"][surface]), int(self["surface_row"][surface])

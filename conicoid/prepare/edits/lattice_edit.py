@@ -15,28 +15,24 @@ leads a class of many; scenes of balls, sheets, cells of many planes; tables wit
 from __future__ import annotations
 
 import dataclasses
-import math
 import sys
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
-from ..._util.arrays import unique_with_inverse
 from ..._util.dataclass import dataclass
 from ...geometry.instance_edits import InstanceOrigins
 from ...geometry.instances import InstanceList, transform_offsets
 from ...geometry.shape import Shape
-from ...kernels.bvh.walk import FEW, ROUND, ROWS, WHO
+from ...kernels.bvh.walk import FEW
 from ...kernels.faces import cell_faces, plane_faces
-from ...kernels.programs import cells_of_leaves, gates_of_program, leaves_of_program
-from ...kernels.surface.doubt import KAPPA
+from ...kernels.programs import gates_of_program, leaves_of_program
 from ...kernels.tables import (
     BALL,
     CELL,
     GATES,
     HALT,
     LEAVES,
-    LENGTHS,
     PLANE,
     QUADRIC,
     REGION,
@@ -51,46 +47,26 @@ from ...kernels.tables import (
     places_of,
 )
 from ..body_collector import ExactBodySurfaces
-from ..bvh.builder import WIDTH, leaf_code
-from ..bvh.leaf_items import put_items
 from ..bvh.plane_groups import group_tables
-from ..bvh.trees import COSTS, Forest, SceneTrees
-from ..error_limits import (
-    LimitMaxima,
-    RecordTables,
-    compute_limits,
-    no_limits,
-    program_limits,
-    put_limits_of_planes,
-    put_limits_of_quadrics,
-    size_of_records,
-    weigh_all,
-)
+from ..bvh.tree_patch import plant_entries, remove_from_leaf
+from ..bvh.trees import SceneTrees
+from ..error_limits import LimitMaxima, no_limits, program_limits
 from ..instances import FEWEST_INSTANCES
 from ..lower_shape import lower_shape
 from ..lowering import ExactTables, InstanceShapes, LazyBounds, LoweredScene, lower
-from ..mmap_arrays import mapped_zeros
 from ..pattern import SIZES, shift_boxes
 from ..surface_features import Remainders
 from ..tables_builder import WHICH_BITS
-from .buffer_pool import BufferPool, EditState, OpenBuffer, PoolMemory, SceneBuffer
+from .buffer_pool import BufferPool, EditState, OpenBuffer, PoolMemory, SceneBuffer, TableRows, UneditableError
+from .limits_update import BodyCells, LatticeLimits, SurfaceReaches
 from .neighbour_index import NeighbourFrame, NeighbourPlaces, find_neighbours, surface_columns
 
-MOST_EXCHANGED = 64
-"""More bodies at a time are prepared afresh with all others."""
 _MOST_MEMBERS = 16
 """Larger classes that lose their lead are not searched for another."""
 _ROOM = 1 << 12
 """Rows of each table behind those of a scene of many bodies."""
 _TABLES_OF_KINDS = {PLANE: "planes", SPHERE: "spheres", QUADRIC: "quadrics"}
 _NAMES_OF_SURFACES = "cell_quadric", "plane_surface", "sheet_surface", "polygon_surface"
-_NEAR = 1e-12
-_Uses: TypeAlias = dict[tuple[int, int], Floats]
-"""(kind, row of limits) of a surface -> its column in `LimitMaxima`, of one body alone."""
-
-
-class _Afresh(Exception):
-    """The edited scene must be prepared afresh."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +76,7 @@ class LatticeState(EditState):
     maxima: LimitMaxima | None = None
     loose: dict[int, Floats] = dataclasses.field(default_factory=dict)  # entry of the small tree -> its box
     added: NeighbourPlaces | None = None  # places of surfaces behind those of `places`
-    uses: dict[int, _Uses] = dataclasses.field(default_factory=dict)  # entry of the small tree -> reaches and the like
+    uses: dict[int, SurfaceReaches] = dataclasses.field(default_factory=dict)  # of entries of the small tree
     shared: tuple[int, int] = (0, 0)  # rows of limits of cells and programs of the scene that was prepared afresh
 
     @property
@@ -131,88 +107,20 @@ def without_memory(lowered: LoweredScene) -> LoweredScene:
     return dataclasses.replace(lowered, tables=Tables(*shapes))
 
 
-def exchanged_entries(old: InstanceList, new: InstanceList) -> list[int] | None:
-    """Return the entries in which two lists differ; None where there are too many, or one has more entries."""
-    if len(old) != len(new):
-        return None
-    its, mine = InstanceOrigins.of(old), InstanceOrigins.of(new)
-    if its.base is not mine.base:
-        return None
-    places = np.flatnonzero((its.numbers != mine.numbers) | (mine.numbers < 0))
-    some = places[: len(its.own) + len(mine.own) + MOST_EXCHANGED].tolist()
-    found = [k for k in some if its.shape(int(its.numbers[k])) is not mine.shape(int(mine.numbers[k]))]
-    return found if len(places) == len(some) and 0 < len(found) <= MOST_EXCHANGED else None
-
-
-class _Rows:
-    """Tables that grow: their rows by name, and their room."""
-
-    def __init__(self, geometry: Geometry, tables: Tables) -> None:
-        self.geometry = geometry
-        self.shapes = {name: (k, *column.shape[1:]) for k, (name, column) in enumerate(tables._asdict().items())}
-        self._real = [column.dtype == np.float64 for column in tables]
-        ends = [
-            np.append(np.sort(geometry.places[:LENGTHS][np.array(self._real) == real]), len(numbers))
-            for real, numbers in ((False, geometry.integers), (True, geometry.floats))
-        ]
-        begins = geometry.places[:LENGTHS].tolist()
-        self._room = [
-            int(ends[r][np.searchsorted(ends[r], b, "right")]) - b for r, b in zip(self._real, begins, strict=True)
-        ]
-
-    def __getitem__(self, name: str) -> Any:
-        return self.span(name, int(self.geometry.places[LENGTHS + self.shapes[name][0]]))
-
-    def span(self, name: str, size: int) -> Any:
-        """Return so many numbers of a table, in rows."""
-        k, *row = self.shapes[name]
-        if size > self._room[k]:
-            raise _Afresh
-        numbers: Any = self.geometry.floats if self._real[k] else self.geometry.integers
-        begin = int(self.geometry.places[k])
-        return numbers[begin : begin + size].reshape(-1, *row)
-
-    def resize(self, name: str, rows: int) -> Any:
-        """Set the number of rows of a table; return the table."""
-        k, *row = self.shapes[name]
-        found = self.span(name, rows * math.prod(row))
-        self.geometry.places[LENGTHS + k] = found.size
-        return found
-
-    def append(self, name: str, rows: Any) -> int:
-        """Append rows to a table; return the number of the first."""
-        first = len(self[name])
-        self.resize(name, first + len(rows))[first:] = rows
-        return first
-
-    def tables(self) -> Tables:
-        """View all tables."""
-        return Tables(**{name: self[name] for name in self.shapes})
-
-
 @dataclass
 class _OldBody:
-    """A body that leaves: its cells, the places of their planes, its surfaces, and its slots begin..end."""
+    """A body that leaves: its shape, its cells, and its slots begin..end."""
 
     shape: Shape
-    cells: Longs
-    planes: Longs
-    owners: Longs  # the position in `cells` of the owner of each of `planes`
+    body: BodyCells
     begin: int
     end: int
     box: Floats
     alike: bool  # does it share rows with translated copies?
 
-    def uses(self, rows: _Rows) -> tuple[Longs, Longs]:
-        """Return (surface, position of the cell that it bounds) for each use of a surface."""
-        quadrics = rows["cell_quadric"][self.cells]
-        curved = np.flatnonzero(quadrics >= 0)
-        found = np.concatenate([quadrics[curved], rows["plane_surface"][self.planes]])
-        return found, np.concatenate([curved, self.owners])
-
 
 class LatticeEdit:
-    """Exchanges bodies of a scene with instances in tables that nobody else reads, or raises `_Afresh`."""
+    """Exchanges bodies of a scene with instances in tables that nobody else reads, or raises `UneditableError`."""
 
     def __init__(
         self, lowered: LoweredScene, geometry: Geometry, woods: SceneTrees, state: LatticeState, old: InstanceList,
@@ -221,40 +129,40 @@ class LatticeEdit:
         assert state.maxima is not None
         assert isinstance(lowered.bounds, LazyBounds)
         self.lowered, self.old, self.bodies, self.woods, self.state = lowered, old, bodies, woods, state
-        self.rows, self.rest, self.maxima = _Rows(geometry, lowered.tables), lowered.rest, state.maxima.copy()
+        self.rows = TableRows(geometry, lowered.tables, lowered.rest)
+        self.limits = LatticeLimits(self.rows, state.maxima.copy(), dict(state.uses), state.shared)
         self.shapes = InstanceShapes(bodies, {entry: old.shape(entry) for entry in entries})
         self.exact: ExactBodySurfaces = lowered.exact.bodies.of(self.shapes)
         self.single, self.groups, self.loose = lowered.exact.single, list(lowered.bounds.groups), dict(state.loose)
         self.frames, self.body_frame, self.paint = [lowered.frames], lowered.body_frame.copy(), lowered.face_paint
         self.frame, self.places, self.added = state.frame, state.places, state.added
-        self.weigh_anew, self.uses = False, dict(state.uses)
         balls = np.flatnonzero(self.rows["entry_kind"] == BALL)
         if not len(self.rows["cell_likes"]) or set(balls.tolist()) - set(self.loose) or sys.byteorder != "little":
-            raise _Afresh
+            raise UneditableError
         for entry in entries:
             self._exchange(entry)
             del self.shapes.pending[entry]
-        self._plant()
+        self.woods = plant_entries(self.rows, self.woods, self.loose, len(bodies))
 
     def finished(self, memory: PoolMemory) -> tuple[LoweredScene, SceneTrees, LatticeState]:
         """Return the edited scene, its trees, and the state for the next edit."""
         bounds, tables = LazyBounds(self.bodies, self.groups), self.rows.tables()
         lowered = dataclasses.replace(
             self.lowered, tables=tables, bounds=bounds, frames=np.concatenate(self.frames), body_frame=self.body_frame,
-            face_paint=self.paint, rest=self.rest, exact=ExactTables(self.exact, self.single),
+            face_paint=self.paint, rest=self.rows.rest, exact=ExactTables(self.exact, self.single),
         )  # fmt: skip
-        if self.weigh_anew:
-            self._weigh_base(bounds.boxes)
+        if self.limits.are_invalid:
+            self.limits.compute_all(bounds.boxes, self.loose)
             bounds.release()
         state = LatticeState(
             self.frame,
             self.places,
             None,
             memory,
-            maxima=self.maxima,
+            maxima=self.limits.maxima,
             loose=self.loose,
             added=self.added,
-            uses=self.uses,
+            uses=self.limits.uses,
             shared=self.state.shared,
         )
         return lowered, self.woods, state
@@ -265,11 +173,11 @@ class LatticeEdit:
         kind, cells = int(new.tables.entry_kind[0]), new.tables.cell_first
         boxes = np.isfinite(new.boxes).all()
         if (
-            kind not in (BALL, CELL, REGION) or not (boxes or self.maxima.size) or len(new.frames) != 1
+            kind not in (BALL, CELL, REGION) or not (boxes or self.limits.maxima.size) or len(new.frames) != 1
             or len(self.rows["cell_groups"]) or len(group_tables(np.diff(cells))["cell_groups"])
             or (kind == REGION and (len(new.tables.leaf_cell) > FEW or not len(self.rows["program_shifts"])))
         ):  # fmt: skip
-            raise _Afresh
+            raise UneditableError
         old = self._take_out(entry)
         surfaces, flipped = self._exchange_surfaces(entry, old, new)
         self._append_body(entry, new, surfaces, flipped)
@@ -281,33 +189,21 @@ class LatticeEdit:
     def _take_out(self, entry: int) -> _OldBody:
         """Describe the old body, take it out of the tree and of the groups, and out of what limits hold for."""
         tables, first = self.rows.tables(), self.exact.first
-        cells = self._cells_of(tables, entry)
+        body = BodyCells.of(tables, entry)
         if tables.entry_kind[entry] == REGION:
             gates = gates_of_program(tables, int(tables.entry_index[entry]))
-            self.rows.geometry.places[STEPS] -= len(cells) * len(gates)
-        planes, owners = _planes_of(tables, cells)
+            self.rows.geometry.places[STEPS] -= len(body.cells) * len(gates)
         shape, begin = self.shapes[entry], int(first[entry])
         last = entry + 1 == len(first)
         end = begin + len(lower_shape(shape).pattern.kinds) if last else int(first[entry + 1])
-        old = _OldBody(shape, cells, planes, owners, begin, end, *self._leave_group(entry, planes))
+        old = _OldBody(shape, body, begin, end, *self._leave_group(entry, body.planes))
         if not np.isfinite(old.box).all():
-            raise _Afresh
+            raise UneditableError
         if entry in self.loose:
             del self.loose[entry]
         else:
-            self._leave_tree(entry)
+            self.woods = remove_from_leaf(self.rows, self.woods, entry)
         return old
-
-    @staticmethod
-    def _cells_of(tables: Tables, entry: int) -> Longs:
-        """Return the cells of a body."""
-        kind, index = int(tables.entry_kind[entry]), int(tables.entry_index[entry])
-        if kind == REGION:
-            return cells_of_leaves(tables, np.array(leaves_of_program(tables, index), np.int64))
-        cells = np.flatnonzero(tables.cell_quadric == index) if kind == BALL else np.array([index])
-        if kind not in (BALL, CELL) or len(cells) != 1:
-            raise _Afresh
-        return cells
 
     def _leave_group(self, entry: int, planes: Longs) -> tuple[Floats, bool]:
         """Take an entry out of its group of bodies; return its box, and whether the group are translated copies."""
@@ -323,7 +219,7 @@ class LatticeEdit:
             return known[i], False
         # All others are relative to the first, and few of a kind are lowered one by one
         if i == 0 or len(numbers) <= FEWEST_INSTANCES:
-            raise _Afresh
+            raise UneditableError
         origins = InstanceOrigins.of(self.old)
         base, mine, its = origins.base, *(int(origins.numbers[each]) for each in (entry, numbers[0]))
         away = np.array([[float(a - b) for a, b in zip(base.shifts.of(mine), base.shifts.of(its), strict=True)]])
@@ -332,46 +228,16 @@ class LatticeEdit:
             # Records of slanted planes are those of the bodies nearest to a diagonal, which ends at the outmost ones
             index = base.shifts.index[:, origins.numbers[numbers]]
             if (index[:, i] == index.max(axis=1)).any() or len(numbers) % 8 == 0:
-                raise _Afresh
+                raise UneditableError
         return shift_boxes(known, transform_offsets(away, base.motion(int(base.kinds[mine]))))[0], True
-
-    def _leave_tree(self, entry: int) -> None:
-        """Take an entry out of its leaf; boxes of nodes stay."""
-        rows, woods = self.rows, self.woods
-        base, order = int(woods.places[-1]), rows["tree_order"]
-        place = base + int(np.flatnonzero(order[base : woods.main[1]] == entry)[0])
-        children = rows["node_children"][: woods.main[0]].reshape(-1)
-        # A leaf with this place begins at most 15 before
-        near = np.flatnonzero((children >= leaf_code(place, 15)) & (children <= leaf_code(max(place - 15, 0), 0)))
-        codes = -children[near] - 1
-        near = near[(codes >> 4 <= place) & (place < (codes >> 4) + (codes & 15))]
-        if len(near) != 1 or 4 * (woods.removals + 1) > len(order):
-            raise _Afresh
-        child = int(near[0])
-        begin, count = (-int(children[child]) - 1) >> 4, (-int(children[child]) - 1) & 15
-        at = ROWS * (begin - base)
-        block = rows["leaf_items"][at : at + ROWS * count]
-        items = block.reshape(ROWS, count).copy()
-        mark = items[WHO, 0] % 1.0
-        assert mark in (0.0, ROUND)
-        items[WHO, 0] -= mark
-        items = np.delete(items, place - begin, axis=1)
-        items[WHO, :1] += mark
-        block[:] = np.append(items.ravel(), np.zeros(ROWS))
-        order[begin : begin + count] = np.append(np.delete(order[begin : begin + count], place - begin), -1)
-        children[child] = leaf_code(begin, count - 1) if count > 1 else 0
-        if count == 1:
-            box = rows["node_boxes"][child // WIDTH, :, child % WIDTH]
-            box[:3], box[3:] = np.inf, -np.inf
-        self.woods = dataclasses.replace(woods, removals=woods.removals + 1)
 
     # --- Surfaces
 
     def _exchange_surfaces(self, entry: int, old: _OldBody, new: LoweredScene) -> tuple[Ints, Ints]:
         """Number the surfaces anew; return for each of the new body its number, and -1 where its sense is another's."""
         rows, single, more = self.rows, self.single, _slots(new) - (old.end - old.begin)
-        surfaces, owners = old.uses(rows)
-        ids = np.unique(surfaces)
+        uses = old.body.uses(rows)
+        ids = np.unique(uses[0])
         leads: dict[int, int] = {}  # surface that stays -> the slot that leads it now
         vanish: set[int] = set()
         for number in ids[(single[ids] >= old.begin) & (single[ids] < old.end)].tolist():
@@ -380,7 +246,7 @@ class LatticeEdit:
                 vanish.add(number)
             else:
                 leads[number] = slot + (more if slot >= old.end else 0)
-        self._forget_uses(entry, old, surfaces, owners, vanish)
+        self.limits.remove_uses(entry, uses, old.body, old.box, old.alike, vanish)
         equal = self._equal_surfaces(new, vanish)
         own, flipped = np.empty(len(new.exact.single), np.int32), np.ones(len(new.exact.single), np.int32)
         fresh = []
@@ -390,15 +256,15 @@ class LatticeEdit:
                 continue
             known, flipped[number] = equal[number]
             lead = leads.get(known, int(single[known]) + (more if single[known] >= old.end else 0))
-            mine, its = _record(new.tables, new.rest, number), _record(rows.tables(), self.rest, known)
+            mine, its = _record(new.tables, new.rest, number), _record(rows.tables(), self.rows.rest, known)
             # The least record leads, of equal ones that of the first slot
             if (_rank(mine), slot) < (_rank(its), lead):
                 leads[known] = slot
                 if mine[1].tobytes() != its[1].tobytes():
                     self._replace_record(new, number, known, int(flipped[number]))
-        rows["cell_quadric"][old.cells] = rows["plane_surface"][old.planes] = -1
+        rows["cell_quadric"][old.body.cells] = rows["plane_surface"][old.body.planes] = -1
         # What leads, by slots: (slot, kind, row, surface, surface of the new body)
-        moved = [(slot, *self._kind_and_row(known), known, -1) for known, slot in leads.items()]
+        moved = [(slot, *self.rows.kind_and_row(known), known, -1) for known, slot in leads.items()]
         moved += [(slot, *self._append_surface(new, number), -1, number) for slot, number in fresh]
         onto = self._renumber(sorted({*vanish, *leads}), sorted(moved), old.end, more)
         for number, (known, _) in equal.items():
@@ -412,23 +278,20 @@ class LatticeEdit:
             self.exact = self.exact.of(self.shapes, first)
         return own, flipped
 
-    def _kind_and_row(self, surface: int) -> tuple[int, int]:
-        return int(self.rows["surface_kind"][surface]), int(self.rows["surface_row"][surface])
-
     def _other_lead(self, surface: int, old: _OldBody) -> int | None:
         """Return the slot that leads a surface without the old body; None where nobody else has the surface."""
         tables = self.rows.tables()
-        kind, _ = self._kind_and_row(surface)
+        kind, _ = self.rows.kind_and_row(surface)
         if kind == PLANE:
-            places = np.setdiff1d(np.flatnonzero(tables.plane_surface == surface), old.planes)
+            places = np.setdiff1d(np.flatnonzero(tables.plane_surface == surface), old.body.planes)
             cells = np.searchsorted(tables.cell_first, places.astype(np.int32), side="right") - 1
         else:
-            cells = np.setdiff1d(np.flatnonzero(tables.cell_quadric == surface), old.cells)
+            cells = np.setdiff1d(np.flatnonzero(tables.cell_quadric == surface), old.body.cells)
         if not len(cells):
             return None
-        known = _record(tables, self.rest, surface)
+        known = _record(tables, self.rows.rest, surface)
         if len(cells) > _MOST_MEMBERS or (kind == PLANE and np.count_nonzero(known[1][:3]) > 1):
-            raise _Afresh
+            raise UneditableError
         key, found = self.exact.name(int(self.single[surface]))[0], []
         for body in {self._body_of(tables, cell) for cell in cells.tolist()}:
             part, first = lower_shape(self.shapes[body]), int(self.exact.first[body])
@@ -437,7 +300,7 @@ class LatticeEdit:
                     found.append(((its, np.array(part.row[column:sense])), first + own))
         lead, slot = min(found, key=lambda each: (_rank(each[0]), each[1]))
         if lead[0] != kind or lead[1].tobytes() != known[1].tobytes():
-            raise _Afresh
+            raise UneditableError
         return slot
 
     @staticmethod
@@ -451,7 +314,7 @@ class LatticeEdit:
         kind, index = (REGION, program) if within else (CELL, cell)
         found = np.flatnonzero((tables.entry_index == index) & (tables.entry_kind == kind))
         if len(found) != 1:
-            raise _Afresh
+            raise UneditableError
         return int(found[0])
 
     def _equal_surfaces(self, new: LoweredScene, vanish: set[int]) -> dict[int, tuple[int, int]]:
@@ -491,9 +354,9 @@ class LatticeEdit:
             record = self._append_form(new, row)
         elif kind == PLANE:
             self.rows.append("plane_limits", np.zeros((1, 2)))
-            self.maxima.extend(kind)
+            self.limits.maxima.extend(kind)
         if kind != QUADRIC:
-            self.rest = dataclasses.replace(self.rest, **{name: np.concatenate([getattr(self.rest, name), lost])})
+            self.rows.append_rest(name, lost)
         assert self.added is not None
         place = getattr(self._own_places, name)[row : row + 1]
         self.added = dataclasses.replace(self.added, **{name: np.concatenate([getattr(self.added, name), place])})
@@ -505,24 +368,23 @@ class LatticeEdit:
         form = int(record[0, 3])
         record[0, 3] = self.rows.append("quadric_forms", new.tables.quadric_forms[form : form + 1])
         self.rows.append("quadric_limits", np.zeros((1, 2)))
-        self.maxima.extend(QUADRIC)
-        lost = np.concatenate([self.rest.quadrics, new.rest.quadrics[form : form + 1]])
-        self.rest = dataclasses.replace(self.rest, quadrics=lost)
+        self.limits.maxima.extend(QUADRIC)
+        self.rows.append_rest("quadrics", new.rest.quadrics[form : form + 1])
         return record
 
     def _replace_record(self, new: LoweredScene, number: int, known: int, turned: int) -> None:
         """Let an equal surface of the new body give the record of a known one; all its uses are weighed again."""
-        (kind, row), mine = self._kind_and_row(known), int(new.tables.surface_row[number])
+        (kind, row), mine = self.rows.kind_and_row(known), int(new.tables.surface_row[number])
         if turned < 0 or kind == SPHERE or kind != new.tables.surface_kind[number]:
-            raise _Afresh
+            raise UneditableError
         if kind == QUADRIC:
             self.rows["quadrics"][row] = self._append_form(new, mine)
         else:
             self.rows["planes"][row] = new.tables.planes[mine]
-            planes = self.rest.planes.copy()
+            planes = self.rows.rest.planes.copy()
             planes[row] = new.rest.planes[mine]
-            self.rest = dataclasses.replace(self.rest, planes=planes)
-        self.weigh_anew = True
+            self.rows.rest = dataclasses.replace(self.rows.rest, planes=planes)
+        self.limits.are_invalid = True
 
     def _renumber(
         self, removed: list[int], inserted: list[tuple[int, int, int, int, int]], end: int, more: int
@@ -571,90 +433,6 @@ class LatticeEdit:
             rows["entry_index"][balls] = onto[rows["entry_index"][balls]]
         return onto
 
-    # --- Limits
-
-    def _weigh(
-        self, surfaces: Longs, owners: Longs, count: int, box: Floats
-    ) -> tuple[Any, RecordTables, Floats, Floats]:
-        """Weigh the uses of a body: (its surfaces, their records, the largest reach and the like, limits of cells)."""
-        ids, at = unique_with_inverse(surfaces)
-        tables = self.rows.tables()
-        records = RecordTables.of(
-            tables._replace(surface_kind=tables.surface_kind[ids], surface_row=tables.surface_row[ids]), self.rest
-        )
-        limits, most = no_limits(count), np.zeros((3, len(ids)))
-        weigh_all(records, box[None], self.maxima.size or 1.0, (at, at, owners, np.zeros(len(at))), limits, most)
-        return ids, records, most, limits
-
-    def _forget_uses(self, entry: int, old: _OldBody, surfaces: Longs, owners: Longs, vanish: set[int]) -> None:
-        """Take the uses of the old body back, or see whether it has set a limit: all are computed again then."""
-        rows = self.rows
-        ids, records, most, limits = self._weigh(surfaces, owners, len(old.cells), old.box)
-        if self.uses.pop(entry, None) is not None:
-            self._put_limits_of(ids, records)
-            return
-        self.weigh_anew |= bool(self.maxima.size and self._size(records, old.box) >= self.maxima.size)
-        for k, surface in enumerate(ids.tolist()):
-            kind, row = self._limit_row(surface)
-            if kind == SPHERE or (surface in vanish and (kind == PLANE or not old.alike)):
-                continue
-            column = self.maxima.column(kind, row)
-            # A kappa of its own depends on the reach, in quadrics with a rounded anchor
-            self.weigh_anew |= bool(most[0, k] >= column[0] * (1 - _NEAR))
-            self.weigh_anew |= bool(kind == QUADRIC and most[1, k] > KAPPA and most[1, k] >= column[1] * (1 - _NEAR))
-        if old.alike:
-            known = rows["cell_limits"][rows["cell_likes"][old.cells] >> 1]
-            self.weigh_anew |= bool((limits[:, 0] >= known[:, 0] * (1 - _NEAR)).any())
-            self.weigh_anew |= bool((limits[:, 1] <= known[:, 1] * (1 + _NEAR)).any())
-
-    def _limit_row(self, surface: int) -> tuple[int, int]:
-        """Return the kind of a surface and the row of its limits: that of a plane, or of the form of a quadric."""
-        kind, row = self._kind_and_row(surface)
-        return kind, int(self.rows["quadrics"][row, 3]) if kind == QUADRIC else row
-
-    def _weigh_base(self, boxes: Floats) -> None:
-        """Compute the limits from all bodies again: first without those of the small tree, which then widen them."""
-        tables = self.rows.tables()
-        kinds = tables.entry_kind.copy()
-        kinds[list(self.loose)] = -1
-        limits, self.maxima = compute_limits(tables._replace(entry_kind=kinds), boxes, self.rest)
-        for name, count in zip(("plane", "quadric", "cell", "program"), (None, None, *self.state.shared), strict=True):
-            getattr(tables, f"{name}_limits")[:count] = limits[f"{name}_limits"][:count]
-        for entry in list(self.uses):
-            cells = self._cells_of(tables, entry)
-            planes, owners = _planes_of(tables, cells)
-            old = _OldBody(self.shapes[entry], cells, planes, owners, 0, 0, self.loose[entry], False)
-            self._use(entry, *old.uses(self.rows), len(cells), self.loose[entry])
-
-    @staticmethod
-    def _size(records: RecordTables, box: Floats) -> float:
-        """Return the largest finite length of a body."""
-        planes, quadrics = (records.row[records.kind == kind] for kind in (PLANE, QUADRIC))
-        anchors = records.quadrics[quadrics].copy()
-        forms = records.forms[anchors[:, 3].astype(np.intp)]
-        return size_of_records(records.planes[planes], anchors, forms, np.ascontiguousarray(box[None]))
-
-    def _use(self, entry: int, surfaces: Longs, owners: Longs, count: int, box: Floats) -> Floats:
-        """Widen the limits of the surfaces of a body of the small tree; return those of its cells."""
-        ids, records, most, limits = self._weigh(surfaces, owners, count, box)
-        if self.maxima.size and self._size(records, box) > self.maxima.size:
-            raise _Afresh
-        self.uses[entry] = {self._limit_row(surface): most[:, k] for k, surface in enumerate(ids.tolist())}
-        self._put_limits_of(ids, records)
-        return limits
-
-    def _put_limits_of(self, ids: Longs, records: RecordTables) -> None:
-        """Write the limits of surfaces, from the uses by the bodies of both trees."""
-        most = np.zeros((3, len(ids)))
-        for k, surface in enumerate(ids.tolist()):
-            kind, row = self._limit_row(surface)
-            if kind != SPHERE:
-                columns = [uses[kind, row] for uses in self.uses.values() if (kind, row) in uses]
-                most[:, k] = np.max([self.maxima.column(kind, row), *columns], axis=0)
-        every = np.arange(len(ids), dtype=np.int32)
-        put_limits_of_planes(records, every, most, self.rows["plane_limits"])
-        put_limits_of_quadrics(records, every, most, self.rows["quadric_limits"])
-
     # --- The new body
 
     def _append_body(self, entry: int, new: LoweredScene, surfaces: Ints, flipped: Ints) -> None:
@@ -674,10 +452,8 @@ class LatticeEdit:
         if kind != BALL:
             used = np.flatnonzero(curved)
             owners = np.repeat(np.arange(count), np.diff(t.cell_first))
-            limits = self._use(
-                entry, np.concatenate([quadrics[used], surfaces[t.plane_surface]]), np.concatenate([used, owners]),
-                count, new.boxes[0],
-            )  # fmt: skip
+            uses = np.concatenate([quadrics[used], surfaces[t.plane_surface]]), np.concatenate([used, owners])
+            limits = self.limits.add_uses(entry, uses, count, new.boxes[0])
         rows.append("cell_limits", limits)
         if kind == REGION:
             index = self._append_program(t, cell, limits)
@@ -695,7 +471,7 @@ class LatticeEdit:
             rows.append("plane_face", faces)
             return
         if np.abs(faces).max(initial=0) > 127:
-            raise _Afresh
+            raise UneditableError
         packed = rows.resize("plane_face", -(-(place + len(faces)) // 4))
         packed.view(np.int8)[place : place + len(faces)] = faces
 
@@ -736,53 +512,11 @@ class LatticeEdit:
             self.paint = {k: paint for k, paint in self.paint.items() if k < first}
         self.paint |= {first + face: paint for face, paint in new.face_paint.items()}
         if not len(rows["body_maps"]):
-            raise _Afresh
+            raise UneditableError
         base = rows.append("map_rows", t.map_rows)
         angular = t.face_maps < 0
         maps = (np.where(angular, -1 - t.face_maps, t.face_maps) + base) << WHICH_BITS
         rows["body_maps"][entry] = rows.append("face_maps", np.where(angular, -1 - maps, maps)), 0, 0, 0
-
-    # --- The tree
-
-    def _plant(self) -> None:
-        """Build the small tree over the new entries behind the large one."""
-        rows, (nodes, places, roots), base = self.rows, self.woods.main, int(self.woods.places[-1])
-        entries = np.array(sorted(self.loose), np.int32)
-        if len(entries) > max(16.0, math.sqrt(len(self.bodies))):
-            raise _Afresh
-        # Only the boxes of these entries are read
-        boxes = mapped_zeros((len(self.bodies), 6), np.float64, sparse=True)
-        forest, order = Forest(nodes, places), rows["tree_order"]
-        if len(entries):
-            boxes[entries] = [self.loose[entry] for entry in entries.tolist()]
-            if not np.isfinite(boxes[entries]).any(axis=1).all():
-                raise _Afresh
-            forest.add(boxes[entries], 0, COSTS[rows["entry_kind"][entries]])
-        main = int(rows["tree_root"][-2])
-        for code in rows["roots"][main:roots].tolist():
-            if code < 0:  # entries without an end: their leaves are written again
-                begin = (-code - 1) >> 4
-                boxes[order[begin : begin + ((-code - 1) & 15)]] = [-np.inf] * 3 + [np.inf] * 3
-        rows.resize("tree_order", places + len(entries))[places:] = entries[np.concatenate(forest.order)]
-        rows.resize("leaf_items", ROWS * (places - base + len(entries)))
-        children = np.concatenate(forest.children)
-        rows.resize("node_children", nodes + len(children))[nodes:] = children
-        rows.resize("node_boxes", nodes + len(children))
-        forest.put_boxes(rows["node_boxes"][nodes:].reshape(-1), 0)
-        rows.resize("roots", roots + len(forest.roots))[roots:] = forest.roots
-        rows["tree_root"][-1] = roots + len(forest.roots)
-        levels = max(self.woods.levels, forest.levels)
-        stack = len(rows["roots"]) - main + WIDTH * (levels + 1)
-        rows["tree_depth"][0] = max(self.woods.depth, stack)
-        put_items(rows.geometry, boxes, base, [(WIDTH * nodes, WIDTH * (nodes + len(children)))])
-        self.woods = dataclasses.replace(self.woods, loose=entries)
-
-
-def _planes_of(tables: Tables, cells: Longs) -> tuple[Longs, Longs]:
-    """Return the places of the planes of some cells, and for each the position of its cell among these."""
-    ends = [np.arange(*tables.cell_first[cell : cell + 2].tolist()) for cell in cells.tolist()]
-    owners = np.repeat(np.arange(len(cells)), [len(each) for each in ends])
-    return np.concatenate(ends) if ends else owners, owners
 
 
 def _slots(lowered: LoweredScene) -> int:
@@ -839,7 +573,7 @@ def edit_lattice(
     geometry.places[HALT] = 0
     try:
         edit = LatticeEdit(lowered, geometry, woods, state, old, bodies, entries)
-    except _Afresh:
+    except UneditableError:
         return None
     memory = opened.memory(memory.stores, memory.stamps, 0)
     opened.close(memory, None)

@@ -1,27 +1,39 @@
-"""Update the limits of an edited scene: those of new bodies, and of surfaces whose uses changed."""
+"""Update the limits of an edited scene: those of new bodies, and of surfaces whose uses changed.
+
+The limits of most scenes are corrected where rows of tables came or went. Those of scenes with instances, whose rows
+are shared, are corrected body by body.
+"""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from ..._util.arrays import unique_sorted, unique_with_inverse
 from ..._util.dataclass import dataclass
-from ...kernels.tables import BALL, PLANE, QUADRIC, Floats, Longs, Tables
+from ...kernels.programs import cells_of_leaves, leaves_of_program
+from ...kernels.surface.doubt import KAPPA
+from ...kernels.tables import BALL, CELL, PLANE, QUADRIC, REGION, SPHERE, Floats, Longs, Tables
 from ..error_limits import (
+    LimitMaxima,
     RecordTables,
+    compute_limits,
     no_limits,
     program_limits,
     put_limits_of_planes,
     put_limits_of_quadrics,
     scene_size,
+    size_of_records,
     weigh_all,
     with_limits,
 )
 from ..row_layout import CELLS, POLYGONS, SHEETS, RowLayout
 from ..surface_features import Remainders
+from .buffer_pool import TableRows, UneditableError
 from .column_splice import ColumnSplice, TableFiller
 
 Mask = npt.NDArray[np.bool_]
@@ -236,3 +248,135 @@ def _ranges(first: npt.NDArray[np.int32], which: Longs) -> Longs:
     """Return all rows of some owners, given where the rows of each owner begin."""
     parts = [np.arange(first[one], first[one + 1]) for one in which.tolist()]
     return np.concatenate(parts) if parts else np.zeros(0, np.int64)
+
+
+# Scenes with instances
+
+
+SurfaceReaches: TypeAlias = dict[tuple[int, int], Floats]
+"""(kind, row of limits) of a surface -> its column in `LimitMaxima`, of one body alone."""
+Uses: TypeAlias = tuple[Longs, Longs]
+"""Surfaces, and for each the position of the cell that it bounds among those of a body."""
+_NEAR = 1e-12
+
+
+@dataclass
+class BodyCells:
+    """The cells of a body, the places of their planes, and for each of these the position of its cell."""
+
+    cells: Longs
+    planes: Longs
+    owners: Longs
+
+    @classmethod
+    def of(cls, tables: Tables, entry: int) -> BodyCells:
+        """Find the cells of an entry."""
+        kind, index = int(tables.entry_kind[entry]), int(tables.entry_index[entry])
+        if kind == REGION:
+            cells = cells_of_leaves(tables, np.array(leaves_of_program(tables, index), np.int64))
+        else:
+            cells = np.flatnonzero(tables.cell_quadric == index) if kind == BALL else np.array([index])
+            if kind not in (BALL, CELL) or len(cells) != 1:
+                raise UneditableError
+        counts = tables.cell_first[cells + 1] - tables.cell_first[cells]
+        return cls(cells, _ranges(tables.cell_first, cells), np.repeat(np.arange(len(cells)), counts))
+
+    def uses(self, rows: TableRows) -> Uses:
+        """List all uses of surfaces by the body."""
+        quadrics = rows["cell_quadric"][self.cells]
+        curved = np.flatnonzero(quadrics >= 0)
+        found = np.concatenate([quadrics[curved], rows["plane_surface"][self.planes]])
+        return found, np.concatenate([curved, self.owners])
+
+
+class LatticeLimits:
+    """Limits of a scene with instances: those by the bodies of its large tree, widened by those of the small one."""
+
+    def __init__(
+        self, rows: TableRows, maxima: LimitMaxima, uses: dict[int, SurfaceReaches], shared: tuple[int, int]
+    ) -> None:
+        """`uses` and `shared` are those of `LatticeState`."""
+        self.rows, self.maxima, self.uses, self.shared = rows, maxima, uses, shared
+        self.are_invalid = False  # they must be computed from all bodies again
+
+    def remove_uses(self, entry: int, uses: Uses, body: BodyCells, box: Floats, alike: bool, vanish: set[int]) -> None:
+        """Take the uses of a body back, or see whether it has set a limit.
+
+        `alike` bodies share rows with translated copies; the surfaces `vanish` are those of the body alone.
+        """
+        rows = self.rows
+        ids, records, most, limits = self._weigh(uses, len(body.cells), box)
+        if self.uses.pop(entry, None) is not None:
+            self._put(ids, records)
+            return
+        self.are_invalid |= bool(self.maxima.size and _largest(records, box) >= self.maxima.size)
+        for k, surface in enumerate(ids.tolist()):
+            kind, row = self._limit_row(surface)
+            if kind == SPHERE or (surface in vanish and (kind == PLANE or not alike)):
+                continue
+            column = self.maxima.column(kind, row)
+            # A kappa of its own depends on the reach, in quadrics with a rounded anchor
+            self.are_invalid |= bool(most[0, k] >= column[0] * (1 - _NEAR))
+            self.are_invalid |= bool(kind == QUADRIC and most[1, k] > KAPPA and most[1, k] >= column[1] * (1 - _NEAR))
+        if alike:
+            known = rows["cell_limits"][rows["cell_likes"][body.cells] >> 1]
+            self.are_invalid |= bool((limits[:, 0] >= known[:, 0] * (1 - _NEAR)).any())
+            self.are_invalid |= bool((limits[:, 1] <= known[:, 1] * (1 + _NEAR)).any())
+
+    def add_uses(self, entry: int, uses: Uses, count: int, box: Floats) -> Floats:
+        """Widen the limits of the surfaces of a body of the small tree; return those of its cells."""
+        ids, records, most, limits = self._weigh(uses, count, box)
+        if self.maxima.size and _largest(records, box) > self.maxima.size:
+            raise UneditableError
+        self.uses[entry] = {self._limit_row(surface): most[:, k] for k, surface in enumerate(ids.tolist())}
+        self._put(ids, records)
+        return limits
+
+    def compute_all(self, boxes: Floats, loose: Mapping[int, Floats]) -> None:
+        """Compute the limits from all bodies again: first without those of the small tree, which then widen them."""
+        tables = self.rows.tables()
+        kinds = tables.entry_kind.copy()
+        kinds[list(loose)] = -1
+        limits, self.maxima = compute_limits(tables._replace(entry_kind=kinds), boxes, self.rows.rest)
+        for name, count in zip(("plane", "quadric", "cell", "program"), (None, None, *self.shared), strict=True):
+            getattr(tables, f"{name}_limits")[:count] = limits[f"{name}_limits"][:count]
+        for entry in list(self.uses):
+            body = BodyCells.of(tables, entry)
+            self.add_uses(entry, body.uses(self.rows), len(body.cells), loose[entry])
+
+    def _weigh(self, uses: Uses, count: int, box: Floats) -> tuple[Any, RecordTables, Floats, Floats]:
+        """Weigh the uses of a body: (its surfaces, their records, the largest reach and the like, limits of cells)."""
+        surfaces, owners = uses
+        ids, at = unique_with_inverse(surfaces)
+        tables = self.rows.tables()
+        records = RecordTables.of(
+            tables._replace(surface_kind=tables.surface_kind[ids], surface_row=tables.surface_row[ids]), self.rows.rest
+        )
+        limits, most = no_limits(count), np.zeros((3, len(ids)))
+        weigh_all(records, box[None], self.maxima.size or 1.0, (at, at, owners, np.zeros(len(at))), limits, most)
+        return ids, records, most, limits
+
+    def _limit_row(self, surface: int) -> tuple[int, int]:
+        """Return the kind of a surface and the row of its limits: that of a plane, or of the form of a quadric."""
+        kind, row = self.rows.kind_and_row(surface)
+        return kind, int(self.rows["quadrics"][row, 3]) if kind == QUADRIC else row
+
+    def _put(self, ids: Longs, records: RecordTables) -> None:
+        """Write the limits of surfaces, from the uses by the bodies of both trees."""
+        most = np.zeros((3, len(ids)))
+        for k, surface in enumerate(ids.tolist()):
+            kind, row = self._limit_row(surface)
+            if kind != SPHERE:
+                columns = [uses[kind, row] for uses in self.uses.values() if (kind, row) in uses]
+                most[:, k] = np.max([self.maxima.column(kind, row), *columns], axis=0)
+        every = np.arange(len(ids), dtype=np.int32)
+        put_limits_of_planes(records, every, most, self.rows["plane_limits"])
+        put_limits_of_quadrics(records, every, most, self.rows["quadric_limits"])
+
+
+def _largest(records: RecordTables, box: Floats) -> float:
+    """Return the largest finite length of a body."""
+    planes, quadrics = (records.row[records.kind == kind] for kind in (PLANE, QUADRIC))
+    anchors = records.quadrics[quadrics].copy()
+    forms = records.forms[anchors[:, 3].astype(np.intp)]
+    return size_of_records(records.planes[planes], anchors, forms, np.ascontiguousarray(box[None]))

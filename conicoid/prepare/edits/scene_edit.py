@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ...geometry.body import Body
-from ...geometry.instance_edits import have_same_shapes
+from ...geometry.instance_edits import exchanged_entries, have_same_shapes
 from ...geometry.instances import InstanceList
 from ...kernels.tables import LEAF_ITEMS, LINE, Floats, Geometry, Tables, put_sizes, room_for, unpack_tables
 from ..body_collector import BodyShapes, ExactBodySurfaces
@@ -28,7 +28,7 @@ from ..tables_builder import replace_ball_cells
 from .buffer_pool import BufferClaim, EditState, complete_state, keeps_classes, keeps_rows, release_memory
 from .column_splice import ColumnSplice
 from .in_place import InPlaceEdit
-from .lattice_edit import LatticeState, edit_lattice, exchanged_entries, without_memory
+from .lattice_edit import LatticeState, edit_lattice, without_memory
 from .limits_update import SpliceLimits
 from .scene_splice import SceneSplice, SplicePieces, SpliceRuns, find_runs
 from .surface_classes import SurfaceClasses, neighbour_slots, unchanged_classes, update_classes

@@ -137,12 +137,8 @@ def _ranks_to_t(rows: Floats, first: int, last: int, user_ray: Ray, scale: float
 
 
 @helper
-def _put_walls(
-    geometry: Geometry, room: RankScratch, scratch: Scratch, ray: Ray, count: int, entry: int, spans: bool,
-    rows: Floats, first: int, last: int,
-) -> None:  # fmt: skip
+def _put_walls(of: RankedRay, entry: int, spans: bool, rows: Floats, first: int, last: int) -> None:
     """Write walls to the rows of an entry whose tied places have the surface of none."""
-    of = RankedRay(geometry, room.stand, scratch, room.ranks, ray, count)
     for i in range(first, last):
         for end in range(2):
             crosses, rank, _ = _end(rows, i, spans, end == 1)
@@ -160,15 +156,6 @@ def _put_walls(
                 rows[i, OFF if not spans else EXIT_OFF if end == 1 else ENTER_OFF] = t_of(of.ranks, surface, rank)
 
 
-@helper
-def _crossings_of(
-    geometry: Geometry, room: RankScratch, scratch: Scratch, ray: Ray, count: int, entry: int
-) -> tuple[int, bool]:
-    """Find the crossings of an entry, as `ranked_crossings`."""
-    find_leaves(geometry, scratch, entry, ray)
-    return ranked_crossings(RankedRay(geometry, room.stand, scratch, room.ranks, ray, count), entry)
-
-
 @allocator
 def rows_of_ranks(
     geometry: Geometry, room: RankScratch, scratch: Scratch, user_ray: Ray, count: int, spans: bool, rows: Floats,
@@ -176,18 +163,20 @@ def rows_of_ranks(
 ) -> tuple[Floats, int]:  # fmt: skip
     """Append rows (kernels/body/crossing_rows.py) of a ray with ranks. Return (rows, number)."""
     ray, scale = scale_ray(user_ray)
+    of = RankedRay(geometry, room.stand, scratch, room.ranks, ray, count)
     first, along, tied = used, ray_of_ranks(ray.start), find_ties(geometry, room.ranks, ray)
     for k in range(count):
         entry = scratch.found[k]
         if spans and not is_solid(geometry, entry):
             continue
-        crossings, inside = _crossings_of(geometry, room, scratch, ray, count, entry)
+        find_leaves(geometry, scratch, entry, ray)
+        crossings, inside = ranked_crossings(of, entry)
         if crossings > 0 or inside:
             rows = grow_rows(rows, used, crossings + 1)
             put_rows(geometry, scratch, entry, BodyRows(crossings, inside, 0.0, False), along, spans, rows, used)
             before, used = used, _put_places(scratch, crossings, inside, spans, rows, used)
             if tied:
-                _put_walls(geometry, room, scratch, ray, count, entry, spans, rows, before, used)
+                _put_walls(of, entry, spans, rows, before, used)
     forget_leaves(scratch)
     sort_rows(rows, first, used, spans)
     _ranks_to_t(rows, first, used, user_ray, scale, spans)

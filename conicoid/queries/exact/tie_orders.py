@@ -67,6 +67,15 @@ class Place(NamedTuple):
     moving: int
 
 
+class TiedWall(NamedTuple):
+    """The wall that a crossing in a tied place has, by the orders seen so far."""
+
+    stays: Any  # bool: a ray crosses the wall that the crossing has while the place is tied
+    face: int  # the lowest face number of those that rays cross, -1 for none
+    place: int  # the place and the sense of that face's wall
+    sense: int
+
+
 class Orders(NamedTuple):
     """The orders in which a hit is traced again besides the direction in which the ray moves."""
 
@@ -296,24 +305,35 @@ def wall_of_tie(
     here = _place_at(geometry, ranks, first)
     if here.moving < 2:
         return False, none, none
-    stays, best, place, sense = False, none, none, none
+    found = TiedWall(False, none, none, none)
     for number in range(_count_orders(here)):
         _break_ties(of, _direction_of(geometry, ranks, here, number), 0, False)
         put_canonical_surfaces(of)
-        crossings, _, _ = entry_crossings(of.stand, of.scratch, entry, ray_of_ranks(of.ray.start), 1 << 30)
-        for n in range(crossings):
-            rank, n_place, n_sense, n_enters = read_crossing(of.scratch, n)
-            surface, face, _ = crossing_face(geometry, entry, n_place, n_sense)
-            k = ranks.first[surface]
-            k += 0 if ranks.rank[k] == rank else 1
-            if n_enters == enters and ranks.tied[k] == place_rank:
-                stays |= surface == wall[0] and (face == wall[1] or wall[1] < 0)
-                if best < 0 or face < best:
-                    best, place, sense = face, n_place, n_sense
-        if stays:
+        found = _wall_in_order(of, entry, place_rank, enters, wall, found)
+        if found.stays:
             break
     _restore_ties(of)
-    return not stays and best >= 0, place, sense
+    return not found.stays and found.face >= 0, found.place, found.sense
+
+
+@inline
+def _wall_in_order(
+    of: RankedRay, entry: int, place_rank: float, enters: bool, wall: tuple[int, int], known: TiedWall
+) -> TiedWall:
+    """Return the wall of a crossing after one more order of its place, whose canonical surfaces are put."""
+    geometry, ranks = of.geometry, of.ranks
+    stays, lowest, place, sense = known.stays, known.face, known.place, known.sense
+    crossings, _, _ = entry_crossings(of.stand, of.scratch, entry, ray_of_ranks(of.ray.start), 1 << 30)
+    for n in range(crossings):
+        rank, n_place, n_sense, n_enters = read_crossing(of.scratch, n)
+        surface, face, _ = crossing_face(geometry, entry, n_place, n_sense)
+        k = ranks.first[surface]
+        k += 0 if ranks.rank[k] == rank else 1
+        if n_enters == enters and ranks.tied[k] == place_rank:
+            stays |= surface == wall[0] and (face == wall[1] or wall[1] < 0)
+            if lowest < 0 or face < lowest:
+                lowest, place, sense = face, n_place, n_sense
+    return TiedWall(stays, lowest, place, sense)
 
 
 @helper
