@@ -186,18 +186,20 @@ def test_a_scene_takes_what_is_equal_in_one_that_is_prepared(monkeypatch):
         assert lowered.pop() == new
 
 
-def test_a_slider_changes_one_body_as_the_whole_file_would():
-    from conicoid.viewer import session as numbers
+def test_a_slider_changes_one_number_of_one_body():
+    from conicoid.viewer.session import numbers_of, with_number
 
     scene = co.Scene(_things())
     scene.prepare()
     for item in (1, 3, 7):
-        for number in numbers.numbers_of(scene, item)[:3]:
-            changed = numbers.with_number(scene, number["path"], number["value"] + 0.25)
-            assert changed == numbers._replace_number(scene, number["path"], number["value"] + 0.25)
-            assert [new is old for new, old in zip(changed.bodies, scene.bodies, strict=True)].count(False) == (
-                1 if number["path"][0] == "bodies" else 2
-            )
+        before = {number["path"][1]: number["value"] for number in numbers_of(scene, item)}
+        for name, value in list(before.items())[:3]:
+            changed = with_number(scene, item, name, value + 0.25)
+            after = {number["path"][1]: number["value"] for number in numbers_of(changed, item)}
+            assert after == before | {name: value + 0.25}
+            assert [
+                k for k, (new, old) in enumerate(zip(changed.bodies, scene.bodies, strict=True)) if new is not old
+            ] == [item]
             assert changed._previous is scene._prepared
 
 
