@@ -80,18 +80,19 @@ class NestedSolid:
 
 
 def split_levels(solid: Solid) -> NestedSolid | None:
-    """Return a solid as nested universes; None if no part is rotated, or if fills cannot express the motions."""
+    """Return a solid as nested universes.
+
+    None if no part is rotated, or all are, or if fills cannot express the motions.
+    """
     groups: dict[tuple[Step, ...], list[Solid]] = {}
     for operand in _intersection_parts(solid):
         own, outer = _split_turns(operand)
         groups.setdefault(outer, []).append(own)
-    # Nothing is rotated, so the cell holds the surfaces themselves
-    if set(groups) == {()}:
+    # Nothing is rotated; or all is, and a universe with no part around it would fill all of space, beside other cells
+    if () not in groups or len(groups) == 1:
         return None
     # Each motion must end with the motion around it: the rest leads from one universe into the next.
     chain = sorted(groups, key=len)
-    if chain[0] != ():
-        chain.insert(0, ())
     levels = []
     # The shortest motion is the outermost.
     for parent, inner in pairwise(chain):
@@ -101,7 +102,7 @@ def split_levels(solid: Solid) -> NestedSolid | None:
         if further is None:
             return None
         levels.append(further)
-    return NestedSolid(tuple(tuple(groups.get(steps, ())) for steps in chain), tuple(levels))
+    return NestedSolid(tuple(tuple(groups[steps]) for steps in chain), tuple(levels))
 
 
 def _intersection_parts(solid: Solid, outer: Motion = IDENTITY_MOTION) -> Iterator[Solid]:
@@ -338,7 +339,6 @@ def export_text(scene: WritableScene, options: ExportOptions) -> ExportResult:
     report.check()
     if not cells:  # a geometry without cells is none for OpenMC, nor for any reader
         raise ValueError("export: there is no body to write")
-    _flatten_unbounded(cells, regions, universes)
     emptiness = EmptinessTest(table)
     _cut_overlaps(cells, emptiness, report)
     for cell in cells:
@@ -362,37 +362,10 @@ def _cell(item: ExportBody, regions: RegionWriter, universes: _UniverseTable) ->
         return _CellEntry(item, regions.of(item.solid))
     universe = _ROOT_UNIVERSE
     for parts, levels in zip(nested.parts, nested.levels, strict=False):
-        region = join_regions(IntersectionNode, [regions.of(part) for part in parts]) if parts else None
+        region: Region | None = join_regions(IntersectionNode, [regions.of(part) for part in parts])
         for level in levels:
             universe, region = universes.fill_number(universe, region, level), None
     return _CellEntry(item, join_regions(IntersectionNode, [regions.of(part) for part in nested.parts[-1]]), universe)
-
-
-def _flatten_unbounded(cells: list[_CellEntry], regions: RegionWriter, universes: _UniverseTable) -> None:
-    """Move bodies whose universe would fill all of space to the root universe, if other cells are there.
-
-    These are bodies that have rotated parts only. In the root their surfaces are the rotated ones, rounded.
-    """
-    root = {
-        universe
-        for (parent, region, _), universe in universes.numbers.items()
-        if parent == _ROOT_UNIVERSE and region is None
-    }
-    has_sibling = any(
-        parent == _ROOT_UNIVERSE and universe not in root for (parent, _, _), universe in universes.numbers.items()
-    )
-    others = has_sibling or any(cell.universe == _ROOT_UNIVERSE for cell in cells)
-    if not root or (len(root) == 1 and not others):
-        return
-    inner = set(root)
-    for (parent, _, _), universe in universes.numbers.items():
-        if parent in inner:
-            inner.add(universe)
-    for cell in cells:
-        if cell.universe in inner:
-            cell.universe, cell.region = _ROOT_UNIVERSE, regions.of(cell.item.solid)
-    for key in [key for key, universe in universes.numbers.items() if universe in inner]:
-        del universes.numbers[key]
 
 
 def _cut_overlaps(cells: list[_CellEntry], emptiness: EmptinessTest, report: ExportReport) -> None:

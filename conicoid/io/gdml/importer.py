@@ -14,7 +14,6 @@ import os
 from collections import ChainMap, Counter
 from collections.abc import Callable, Iterator
 from dataclasses import field
-from functools import cached_property
 from typing import Any
 
 from ..._util.dataclass import dataclass
@@ -29,7 +28,7 @@ from ..openmc.universe_block import BlockBodies, BlockPiece, PlacePath, Universe
 from ..scene_file.nodes import shorten
 from ..xml_tree import XmlElement, read_xml
 from .materials import GAS_DENSITY, GdmlMaterial, MaterialTable, read_materials
-from .solid_template import FrameTable, GdmlPlacement, PlacedTemplate, is_rigid, place_solid
+from .solid_template import GdmlPlacement, PlacedTemplate, is_rigid, place_solid
 from .solids import SolidTable, read_solids
 from .structure import LogicalVolume, StructureReader
 from .values import GdmlError, GdmlReader, local_tag, look_up, read_defines, read_reference, strip_pointer
@@ -43,15 +42,15 @@ class VolumePiece(BlockPiece):
     own: PlacedTemplate
     displaced: tuple[PlacedTemplate, ...]
 
-    def solid_at(self, shift: Shift, frames: FrameTable) -> Solid:
+    def solid_at(self, shift: Shift) -> Solid:
         """Build the solid less the solids placed in it, with the block translated by `shift`.
 
         Raise OmittedPart, ValueError or OverflowError if the numbers make no solid there.
         """
-        own = place_solid(*self.own, shift, frames)
+        own = place_solid(*self.own, shift)
         if not self.displaced:
             return own
-        return Difference((own, *[place_solid(*each, shift, frames) for each in self.displaced]))
+        return Difference((own, *[place_solid(*each, shift) for each in self.displaced]))
 
 
 class VolumeBlock(UniverseBlock[VolumePiece]):
@@ -73,14 +72,10 @@ class VolumeBlock(UniverseBlock[VolumePiece]):
 class VolumeBodies(BlockBodies[VolumePiece]):
     """The bodies of a GDML file."""
 
-    @cached_property
-    def _frames(self) -> FrameTable:
-        return {}
-
     def shape_at(self, kind: int, shift: Shift) -> Solid:
         """Build a volume less its daughters, translated by a shift. Raise ValueError if it cannot be built there."""
         try:
-            return self._pieces[kind].solid_at(shift, self._frames)
+            return self._pieces[kind].solid_at(shift)
         except OmittedPart as left:
             raise ValueError(str(left)) from None
 

@@ -176,12 +176,6 @@ def combine_templates(kind: BooleanKind, operands: Sequence[TemplateOperand]) ->
 
 # Placements in the blocks of volumes.
 
-FrameTable = dict[Hashable, tuple[Motion, Point, Motion]]
-"""For outer motions, by identity, and shifts after them: (outer motion, shift before it, motion that follows that).
-
-All solids that stand in a rotated frame have the motion in common."""
-_MOST_FRAMES = 1 << 14
-
 
 @dataclass(frozen=True)
 class GdmlPlacement:
@@ -241,27 +235,21 @@ class GdmlPlacement:
         own = () if self.may_stand_anywhere else tuple(value.as_integer_ratio() for value in self.shift)
         return self.turn.sources, self.turn.signs, id(self.outer), own
 
-    def at(self, whole: Point, frames: FrameTable) -> UniversePlacement:
+    def at(self, whole: Point) -> UniversePlacement:
         """Return the placement in the world with `whole` in place of its last shift."""
         if self.is_straight:
             return UniversePlacement(self.turn, whole)
-        key = id(self.outer), *map(Fraction.as_integer_ratio, whole)
-        found = frames.get(key)
-        if found is None or found[0] is not self.outer:  # a pickle has ids of before, which others may have now
-            _ = self.outer.reach  # which the longer motion takes over, of all places
-            before, after = split_shift(self.outer, whole)
-            outer = self.outer.then(Motion((Translate(to_floats(after)),))) if any(after) else self.outer
-            if len(frames) >= _MOST_FRAMES:
-                frames.clear()
-            found = frames[key] = self.outer, before, outer
-        return UniversePlacement(self.turn, add_points(self.shift, found[1]), found[2])
+        _ = self.outer.reach  # which the longer motion takes over, of all places
+        before, after = split_shift(self.outer, whole)
+        outer = self.outer.then(Motion((Translate(to_floats(after)),))) if any(after) else self.outer
+        return UniversePlacement(self.turn, add_points(self.shift, before), outer)
 
 
 PlacedTemplate = tuple[SolidTemplate, GdmlPlacement]
 """A solid and its placement in a block."""
 
 
-def place_solid(template: SolidTemplate, place: GdmlPlacement, shift: Shift, frames: FrameTable) -> Solid:
+def place_solid(template: SolidTemplate, place: GdmlPlacement, shift: Shift) -> Solid:
     """Build a solid with the block that it stands in translated by `shift`; the first `MOST_HELD` are held.
 
     A daughter's solid stands in the bodies of both its volume and its mother.
@@ -269,8 +257,8 @@ def place_solid(template: SolidTemplate, place: GdmlPlacement, shift: Shift, fra
     x, y, z = whole = add_points(place.shift if place.is_straight else place.lift, shift)
     key = x.as_integer_ratio(), y.as_integer_ratio(), z.as_integer_ratio(), place.key
     found = template.held.get(key)
-    if found is None or found[0] is not place.outer:  # as in `GdmlPlacement.at`
-        found = place.outer, template.at(place.at(whole, frames))
+    if found is None or found[0] is not place.outer:  # a pickle has ids of before, which others may have now
+        found = place.outer, template.at(place.at(whole))
         if len(template.held) < MOST_HELD:
             template.held[key] = found
     return found[1]

@@ -185,7 +185,8 @@ def parse_deck(
             problems.append(Problem(card.line, 1, "read", message))
         # Read as rows, a table in columns would give wrong numbers without an error; of sources it gives none
         if card.text.startswith("#") and any(map(_GEOMETRY_COLUMN.match, card.text[1:].split())):
-            problems.append(Problem(card.line, 1, "#", "begins a table in columns (vertical input): write it in rows"))
+            message = "begins a table in columns (vertical input): write it in rows" + card.hint
+            problems.append(Problem(card.line, 1, "#", message))
     long = [
         n
         for n in range(first + 1, len(lines))

@@ -133,7 +133,9 @@ class _DeckReader:
             try:
                 cell = read_cell_card(card, self.cards)
                 if cell.number in self.cards:
-                    raise ValueError("its number is taken by another cell")
+                    first = self.cards[cell.number].card
+                    # The first may be no cell: a continued line that lacks blanks
+                    raise ValueError(f"its number is taken by the cell of line {first.line}{first.hint}")
                 self.cards[cell.number] = cell
             except ValueError:
                 self.broken_cells |= {int(digits)} if digits.isdecimal() and len(digits) < 16 else set()

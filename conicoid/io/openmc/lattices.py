@@ -174,6 +174,12 @@ class Lattice(ABC):
         ranges = [(*ends, (0, 1), (0, 1))[axis] for axis in axes]
         places = [axes.index(axis) for axis in range(len(axes))]
         indices = (tuple(steps[place] for place in places) for steps in grid_indices(ranges))
+        # The ways of hexagons are slanted: along a flat box most indices in these ranges are of elements beside it
+        box = self.first.prism.extent
+        indices = (
+            index for index in indices
+            if not box.placed(UniversePlacement(shift=self._shift(index))).common(extent).is_empty
+        )  # fmt: skip
         return LatticeTiles(math.prod(max(end - first, 0) for first, end in ranges), indices)
 
 

@@ -156,6 +156,15 @@ def test_a_file_of_openmc_has_a_cell(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
+def test_turned_parts_fill_a_cell_of_openmc_if_others_bound_them(tmp_path: Path) -> None:
+    """(0.336, 1.256, 0) is 1.3 from the centre, at 75 degrees: in the turned box, beside an unturned one and the ball."""
+    turned, path = co.Box().rotate("z", 30), tmp_path / "a.xml"
+    for solid, fills in ((turned, 0), (turned & co.Sphere(1.2), 1)):
+        co.export(co.Scene([solid]), path)
+        assert path.read_text().count(' rotation="0 0 30"') == fills
+        assert co.load(path).contains([(0.55, 0.55, 0.3), (0.336, 1.256, 0)]).tolist() == [True, fills == 0]
+
+
 def test_cells_of_openmc_do_not_overlap(tmp_path: Path) -> None:
     """What two bodies share belongs to the one that is listed first, as `body_at` says."""
     scene = co.Scene([co.Body(co.Sphere(1), name="a"), co.Body(co.Sphere(1, (1, 0, 0)), name="b")])

@@ -105,7 +105,7 @@ def test_options(tmp_path: Path) -> None:
         ("1 1 -10.4 -1", "1 1 -10.4 -1 lat=1", ":2:1: cell 1: lat: the cell must be a parallelepiped"),
         ("1 1 -10.4 -1", "1 1 -10.4 -1 lat=3", ":2:1: cell 1: lat must be 1"),
         ("2 2 0.05   1 -2 imp:n=1", "2 like 7 but u=3", ":3:1: cell 2: like: cell 7 is not defined before"),
-        ("2 2 0.05 ", "1 2 0.05 ", ":3:1: cell 1: its number is taken by another cell"),
+        ("2 2 0.05 ", "1 2 0.05 ", ":3:1: cell 1: its number is taken by the cell of line 2"),
         ("1 cz 0.4", "1 cz -0.4", ":7:1: surface 1: the radius must be > 0"),
         ("1 cz 0.4", "1 cy/z 0.4", ":7:1: surface 1: 'cy/z' is no kind of surface"),
         ("1 cz 0.4", "1 5 cz 0.4", ":7:1: surface 1: the transformation tr5 is not"),
@@ -266,9 +266,9 @@ def test_hexagonal_prisms_of_a_million_centimetres_have_no_ends(tmp_path: Path) 
 
 def test_a_continued_line_that_lacks_a_blank(tmp_path: Path) -> None:
     hint = "a continued line needs five blanks, this one has 4"
-    for first, second in (("-1", "-2 imp:n=1"), ("(-1", "-2) imp:n=1")):
+    for first, second in (("-1", "-2 imp:n=1"), ("(-1", "-2) imp:n=1"), ("-1", "2 1 -1 imp:n=1"), ("-1", "#2 imp:n=1")):
         text = PIN.replace("1 1 -10.4 -1 imp:n=1", f"1 1 -10.4 {first}\n    {second}")
-        with pytest.raises(ValueError, match=f":3:1: cell .*; {hint}"):
+        with pytest.raises(ValueError, match=f":[34]:1: .*; {hint}"):
             loaded(tmp_path, text)
     # Cards that are indented all, and a mistake that the blanks do not explain
     indented = "t\n   1 0 -1\n  10 0 -9\n   2 0 1\n\n  1 so 1\n  2 px 0\n"

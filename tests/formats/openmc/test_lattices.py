@@ -169,7 +169,7 @@ def test_elements_around_a_box_are_those_that_reach_into_it(lattice: Lattice) ->
     tiles = lattice.tiles_around(whole)
     assert tiles is not None
     found = list(tiles.indices)
-    assert len(found) == len(set(found)) == tiles.count
+    assert len(found) == len(set(found)) <= tiles.count
     assert set(lattice.universes) <= set(found)
     assert isinstance(lattice, HexagonalLattice) or set(lattice.universes) == set(found)
     assert {len(index) for index in found} == {len(next(iter(lattice.universes)))}
@@ -178,6 +178,7 @@ def test_elements_around_a_box_are_those_that_reach_into_it(lattice: Lattice) ->
     tiles = lattice.tiles_around(far)
     assert tiles is not None
     prisms = [lattice.prism(index) for index in tiles.indices]
+    assert not any(prism.extent.common(far).is_empty for prism in prisms)
     points = np.random.default_rng(3).uniform((6, 7, 0), (9, 11, 2), (500, 3))
     assert np.any([inside(prism, points) for prism in prisms], axis=0).all()
 
