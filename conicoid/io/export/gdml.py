@@ -16,7 +16,7 @@ from xml.sax.saxutils import quoteattr
 from ..._util.dataclass import dataclass
 from ..._util.files import printable
 from ..._util.text import format_count
-from ...geometry.shape import Difference, Solid
+from ...geometry.shape import Boolean, Difference, Solid
 from ...materials.material import Material
 from ..gdml.materials import GAS_DENSITY
 from ..importers import palette_color as color_of_number
@@ -373,7 +373,11 @@ def _report_sibling_overlaps(siblings: list[VolumeNest], report: ExportReport) -
             outer_regions[number] = regions.of(siblings[number].outer)
         return outer_regions[number]
 
+    reported = -1
     for i, j in overlapping_boxes([nest.outer.bounds for nest in siblings]):
+        # One body before it is enough, and the pairs of a body follow each other
+        if j == reported:
+            continue
         first, later = siblings[i], siblings[j]
         if first.outer in _cut_bodies(later) or later.outer in _cut_bodies(first):  # one is cut from the other
             continue
@@ -383,11 +387,12 @@ def _report_sibling_overlaps(siblings: list[VolumeNest], report: ExportReport) -
         except UnsupportedExport:
             pass
         report.narrow("may share points with bodies before them, which GDML's daughters must not", later.item.name)
+        reported = j
 
 
 def _cut_bodies(nest: VolumeNest) -> tuple[object, ...]:
     """Return the solids that are cut from a volume."""
-    return getattr(nest.outer, "operands", ())[1:]
+    return nest.outer.operands[1:] if isinstance(nest.outer, Boolean) else ()
 
 
 def _document(structure: _StructureWriter, world: str) -> str:
