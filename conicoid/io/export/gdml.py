@@ -22,8 +22,6 @@ from ..._util.text import format_count
 from ...geometry.body import Body
 from ...geometry.shape import Boolean, Difference, PrimitiveSolid, Solid
 from ...materials.material import Material
-from ...prepare.prepared_scene import prepare
-from ...queries.ray_queries import as_rays, spans
 from ..gdml.materials import GAS_DENSITY
 from ..importers import palette_color as color_of_number
 from ..openmc.region_expression import Region
@@ -414,6 +412,10 @@ def _clear_overlaps(siblings: list[VolumeNest], pairs: list[tuple[int, int]]) ->
     both = np.array([(places[i], places[j]) for i, j in pairs if i in places and j in places], int).reshape(-1, 2)
     if not len(both):
         return set()
+    # Only here: most files need no rays
+    from ...prepare.prepared_scene import prepare
+    from ...queries.ray_queries import as_rays, spans
+
     low, high = np.array([solids[k].bounds for k in simple]).transpose(1, 0, 2)
     first, later = both.T
     thickness = (high - low).min(axis=1)
