@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
+from conicoid.apps.checks.probe_rays import ProbeRays, ProbeScan
 
 from ..command_line import run
 
@@ -229,3 +230,19 @@ def test_a_lamp_in_a_ceiling():
         assert not co.check(co.Scene([ceiling, co.Body(sheet.translate((0, 0, -0.5)), name="lamp")]), 2000)
     half = co.Body(co.Disc((3, 0, 2), (0, 0, -1), 0.5), name="half of it reaches out")
     assert not co.check(co.Scene([ceiling, half]), 2000)
+
+
+def test_rays_for_coincidences_take_one_query_for_many_pairs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Slabs with gaps of 2^-44 between them: 3 or 24 pairs of surfaces that nearly coincide take equally many queries."""
+    counts = []
+    follow = ProbeScan.follow
+    for pairs in (3, 24):
+        calls: list[ProbeRays] = []
+        monkeypatch.setattr(
+            ProbeScan, "follow", lambda scan, rays, calls=calls: (calls.append(rays), follow(scan, rays))[1]
+        )
+        slabs = [co.Box((k + 2.0**-44, 0, 0), (k + 1, 1, 1)) for k in range(pairs + 1)]
+        findings = co.check(co.Scene(slabs), rays=300)
+        assert sum(finding.kind == "near-coincidence" for finding in findings) >= pairs
+        counts.append(len(calls))
+    assert counts[0] == counts[1]

@@ -22,7 +22,7 @@ from ...queries.scene_protocol import SceneLike
 from ..derivatives.quadric_form import SurfaceUsers, forms_of, shift_forms
 from .conditioning import SINGLE_PRECISION_DIGITS, Conditioning, conditioning
 from .findings import COINCIDENCE, DIGITS, EMPTY, OVERLAP, SLIVER, Finding, Findings, body_titles
-from .probe_rays import THIN, ProbeScan, ProbeTargets, Sighting, rays_through
+from .probe_rays import THIN, ProbeRays, ProbeScan, ProbeTargets, Sighting, rays_through
 from .undefined_regions import skipped_checks, undefined_regions
 
 # --- Near-coincidence: surfaces that are equal up to rounding, but not equal, where one was meant
@@ -111,6 +111,8 @@ def coefficients(tables: Tables, surfaces: Any, low: FloatArray, high: FloatArra
 
 # --- The check
 
+_PAIRS_OF_A_QUERY = 256
+"""Pairs of nearly coincident surfaces whose rays are traced together."""
 _FOR_A_PAIR = 64
 """Rays through the common box of each pair of nearly coincident surfaces."""
 _FOR_THE_UNSEEN = 256
@@ -176,9 +178,10 @@ def check(
             progress(part + 1, 6)
     # Surfaces that nearly coincide: more rays where both are, to show them and the slivers between them
     near = list(near_pairs(lowered.tables, targets))
-    for pair in near:
-        low, high = (np.tile(end, (_FOR_A_PAIR, 1)) for end in (pair.low, pair.high))
-        scan.follow(rays_through(low, np.maximum(low, high), random))
+    for begin in range(0, len(near), _PAIRS_OF_A_QUERY):
+        parts = [_rays_through_pair(pair, random) for pair in near[begin : begin + _PAIRS_OF_A_QUERY]]
+        origins, directions = (np.concatenate([part[k] for part in parts]) for k in (0, 1))
+        scan.follow(ProbeRays(origins, directions))
     if progress is not None:
         progress(4, 6)
     # Bodies that are still unseen after this are reported as empty
@@ -193,12 +196,18 @@ def check(
     findings = [
         *_overlaps(scan),
         *_slivers(scan),
-        *(_coincidence(scan, pair) for pair in near),
+        *_coincidences(scan, near),
         *_empty(scan, targets, unseen),
         *(_few_digits(whole, one) for one in sorted(conditions, key=lambda one: (one.digits, one.body))),
         *undefined,
     ]
     return Findings(findings, skipped_checks(whole))
+
+
+def _rays_through_pair(pair: NearPair, random: np.random.Generator) -> ProbeRays:
+    """Return rays through the common box of a pair."""
+    low, high = (np.tile(end, (_FOR_A_PAIR, 1)) for end in (pair.low, pair.high))
+    return rays_through(low, np.maximum(low, high), random)
 
 
 def _probe_window(scan: ProbeScan, targets: ProbeTargets, rays: int, random: np.random.Generator) -> None:
@@ -283,17 +292,24 @@ def _ray_count(sighting: Sighting) -> str:
     return f"{sighting.times} ray{'s are' if sighting.times != 1 else ' is'}"
 
 
-def _coincidence(scan: ProbeScan, pair: NearPair) -> Finding:
-    """Return the finding of a pair, with a ray on which both surfaces follow each other if the scan has one."""
-    bodies = tuple(sorted(set(pair.bodies)))
-    message = (
-        f"surfaces {pair.surfaces[0]} and {pair.surfaces[1]} of {body_titles(scan.scene, bodies)} "
-        f"differ by {pair.difference:.2g} of their size; written alike, they would be one"
-    )
-    sightings = [sighting for key, sighting in scan.slivers.items() if set(key[2:]) == set(pair.surfaces)]
-    if sightings:
-        return _finding_with_ray(COINCIDENCE, bodies, message, sightings[0], pair.difference)
-    return Finding(COINCIDENCE, bodies, message, pair.difference)
+def _coincidences(scan: ProbeScan, near: list[NearPair]) -> list[Finding]:
+    """Return the findings of pairs, with a ray on which both surfaces follow each other if the scan has one."""
+    sightings: dict[frozenset[int], Sighting] = {}
+    for key, sighting in scan.slivers.items():
+        sightings.setdefault(frozenset(key[2:]), sighting)
+    findings = []
+    for pair in near:
+        bodies = tuple(sorted(set(pair.bodies)))
+        message = (
+            f"surfaces {pair.surfaces[0]} and {pair.surfaces[1]} of {body_titles(scan.scene, bodies)} "
+            f"differ by {pair.difference:.2g} of their size; written alike, they would be one"
+        )
+        seen = sightings.get(frozenset(pair.surfaces))
+        if seen is None:
+            findings.append(Finding(COINCIDENCE, bodies, message, pair.difference))
+        else:
+            findings.append(_finding_with_ray(COINCIDENCE, bodies, message, seen, pair.difference))
+    return findings
 
 
 def _empty(scan: ProbeScan, targets: ProbeTargets, bodies: Any) -> list[Finding]:

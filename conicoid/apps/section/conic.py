@@ -148,15 +148,16 @@ class PlaneConic:
         a, b, c, *_ = self.exact
         # Sides in a power of two near them, which changes no rounding: squares of tiny ones would overflow.
         power = math.frexp(max(self.sides))[1]
-        across, up = (Fraction(math.ldexp(side, -power)) for side in self.sides)
-        largest = Fraction(max(map(abs, self.exact)))
-        first, last, mixed = a / (across * across) / largest, c / (up * up) / largest, b / (across * up) / largest
-        mean, half, b2 = float(first + last) / 2, float(first - last) / 2, float(mixed)
+        (across, up), unit = _binary([math.ldexp(side, -power) for side in self.sides])
+        # The terms over one denominator: quotients of integers are rounded once.
+        first, last, mixed = (value * unit * unit for value in (a * up * up, c * across * across, b * across * up))
+        size = max(map(abs, self.exact)) * (across * up) ** 2
+        mean, half, b2 = (first + last) / size / 2, (first - last) / size / 2, mixed / size
         radius = math.hypot(half, b2)
         angle = 0.5 * math.atan2(b2, half)
         most = mean + math.copysign(radius, mean)
         # The smaller eigenvalue is the determinant over the larger one: a difference would cancel.
-        other = float(first * last - mixed * mixed) / most if most else -radius
+        other = (first * last - mixed * mixed) / (size * size) / most if most else -radius
         if mean < 0:
             angle += math.pi / 2
         most, other, total = (math.ldexp(value, -2 * power) for value in (most, other, 2 * mean))
@@ -166,9 +167,9 @@ class PlaneConic:
         """Return an ellipse, or both branches of a hyperbola."""
         a, b, c, d, e, _ = self.exact
         across, up = self.sides
-        at_s, at_t = _as_float(Fraction(b * e - c * d, det)), _as_float(Fraction(b * d - a * e, det))
+        at_s, at_t = _quotient(b * e - c * d, det), _quotient(b * d - a * e, det)
         center = at_s * across, at_t * up
-        at_center = _as_float(Fraction(whole, det) / max(map(abs, self.exact)))
+        at_center = _quotient(whole, det * max(map(abs, self.exact)))
         first, other, cosine, sine, _ = self._axes()
         if first == 0.0:
             return []
@@ -256,12 +257,12 @@ def _discriminant(numbers: Fractions6) -> tuple[Fraction, Fraction, Fraction]:
     return b * b - a * c, 2 * (b * d - a * e), d * d - a * f
 
 
-def _as_float(value: Fraction) -> float:
-    """Return the float nearest to a number, infinite beyond the largest."""
+def _quotient(above: int, below: int) -> float:
+    """Return the float nearest to a quotient, infinite beyond the largest."""
     try:
-        return float(value)
+        return above / below
     except OverflowError:
-        return math.copysign(math.inf, value)
+        return math.inf if (above > 0) == (below > 0) else -math.inf
 
 
 def _in_order(x: float, y: float) -> tuple[float, float]:
@@ -371,10 +372,8 @@ class RecordConics:
 
     def __init__(self, scene: PreparedScene, window: Window) -> None:
         self.tables, self.rest, self.window = scene.lowered.tables, scene.lowered.rest, window
-        parts = window.corner, window.u, window.v
-        corner, u, v = ([Fraction(float(x)) for x in part] for part in parts)
-        self.middle = [c + a / 2 + b / 2 for c, a, b in zip(corner, u, v, strict=True)]
-        self.sides = u, v
+        middle, u, v, self.unit = window.exact()
+        self.plane = [*middle, *u, *v]
         self.sizes = np.abs(window.corner) + np.abs(window.u) + np.abs(window.v), np.abs(window.u), np.abs(window.v)
 
     def conic(self, surface: int) -> PlaneConic:
@@ -382,34 +381,29 @@ class RecordConics:
         kind, row = int(self.tables.surface_kind[surface]), int(self.tables.surface_row[surface])
         if kind == PLANE:
             numbers, rests = self.tables.planes[row], self.rest.planes[row]
-            values, sizes = self._of_plane(_sums(numbers, rests)), self._size_of_plane(np.abs(numbers))
+            convert, size = _plane_conic, self._size_of_plane
         elif kind == SPHERE:
             numbers = self.tables.spheres[row]
             rests = self.rest.spheres[row] if row < len(self.rest.spheres) else np.zeros(4)
-            # A sphere as a quadric: W = I, squares 1, linear part 0, constant radius².
-            one = np.array([*numbers[:3], 1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 1, 0, 0, 0])
-            full = [*_sums(numbers[:3], rests[:3]), *map(Fraction, one[3:].tolist()), _sums(numbers, rests)[3] ** 2]
-            values = self._of_quadric(full)
-            sizes = self._size_of_quadric(np.abs(np.append(one, numbers[3] ** 2)))
+            convert, size = _sphere_conic, self._size_of_sphere
         else:
             numbers = self.tables.whole_quadrics([row])[0]
             rests = self.rest.quadrics[int(self.tables.quadrics[row, 3])]
-            values, sizes = self._of_quadric(_sums(numbers, rests)), self._size_of_quadric(np.abs(numbers))
+            convert, size = _quadric_conic, self._size_of_quadric
+        count = len(numbers)
+        whole, below = _binary([*numbers.tolist(), *rests.tolist()])
+        # One unit for the numbers and the window
+        unit = max(below, self.unit)
+        record = [(x + y) * (unit // below) for x, y in zip(whole[:count], whole[count:], strict=True)]
+        plane = [x * (unit // self.unit) for x in self.plane]
+        values, denominator = convert(record, (plane[:3], plane[3:6], plane[6:]), unit)
         is_exact = not rests.any()
-        if not is_exact and any(abs(v) <= size * _OFF * _SURE for v, size in zip(values, sizes, strict=True) if size):
-            raise UnclearConicError
-        unit = math.lcm(*(value.denominator for value in values))
-        whole = [int(value * unit) for value in values]
-        common = math.gcd(*whole) or 1
-        return PlaneConic(as_six([x // common for x in whole]), not is_exact, self.window.size, quick=True)
-
-    def _of_plane(self, numbers: list[Fraction]) -> list[Fraction]:
-        """Return A to F of a plane."""
-        normal, above, anchor = numbers[:3], numbers[3], numbers[4:]
-        offset = [m - a for m, a in zip(self.middle, anchor, strict=True)]
-        u, v = self.sides
-        none = Fraction(0)
-        return [none, none, none, _dot(normal, u) / 2, _dot(normal, v) / 2, _dot(normal, offset) + above]
+        if not is_exact:
+            errors = [each * _OFF * _SURE for each in size(np.abs(numbers))]
+            if any(abs(_quotient(x, denominator)) <= error for x, error in zip(values, errors, strict=True) if error):
+                raise UnclearConicError
+        common = math.gcd(*values) or 1
+        return PlaneConic(as_six([x // common for x in values]), not is_exact, self.window.size, quick=True)
 
     def _size_of_plane(self, numbers: Any) -> list[float]:
         """Return the sums of the sizes of the terms of A to F, to which errors are relative."""
@@ -417,16 +411,11 @@ class RecordConics:
         normal = numbers[:3]
         return [0.0, 0.0, 0.0, normal @ u, normal @ v, normal @ (middle + numbers[4:]) + numbers[3]]
 
-    def _of_quadric(self, numbers: list[Fraction]) -> list[Fraction]:
-        """Return A to F of Σ s y² + 2 b y - k with y = W (x - anchor), x = middle + s u + t v."""
-        offset = [m - a for m, a in zip(self.middle, numbers[:3], strict=True)]
-        rows = [numbers[3 + 3 * k : 6 + 3 * k] for k in range(3)]
-        s, b, k = numbers[12:15], numbers[15:18], numbers[18]
-        p, q, r = ([_dot(row, part) for row in rows] for part in (*self.sides, offset))
-        return [
-            _sum(s, p, p), _sum(s, p, q), _sum(s, q, q), _sum(s, p, r) + _dot(b, p), _sum(s, q, r) + _dot(b, q),
-            _sum(s, r, r) + 2 * _dot(b, r) - k,
-        ]  # fmt: skip
+    def _size_of_sphere(self, numbers: Any) -> list[float]:
+        """Return the sums of the sizes of the terms of A to F, as `_size_of_plane` does."""
+        middle, u, v = self.sizes
+        offset = middle + numbers[:3]
+        return [u @ u, u @ v, v @ v, u @ offset, v @ offset, offset @ offset + numbers[3] ** 2]
 
     def _size_of_quadric(self, numbers: Any) -> list[float]:
         """Return the sums of the sizes of the terms of A to F, as `_size_of_plane` does."""
@@ -439,14 +428,53 @@ class RecordConics:
         ]  # fmt: skip
 
 
-def _sums(numbers: Any, rests: Any) -> list[Fraction]:
-    """Return rounded numbers plus their rests, exactly."""
-    return [Fraction(x) + Fraction(y) for x, y in zip(numbers.tolist(), rests.tolist(), strict=True)]
+# Coefficients A to F of a record, and their denominator. Numbers are integers, to be divided by `unit`; so are the
+# vectors of the plane: the middle of the window, u and v.
+
+_IntegerPlane: TypeAlias = tuple[list[int], list[int], list[int]]
 
 
-def _dot(a: list[Fraction], b: list[Fraction]) -> Fraction:
+def _plane_conic(numbers: list[int], plane: _IntegerPlane, unit: int) -> tuple[list[int], int]:
+    """Return the conic of normal·(x - anchor) + above."""
+    middle, u, v = plane
+    normal, above, anchor = numbers[:3], numbers[3], numbers[4:]
+    constant = _dot(normal, _minus(middle, anchor)) + above * unit
+    return [0, 0, 0, _dot(normal, u), _dot(normal, v), 2 * constant], 2 * unit**2
+
+
+def _sphere_conic(numbers: list[int], plane: _IntegerPlane, unit: int) -> tuple[list[int], int]:
+    """Return the conic of |x - center|² - radius²."""
+    middle, u, v = plane
+    offset, radius = _minus(middle, numbers[:3]), numbers[3]
+    constant = _dot(offset, offset) - radius * radius
+    return [_dot(u, u), _dot(u, v), _dot(v, v), _dot(u, offset), _dot(v, offset), constant], unit**2
+
+
+def _quadric_conic(numbers: list[int], plane: _IntegerPlane, unit: int) -> tuple[list[int], int]:
+    """Return the conic of Σ s y² + 2 b y - k with y = W (x - anchor)."""
+    middle, u, v = plane
+    offset = _minus(middle, numbers[:3])
+    rows = [numbers[3 + 3 * k : 6 + 3 * k] for k in range(3)]
+    squares, linear, constant = numbers[12:15], [x * unit**2 for x in numbers[15:18]], numbers[18] * unit**4
+    p, q, r = ([_dot(row, part) for row in rows] for part in (u, v, offset))
+    of_p, of_q, of_r = ([s * x for s, x in zip(squares, part, strict=True)] for part in (p, q, r))
+    values = [
+        _dot(of_p, p), _dot(of_p, q), _dot(of_q, q), _dot(of_p, r) + _dot(linear, p), _dot(of_q, r) + _dot(linear, q),
+        _dot(of_r, r) + 2 * _dot(linear, r) - constant,
+    ]  # fmt: skip
+    return values, unit**5
+
+
+def _binary(values: list[float]) -> tuple[list[int], int]:
+    """Return floats as integers over a common power of two, and that power."""
+    ratios = [value.as_integer_ratio() for value in values]
+    common = max(below for _, below in ratios)
+    return [above * (common // below) for above, below in ratios], common
+
+
+def _minus(a: list[int], b: list[int]) -> list[int]:
+    return [x - y for x, y in zip(a, b, strict=True)]
+
+
+def _dot(a: list[int], b: list[int]) -> int:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def _sum(s: list[Fraction], a: list[Fraction], b: list[Fraction]) -> Fraction:
-    return s[0] * a[0] * b[0] + s[1] * a[1] * b[1] + s[2] * a[2] * b[2]

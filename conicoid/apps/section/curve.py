@@ -148,6 +148,8 @@ class Curve(ABC):
         with np.errstate(all="ignore"):
             t, which = self.candidates(others)
             good = np.isfinite(t)
+            if not good.any():
+                return np.zeros(0), np.zeros((0, 2))
             places = refine_crossings(self.conic, others[which[good]].T, self.points(t[good]))
         places = places[np.isfinite(places).all(axis=1)]
         return self.parameter(places), places

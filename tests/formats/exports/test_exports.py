@@ -176,6 +176,16 @@ def test_cells_of_openmc_do_not_overlap(tmp_path: Path) -> None:
     assert back.spans((-5, 0, 0), (1, 0, 0)).t_enter.tolist() == [4, 6]
 
 
+def test_one_overlap_of_a_body_is_enough_for_gdml(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of 10 balls that all share the origin, regions are compared once for each but the first, not for all 45 pairs."""
+    count, is_empty = [], EmptinessTest.is_empty
+    monkeypatch.setattr(EmptinessTest, "is_empty", lambda *parts: count.append(1) or is_empty(*parts))  # type: ignore[func-returns-value]
+    scene = co.Scene([co.Sphere(2, (k / 8, 0, 0)) for k in range(10)])
+    notes = co.export(scene, tmp_path / "out.gdml")
+    assert len(count) <= 9
+    assert any(": body 1, body 2, body 3 and 6 more" in note for note in notes if "may share points" in note)
+
+
 def test_many_bodies_in_one_entry(tmp_path: Path) -> None:
     balls = co.Spheres([(0, 0, 0), (5, 0, 0)], [1, 2])
     scene = co.Scene([co.Body(balls, name="pebbles", materials=["red", "blue"])])
