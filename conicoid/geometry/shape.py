@@ -369,16 +369,16 @@ class Boolean(Solid, abstract=True):
     operands: tuple[Solid, ...]
 
     @classmethod
-    def sides(cls, count: int, inside: bool) -> list[bool]:
+    def _sides(cls, count: int, inside: bool) -> list[bool]:
         """Return whether the inside of each of `count` operands counts for the inside, or the outside, of a node.
 
-        That side is the intersection of these sides of the operands, or their union: see `is_intersection` (De Morgan).
+        That side is the intersection of these sides, or their union: see `_is_intersection` (De Morgan).
         """
         return [inside] * count
 
     @classmethod
-    def is_intersection(cls, inside: bool) -> bool:
-        """Return True if that side of a node is the intersection of its `sides`, False if it is their union."""
+    def _is_intersection(cls, inside: bool) -> bool:
+        """Return whether the inside, or the outside, of a node is the intersection of its `_sides`, not their union."""
         return inside
 
     def bounds_under(self, outer: Motion) -> BoxEnds:
@@ -419,7 +419,7 @@ class Union(Boolean):
         object.__setattr__(self, "operands", _check_solids("Union", self.operands))
 
     @classmethod
-    def is_intersection(cls, inside: bool) -> bool:
+    def _is_intersection(cls, inside: bool) -> bool:
         return not inside
 
 
@@ -449,7 +449,7 @@ class Difference(Boolean):
         object.__setattr__(self, "operands", _check_solids("Difference", self.operands))
 
     @classmethod
-    def sides(cls, count: int, inside: bool) -> list[bool]:
+    def _sides(cls, count: int, inside: bool) -> list[bool]:
         return [inside, *[not inside] * (count - 1)]
 
 
@@ -463,11 +463,11 @@ class Complement(Boolean):
         object.__setattr__(self, "operand", _check_solids("Complement", (self.operand,))[0])
 
     @classmethod
-    def sides(cls, count: int, inside: bool) -> list[bool]:
+    def _sides(cls, count: int, inside: bool) -> list[bool]:
         return [not inside]
 
     @classmethod
-    def is_intersection(cls, inside: bool) -> bool:
+    def _is_intersection(cls, inside: bool) -> bool:
         return True
 
     @property
@@ -500,7 +500,7 @@ class Painted(Boolean):
             object.__setattr__(self, "faces", tuple(sorted(set(faces))))
 
     @classmethod
-    def is_intersection(cls, inside: bool) -> bool:
+    def _is_intersection(cls, inside: bool) -> bool:
         return True
 
     @property

@@ -352,8 +352,8 @@ def _conjuncts(node: _Node, inside: bool) -> tuple[list[tuple[_Leaf, bool]], lis
         if isinstance(part, _Leaf):
             leaves.append((part, inner))
             continue
-        operands = list(zip(part.parts, part.kind.sides(len(part.parts), inner), strict=True))
-        if len(operands) == 1 or part.kind.is_intersection(inner):
+        operands = list(zip(part.parts, part.kind._sides(len(part.parts), inner), strict=True))
+        if len(operands) == 1 or part.kind._is_intersection(inner):
             pending.extend(reversed(operands))
         else:
             unions.append(operands)

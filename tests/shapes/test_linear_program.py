@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 import conicoid as co
+from conicoid.geometry import shape
 from conicoid.geometry.bounds.linear_program import integer_row, integer_support
 from conicoid.geometry.bounds.support import plane_uv
 from conicoid.geometry.cell import cartesian_uv
 from conicoid.geometry.surface import PlaneSurface
-from conicoid.prepare import batch_lowering
 
 # --- The support of half-spaces against polyhedra whose vertices are known
 
@@ -156,10 +156,8 @@ def test_boxes_hold_all_corners_tightly(count, monkeypatch) -> None:
     rng = np.random.default_rng(count)
     cells = [random_cell(rng, count) for _ in range(12)]
     left: list[Any] = []
-    exact = batch_lowering._exact_bounds
-    monkeypatch.setattr(
-        batch_lowering, "_exact_bounds", lambda bodies, parts: left.extend(bodies) or exact(bodies, parts)
-    )
+    exact = shape.region_bounds
+    monkeypatch.setattr(shape, "region_bounds", lambda *of, **sides: left.append(of) or exact(*of, **sides))
     solids = [co.Intersection(tuple(co.HalfSpace(*plane) for plane in planes)) for planes in cells]
     together = co.Scene(solids)._prepared.lowered.boxes
     for planes, solid, box in zip(cells, solids, together, strict=True):

@@ -295,7 +295,7 @@ def hull_of(shape: Shape, box: FittedBox, directions: FloatArray) -> Hull:
         if combine:
             parts = results[-len(operands) :]
             del results[-len(operands) :]
-            results.append(_combine_hulls(parts, not isinstance(node, Boolean) or node.is_intersection(inside)))
+            results.append(_combine_hulls(parts, not isinstance(node, Boolean) or node._is_intersection(inside)))
         elif operands:
             pending.append((node, outer, inside, True))
             inner = node.motion.then(outer)
@@ -313,7 +313,7 @@ def _operands(node: Shape, inside: bool) -> list[tuple[Shape, bool]]:
         return [(node.base, True), (node.solid, node.keep == "inside")]
     if not isinstance(node, Boolean):
         return []
-    return list(zip(node.operands, node.sides(len(node.operands), inside), strict=True))
+    return list(zip(node.operands, node._sides(len(node.operands), inside), strict=True))
 
 
 def _supports(part: Primitive, outer: Motion, world: FloatArray) -> FloatArray:

@@ -311,7 +311,7 @@ class _SolidSide:
     def parts(self) -> list[_SolidSide]:
         """The sides of the operands of a Boolean solid."""
         motion, operands = self.solid.motion.then(self.motion), self.solid.operands
-        sides = self.solid.sides(len(operands), self.inside)
+        sides = self.solid._sides(len(operands), self.inside)
         return [_SolidSide(part, motion, side) for part, side in zip(operands, sides, strict=True)]
 
 
@@ -368,7 +368,7 @@ def _split_conjuncts(node: _SolidSide) -> tuple[list[_SolidSide], list[_SolidSid
         part = pending.pop()
         if not hasattr(part.solid, "operands"):
             primitives.append(part)
-        elif part.solid.is_intersection(part.inside):
+        elif part.solid._is_intersection(part.inside):
             pending.extend(reversed(part.parts))
         else:
             unions.append(part)

@@ -199,9 +199,9 @@ class RegionWriter:
             if depth >= MAX_REGION_DEPTH:
                 raise UnsupportedExport(f"it nests Booleans deeper than {MAX_REGION_DEPTH} levels")
             motion = solid.motion.then(outer)
-            sides = zip(solid.operands, solid.sides(len(solid.operands), inside), strict=True)
+            sides = zip(solid.operands, solid._sides(len(solid.operands), inside), strict=True)
             parts = [self._region_of(operand, motion, side, depth + 1) for operand, side in sides]
-            return join_regions(IntersectionNode if solid.is_intersection(inside) else UnionNode, parts)
+            return join_regions(IntersectionNode if solid._is_intersection(inside) else UnionNode, parts)
         if not isinstance(solid, PrimitiveSolid):
             raise UnsupportedExport(f"{type(solid).__name__} is no solid of planes and quadrics")
         key = solid, outer, inside
