@@ -38,7 +38,7 @@ class PlaneSurface:
     over: Any = field(default=None, compare=False)
     """normal·anchor - offset if it is known: no motion changes it."""
     is_offset_better: bool = field(default=False, compare=False)
-    """Whether the offset is more exact than the anchor: also under turns, most of which are by quarters."""
+    """True if the offset is more exact than the anchor. Turns keep it: most are by quarters, which round nothing."""
 
     @property
     def height(self) -> ex.BigFloat:

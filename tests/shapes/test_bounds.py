@@ -302,7 +302,7 @@ def test_random_cuts_hold_the_solid_and_touch_it(quadric, seed: int) -> None:
 
 
 def test_thousands_of_holes_and_deep_trees_stay_quick() -> None:
-    """A limit on what is asked, not a timing: both would take minutes if every candidate were tried."""
+    """The limit bounds the work, and is no timing: both take minutes if every candidate is tried."""
     started = time.process_time()
     plate = Box((0, 0, 0), (100, 100, 1))
     for k in range(1000):

@@ -187,7 +187,7 @@ def chain(levels: int, copies: int = 1) -> str:
     return geometry(*lines, f"<cell id='{levels * copies + 1}' universe='{levels}' material='1'/>")
 
 
-WHOLE = {  # a file, options, and what is said of it
+WHOLE = {  # a file, options, and a part of the message
     "an undefined entity": ("<geometry>&lt;&x;</geometry>", {}, "undefined entity"),
     "a level too many": (chain(MAX_NESTING), {}, f"nests universes deeper than {MAX_NESTING} levels"),
     "far too many levels": (chain(20_000), {}, "nests universes deeper"),
