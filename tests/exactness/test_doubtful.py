@@ -165,6 +165,15 @@ def test_a_seam_within_a_body_is_no_wall_and_no_tie(name: str) -> None:
     assert np.asarray(hits.normal).tolist() == [np.asarray(hit.normal).tolist()] * 70
 
 
+def test_a_wall_that_touches_an_edge_has_no_face() -> None:
+    """The plane x = -2 touches a wedge along the edge of its faces 1 and 2, and has the lowest number."""
+    normals = [(-1, 0, 0), (-1, 0, 1), (-1, 0, -1), (1, 0, 0), (0, 1, 0), (0, -1, 0)]
+    scene = co.Scene([co.Polyhedron(normals, [2] * 6).rotate("z", -90)])
+    crossings = scene.crossings((0, 9, 0), (0, -1, 0))
+    assert (crossings.t.tolist(), crossings.face.tolist()) == ([7, 11], [1, 3])
+    assert scene.first_hit((0, 9, 0), (0, -1, 0)).face == 1
+
+
 @pytest.mark.parametrize("seed", range(40))
 def test_a_corner_of_three_walls_is_a_tie_if_rays_beside_it_hit_others(seed: int) -> None:
     """Rays beside it cross the walls x = y = z = 0 in each of the six orders, and have no ties themselves."""

@@ -40,7 +40,8 @@ def run(kinds: list[str], first: int, count: int, folder: Path) -> None:
     for summary in lines:
         assert summary["done"] == count
         assert summary["peak"] < BYTES
-        assert count / 40 < summary["accepted"] < count, f"{summary['kind']}: one half only is tested"
+        if first < SAMPLE:  # a later block may have none of the few that are accepted of a kind
+            assert count / 40 < summary["accepted"] < count, f"{summary['kind']}: one half only is tested"
 
 
 @pytest.mark.parametrize(("kinds", "first", "count"), [

@@ -78,6 +78,8 @@ RIMS = np.hypot(0.75, np.maximum(np.abs(HEIGHTS) - 1, 0))
 """Of a ball of radius 5/4 with a bore of 3/4, from its axis: the wall of that, and beyond z = 1 and -1 its rims."""
 EVOLUTE = 25 / (25 - 9)
 """Inside of the evolute of an ellipse, (k, 0) with the half axes a and b has x = a² k / (a² - b²) nearest, |y| < b."""
+BESIDE_APEX = (-4.378540478046168, -2.8881243932372227, 13.859126283743793)
+"""The displacement to the apex, added to it, is the apex but for rounding."""
 
 KNOWN = {  # a shape, points, and their distances from its walls
     "all around an axis": (co.Cylinder((0, 0, -9), (0, 0, 9), 2), (0, 0, 1), -2),
@@ -85,7 +87,10 @@ KNOWN = {  # a shape, points, and their distances from its walls
     "rims": (BORED, np.outer(HEIGHTS, (0, 0, 1)), RIMS),
     "rims at an angle": (BORED.rotate("x", 30), np.outer(HEIGHTS, (0, -0.5, math.sqrt(0.75))), RIMS),
     "within an evolute": (co.Ellipsoid((5, 3, 3)), (1, 0, 0), -math.hypot(EVOLUTE - 1, 3 * math.sqrt(1 - EVOLUTE**2 / 25))),
-    "apex": (co.Cone((0, 0, 0), (0, 0, 2), 1, 0), [(0, 0, 5), (0.5, 0.25, 5)], [3, math.sqrt(0.25 + 0.0625 + 9)]),
+    "apex": (
+        co.Cone((0, 0, 0), (0, 0, 2), 1, 0), [(0, 0, 5), (0.5, 0.25, 5), BESIDE_APEX],
+        [3, math.sqrt(0.25 + 0.0625 + 9), math.dist(BESIDE_APEX, (0, 0, 2))],
+    ),
     "needle": (co.Cone((0, 0, -10), (0, 0, 0), 0.1, 0), [(0, 0, 1e-4), (0, 0, 2.5)], [1e-4, 2.5]),
     "pyramid": (co.Pyramid(9, 3), [(0.25, 0.5, 4), (-0.25, 0, 3)], [math.sqrt(0.3125 + 9), math.sqrt(0.0625 + 4)]),
     "flush parts have no wall within": (co.Box((-1, -1, -1), (0, 1, 1)) | co.Box((0, -1, -1), (1, 1, 1)), (0.125, 0, 0), -0.875),

@@ -106,6 +106,9 @@ class Comparison:
         self.fail("crossings: number", np.flatnonzero(~good), lambda i: f"found {rows_at(found, i)}")
         for name in ("body", "entering", "face"):
             mine, theirs = good[exact.ray], good[rays]
+            if name == "face":
+                for row in np.flatnonzero(mine)[exact.face[mine] != found.face[theirs]]:
+                    self.trace.put_face_beside(exact, row)
             wrong = exact.ray[mine][getattr(exact, name)[mine] != getattr(found, name)[theirs]]
             self.fail(f"crossings: {name}", wrong, lambda i: f"found {rows_at(found, i)}")
             good[wrong] = False

@@ -19,6 +19,11 @@ from .solids import Body, Formula, Sheet
 
 Array = npt.NDArray[Any]
 NO_FACE = 1 << 30
+STEP = 2.0**-20
+"""So far beside a ray, in sizes of what is near, are those that tell which walls have a face where it crosses them."""
+BESIDE = 2.0**-12
+"""Crossings of these differ less than that from its own."""
+_DIRECTIONS = np.random.default_rng(1).normal(size=(64, 3))
 
 
 @dataclass
@@ -158,6 +163,22 @@ class Trace:
             at[k] = next(root for root in self.groups[r][g] if root.surface == s)
         offsets = np.concatenate([[0], np.cumsum(np.bincount(ray, minlength=len(self.origins)))])
         return Crossings(offsets, ray, body, entering, face, surface, at, np.stack([f[3] for f in found]))
+
+    def put_face_beside(self, e: Crossings, row: int) -> None:
+        """Give a crossing the lowest face that rays beside it cross there: the lowest of its walls may only touch."""
+        ray, body, place = int(e.ray[row]), int(e.body[row]), float(e.t[row])
+        d = self.directions[ray]
+        origin = self.origins[ray] + place * d  # not exact: rays through it are beside that one
+        size = np.abs(origin).max() + np.abs(d).max()
+        beside = Trace(
+            Table([self.table.bodies[body]]), origin + STEP * size * _DIRECTIONS, np.tile(d, (64, 1))
+        ).crossings
+        near = (np.abs(beside.t) * np.abs(d).max() < BESIDE * size) & (beside.entering == e.entering[row])
+        if near.any():
+            e.face[row] = beside.face[near].min()
+            e.surface[row] = surface = self.table.faces[body][e.face[row]]
+            group = next(group for group in self.groups[ray] if any(root is e.roots[row] for root in group))
+            e.roots[row] = next(root for root in group if root.surface == surface)
 
 
 def _without_start(form: Form, quadratic: Any, found: list[Root], negative: bool) -> tuple[list[Root], bool]:

@@ -126,12 +126,18 @@ MAX_FACETS = 20_000
 
 @lru_cache(256)
 def is_read_identically(piece: PolyhedronPiece) -> bool:
-    """Return True if readers get the planes of the piece from its corners, or its faces if it has no planes."""
+    """Return True if readers get the planes of the piece from its corners, or its faces if it has no planes.
+
+    Raise UnsupportedExport for planes that no shape takes: readers would refuse the file.
+    """
     corners = [_read_back(corner) for corner in piece.corners]
     planes = convex_planes(corners, piece.faces)
     if planes is None or piece.planes is None:
         return planes is None and piece.planes is None and all(len(face) <= 4 for face in piece.faces)
-    solid = polyhedron_factory(planes)(ORIGIN)
+    try:
+        solid = polyhedron_factory(planes)(ORIGIN)
+    except ValueError as error:
+        raise UnsupportedExport(f"its faces would be refused when they are read: {error}") from None
     assert isinstance(solid, Polyhedron)
     own_planes = {_scale_plane(*plane) for plane in piece.planes}
     return all(_scale_plane(*plane) in own_planes for plane in zip(solid.normals, solid.offsets, strict=True))

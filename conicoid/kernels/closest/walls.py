@@ -488,7 +488,7 @@ def try_point(geometry: Geometry, room: Neighbourhood, at: WallQuery, count: int
     if off > max(max(_VAGUE * size, _FAR * (size + distance)), _OFFSET * _reach(geometry, room, x, y, z)):
         return POSSIBLE_WALL
     for i in range(count):
-        if not _passes_near(geometry, room.surface[room.chosen[i]], x, y, z):
+        if not _passes_near(geometry, room.surface[room.chosen[i]], x, y, z, 2.0**-50 * (size + distance)):
             return POSSIBLE_WALL
     room.best[UPPER] = min(room.best[UPPER], distance + off)
     if room.sizes[SHEET_OF] != 1 and many <= _MOST:  # of the point's surroundings, where the wall's own sides differ
@@ -505,23 +505,26 @@ def try_point(geometry: Geometry, room: Neighbourhood, at: WallQuery, count: int
 
 
 @helper
-def _passes_near(geometry: Geometry, surface: int, x: float, y: float, z: float) -> bool:
+def _passes_near(geometry: Geometry, surface: int, x: float, y: float, z: float, moved: float) -> bool:
     """Return False where a surface leaves out a point that rounding may have put on it.
 
     Beside a flat sheared quadric its value is the difference of large squares, and Newton's steps end where it is far
-    from zero. The rows of its record keep more digits: their values err by e = 2^-50 |W| |p|, as if the point was moved
-    by rounding. What is left of |f| must vanish along the gradient.
+    from zero. The rows of its record keep more digits: their values err by e = 2^-50 |W| |p|, and because rounding has
+    `moved` the point. What is left of |f| must vanish along the gradient.
     """
     if integer(geometry, table.SURFACE_KIND, surface) != QUADRIC:
         return True
     quadric = load_quadric(geometry, integer(geometry, table.SURFACE_ROW, surface))
-    px, py, pz = abs(x - quadric.ax), abs(y - quadric.ay), abs(z - quadric.az)
+    px, py, pz = (
+        2.0**-50 * abs(x - quadric.ax) + moved, 2.0**-50 * abs(y - quadric.ay) + moved,
+        2.0**-50 * abs(z - quadric.az) + moved,
+    )  # fmt: skip
     off = 2.0**-50 * abs(quadric.k)
     for i in range(3):
         wx, wy, wz, _ = _row(quadric, i)
         s, b = abs(quadric[12 + i]), abs(quadric[15 + i])
         own = abs(dot(wx, wy, wz, x - quadric.ax, y - quadric.ay, z - quadric.az))
-        e = 2.0**-50 * dot(abs(wx), abs(wy), abs(wz), px, py, pz)
+        e = dot(abs(wx), abs(wy), abs(wz), px, py, pz)
         off += (s * (2.0 * own + e) + 2.0 * b) * e + 2.0**-50 * (s * own + 2.0 * b) * own
     form = form_at(geometry, surface, x, y, z)
     g, value = length_of(form.gx, form.gy, form.gz), abs(form.value) - off
