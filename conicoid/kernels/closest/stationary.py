@@ -42,7 +42,7 @@ from .walls import CERTAIN_WALL, SLANTED, UNSETTLED, WallCandidate, candidate, t
 _ROOTS = 6  # most stationary points of a quadric
 _NOWHERE = 2.0**-100  # least w of the search, as a share of the pole
 _POINT_SHARE = 2.0**-44  # share of its terms below which a value counts as zero: of a circle's square, at a center
-_APEX = 2.0**-30  # s, as a share of the least bend, below which a stationary point is the apex, which is tried itself
+_APEX = 2.0**-27  # distance, as a share of that of the query point, within which a stationary point is the apex
 _FLATTEST = 2.0**-50  # least bend, as a share of the pole, of a surface whose local minima are all found
 _ACROSS = 2.0**-50  # largest cosine between rows of a record that are its principal axes
 _NO_BEND = 2.0**-48
@@ -148,7 +148,8 @@ def _try_below(
     flat = min(abs(e.a1) if e.a1 != 0.0 else pole, abs(e.a2) if e.a2 != 0.0 else pole)
     if flat < _FLATTEST * pole:
         room.best[LOWER] = min(room.best[LOWER], room.bound[frame.curved])
-    # F vanishes at s = 0 as well, at the apex; a root so near to it is as far away
+    # F vanishes at s = 0 as well, at the apex, which is tried itself. A stationary point is the foot on a ruling: one at
+    # h from the apex and d from the query point is nearer than the apex by h² / 2d
     cone = (e.constant == 0.0) & (e.b0 == 0.0) & (e.b1 == 0.0) & (e.b2 == 0.0)
     if room_left < math.inf and room_left > 0.0:
         start = max(start, abs(e.g0) / room_left * (1.0 - 2.0**-20))
@@ -156,9 +157,12 @@ def _try_below(
         if not start < pole - max(0.0, -e.a1):
             return
         w, start = next_root(e, start)
-        if w != NONE and not (cone and pole - w <= _APEX * min(flat, pole)):
+        if w != NONE:
             v0, v1, v2 = place_below(e, w)
             x, y, z = _place(frame, v0, v1, v2)
+            h = length_of(v0 - _center(e.g0, e.a0), v1 - _center(e.g1, e.a1), v2 - _center(e.g2, e.a2))
+            if cone and h <= _APEX * length_of(v0, v1, v2):
+                continue
             if length_of(x, y, z) * (1.0 - 2.0**-20) <= limit(room):
                 _try(geometry, room, at, count, frame, x, y, z, UNSETTLED)
 

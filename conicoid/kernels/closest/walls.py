@@ -453,6 +453,57 @@ def _proved_error(
 
 
 @helper
+def _is_regular(
+    geometry: Geometry, room: Neighbourhood, count: int, many: int, sine: float, x: float, y: float, z: float,
+    off: float,
+) -> bool:  # fmt: skip
+    """Return True if all combinations of sides of the surfaces through a point occur beside it.
+
+    `sine` is that of the first `count` of room.chosen. At an apex the gradient is too small to bound the surface.
+    """
+    if many > 1:
+        if count < many <= 3:
+            sine = min(sine, project_point(geometry, room, many, x, y, z).sine)
+        for i in range(many if many <= 3 else 0):
+            form = form_at(geometry, room.surface[room.chosen[i]], x, y, z)
+            if length_of(form.gx, form.gy, form.gz) <= 4.0 * form.size * off:
+                sine = 0.0
+    return many <= 3 and sine >= TANGENT
+
+
+@helper
+def _wall_beside(
+    geometry: Geometry, room: Neighbourhood, count: int, many: int, x: float, y: float, z: float, far: float,
+    off: float,
+) -> int:  # fmt: skip
+    """Return the first near surface that bounds the body beside a point, where others only touch it; -1 for none found.
+
+    Points of each surface a step away decide. For a surface found room.sign has the sides there; else it and the first
+    `count` of room.chosen are unchanged.
+    """
+    first, second, third = room.chosen[0], room.chosen[1], room.chosen[2]
+    for number in range(2):
+        step = max(_LONG_STEP * far, 16.0 * off) * (1.0 if number == 0 else 256.0)
+        for k in range(room.sizes[SURFACES]):
+            for i in range(27):
+                dx, dy, dz = float(i % 3 - 1) + 0.03, float(i // 3 % 3 - 1) - 0.05, float(i // 9 - 1) + 0.07
+                room.chosen[0] = k
+                at = project_point(geometry, room, 1, x + step * dx, y + step * dy, z + step * dz)
+                if not length_of(at.x - x, at.y - y, at.z - z) <= 4.0 * step:
+                    continue
+                if put_signs(geometry, room, 1, at.x, at.y, at.z, at.off) == 1:
+                    room.sign[k] = -1
+                    inside = holds(geometry, room)
+                    room.sign[k] = 1
+                    if inside != holds(geometry, room):
+                        room.sign[k] = 0
+                        return whole(k)
+    room.chosen[0], room.chosen[1], room.chosen[2] = first, second, third
+    put_signs(geometry, room, count, x, y, z, off)
+    return whole(-1)
+
+
+@helper
 def try_point(geometry: Geometry, room: Neighbourhood, at: WallQuery, count: int, v: WallCandidate) -> int:
     """Try x + v on the first `count` of room.chosen as the nearest wall; return NO_, POSSIBLE_ or CERTAIN_WALL.
 
@@ -491,7 +542,12 @@ def try_point(geometry: Geometry, room: Neighbourhood, at: WallQuery, count: int
         if not _passes_near(geometry, room.surface[room.chosen[i]], x, y, z, 2.0**-50 * (size + distance)):
             return POSSIBLE_WALL
     room.best[UPPER] = min(room.best[UPPER], distance + off)
-    if room.sizes[SHEET_OF] != 1 and many <= _MOST:  # of the point's surroundings, where the wall's own sides differ
+    beside = whole(-1)
+    if room.sizes[SHEET_OF] != 1 and not _is_regular(geometry, room, count, many, sine, x, y, z, point_off):
+        beside = _wall_beside(geometry, room, count, many, x, y, z, size + distance, point_off)
+    if beside >= 0:
+        wall = beside
+    elif room.sizes[SHEET_OF] != 1 and many <= _MOST:  # of the surroundings, where the wall's own sides differ
         sides = turn.sides
         if count < many and room.sizes[PROGRAM] >= 0:
             sides = _sides_of_lowest(geometry, room, turn.values, many, turn.chosen, sides)
