@@ -172,6 +172,7 @@ def test_a_wall_that_touches_an_edge_has_no_face() -> None:
     crossings = scene.crossings((0, 9, 0), (0, -1, 0))
     assert (crossings.t.tolist(), crossings.face.tolist()) == ([7, 11], [1, 3])
     assert scene.first_hit((0, 9, 0), (0, -1, 0)).face == 1
+    assert scene.distance((0, 9, 0), exact=True).face in (1, 2)
 
 
 @pytest.mark.parametrize("seed", range(40))

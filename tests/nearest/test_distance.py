@@ -80,6 +80,7 @@ EVOLUTE = 25 / (25 - 9)
 """Inside of the evolute of an ellipse, (k, 0) with the half axes a and b has x = a² k / (a² - b²) nearest, |y| < b."""
 BESIDE_APEX = (-4.378540478046168, -2.8881243932372227, 13.859126283743793)
 """The displacement to the apex, added to it, is the apex but for rounding."""
+FAR_ABOVE = (57.2, 20.3, 946)
 
 KNOWN = {  # a shape, points, and their distances from its walls
     "all around an axis": (co.Cylinder((0, 0, -9), (0, 0, 9), 2), (0, 0, 1), -2),
@@ -90,6 +91,10 @@ KNOWN = {  # a shape, points, and their distances from its walls
     "apex": (
         co.Cone((0, 0, 0), (0, 0, 2), 1, 0), [(0, 0, 5), (0.5, 0.25, 5), BESIDE_APEX],
         [3, math.sqrt(0.25 + 0.0625 + 9), math.dist(BESIDE_APEX, (0, 0, 2))],
+    ),
+    "flat apex": (
+        co.Cone((0, 0, -0.19), (0, 0, 0), 2.9, 0).translate((1.41, 1.51, 1.27)), FAR_ABOVE,
+        math.dist(FAR_ABOVE, (1.41, 1.51, 1.27)),
     ),
     "needle": (co.Cone((0, 0, -10), (0, 0, 0), 0.1, 0), [(0, 0, 1e-4), (0, 0, 2.5)], [1e-4, 2.5]),
     "pyramid": (co.Pyramid(9, 3), [(0.25, 0.5, 4), (-0.25, 0, 3)], [math.sqrt(0.3125 + 9), math.sqrt(0.0625 + 4)]),
@@ -116,6 +121,24 @@ def test_distances_on_paper(name):
     found = exact(shape, points)
     assert found.distance == pytest.approx(away, rel=1e-15, abs=0)
     assert np.all(found.error <= 8e-13 * np.abs(found.distance) + 1e-14)
+
+
+def test_the_edges_of_equal_pipes_that_cross():
+    """Two ellipses in the planes between the axes, with half axes of 1 and, along these planes, 1 / sin(half the angle)."""
+    axes, point, around = (
+        np.array([(4, 0, 3), (2, 2, 3)]),
+        np.array((2.0, 2, 3)),
+        np.linspace(0, 2 * np.pi, 200_001)[:, None],
+    )
+    one, other = axes / np.linalg.norm(axes, axis=1)[:, None]
+    across = np.cross(one, other)
+    edges = [
+        np.cos(around) * across / np.linalg.norm(across) + np.sin(around) * 2 * along / np.linalg.norm(away) / np.linalg.norm(along)
+        for along, away in ((one + other, one - other), (one - other, one + other))
+    ]  # fmt: skip
+    found = exact(co.Cylinder(-2 * axes[0], 2 * axes[0], 1) & co.Cylinder(-2 * axes[1], 2 * axes[1], 1), point)
+    assert found.distance == pytest.approx(np.linalg.norm(np.concatenate(edges) - point, axis=1).min(), abs=1e-8)
+    assert found.error < 1e-11
 
 
 def test_of_points_that_are_as_near_one_is_told():

@@ -3,8 +3,9 @@
 Every f - m h of two quadrics f and h vanishes where both do. If one of these is a pair of planes, the curve is two
 conics: for two spheres, quadrics of revolution about one axis, parallel cylinders, equal cylinders that cross. Such an
 m makes the two forms equal along an axis that both share, so m = (e·A e) / (e·B e) is tried for the principal axes e of
-both. (Levin: A parametric algorithm for drawing pictures of solid objects composed of quadric surfaces, CACM 19, 1976.)
-Curves in no plane are called hard: `try_hard_edges` searches them.
+both, and for e across the axes of revolution of both, whose other principal axes are arbitrary. (Levin: A parametric
+algorithm for drawing pictures of solid objects composed of quadric surfaces, CACM 19, 1976.) Curves in no plane are
+called hard: `try_hard_edges` searches them.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from ..numbers.vectors import dot
 from ..programs import leaf_bounds, leaf_high, leaf_low
 from ..surface.records import anchor_of, load_quadric
 from ..tables import QUADRIC, Geometry, integer, poll_halt, whole
-from .form import ROUNDED, SurfaceForm, bend_between, bend_times, form_at, length_of, principal_axes
+from .form import ROUNDED, Directions, SurfaceForm, bend_between, bend_times, form_at, length_of, principal_axes
 from .neighbourhood import (
     BOX,
     LEAF,
@@ -134,22 +135,33 @@ def shared_planes(geometry: Geometry, one: int, other: int) -> PencilPlanes:
     q = principal_axes(h.xx, h.yy, h.zz, h.xy, h.xz, h.yz).along
     # First f alone, which may be a pair of planes itself
     found = _planes_of(_difference(f, h, 0.0))
-    for k in range(7):
+    for k in range(11):
         if found.number != HARD:
             break
-        axes = p if k < 3 else q
-        if k == 6:
+        axes, m = (p if k < 3 else q), 0.0
+        if k == 10:
             found = _planes_of(_difference(h, f, 0.0))
+        elif k > 5:
+            m = _ratio_across(f, h, p, q, k - 6)
+        elif k % 3 == 0:
+            m = _ratio(f, h, axes.x0, axes.y0, axes.z0)
+        elif k % 3 == 1:
+            m = _ratio(f, h, axes.x1, axes.y1, axes.z1)
         else:
-            if k % 3 == 0:
-                m = _ratio(f, h, axes.x0, axes.y0, axes.z0)
-            elif k % 3 == 1:
-                m = _ratio(f, h, axes.x1, axes.y1, axes.z1)
-            else:
-                m = _ratio(f, h, axes.x2, axes.y2, axes.z2)
-            if m != 0.0:
-                found = _planes_of(_difference(f, h, m))
+            m = _ratio(f, h, axes.x2, axes.y2, axes.z2)
+        if m != 0.0:
+            found = _planes_of(_difference(f, h, m))
     return found
+
+
+@inline
+def _ratio_across(f: SurfaceForm, h: SurfaceForm, p: Directions, q: Directions, which: int) -> float:
+    """Return `_ratio` across an outermost axis of each form, which is that of revolution of a form that has one."""
+    ax, ay, az = (p.x0, p.y0, p.z0) if which & 1 == 0 else (p.x2, p.y2, p.z2)
+    bx, by, bz = (q.x0, q.y0, q.z0) if which & 2 == 0 else (q.x2, q.y2, q.z2)
+    nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    sine = length_of(nx, ny, nz)
+    return _ratio(f, h, nx / sine, ny / sine, nz / sine) if sine > 2.0**-20 else 0.0
 
 
 # Edges and corners: two or three surfaces that meet

@@ -148,8 +148,8 @@ def _try_below(
     flat = min(abs(e.a1) if e.a1 != 0.0 else pole, abs(e.a2) if e.a2 != 0.0 else pole)
     if flat < _FLATTEST * pole:
         room.best[LOWER] = min(room.best[LOWER], room.bound[frame.curved])
-    # F vanishes at s = 0 as well, at the apex, which is tried itself. A stationary point is the foot on a ruling: one at
-    # h from the apex and d from the query point is nearer than the apex by h² / 2d
+    # F vanishes at s = 0 as well, at the apex, which is tried itself. Any other stationary point is the foot on a
+    # ruling: one at h from the apex and d from the query point is nearer than the apex by h² / 2d
     cone = (e.constant == 0.0) & (e.b0 == 0.0) & (e.b1 == 0.0) & (e.b2 == 0.0)
     if room_left < math.inf and room_left > 0.0:
         start = max(start, abs(e.g0) / room_left * (1.0 - 2.0**-20))

@@ -523,10 +523,12 @@ def try_point(geometry: Geometry, room: Neighbourhood, at: WallQuery, count: int
     if v.slack == UNSETTLED and slant(one, two, x - at.x, y - at.y, z - at.z) > _STILL * distance + off:
         return SLANTED
     least = max(distance - off - max(v.slack, 0.0), min(v.least, distance))
+    for i in range(count):  # however uncertain the point is
+        least = max(least, min(room.bound[room.chosen[i]], distance))
     # At a tip of n planes the corners of each three are one point: a proof of each would take its time n³ times. Those
     # whose point is not much more exact than the one that was proved are left out.
     apart = length_of(x - room.best[AT_X], y - room.best[AT_Y], z - room.best[AT_Z])
-    if room.who[BODY] == at.body and 2.0 * off >= room.best[TIP] and apart <= 8.0 * off:
+    if room.who[BODY] == at.body and math.inf > 2.0 * off >= room.best[TIP] and apart <= 8.0 * off:
         room.best[LOWER] = min(room.best[LOWER], least)
         return CERTAIN_WALL
     many = put_signs(geometry, room, count, x, y, z, off)
