@@ -207,10 +207,10 @@ sys.meta_path.insert(0, Interrupting())
 
 
 EARLY = ["typer", "conicoid.cli.drawing", "numpy", "conicoid.kernels.tables"]
-PROPER = "typer", "conicoid.cli.app", "rich"
+PROPER = "typer", "conicoid.cli.app"
 """What plain commands do without: see `command_line/plain.py`."""
 LATE = [
-    "conicoid.cli.app", "rich", "conicoid.scene.files", "yaml", "conicoid.scene.scene", "conicoid._jit.decorators",
+    "conicoid.cli.app", "conicoid.scene.files", "yaml", "conicoid.scene.scene", "conicoid._jit.decorators",
     "conicoid.render.tiles", "PIL",
 ]  # fmt: skip
 
