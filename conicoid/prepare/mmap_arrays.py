@@ -65,7 +65,10 @@ def copy_rows(target: npt.NDArray[Any], source: npt.NDArray[Any]) -> None:
 
 
 def concatenate_mapped(parts: Sequence[npt.NDArray[Any]]) -> npt.NDArray[Any]:
-    """Concatenate one-dimensional arrays of one type, at least one, into a map of their own."""
+    """Concatenate one-dimensional arrays of one type, at least one, into a map of their own; no copy of such a one."""
+    non_empty = [part for part in parts if len(part)]
+    if len(non_empty) == 1 and has_own_memory(non_empty[0]):
+        return non_empty[0]
     joined, end = mapped_zeros(sum(map(len, parts)), parts[0].dtype), 0
     for part in parts:
         joined[end : end + len(part)] = part
