@@ -85,27 +85,26 @@ def weigh(branches: Branches, branch: int, area: float, as_leaf: float, costs: F
     """Compute the costs of a branch from those of its halves, costs[half:] and costs[half + 8:]."""
     choice, size = branches.choice, branches.last[branch] - branches.first[branch]
     left = branches.left[branch]
-    other, most = half + ROW, min(WIDTH, size)
-    # A half takes one to seven slots, since eight would be a node of its own, and no more than it has entries
-    left_most = min(WIDTH - 1, branches.last[left] - branches.first[left])
-    right_most = min(WIDTH - 1, size - (branches.last[left] - branches.first[left]))
-    best, taken = math.inf, 1
-    for slots in range(2, most + 1):
+    other, is_one = half + ROW, branches.last[left] - branches.first[left] == 1
+    for slots in range(2, WIDTH + 1):
         best, taken = costs[half + 1] + costs[other + slots - 1], 1
-        for k in range(max(2, slots - right_most), min(slots - 1, left_most) + 1):
-            cost = costs[half + k] + costs[other + slots - k]
-            if cost < best:
-                best, taken = cost, k
-        if slots < WIDTH:
+        if not is_one:
+            # A half takes one to seven slots, and a single entry one: eight would be a node of its own
+            for k in range(max(2, slots - 7), min(slots, WIDTH)):
+                cost = costs[half + k] + costs[other + slots - k]
+                if cost < best:
+                    best, taken = cost, k
+        if slots == WIDTH:
+            choice[ROW * branch + NODE] = taken
+            as_node = best + area
+        else:
             choice[ROW * branch + slots] = taken
             costs[at + slots] = best
-    as_node = best + area
-    choice[ROW * branch + NODE] = taken
     costs[at + 1] = min(as_node, as_leaf)
     choice[ROW * branch + LEAF] = size if as_leaf < as_node else 0
     for slots in range(2, WIDTH):
-        # Fewer slots may cost less
-        if slots > most or costs[at + slots - 1] <= costs[at + slots]:
+        # Fewer slots may cost less.
+        if costs[at + slots - 1] <= costs[at + slots]:
             costs[at + slots] = costs[at + slots - 1]
             choice[ROW * branch + slots] = 0
 
