@@ -26,7 +26,7 @@ from ...numerics.tracing import Operation, Tape
 from .interpreter import OPERATIONS, SINE_COSINE, play
 from .registers import COLUMNS, CONSTANTS, MULTIPLES, STATE_OTHER_BRANCH, STATE_UNDECIDED, STATE_VALID, STEP, TERMS
 
-_AT_ONCE = 256  # bodies that a thread takes at a time; each takes some microseconds
+_AT_ONCE = 512  # bodies that a thread takes at a time; each takes some microseconds
 _MOST = 1 << 16
 """Most registers of a kind."""
 _NUMBERED = {name: number for number, name in enumerate(OPERATIONS)}
