@@ -102,7 +102,8 @@ class RowLayout:
         `items` counts the bodies of each entry; `frames` counts the frames of bulk balls up to and with each entry.
         """
         patterns = ScenePatterns.of(group.pattern for group in contents.groups)
-        if sum(len(some.bodies) for some in (*contents.groups, *contents.balls)) < contents.body_count:
+        grouped = sum(len(group.bodies) for group in contents.groups)
+        if grouped + sum(len(balls.bodies) for balls in contents.balls) < contents.body_count:
             return None
         which = np.zeros(contents.body_count, np.int32)
         for group in contents.groups:

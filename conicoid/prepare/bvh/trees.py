@@ -70,7 +70,7 @@ class Forest:
         self.levels = 0
 
     def add(
-        self, boxes: Floats, first_item: int, kinds: Signs = _NO_KINDS, blocks: Sequence[InstanceBlock] = ()
+        self, boxes: Floats, first_item: int, kinds: Signs | Ints = _NO_KINDS, blocks: Sequence[InstanceBlock] = ()
     ) -> BoxSurvey:
         """Add a tree over items first_item, ... with boxes (n, 6), and `kinds` (n,), or none, for the costs of tests.
 
