@@ -26,6 +26,7 @@ from .._util.dataclass import dataclass
 from ..geometry.surface import ORIGIN, UPRIGHT, Key, QuadricSurface, Surface
 from ..kernels.tables import PLANE, QUADRIC, SPHERE, Floats, Ints, Longs, Signs
 from ..kernels.threads import run_rows
+from .mmap_arrays import mapped_zeros
 from .pattern import BodyGroup, FactoredRows, Primitives, RowPlaces, put_numbers
 from .pytree import positions_by_key
 from .surface_features import CurvedFeatures, PlaneFeatures, QuadricTable, Remainders, coefficients, find_clusters
@@ -449,9 +450,10 @@ class _SurfaceMerger:
         kinds, planes, quadrics, rest = raw.kinds, raw.planes, raw.quadrics, raw.rest
         all_spheres = concatenate([raw.spheres, *raw.balls])
         count = single + self.ball_count
-        kind, every = np.full(count, SPHERE, np.int8), np.arange(count, dtype=np.int32)
-        kind[:single] = kinds
-        row = every + np.int32(len(raw.spheres) - single)
+        kind, row = mapped_zeros(count, np.int8), mapped_zeros(count, np.int32)
+        kind[:single], kind[single:] = kinds, SPHERE
+        every = np.arange(count, dtype=np.int32)
+        np.add(every, np.int32(len(raw.spheres) - single), out=row)
         for k in (PLANE, SPHERE, QUADRIC):
             member = kinds == k
             row[:single][member] = every[: int(member.sum())]

@@ -561,6 +561,8 @@ def _places(tables: Tables, last: int) -> tuple[Whole, Whole]:
     Each plane has a column, and quadrics of one form share one; spheres need none, and share the last.
     """
     planes, forms = len(tables.planes), len(tables.quadric_forms)
+    if planes + forms == 0:  # pages of zeros that nobody writes to take no time
+        return np.zeros(len(tables.surface_row), np.int32), np.full(1, -1, np.int32)
     place, surfaces = np.empty(len(tables.surface_row), np.int32), np.full(planes + forms + 1, -1, np.int32)
     kind = tables.surface_kind.astype(np.int8, copy=False)
     put_columns(kind, tables.surface_row, tables.quadrics, planes, last, place, surfaces)

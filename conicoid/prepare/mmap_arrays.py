@@ -15,12 +15,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..kernels.threads import run_chunks
+from .._jit.decorators import kernel
+from ..kernels.tables import Ints
+from ..kernels.threads import KernelRange, run_chunks
 
 _LEAST = 1 << 20
 """Arrays of fewer bytes are ordinary ones."""
-_PART = 1 << 22
-"""Bytes that a thread copies at a time: whole large pages, so that no two threads touch one first."""
+_FEW = 1 << 16
+"""NumPy copies no more bytes sooner."""
+_PART = 1 << 21
+"""Bytes that a thread copies at a time: a whole large page, so that no two threads touch one first."""
 _MANY = 1 << 16
 """Temporary arrays of fewer bodies are not worth a call of the C library."""
 
@@ -56,16 +60,26 @@ def own_memory(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
 
 def copy_rows(target: npt.NDArray[Any], source: npt.NDArray[Any]) -> None:
     """Copy the rows of an array, on all threads if there are many."""
+    alike = target.dtype == source.dtype and source.nbytes == target.nbytes and source.itemsize % 4 == 0
+    if alike and source.flags.c_contiguous and target.flags.c_contiguous and source.nbytes > _FEW:
+        numbers, copies = (each.reshape(-1).view(np.int32) for each in (source, target))
+        run_chunks(KernelRange(copy_words, (numbers,), (copies,)), len(numbers), _PART // 4)
+    else:
+        target[:] = source
 
-    def put(begin: int, end: int) -> None:
-        """Copy rows begin..end."""
-        target[begin:end] = source[begin:end]
 
-    run_chunks(put, len(source), max(1, _PART // max(1, source[:1].nbytes)))
+@kernel(source="n", begin="0..end", end="0..n", target="out n")
+def copy_words(source: Ints, begin: int, end: int, target: Ints) -> None:
+    """Copy numbers begin..end."""
+    for i in range(begin, end):
+        target[i] = source[i]
 
 
 def concatenate_mapped(parts: Sequence[npt.NDArray[Any]]) -> npt.NDArray[Any]:
-    """Concatenate one-dimensional arrays of one type, at least one, into a map of their own."""
+    """Concatenate one-dimensional arrays of one type, at least one, into a map of their own; no copy of such a one."""
+    non_empty = [part for part in parts if len(part)]
+    if len(non_empty) == 1 and has_own_memory(non_empty[0]):
+        return non_empty[0]
     joined, end = mapped_zeros(sum(map(len, parts)), parts[0].dtype), 0
     for part in parts:
         joined[end : end + len(part)] = part

@@ -102,13 +102,12 @@ class RowLayout:
         `items` counts the bodies of each entry; `frames` counts the frames of bulk balls up to and with each entry.
         """
         patterns = ScenePatterns.of(group.pattern for group in contents.groups)
-        which = np.full(contents.body_count, -1, np.int32)
+        grouped = sum(len(group.bodies) for group in contents.groups)
+        if grouped + sum(len(balls.bodies) for balls in contents.balls) < contents.body_count:
+            return None
+        which = np.zeros(contents.body_count, np.int32)
         for group in contents.groups:
             which[group.bodies] = patterns.numbers[group.pattern]
-        for balls in contents.balls:
-            which[balls.part(0, len(balls.bodies))] = 0
-        if (which < 0).any():
-            return None
         bodies, ball_frames = np.cumsum([0, *items]), np.array([0, *frames], np.int64)
         classes = (None, None, None) if surfaces.first is None else (surfaces.senses, surfaces.first, surfaces.ids)
         return cls(patterns, which, bodies, ball_frames, surfaces.raw.kinds, surfaces.raw.senses, *classes)

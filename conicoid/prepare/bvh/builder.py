@@ -19,7 +19,8 @@ from ..._util.arrays import row_lengths
 from ..._util.dataclass import dataclass
 from ...geometry.instances import InstanceBlock
 from ...kernels.bvh.culling_constants import ORIGIN_SLACK, WALL
-from ...kernels.tables import Floats, Ints, Longs, Signs
+from ...kernels.bvh.walk import leaf_range
+from ...kernels.tables import BALL, CELL, POLYGON, REGION, SHEET, Floats, Ints, Longs, Signs
 from ...kernels.threads import KernelRange, run_calls, run_chunks
 from ..mmap_arrays import mapped_zeros
 from .sah_binning import (
@@ -213,6 +214,9 @@ def weigh_first(branches: Branches, first: int, areas: Floats, costs: Floats) ->
 
 EMPTY, ENDLESS = 8, 7
 CHUNK = 1 << 16
+COSTS = np.ones(5)
+"""Cost of testing an entry of each kind, where visiting a node costs one."""
+COSTS[[BALL, CELL, REGION, SHEET, POLYGON]] = 0.1, 0.8, 4.0, 1.0, 1.0
 
 
 class BoxSurvey(NamedTuple):
@@ -295,18 +299,22 @@ def finite_limits(ends: Floats) -> Floats:
     return np.concatenate([low - beyond, high + beyond])
 
 
-def box_records(boxes: Floats, rows: Ints, first_item: int, costs: Floats, limits: Floats) -> Floats:
-    """Build records (8 n,): a vector for each of `rows` (empty: all boxes), of item first_item + row and costs[row]."""
+def box_records(boxes: Floats, rows: Ints, first_item: int, kinds: Signs, limits: Floats) -> Floats:
+    """Build records (8 n,): a vector for each of `rows` (empty: all boxes), of item first_item + row.
+
+    `kinds` are those of the boxes, whose costs are COSTS; empty: each costs 1.
+    """
     count = len(rows) or len(boxes)
     records = np.empty(SIZE * count)
-    run_chunks(KernelRange(_load, (boxes, rows), (first_item, costs, limits, records)), count, CHUNK)
+    run_chunks(KernelRange(_load, (boxes, rows), (first_item, kinds, COSTS, limits, records)), count, CHUNK)
     return records
 
 
-@kernel(boxes="b 6", rows="n|0", begin="0..end", end="0..n", costs="b|0", limits="6", records="out 8*n")
+@kernel(boxes="b 6", rows="n|0", begin="0..end", end="0..n", kinds="b|0", costs="5", limits="6", records="out 8*n")
 def _load(
-    boxes: Floats, rows: Ints, begin: int, end: int, first_item: int, costs: Floats, limits: Floats, records: Floats
-) -> None:
+    boxes: Floats, rows: Ints, begin: int, end: int, first_item: int, kinds: Signs, costs: Floats, limits: Floats,
+    records: Floats,
+) -> None:  # fmt: skip
     """Write records begin..end, widened by their slack."""
     for i in range(begin, end if len(rows) > 0 else min(end, len(boxes))):
         row = rows[i] if len(rows) > 0 else i
@@ -315,7 +323,8 @@ def _load(
             low, high = boxes[row, k], boxes[row, k + 3]
             records[SIZE * i + NEGATED_LOW + k] = margin - low if low > -math.inf else -limits[k]
             records[SIZE * i + HIGH + k] = high + margin if high < math.inf else limits[k + 3]
-        records[SIZE * i + COST] = costs[row] if len(costs) > 0 else 1.0
+        kind = kinds[row] if len(kinds) > 0 else -1
+        records[SIZE * i + COST] = costs[kind] if 0 <= kind < len(costs) else 1.0
         records[SIZE * i + ITEM] = first_item + row
 
 
@@ -348,52 +357,88 @@ def leaf_code(first: int, count: int) -> int:
 _leaf_code = inline(leaf_code)
 
 
-@kernel(root="0..branches-1", children="out n 8", first="out n 8", last="out n 8")
-def take_nodes(branches: Branches, root: int, children: Ints, first: Ints, last: Ints) -> tuple[int, int]:
-    """Fill children (n, 8), and first and last (n, 8) with the records of each; return (nodes, levels).
+@kernel(roots="u", begin="0..end", end="0..u", starts="u+1", children="out n 8", found="out u 3", lower="out l 3")
+def take_nodes(
+    branches: Branches, upper: int, roots: Longs, begin: int, end: int, starts: Longs, children: Ints, found: Longs,
+    lower: Longs,
+) -> int:  # fmt: skip
+    """Write the nodes of the trees of eight below the branches roots[begin:end].
 
-    (0, 0) where the branches are no tree.
+    They go to children[starts[begin]:starts[end]] without gaps, each before those below it, and are numbered from 0 for
+    each root; found[u] is (nodes, levels, place of the first), no nodes where the branches are no tree. Branches from
+    `upper` on whose halves are such branches are descended to alone: others become rows of `lower` (branch, place in
+    `children`, level). Return how many.
     """
-    stack = np.empty((len(children) + WIDTH, 3), np.int32)
+    base, limit, count = starts[begin], starts[end], 0
+    if not 0 <= base <= limit <= len(children):
+        return 0
+    most = 0
+    for u in range(begin, end):
+        most = max(most, starts[u + 1] - starts[u])
+    most = min(most, len(children))
+    stack = np.empty((most + WIDTH, 3), np.int32)
     pending = np.empty((2 * WIDTH, 2), np.int64)
-    stack[0, 0], stack[0, 1], stack[0, 2] = 0, root, 1
-    top, used, levels = 1, 1, 1
-    while top > 0:
-        top -= 1
-        node, branch, level = stack[top, 0], stack[top, 1], stack[top, 2]
-        levels = max(levels, level)
-        for k in range(WIDTH):
-            children[node, k] = first[node, k] = last[node, k] = 0
-        pending[0, 0], pending[0, 1] = branch, 1
-        waiting, slot = 1, 0
-        if branches.choice[ROW * branch + LEAF] == 0:
-            waiting = _open(branches, branch, NODE, WIDTH, pending, 0)
-        while waiting > 0:
-            waiting -= 1
-            branch, slots = pending[waiting, 0], pending[waiting, 1]
-            at = ROW * branch
-            # 0 at a number of slots says that fewer cost no more
-            while slots > 1 and branches.choice[at + slots] == 0:
-                slots -= 1
-            count = branches.choice[at + LEAF]
-            # Impossible in a tree; the kernel is also called with arrays from outside
-            if waiting + 2 > len(pending) or slot == WIDTH:
-                return 0, 0
-            if slots > 1 and branches.left[branch] >= 0:
-                waiting = _open(branches, branch, slots, slots, pending, waiting)
-                continue
-            first[node, slot], last[node, slot] = branches.first[branch], branches.last[branch]
-            if count > 0:
-                children[node, slot] = _leaf_code(branches.first[branch], count)
-            elif used == len(children):
-                return 0, 0
-            else:
-                children[node, slot] = used
-                stack[top, 0], stack[top, 1], stack[top, 2] = used, branch, level + 1
-                used += 1
-                top += 1
-            slot += 1
-    return used, levels
+    for u in range(begin, end):
+        found[u, 0], found[u, 1], found[u, 2] = 0, 0, base
+        if not 0 <= roots[u] < len(branches.left):
+            continue
+        room = min(most, limit - base)
+        stack[0, 0], stack[0, 1], stack[0, 2] = 0, roots[u], 1
+        top, used, levels = 1, min(1, room), 0
+        while top > 0 and used > 0:
+            top -= 1
+            node, branch, level = base + stack[top, 0], stack[top, 1], stack[top, 2]
+            levels = max(levels, level)
+            for k in range(WIDTH):
+                children[node, k] = 0
+            pending[0, 0], pending[0, 1] = branch, 1
+            waiting, slot = 1, 0
+            if branches.choice[ROW * branch + LEAF] == 0:
+                waiting = _open(branches, branch, NODE, WIDTH, pending, 0)
+            while waiting > 0:
+                waiting -= 1
+                branch, slots = pending[waiting, 0], pending[waiting, 1]
+                at = ROW * branch
+                # 0 at a number of slots says that fewer cost no more
+                while slots > 1 and branches.choice[at + slots] == 0:
+                    slots -= 1
+                size = branches.choice[at + LEAF]
+                is_open = slots > 1 and branches.left[branch] >= 0
+                is_lower = upper > 0 and (branch < upper or branches.left[branch] < upper)
+                # Impossible in a tree; the kernel is also called with arrays from outside
+                if waiting + 2 > len(pending) or slot == WIDTH:
+                    waiting, used = 0, 0
+                elif is_open:
+                    waiting = _open(branches, branch, slots, slots, pending, waiting)
+                elif size > 0:
+                    children[node, slot] = _leaf_code(branches.first[branch], size)
+                elif is_lower and count < len(lower):
+                    lower[count, 0], lower[count, 1], lower[count, 2] = branch, WIDTH * node + slot, level + 1
+                    count += 1
+                elif is_lower or used == room:
+                    waiting, used = 0, 0
+                else:
+                    children[node, slot] = used
+                    stack[top, 0], stack[top, 1], stack[top, 2] = used, branch, level + 1
+                    used += 1
+                    top += 1
+                slot += 0 if is_open else 1
+        found[u, 0], found[u, 1] = used, levels
+        base += used
+    return count
+
+
+@kernel(begin="0..end", end="0..u", found="u 3", places="u", source="n 8", children="out m 8")
+def gather_nodes(begin: int, end: int, found: Longs, places: Longs, source: Ints, children: Ints) -> None:
+    """Copy the nodes of roots begin..end to children[places[u]:]: there their numbers begin at places[u]."""
+    for u in range(begin, end):
+        count, first, place = found[u, 0], found[u, 2], places[u]
+        if not (0 <= first <= len(source) - count and 0 <= place <= len(children) - count):
+            continue
+        for i in range(count):
+            for k in range(WIDTH):
+                code = source[first + i, k]
+                children[place + i, k] = code + place if code > 0 else code
 
 
 @inline
@@ -406,28 +451,46 @@ def _open(branches: Branches, branch: int, place: int, slots: int, pending: Any,
     return waiting + 2
 
 
-@kernel(records="8*r", first="n 8", last="n 8", limits="6", begin="0..end", end="0..n", boxes="out b", at="0..b-48*end")
+@kernel(
+    records="8*r", children="n 8", limits="6", parts="p", begin="0..end", end="0..p-1", boxes="out b", at="0..b-48*n"
+)
 def box_nodes(
-    records: Floats, first: Ints, last: Ints, limits: Floats, begin: int, end: int, boxes: Floats, at: int
+    records: Floats, children: Ints, limits: Floats, parts: Longs, begin: int, end: int, boxes: Floats, at: int
 ) -> None:
-    """Write the boxes of nodes begin..end, six sides of eight each, to boxes[at:].
+    """Write the boxes of nodes, six sides of eight each, to boxes[at:].
 
-    first, last: the records in each child of the nodes; none where there is no child.
+    Part u has the nodes parts[u] to parts[u + 1]. Nodes below a node have larger numbers, and those in later parts have
+    their boxes. A child with none gets a box of which nothing is part.
     """
     box = np.empty(SIZE)
-    for node in range(begin, end):
-        for k in range(WIDTH):
-            place, begins, ends = at + 6 * WIDTH * node + k, max(0, first[node, k]), last[node, k]
-            if begins >= ends:
+    for part in range(begin, end):
+        first = max(0, parts[part])
+        for node in range(min(parts[part + 1], len(children)) - 1, first - 1, -1):
+            for k in range(WIDTH):
+                code, place = children[node, k], at + 6 * WIDTH * node + k
+                clear_box(box, 0)
+                if node < code < len(children):
+                    _join_children(boxes, at + 6 * WIDTH * code, box)
+                elif code < 0:
+                    begins, ends = leaf_range(code)
+                    for i in range(begins, min(ends, len(records) // SIZE)):
+                        join_box(box, 0, records, SIZE * i)
+                    for axis in range(3):
+                        box[axis] = -restore_limit(limits, axis, -box[axis])
+                        box[axis + 4] = restore_limit(limits, axis + 3, box[axis + 4])
                 for axis in range(3):
-                    boxes[place + WIDTH * axis], boxes[place + WIDTH * (axis + 3)] = math.inf, -math.inf
-                continue
-            clear_box(box, 0)
-            for i in range(begins, min(ends, len(records) // SIZE)):
-                join_box(box, 0, records, SIZE * i)
-            for axis in range(3):
-                boxes[place + WIDTH * axis] = restore_limit(limits, axis, -box[axis])
-                boxes[place + WIDTH * (axis + 3)] = restore_limit(limits, axis + 3, box[axis + 4])
+                    boxes[place + WIDTH * axis], boxes[place + WIDTH * (axis + 3)] = -box[axis], box[axis + 4]
+
+
+@inline
+def _join_children(boxes: Floats, at: int, box: Floats) -> None:
+    """Write the box around the children of the node whose boxes are boxes[at:]."""
+    for axis in range(3):
+        low, high = math.inf, -math.inf
+        for k in range(WIDTH):
+            a, b = boxes[at + WIDTH * axis + k], boxes[at + WIDTH * (axis + 3) + k]
+            low, high = a if a < low else low, b if b > high else high
+        box[axis], box[axis + 4] = -low, high
 
 
 @kernel(records="8*n", begin="0..end", end="0..n", items="out i", at="0..i-end")
@@ -439,7 +502,7 @@ def items_of(records: Floats, begin: int, end: int, items: Ints, at: int) -> Non
 
 # A tree over boxes: branches on all threads, then nodes of eight from them
 
-_NODES = 1024
+_PARTS = 16  # parts of a tree that a thread takes at a time
 _ITEMS = 1 << 16
 
 
@@ -449,15 +512,13 @@ class BoxTree:
 
     records: Floats  # (8 n,) in the order of the leaves
     children: Ints  # (nodes, 8)
-    first: Ints  # (nodes, 8) first record in a child
-    last: Ints  # (nodes, 8) end of its records; 0 where there is no child
+    parts: Longs  # (parts + 1,) part k has the nodes parts[k] to parts[k + 1]; the upper nodes are part 0
     limits: Floats  # (6,) stand-ins for infinity in the records
     levels: int
 
     def put_boxes(self, floats: Floats, at: int) -> None:
         """Write the boxes of the nodes, (nodes, 6, 8) flat, to floats[at:]."""
-        work = KernelRange(box_nodes, (self.records, self.first, self.last, self.limits), (floats, at))
-        run_chunks(work, len(self.children), _NODES)
+        put_node_boxes(self.records, self, floats, at)
 
     def items(self) -> Ints:
         """Return the items in the order of the leaves."""
@@ -503,10 +564,32 @@ def build_tree(records: Floats, limits: Floats, most: int) -> BoxTree:
     # The root is a node in any case, so that its area decides nothing
     areas[0] = 0.0
     weigh_first(branches, 2 * count, areas, costs)
-    children, first, last = (np.empty((count, WIDTH), np.int32) for _ in range(3))
-    used, levels = take_nodes(branches, 2 * count, children, first, last)
-    # Copies: these arrays are as long as there are boxes, the nodes are about a seventh of them
-    return BoxTree(records, children[:used].copy(), first[:used].copy(), last[:used].copy(), limits, levels)
+    upper, lower = np.empty((len(groups), WIDTH), np.int32), np.array([[2 * count, 0, 1]])
+    found, none = np.zeros((1, 3), np.int64), np.zeros((0, 3), np.int64)
+    if groups[0].halves:
+        lower, ends = np.empty((WIDTH * len(groups), 3), np.int64), np.array([0, len(groups)])
+        number = take_nodes(branches, 2 * count, np.array([2 * count]), 0, 1, ends, upper, found, lower)
+        lower = lower[:number]
+    roots, holders, levels = (lower[:, k].copy() for k in range(3))
+    starts = np.zeros(len(roots) + 1, np.int64)
+    np.cumsum(branches.last[roots] - branches.first[roots], out=starts[1:])
+    rows, below = mapped_zeros((count, WIDTH), np.int32, sparse=True), np.zeros((len(roots), 3), np.int64)
+    run_chunks(KernelRange(take_nodes, (branches, 0, roots), (starts, rows, below, none)), len(roots), _PARTS)
+    # Upper nodes first, then those below them, root by root
+    parts = np.cumsum(np.concatenate([[0], found[:, 0], below[:, 0]]))
+    children = np.empty((int(parts[-1]), WIDTH), np.int32)
+    children[: parts[1]] = upper[: parts[1]]
+    if groups[0].halves:
+        children.ravel()[holders] = parts[1:-1]
+    run_chunks(KernelRange(gather_nodes, (), (below, parts[1:-1], rows, children)), len(roots), _PARTS)
+    return BoxTree(records, children, parts, limits, int((levels + below[:, 1]).max()) - 1)
+
+
+def put_node_boxes(records: Floats, tree: BoxTree, floats: Floats, at: int) -> None:
+    """Write the boxes of the nodes of a tree, over these records in the order of its own, to floats[at:]."""
+    work = KernelRange(box_nodes, (records, tree.children, tree.limits, tree.parts), (floats, at), first=1)
+    run_chunks(work, len(tree.parts) - 2, _PARTS)
+    box_nodes(records, tree.children, tree.limits, tree.parts, 0, 1, floats, at)
 
 
 # Trees over blocks of instances: the tree over the first block of a form serves all
@@ -520,7 +603,7 @@ class BlockTree:
     """The tree of `build_block_tree`, with the methods of a `BoxTree`."""
 
     boxes: Floats
-    costs: Floats
+    kinds: Signs
     upper: BoxTree
     blocks: list[tuple[int, int, BoxTree]]  # first item in the order, first node, and tree of each block
     order: Ints
@@ -536,8 +619,8 @@ class BlockTree:
             for start, node, tree in self.blocks[begin:end]:
                 records = np.empty_like(tree.records)
                 rows = self.order[start : start + len(records) // SIZE]
-                _load(self.boxes, rows, 0, len(rows), 0, self.costs, limits, records)
-                box_nodes(records, tree.first, tree.last, limits, 0, len(tree.first), floats, at + 6 * WIDTH * node)
+                _load(self.boxes, rows, 0, len(rows), 0, self.kinds, COSTS, limits, records)
+                put_node_boxes(records, tree, floats, at + 6 * WIDTH * node)
 
         run_chunks(put, len(self.blocks), 16)
 
@@ -560,7 +643,7 @@ def put_unions(boxes: Floats, first: Longs, size: Longs, around: Floats) -> None
 
 
 def build_block_tree(
-    boxes: Floats, costs: Floats, limits: Floats, most: int, blocks: Sequence[InstanceBlock], alone: Longs
+    boxes: Floats, kinds: Signs, limits: Floats, most: int, blocks: Sequence[InstanceBlock], alone: Longs
 ) -> BlockTree:
     """Build a tree over items with boxes (n, 6), as `build_tree` does, without sorting those of each block.
 
@@ -570,7 +653,7 @@ def build_block_tree(
     for first, size, form in blocks:
         if form not in lower:
             own = slice(first, first + size)
-            lower[form] = build_tree(box_records(boxes[own], _EVERY, 0, costs[own], limits), limits, most)
+            lower[form] = build_tree(box_records(boxes[own], _EVERY, 0, kinds[own], limits), limits, most)
     trees, number = list(lower.values()), {form: k for k, form in enumerate(lower)}
     # The last form is that of items in no block
     counts = np.array([*(len(tree.children) for tree in trees), 0])
@@ -581,7 +664,7 @@ def build_block_tree(
     around = np.empty((len(blocks), 6))
     put_unions(boxes, firsts, lengths, around)
     around = np.concatenate([around, boxes[alone]])
-    upper = build_tree(box_records(around, _EVERY, 0, np.zeros(0), limits), limits, 1)
+    upper = build_tree(box_records(around, _EVERY, 0, np.zeros(0, np.int8), limits), limits, 1)
     which = upper.items()
     begins, sizes, forms = begins[which], sizes[which], forms[which]
     starts, firsts = np.cumsum(sizes) - sizes, np.cumsum(counts[forms]) - counts[forms] + len(upper.children)
@@ -601,7 +684,7 @@ def build_block_tree(
         order[start + np.arange(len(items))] = begins[places][:, None] + items
         placed += [(int(a), int(b), tree) for a, b in zip(starts[places], firsts[places], strict=True)]
     levels = upper.levels + max(tree.levels for tree in trees)
-    return BlockTree(boxes, costs, upper, placed, order, children, levels)
+    return BlockTree(boxes, kinds, upper, placed, order, children, levels)
 
 
 _EVERY = np.zeros(0, np.int32)

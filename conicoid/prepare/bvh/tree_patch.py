@@ -28,7 +28,7 @@ from ..row_layout import BODIES, CELLS, LEAVES, PROGRAMS
 from .builder import WIDTH, leaf_code, survey_boxes
 from .leaf_items import put_items
 from .plane_groups import group_tables, put_groups
-from .trees import COSTS, Forest, SceneTrees, program_trees, scene_extent
+from .trees import Forest, SceneTrees, program_trees, scene_extent
 
 _SMALL = 256
 """For so few entries the tree is rebuilt."""
@@ -260,7 +260,7 @@ def _entries(
     # Each query walks both trees, and empty places cost a test: beyond these shares a new tree pays
     if count <= _SMALL or len(loose) > math.sqrt(count) or 4 * left > count:
         forest = Forest()
-        forest.add(edit.boxes, 0, COSTS[edit.kinds])
+        forest.add(edit.boxes, 0, edit.kinds)
         levels = forest.levels
         forest.end_tree()
         built = _TreeTables.of_forest(forest)
@@ -275,7 +275,7 @@ def _entries(
     patched.add(children, boxes, order, roots, int(woods.nodes[-1]), main.start)
     end = patched.nodes, patched.places, patched.root_count
     forest = Forest()
-    forest.add(edit.boxes[loose], 0, COSTS[edit.kinds][loose])
+    forest.add(edit.boxes[loose], 0, edit.kinds[loose])
     forest.end_tree()
     built = _TreeTables.of_forest(forest)
     patched.add(built.children, built.boxes, loose[built.order], built.roots, 0, 0)
@@ -381,7 +381,7 @@ def plant_entries(rows: TableRows, woods: SceneTrees, loose: dict[int, Floats], 
         boxes[entries] = [loose[entry] for entry in entries.tolist()]
         if not np.isfinite(boxes[entries]).any(axis=1).all():
             raise UneditableError
-        forest.add(boxes[entries], 0, COSTS[rows["entry_kind"][entries]])
+        forest.add(boxes[entries], 0, rows["entry_kind"][entries])
     main = int(rows["tree_root"][-2])
     for code in rows["roots"][main:roots].tolist():
         if code < 0:  # entries without an end: their leaves are written again

@@ -15,15 +15,11 @@ from ...geometry.instances import InstanceBlock
 from ...kernels.bvh.walk import FEW, ROWS
 from ...kernels.programs import leaves_of_programs
 from ...kernels.tables import (
-    BALL,
-    CELL,
     NODE_BOXES,
-    POLYGON,
-    REGION,
-    SHEET,
     Floats,
     Geometry,
     Ints,
+    Signs,
     Tables,
     put_sizes,
     room_for,
@@ -53,6 +49,7 @@ from .plane_groups import group_tables, put_groups
 MOST = 8  # entries in a leaf of a tree
 _ROOT_LEAF = 15  # items without a box in a leaf among the roots; a code has four bits for it
 _NONE = np.zeros(0, np.int32)
+_NO_KINDS = np.zeros(0, np.int8)
 
 
 class Forest:
@@ -73,30 +70,30 @@ class Forest:
         self.levels = 0
 
     def add(
-        self, boxes: Floats, first_item: int, costs: Floats | None = None, blocks: Sequence[InstanceBlock] = ()
+        self, boxes: Floats, first_item: int, kinds: Signs | Ints = _NO_KINDS, blocks: Sequence[InstanceBlock] = ()
     ) -> BoxSurvey:
-        """Add a tree over items first_item, ... with boxes (n, 6), and `costs` (n,) of testing each.
+        """Add a tree over items first_item, ... with boxes (n, 6), and `kinds` (n,), or none, for the costs of tests.
 
         Empty boxes are left out. Boxes that are unbounded along the same axes have a tree of their own; items that are
         unbounded along all axes become roots. The boxes are released before the tree is built, but for `blocks`, whose
-        trees are alike (`InstanceList.blocks`); these need costs, and the first item is 0.
+        trees are alike (`InstanceList.blocks`); these need kinds, and the first item is 0.
         """
-        boxes = np.ascontiguousarray(boxes)
+        boxes, kinds = np.ascontiguousarray(boxes), np.ascontiguousarray(kinds, np.int8)
         found = survey_boxes(boxes)
         limits = finite_limits(found.ends)
         records: list[Floats] = []
         commonest = int(found.counts[:ENDLESS].argmax())
         blocks = [each for each in blocks if (found.patterns[each.first : each.first + each.size] == commonest).all()]
         for pattern in np.flatnonzero(found.counts[:ENDLESS]).tolist():
-            if blocks and costs is not None and pattern == commonest:
+            if blocks and pattern == commonest:
                 unblocked = found.patterns == commonest
                 for each in blocks:
                     unblocked[each.first : each.first + each.size] = False
-                self._append(build_block_tree(boxes, costs, limits, MOST, blocks, np.flatnonzero(unblocked)))
+                self._append(build_block_tree(boxes, kinds, limits, MOST, blocks, np.flatnonzero(unblocked)))
                 continue
             every = found.counts[pattern] == len(boxes)
             rows = _NONE if every else np.flatnonzero(found.patterns == pattern).astype(np.int32)
-            records.append(box_records(boxes, rows, first_item, np.zeros(0) if costs is None else costs, limits))
+            records.append(box_records(boxes, rows, first_item, kinds, limits))
         del boxes
         for some in records:
             self._append(build_tree(some, limits, MOST))
@@ -105,14 +102,15 @@ class Forest:
 
     def _append(self, tree: BoxTree | BlockTree) -> None:
         """Append a tree, whose numbers begin at 0."""
-        items, inner, leaf = tree.items(), tree.children > 0, tree.children < 0
-        tree.children[inner] += self.node_count
-        tree.children[leaf] -= self.placed << 4
+        items, children = tree.items(), tree.children
+        if self.node_count or self.placed:
+            leaves = np.where(children < 0, children - (self.placed << 4), 0)
+            children = np.where(children > 0, children + self.node_count, leaves)
         self.roots.append(self.node_count)
         self.trees.append(tree)
-        self.children.append(tree.children)
+        self.children.append(children)
         self.order.append(items)
-        self.node_count += len(tree.children)
+        self.node_count += len(children)
         self.placed += len(items)
         self.levels = max(self.levels, tree.levels)
 
@@ -161,10 +159,6 @@ class Forest:
 
 
 # The trees of a scene, with what its edits need to know
-
-COSTS = np.ones(5)
-"""Cost of testing an entry of each kind, where visiting a node costs one."""
-COSTS[[BALL, CELL, REGION, SHEET, POLYGON]] = 0.1, 0.8, 4.0, 1.0, 1.0
 
 
 @dataclass(frozen=True)
@@ -257,7 +251,7 @@ def build_scene_trees(
     trim_heap(count)
     depth = forest.depth
     blocks = _blocks(lowered)
-    survey = forest.add(lowered.boxes if blocks else _take_boxes(lowered), 0, COSTS[tables.entry_kind], blocks)
+    survey = forest.add(lowered.boxes if blocks else _take_boxes(lowered), 0, tables.entry_kind, blocks)
     levels = forest.levels
     forest.end_tree()
     trim_heap(count)

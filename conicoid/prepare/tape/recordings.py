@@ -19,13 +19,14 @@ from ..._util.dataclass import dataclass
 from ..._util.process import fork_safe_lock
 from ...kernels.numbers.quad_double import LEAST
 from ...kernels.tables import Floats, Ints, Longs, Signs
+from ...kernels.threads import KernelRange, run_chunks
 from ...numerics import bigfloat
 from ...numerics.bigfloat import BigFloat
 from ...numerics.tracing import Operation, Tape
 from .interpreter import OPERATIONS, SINE_COSINE, play
 from .registers import COLUMNS, CONSTANTS, MULTIPLES, STATE_OTHER_BRANCH, STATE_UNDECIDED, STATE_VALID, STEP, TERMS
 
-_AT_ONCE = 4096
+_AT_ONCE = 512  # bodies that a thread takes at a time; each takes some microseconds
 _MOST = 1 << 16
 """Most registers of a kind."""
 _NUMBERED = {name: number for number, name in enumerate(OPERATIONS)}
@@ -153,11 +154,11 @@ class TapeProgram:
         fours = np.empty((count if self.wide_outputs else 0, self.wide_outputs, COLUMNS))
         if max(self.wides, self.plains) <= _MOST:
             series = _series() if self._turns else _NO_SERIES
-            for begin in range(0, count, _AT_ONCE):  # Ctrl-C takes effect between calls
-                play(
-                    self.code, self.outputs, self.numbers, self.constants, series, inputs, wide_in, rows, floats,
-                    fours, state, self.wides, self.plains, begin, min(count, begin + _AT_ONCE),
-                )  # fmt: skip
+            arguments = (
+                self.code, self.outputs, self.numbers, self.constants, series, inputs, wide_in, rows, floats, fours,
+                state, self.wides, self.plains,
+            )  # fmt: skip
+            run_chunks(KernelRange(play, arguments, ()), count, _AT_ONCE)
         return ProgramResult(floats, fours, state)
 
     @cached_property
