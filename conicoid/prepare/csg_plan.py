@@ -320,7 +320,8 @@ def _bound(node: _Node, inside: bool, box: Floats, cuts: Floats, depth: int) -> 
         _cut_by_upright_planes(some, sides.reshape(len(some), -1, PLANE_SIZE))
         bound_by_corners(sides, some, np.empty((sides.shape[1] // PLANE_SIZE, 2)))
         box[endless] = some
-    known, sure = _narrow(planes, quadrics, senses, box), np.ones(len(box), bool)
+    endless = ~np.isfinite(box).all(axis=1)
+    known = _narrow(planes, quadrics, senses, box)
     if unions and depth == _DEEPEST:
         # What these unions cut away is left; where nothing else bounds them, they are not known
         return box, known & np.isfinite(box).all(axis=1)
@@ -328,19 +329,18 @@ def _bound(node: _Node, inside: bool, box: Floats, cuts: Floats, depth: int) -> 
         shared = planes if len(parts) <= _WIDEST else planes[:, :0]
         each: list[Floats] = []
         for part, inner in parts:
-            own, certain = _bound(part, inner, box, shared, depth + 1)
-            sure &= certain
+            own, sure = _bound(part, inner, box, shared, depth + 1)
+            known &= sure
             each.append(own)
         outer = _union_boxes(each)
         box = np.concatenate([np.maximum(box[:, :3], outer[:, :3]), np.minimum(box[:, 3:], outer[:, 3:])], axis=1)
-    again = np.flatnonzero(~known & sure) if unions else []
-    if len(again):  # unions bounded what was endless
-        some = box[again]
-        known[again] = _narrow(planes[again], quadrics[again], senses[again], some)
-        box[again] = some
-    known &= sure
     empty = np.asarray((box[:, :3] > box[:, 3:]).any(axis=1))
-    return np.where(empty[:, None], EMPTY_BOX, box), known
+    box = np.where(empty[:, None], EMPTY_BOX, box)
+    again = ~known & endless & np.isfinite(box).all(axis=1)
+    if again.any():  # a union bounds what others and the quadrics left endless
+        own, sure = _bound(node, inside, box, cuts, depth)
+        box, known = np.where(again[:, None], own, box), np.where(again, sure, known)
+    return box, known | empty
 
 
 def _narrow(planes: Floats, quadrics: Floats, senses: Signs, box: Floats) -> Mask:

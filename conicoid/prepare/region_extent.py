@@ -40,7 +40,7 @@ _TOLERANCE = 2.0**-40
 _MARGIN = 2.0**-36
 """The final box is wider by this, more than points that stand for one another are apart."""
 _BLURRED = 2.0**-24
-"""A box that rests on a point whose error is larger is not used."""
+"""A box is not used if one of its ends is farther by twice this than what some point surely reaches."""
 _WIDEST, _FAR = 4.0, 8.0
 """The ends of a box in u are at most the first, so that no point of it is as far from its center as the second."""
 _SMALLER = 0.25, 1.0 - 2.0**-20
@@ -191,9 +191,11 @@ def _slope(form: Floats) -> float:
 
 @inline
 def _reach_up(reach: Floats, side: int, end: float, error: float) -> None:
-    """Let a point reach a side, with its error in that direction."""
+    """Let a point reach a side, at most and surely, with its error in that direction."""
     if end + error > reach[side]:
-        reach[side], reach[6 + side] = end + error, error
+        reach[side] = end + error
+    if end - error > reach[6 + side]:
+        reach[6 + side] = end - error
 
 
 @helper
@@ -218,6 +220,12 @@ def _consider(
         or ex - x > reach[3]
         or ey - y > reach[4]
         or ez - z > reach[5]
+        or x - ex > reach[6]
+        or y - ey > reach[7]
+        or z - ez > reach[8]
+        or -x - ex > reach[9]
+        or -y - ey > reach[10]
+        or -z - ez > reach[11]
     ):
         return
     for i in range(planes):
@@ -395,8 +403,8 @@ def _place_frame(boxes: Floats, body: int, frame: Floats) -> bool:
 def _narrow(boxes: Floats, body: int, frame: Floats, work: Floats, count: int, reach: Floats) -> bool:
     """Narrow a box, and its sides in `work`, to what the points reach; return False if nothing is certain."""
     for side in range(6):
-        # NaN, too
-        if not reach[6 + side] <= _BLURRED:
+        # Where a sharp point reaches a side, blurred ones beyond it do no harm, as near the apex of a cone. NaN, too
+        if not min(frame[6 + side], reach[side]) - reach[6 + side] <= 2.0 * _BLURRED:
             return False
     for k in range(3):
         up, down = reach[k] + _MARGIN, reach[3 + k] + _MARGIN
@@ -411,7 +419,7 @@ def _narrow(boxes: Floats, body: int, frame: Floats, work: Floats, count: int, r
 @inline
 def _clear_reach(reach: Floats) -> None:
     for side in range(6):
-        reach[side], reach[6 + side] = -math.inf, math.inf
+        reach[side], reach[6 + side] = -math.inf, -math.inf
 
 
 @inline
