@@ -175,6 +175,9 @@ def axis_frame(start: Vector, end: Vector, reference: Vector | None) -> Motion:
 def axis_length(start: Vector, end: Vector) -> ex.BigFloat:
     """Return |end - start| in 3000 bits."""
     axis = axis_vector(start, end)
+    along = [] if any(isinstance(entry, ex.Symbol) for entry in axis) else [x for x in axis if not ex.is_nothing(x)]
+    if len(along) == 1:  # a coordinate axis needs no roots
+        return abs(along[0])
     return ex.sqrt(ex.dot(axis, axis))
 
 
