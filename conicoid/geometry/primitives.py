@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Hashable
 from dataclasses import replace
 from operator import sub
 from typing import Any, ClassVar
@@ -239,6 +240,9 @@ class AxialShape(Primitive, abstract=True):
     @property
     def placement(self) -> Motion:
         return axis_frame(self.start, self.end, self.reference)
+
+    def _end_of_axis(self, number: int) -> Hashable | None:
+        return (number, self.start, self.end) if number in (1, 2) else None
 
 
 @dataclass(frozen=True)

@@ -320,7 +320,7 @@ def _bound(node: _Node, inside: bool, box: Floats, cuts: Floats, depth: int) -> 
         _cut_by_upright_planes(some, sides.reshape(len(some), -1, PLANE_SIZE))
         bound_by_corners(sides, some, np.empty((sides.shape[1] // PLANE_SIZE, 2)))
         box[endless] = some
-    endless = ~np.isfinite(box).all(axis=1)
+    boundless = ~np.isfinite(box).all(axis=1)
     known = _narrow(planes, quadrics, senses, box)
     if unions and depth == _DEEPEST:
         # What these unions cut away is left; where nothing else bounds them, they are not known
@@ -336,7 +336,7 @@ def _bound(node: _Node, inside: bool, box: Floats, cuts: Floats, depth: int) -> 
         box = np.concatenate([np.maximum(box[:, :3], outer[:, :3]), np.minimum(box[:, 3:], outer[:, 3:])], axis=1)
     empty = np.asarray((box[:, :3] > box[:, 3:]).any(axis=1))
     box = np.where(empty[:, None], EMPTY_BOX, box)
-    again = ~known & endless & np.isfinite(box).all(axis=1)
+    again = ~known & boundless & np.isfinite(box).all(axis=1)
     if again.any():  # a union bounds what others and the quadrics left endless
         own, sure = _bound(node, inside, box, cuts, depth)
         box, known = np.where(again[:, None], own, box), np.where(again, sure, known)

@@ -47,6 +47,8 @@ _SMALLER = 0.25, 1.0 - 2.0**-20
 """A box that shrinks below this share along an axis is narrowed again, in a frame of its new size: the second where
 several quadrics cut it, since what one of them narrows may let another narrow it further."""
 _ROUNDS = 4
+_CLEAR = 2.0**-20
+"""A body is empty if no point counts, nor would with all planes and the quadric so much farther out."""
 _FLAT = 2.0**-30
 """The unit along an axis in which a box is flat, as a share of its width."""
 MAX_PLANES = 64
@@ -422,6 +424,19 @@ def _clear_reach(reach: Floats) -> None:
         reach[side], reach[6 + side] = -math.inf, -math.inf
 
 
+@helper
+def _is_void(work: Floats, count: int, form: Floats, curved: bool, reach: Floats) -> bool:
+    """Return whether no point counts with `count` planes and f = 0 farther out; `reach` is that of no point."""
+    for i in range(count):
+        work[i, 3] += _CLEAR
+    if curved:
+        form[9] += _CLEAR * (1.0 + _slope(form) + abs(form[9]))
+    _try_corners(work, count + SIDES, form, curved, reach)
+    if curved:
+        _try_quadric(work, count + SIDES, form, reach)
+    return not reach[0] > -math.inf
+
+
 @inline
 def _empty(boxes: Floats, body: int) -> None:
     for k in range(3):
@@ -448,11 +463,15 @@ def _narrow_once(
         _clear_reach(reach)
         _try_corners(work, rows, form, True, reach)
         _try_quadric(work, rows, form, reach)
+        if not reach[0] > -math.inf:
+            return -1 if _is_void(work, count, form, True, reach) else 0
         if not _narrow(boxes, body, frame, work, count, reach):
             return 0
     if not cut and count:
         _clear_reach(reach)
         _try_corners(work, rows, form, False, reach)
+        if not reach[0] > -math.inf:
+            return -1 if _is_void(work, count, form, False, reach) else 0
         if not _narrow(boxes, body, frame, work, count, reach):
             return 0
     return 1

@@ -394,7 +394,7 @@ def test_surfaces_of_primitives_that_two_bodies_have_are_not_compared(monkeypatc
     rods = [co.Cylinder((0, 0, 0), (0, 0, 1), 0.1).rotate(at, 20 + at[1]).translate(at) for at in starts]
     compared = []
     monkeypatch.setattr(
-        coincidence.SurfaceSubset, "known_names", lambda _, surfaces: compared.extend(surfaces) or surfaces
+        coincidence.SurfaceSubset, "known_names", lambda _, surfaces, clusters: compared.extend(surfaces) or surfaces
     )
     mother = co.Difference((co.Box((-9, -9, -9), (200, 9, 9)), *rods))
     lowered = lowering.lower([co.Body(shape) for shape in (mother, *rods)])

@@ -14,7 +14,7 @@ import pytest
 from mpmath import mp
 
 import conicoid as co
-from conicoid.geometry import shape
+from conicoid.geometry import shape as shape_module
 from conicoid.geometry.general_quadric import Quadric
 from conicoid.geometry.polyhedron import Polyhedron
 from conicoid.geometry.primitives import Box, Cone, Cylinder, HalfSpace, Sphere
@@ -477,7 +477,7 @@ ENDLESS = {
 @pytest.mark.parametrize("name", ENDLESS)
 def test_floats_bound_what_planes_quadrics_and_unions_bound_together(name: str, monkeypatch: Any) -> None:
     """z <= 4, or z <= 2 r where |x|, |y| <= 2: exact bounds of such nodes of decks took 80 ms a body."""
-    monkeypatch.setattr(shape, "region_bounds", None)
+    monkeypatch.setattr(shape_module, "region_bounds", None)
     solid, low, high = ENDLESS[name]
     shifts = np.arange(8.0)[:, None] * (1, 2, 3)
     boxes = co.Scene([solid.translate(tuple(to)) for to in shifts.tolist()])._prepared.lowered.boxes
