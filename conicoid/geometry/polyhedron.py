@@ -406,10 +406,11 @@ class FlatWall(HalfOfSpace, abstract=True):
         n: Any = tuple(own + rest * (c / size) for own, rest, c in zip(lead, others, across, strict=True))
         above = dot3(n, minus(corners[0], near)) / dot3(n, n)
         anchor: Any = tuple(p + above * c for p, c in zip(near, n, strict=True))
-        # Where `near` is a corner, it is the anchor without any rounding
+        # Nothing is rounded in the anchor of a wall across an axis, or where it is `near`, as the first corner
         x, y, z, s = self.corners[0]
         aside = count_nonzero([s * x - self.near[0], s * y - self.near[1], z - self.near[2]])
-        surface = PlaneSurface(n, dot3(n, corners[0]), anchor, 0.0, is_offset_better=bool(aside))
+        is_rounded = bool(aside) and count_nonzero([ex.rounded(c) for c in n]) > 1
+        surface = PlaneSurface(n, dot3(n, corners[0]), anchor, 0.0, is_offset_better=bool(is_rounded))
         return Cell((Face(surface, 0, plane_uv(surface)),))
 
 
