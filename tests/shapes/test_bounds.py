@@ -487,6 +487,14 @@ def test_floats_bound_what_planes_quadrics_and_unions_bound_together(name: str, 
     assert (outward <= 4e-6).all()
 
 
+def test_floats_show_that_a_body_is_empty(monkeypatch: Any) -> None:
+    """x + y + z of a unit ball is at most sqrt(3), of its box 3."""
+    monkeypatch.setattr(shape_module, "region_bounds", None)
+    caps = [co.Sphere(1) & co.HalfSpace((-1, -1, -1), -1.8 - 0.1 * k) for k in range(8)]
+    boxes = co.Scene(caps)._prepared.lowered.boxes
+    assert (boxes == [math.inf] * 3 + [-math.inf] * 3).all()
+
+
 def test_prepared_bounds_of_a_body_as_thin_as_the_rounding_of_its_place():
     """Sixteen steps of a float thick, far from the origin; the point is inside by exact fractions."""
     center = 1024.0
