@@ -25,6 +25,7 @@ from .._util.validation import (
     format_value,
 )
 from ..numerics import bigfloat as ex
+from ..numerics.portable_math import count_nonzero
 from ..numerics.rational import dot3
 from .bounds.aabb import enclose_boxes
 from .bounds.intersection import BoundingSurfaces
@@ -405,7 +406,11 @@ class FlatWall(HalfOfSpace, abstract=True):
         n: Any = tuple(own + rest * (c / size) for own, rest, c in zip(lead, others, across, strict=True))
         above = dot3(n, minus(corners[0], near)) / dot3(n, n)
         anchor: Any = tuple(p + above * c for p, c in zip(near, n, strict=True))
-        surface = PlaneSurface(n, dot3(n, corners[0]), anchor, 0.0, is_offset_better=True)
+        # Nothing is rounded in the anchor of a wall across an axis, or where it is `near`, as the first corner
+        x, y, z, s = self.corners[0]
+        aside = count_nonzero([s * x - self.near[0], s * y - self.near[1], z - self.near[2]])
+        is_rounded = bool(aside) and count_nonzero([ex.rounded(c) for c in n]) > 1
+        surface = PlaneSurface(n, dot3(n, corners[0]), anchor, 0.0, is_offset_better=bool(is_rounded))
         return Cell((Face(surface, 0, plane_uv(surface)),))
 
 

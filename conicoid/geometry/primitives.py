@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Hashable
 from dataclasses import replace
 from operator import sub
 from typing import Any, ClassVar
@@ -175,6 +176,9 @@ def axis_frame(start: Vector, end: Vector, reference: Vector | None) -> Motion:
 def axis_length(start: Vector, end: Vector) -> ex.BigFloat:
     """Return |end - start| in 3000 bits."""
     axis = axis_vector(start, end)
+    along = [] if any(isinstance(entry, ex.Symbol) for entry in axis) else [x for x in axis if not ex.is_nothing(x)]
+    if len(along) == 1:  # a coordinate axis needs no roots
+        return abs(along[0])
     return ex.sqrt(ex.dot(axis, axis))
 
 
@@ -236,6 +240,9 @@ class AxialShape(Primitive, abstract=True):
     @property
     def placement(self) -> Motion:
         return axis_frame(self.start, self.end, self.reference)
+
+    def _end_of_axis(self, number: int) -> Hashable | None:
+        return (number, self.start, self.end) if number in (1, 2) else None
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, NoReturn, Self, overload
@@ -311,6 +311,10 @@ class PrimitiveSolid(Solid, Primitive, abstract=True):
     @abstractmethod
     def tree(self) -> Tree:
         """Return the cells in the shape's own frame."""
+
+    def _end_of_axis(self, number: int) -> Hashable | None:
+        """Return a key of a surface of `tree` if it is across an end of an axis: equal planes where steps are equal."""
+        return None
 
     def has_unbounded_outside(self) -> bool:
         # A class that bounds its complement (half-spaces do) says so by this method

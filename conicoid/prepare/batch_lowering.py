@@ -48,7 +48,7 @@ from .csg_plan import (
 )
 from .lower_shape import LoweredShape, combine_trees, cullable_cells, lower_shape, widen_boxes
 from .motion_batch import MotionChains
-from .pattern import BOX_NUMBERS, FRAME_NUMBERS, BodyGroup, BodyPattern, RowTable, row_blocks
+from .pattern import BOX_NUMBERS, FRAME_NUMBERS, BodyGroup, BodyPattern, PlacedPrimitive, RowTable, row_blocks
 from .primitive_batch import LeftPrimitive, PrimitiveBatch, PrimitiveRows
 from .pytree import positions_by_key
 
@@ -97,12 +97,19 @@ class CsgBatch:
         found[shifted, 3::4] = -np.array([self.shapes[place].motion.shift for place in shifted]).reshape(-1, 3)
         return found
 
-    def leaves_of(self, which: Any) -> list[Shape]:
-        """List the leaves of some of the bodies; none where more than its own motion moves one of them."""
-        moved = [leaf for index in which.tolist() for leaf in self.plans[index].leaves]
-        if any(self.shapes[index].motion.steps for index in which.tolist()):
+    def leaves_of(self, which: Any) -> list[PlacedPrimitive]:
+        """List the leaves of some of the bodies with the steps that move each; none of translated bodies.
+
+        Those need no names of surfaces: most of their planes are across axes.
+        """
+        motions = [self.shapes[index].motion for index in which.tolist()]
+        if any(motion.steps for motion in motions) and not any(map(exceeds_translation, motions)):
             return []
-        return [leaf for leaf, _ in moved] if all(steps == leaf.motion.steps for leaf, steps in moved) else []
+        found: list[PlacedPrimitive] = []
+        for index in which.tolist():
+            own = self.shapes[index].motion.steps
+            found += [(leaf, inner + own) for leaf, inner in self.plans[index].leaves]
+        return found
 
     def columns(self) -> tuple[Ints, Ints, Ints]:
         """Return body numbers, places and rows of frames as arrays."""
@@ -461,7 +468,8 @@ class BatchLowering:
             single = owners[places] >= 0
             if single.any():
                 mine, rows = (places, rows) if single.all() else (places[single], rows[single])
-                leaves = [shapes[k] for k in (mine - begin).tolist()] if mine[0] >= begin else []  # not of a bulk entry
+                own = [shapes[k] for k in (mine - begin).tolist()] if mine[0] >= begin else []  # not of a bulk entry
+                leaves = [(shape, shape.motion.steps) for shape in own]
                 slots = [(0, number) for number in range(len(form.pattern.records))]
                 results.append(BodyGroup(form.pattern, owners[mine], rows, 0, leaves, slots))
         rest += [(shape, int(owners[place])) for shape, _, place in left if owners[place] >= 0]
@@ -511,8 +519,8 @@ class BatchLowering:
             some: Any = slice(None) if len(chosen) == len(bodies) else chosen
             parts = [rows.of(places[some, part]) for part in range(count)]
             # The leaves of the others have the same forms
-            leaves = [leaf for leaf, _ in like.of(int(chosen[0]))[1].leaves]
-            boxes, certain = bound_bodies(key, leaves, [rows.forms[form] for form in forms], parts)
+            examples = [leaf for leaf, _ in like.of(int(chosen[0]))[1].leaves]
+            boxes, certain = bound_bodies(key, examples, [rows.forms[form] for form in forms], parts)
             others = np.flatnonzero(~certain)
             if len(others):
                 # In numbers of 3000 bits

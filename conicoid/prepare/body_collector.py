@@ -131,16 +131,23 @@ class ExactBodySurfaces:
             names[own] = _body_surface(shape, own).key()
         return names[own]
 
-    def known_names(self, surfaces: Longs, primitives: Primitives | None) -> Longs:
-        """Return names, known without exact keys, that are equal only for surfaces that are certainly equal.
+    def known_names(self, surfaces: Longs, clusters: Longs, primitives: Primitives | None) -> Longs:
+        """Return names, known without exact keys, that surfaces of a cluster share only if they are certainly equal.
 
-        -1 for no name; few surfaces have none, as exact keys are as quick.
+        -1 for no name; few surfaces have none, as exact keys are as quick. The numbers of `clusters` rise.
         """
         if len(surfaces) < FEWEST_SURFACES:
             return np.full(len(surfaces), -1)
         parts, which, own = self._locate(surfaces, primitives)
         names = np.where(which < 0, -1, which * (1 + int(own.max())) + own)
-        solid = np.flatnonzero(which >= 0)
+        caps = _cap_numbers(parts, which, own)
+        # Most clusters are caps of cylinders, one within the other: they need no other names
+        begin = np.flatnonzero(np.diff(clusters, prepend=-1))
+        sizes = np.diff(begin, append=len(clusters))
+        equal = (caps >= 0) & (caps == np.repeat(caps[begin], sizes))
+        same = np.repeat(np.logical_and.reduceat(equal, begin), sizes)
+        names[same] = caps[same]
+        solid = np.flatnonzero((which >= 0) & ~same)
         if len(solid):
             first_of, place = unique_first_with_inverse(names[solid])
             some, numbers = which[solid[first_of]], own[solid[first_of]]
@@ -161,7 +168,7 @@ class ExactBodySurfaces:
         parts: list[tuple[Any, tuple[Step, ...]]] = []
         which, own = np.full((2, len(surfaces)), -1)
         if primitives is not None:
-            parts = [(leaf, leaf.motion.steps) for leaf in primitives.leaves]
+            parts = [*primitives.leaves]
             is_solid = np.array([*(isinstance(leaf, PrimitiveSolid) for leaf, _ in parts), False])
             which, own = primitives.leaf[surfaces].astype(np.int64), primitives.number[surfaces].astype(np.int64)
             which[~is_solid[which]] = -1
@@ -225,6 +232,18 @@ class ExactBodySurfaces:
         if own not in singles:
             singles[own] = shape.single(own)
         return singles[own]
+
+
+def _cap_numbers(parts: Sequence[tuple[Any, tuple[Step, ...]]], which: Longs, own: Longs) -> Longs:
+    """Number the caps of cylinders and cones, alike those at equal ends under the same steps; -1 for other surfaces."""
+    known: dict[Any, int] = {}
+    found = np.full(len(which), -1)
+    for at in np.flatnonzero(which >= 0).tolist():
+        leaf, steps = parts[which[at]]
+        end = leaf._end_of_axis(int(own[at]))
+        if end is not None:
+            found[at] = known.setdefault((end, steps), len(known))
+    return found
 
 
 def _body_surface(shape: Shape, number: int) -> Surface:

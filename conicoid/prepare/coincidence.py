@@ -228,10 +228,10 @@ class SurfaceSubset:
         """Return the exact name of a surface, and its sense."""
         return self.exact.name(int(self.numbers[index]))
 
-    def known_names(self, surfaces: Longs) -> Longs:
+    def known_names(self, surfaces: Longs, clusters: Longs) -> Longs:
         """`ExactSurfaces.known_names`"""
         primitives = None if self.primitives is None else self.primitives()
-        return self.exact.known_names(self.numbers[surfaces].astype(np.int64), primitives)
+        return self.exact.known_names(self.numbers[surfaces].astype(np.int64), clusters, primitives)
 
 
 # Copies of a curved surface: where no other form may give an equal one, different anchors do not, either
@@ -424,7 +424,7 @@ class ExactSurfaces(Protocol):
         """Return the exact name of a surface, and its sense."""
         ...
 
-    def known_names(self, surfaces: Longs, primitives: Primitives | None) -> Longs:
+    def known_names(self, surfaces: Longs, clusters: Longs, primitives: Primitives | None) -> Longs:
         """Return numbers >= 0 that close surfaces have in common only if they are certainly equal; -1 for no number."""
         ...
 
@@ -539,7 +539,7 @@ class _SurfaceMerger:
         cluster, begin = np.repeat(np.arange(len(sizes)), sizes), np.cumsum(sizes) - sizes
         is_own = candidates < self.single
         names = -1 - np.arange(len(candidates))  # until a surface has a name, it has none in common with others
-        known = self.exact.known_names(candidates[is_own])
+        known = self.exact.known_names(candidates[is_own], cluster[is_own])
         names[is_own] = np.where(known < 0, names[is_own], known)
         rank = _record_ranks(candidates, kind, row, {PLANE: planes, SPHERE: spheres, QUADRIC: quadrics})
         representative, turned = np.arange(len(first)), np.ones(len(first), np.int8)

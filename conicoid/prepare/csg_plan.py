@@ -311,21 +311,17 @@ def _bound(node: _Node, inside: bool, box: Floats, cuts: Floats, depth: int) -> 
     box = np.ascontiguousarray(np.concatenate([low, high], axis=1))
     planes, quadrics, senses = _surfaces(leaves, len(box))
     planes = np.concatenate([cuts, planes], axis=1)
-    endless = np.flatnonzero(~np.isfinite(box).all(axis=1))
-    if len(endless):
-        sides = np.concatenate([planes[endless], *_slabs(quadrics[endless], senses[endless])], axis=1)
+    for _ in range(2):  # what bounds the height of a cone bounds its width
+        endless = np.flatnonzero(~np.isfinite(box).all(axis=1))
+        if not len(endless):
+            break
         some = box[endless]
+        sides = np.concatenate([planes[endless], *_slabs(quadrics[endless], senses[endless], some)], axis=1)
+        _cut_by_upright_planes(some, sides.reshape(len(some), -1, PLANE_SIZE))
         bound_by_corners(sides, some, np.empty((sides.shape[1] // PLANE_SIZE, 2)))
         box[endless] = some
-    certain = np.ones(len(box), np.int8)
-    if planes.shape[1] > PLANE_SIZE * MAX_PLANES:
-        certain[:] = 0
-    elif planes.shape[1] or quadrics.shape[1]:
-        work = np.empty((planes.shape[1] // PLANE_SIZE + SIDES, 4))
-        narrow_csg_boxes(
-            planes, quadrics, senses, box, certain, work, np.empty(12), np.empty(10), np.empty(12)
-        )  # fmt: skip
-    known = certain.astype(bool)
+    boundless = ~np.isfinite(box).all(axis=1)
+    known = _narrow(planes, quadrics, senses, box)
     if unions and depth == _DEEPEST:
         # What these unions cut away is left; where nothing else bounds them, they are not known
         return box, known & np.isfinite(box).all(axis=1)
@@ -339,7 +335,25 @@ def _bound(node: _Node, inside: bool, box: Floats, cuts: Floats, depth: int) -> 
         outer = _union_boxes(each)
         box = np.concatenate([np.maximum(box[:, :3], outer[:, :3]), np.minimum(box[:, 3:], outer[:, 3:])], axis=1)
     empty = np.asarray((box[:, :3] > box[:, 3:]).any(axis=1))
-    return np.where(empty[:, None], EMPTY_BOX, box), known
+    box = np.where(empty[:, None], EMPTY_BOX, box)
+    again = ~known & boundless & np.isfinite(box).all(axis=1)
+    if again.any():  # a union bounds what others and the quadrics left endless
+        own, sure = _bound(node, inside, box, cuts, depth)
+        box, known = np.where(again[:, None], own, box), np.where(again, sure, known)
+    return box, known | empty
+
+
+def _narrow(planes: Floats, quadrics: Floats, senses: Signs, box: Floats) -> Mask:
+    """Narrow boxes by planes and quadrics around bodies; return for which bodies they are certain."""
+    certain = np.ones(len(box), np.int8)
+    if planes.shape[1] > PLANE_SIZE * MAX_PLANES:
+        certain[:] = 0
+    elif planes.shape[1] or quadrics.shape[1]:
+        work = np.empty((planes.shape[1] // PLANE_SIZE + SIDES, 4))
+        narrow_csg_boxes(
+            planes, quadrics, senses, box, certain, work, np.empty(12), np.empty(10), np.empty(12)
+        )  # fmt: skip
+    return certain.astype(bool)
 
 
 def _conjuncts(node: _Node, inside: bool) -> tuple[list[tuple[_Leaf, bool]], list[list[tuple[_Node, bool]]]]:
@@ -390,20 +404,50 @@ def _as_quadric(rows: RowTable, at: int) -> Floats:
     return found
 
 
-def _slabs(quadrics: Floats, senses: Signs) -> list[Floats]:
-    """Return records of planes around infinite cylinders, ellipsoids and slabs: y_i² <= constant / square_i."""
+def _slabs(quadrics: Floats, senses: Signs, box: Floats) -> list[Floats]:
+    """Return records of planes around quadrics in boxes; a normal of zeros stands for none.
+
+    With u = y + slope / square, a quadric is the sum of square u² over its rows of positive squares, at most a constant
+    and what the other rows add. Their y is between the ends that the box gives, and what they add is largest at one.
+    """
     found: list[Floats] = []
     for k in range(senses.shape[1]):
         record = quadrics[:, QUADRIC_SIZE * k : QUADRIC_SIZE * (k + 1)]
-        squares, slopes = senses[:, k, None] * record[:, 12:15], record[:, 15:18]
-        constant = np.maximum(senses[:, k] * record[:, 18], 0.0)
-        around = (squares >= 0).all(axis=1) & (slopes == 0).all(axis=1)
-        for row in range(3):
-            closed = around & (squares[:, row] > 0)
+        sense = senses[:, k, None]
+        squares, slopes, anchor = sense * record[:, 12:15], sense * record[:, 15:18], record[:, :3]
+        rows, ends = record[:, 3:12].reshape(-1, 3, 3), np.stack([box[:, :3], box[:, 3:]], axis=1)[:, :, None]
+        with np.errstate(all="ignore"):
+            terms = np.where(rows[:, None] == 0, 0.0, rows[:, None] * (ends - anchor[:, None, None]))
+            blur = np.where(rows == 0, 0.0, np.abs(rows) * (np.abs(ends).max(axis=1) + np.abs(anchor)[:, None]))
+            blur = 8 * FLOAT_ERROR * blur.sum(axis=2)
+            y = np.stack([terms.min(axis=1).sum(axis=2) - blur, terms.max(axis=1).sum(axis=2) + blur], axis=1)
+            more = np.where(squares[:, None] == 0, 0.0, -squares[:, None] * y * y)
+            more = (more - np.where(slopes[:, None] == 0, 0.0, 2 * slopes[:, None] * y)).max(axis=1)
+            middle = np.where(squares > 0, slopes / squares, 0.0)
+            more = np.where(squares > 0, slopes * middle, more)
+            limit = sense[:, 0] * record[:, 18] + more.sum(axis=1)
+            limit += 8 * FLOAT_ERROR * (np.abs(record[:, 18]) + np.abs(more).sum(axis=1))
+            reach = np.sqrt(np.maximum(limit, 0.0)[:, None] / squares) * (1.0 + 8 * FLOAT_ERROR)
+        closed = (squares > 0) & np.isfinite(reach)
+        for row in np.flatnonzero(closed.any(axis=0)).tolist():
+            some = closed[:, row]
             for sign in (1.0, -1.0):
-                planes = np.zeros((len(record), PLANE_SIZE))  # a normal of zeros does not count
-                planes[closed, :3] = sign * record[closed, 3 + 3 * row : 6 + 3 * row]
-                planes[closed, 3] = -np.sqrt(constant[closed] / squares[closed, row]) * (1.0 + FLOAT_ERROR)
-                planes[:, 4:] = record[:, :3]
+                planes = np.zeros((len(record), PLANE_SIZE))
+                planes[some, :3] = sign * rows[some, row]
+                planes[some, 3] = sign * middle[some, row] - reach[some, row]
+                planes[:, 4:] = anchor
                 found.append(planes)
     return found
+
+
+def _cut_by_upright_planes(box: Floats, planes: Floats) -> None:
+    """Narrow boxes, which may be infinite, by those of some planes (n, planes, 7) that are across an axis."""
+    normals, anchors = planes[:, :, :3], planes[:, :, 4:]
+    alone = (normals != 0).sum(axis=2, keepdims=True) == 1
+    with np.errstate(all="ignore"):
+        over = planes[:, :, 3, None] / normals
+        blur = FLOAT_ERROR * (np.abs(anchors) + np.abs(over))
+        high = np.where(alone & (normals > 0), anchors - over + blur, np.inf)
+        low = np.where(alone & (normals < 0), anchors - over - blur, -np.inf)
+    box[:, :3] = np.maximum(box[:, :3], low.max(axis=1, initial=-np.inf))
+    box[:, 3:] = np.minimum(box[:, 3:], high.min(axis=1, initial=np.inf))

@@ -21,6 +21,7 @@ from .._util.arrays import unique_with_inverse
 from .._util.dataclass import dataclass
 from ..geometry.instances import InstanceList, Ints as InstancesInts, ShiftTable, round_sums, transform_offsets
 from ..geometry.shape import Shape
+from ..geometry.transform import Step
 from ..kernels.tables import MAP_SIZE, PLANE, PLANE_SIZE, QUADRIC, QUADRIC_SIZE, SPHERE, SPHERE_SIZE, Floats, Ints
 from .assembly import Assembly
 
@@ -129,6 +130,10 @@ def _table(rows: Sequence[tuple[int, ...]], width: int) -> Ints:
     return np.array(rows, np.int32).reshape(-1, width)
 
 
+PlacedPrimitive: TypeAlias = tuple[Shape, tuple[Step, ...]]
+"""A primitive and the steps that move it."""
+
+
 @dataclass
 class BodyGroup:
     """Bodies of one pattern: their numbers in the scene, rising, and their rows."""
@@ -138,8 +143,8 @@ class BodyGroup:
     rows: Floats | FactoredRows | RowTable
     ball_frame: int = 0
     """-1 - k for balls that share frame k; 0 for bodies with faces."""
-    leaves: list[Shape] = field(default_factory=list)
-    """The primitives of each body, where only their own motions move them: body by body; else none."""
+    leaves: list[PlacedPrimitive] = field(default_factory=list)
+    """The primitives of each body, body by body; none where nobody lists them."""
     slots: Sequence[tuple[int, int]] = ()
     """For each surface of a body the number of its leaf, and its number there."""
 
@@ -147,7 +152,7 @@ class BodyGroup:
 class Primitives(NamedTuple):
     """Different primitives, and for each surface of a scene its primitive, -1 for an unknown one, and number there."""
 
-    leaves: list[Shape]
+    leaves: list[PlacedPrimitive]
     leaf: Ints
     number: Ints
 

@@ -40,13 +40,15 @@ _TOLERANCE = 2.0**-40
 _MARGIN = 2.0**-36
 """The final box is wider by this, more than points that stand for one another are apart."""
 _BLURRED = 2.0**-24
-"""A box that rests on a point whose error is larger is not used."""
+"""A box is not used if one of its ends is farther by twice this than what some point surely reaches."""
 _WIDEST, _FAR = 4.0, 8.0
 """The ends of a box in u are at most the first, so that no point of it is as far from its center as the second."""
 _SMALLER = 0.25, 1.0 - 2.0**-20
 """A box that shrinks below this share along an axis is narrowed again, in a frame of its new size: the second where
 several quadrics cut it, since what one of them narrows may let another narrow it further."""
 _ROUNDS = 4
+_CLEAR = 2.0**-20
+"""A body is empty if no point counts, nor would with all planes and the quadric so much farther out."""
 _FLAT = 2.0**-30
 """The unit along an axis in which a box is flat, as a share of its width."""
 MAX_PLANES = 64
@@ -191,9 +193,11 @@ def _slope(form: Floats) -> float:
 
 @inline
 def _reach_up(reach: Floats, side: int, end: float, error: float) -> None:
-    """Let a point reach a side, with its error in that direction."""
+    """Let a point reach a side, at most and surely, with its error in that direction."""
     if end + error > reach[side]:
-        reach[side], reach[6 + side] = end + error, error
+        reach[side] = end + error
+    if end - error > reach[6 + side]:
+        reach[6 + side] = end - error
 
 
 @helper
@@ -218,6 +222,12 @@ def _consider(
         or ex - x > reach[3]
         or ey - y > reach[4]
         or ez - z > reach[5]
+        or x - ex > reach[6]
+        or y - ey > reach[7]
+        or z - ez > reach[8]
+        or -x - ex > reach[9]
+        or -y - ey > reach[10]
+        or -z - ez > reach[11]
     ):
         return
     for i in range(planes):
@@ -395,8 +405,8 @@ def _place_frame(boxes: Floats, body: int, frame: Floats) -> bool:
 def _narrow(boxes: Floats, body: int, frame: Floats, work: Floats, count: int, reach: Floats) -> bool:
     """Narrow a box, and its sides in `work`, to what the points reach; return False if nothing is certain."""
     for side in range(6):
-        # NaN, too
-        if not reach[6 + side] <= _BLURRED:
+        # Where a sharp point reaches a side, blurred ones beyond it do no harm, as near the apex of a cone. NaN, too
+        if not min(frame[6 + side], reach[side]) - reach[6 + side] <= 2.0 * _BLURRED:
             return False
     for k in range(3):
         up, down = reach[k] + _MARGIN, reach[3 + k] + _MARGIN
@@ -411,7 +421,20 @@ def _narrow(boxes: Floats, body: int, frame: Floats, work: Floats, count: int, r
 @inline
 def _clear_reach(reach: Floats) -> None:
     for side in range(6):
-        reach[side], reach[6 + side] = -math.inf, math.inf
+        reach[side], reach[6 + side] = -math.inf, -math.inf
+
+
+@helper
+def _is_void(work: Floats, count: int, form: Floats, curved: bool, reach: Floats) -> bool:
+    """Return whether no point counts with `count` planes and f = 0 farther out; `reach` is that of no point."""
+    for i in range(count):
+        work[i, 3] += _CLEAR
+    if curved:
+        form[9] += _CLEAR * (1.0 + _slope(form) + abs(form[9]))
+    _try_corners(work, count + SIDES, form, curved, reach)
+    if curved:
+        _try_quadric(work, count + SIDES, form, reach)
+    return not reach[0] > -math.inf
 
 
 @inline
@@ -440,11 +463,15 @@ def _narrow_once(
         _clear_reach(reach)
         _try_corners(work, rows, form, True, reach)
         _try_quadric(work, rows, form, reach)
+        if not reach[0] > -math.inf:
+            return -1 if _is_void(work, count, form, True, reach) else 0
         if not _narrow(boxes, body, frame, work, count, reach):
             return 0
     if not cut and count:
         _clear_reach(reach)
         _try_corners(work, rows, form, False, reach)
+        if not reach[0] > -math.inf:
+            return -1 if _is_void(work, count, form, False, reach) else 0
         if not _narrow(boxes, body, frame, work, count, reach):
             return 0
     return 1

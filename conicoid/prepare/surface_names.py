@@ -162,18 +162,18 @@ class _KnownSteps:
 
     def __init__(self) -> None:
         self.kinds: dict[_StepKind, int] = {_StepKind("shift"): 0}
-        self._steps: dict[int, tuple[Step, int, tuple[float, ...]]] = {}
+        self._steps: dict[Step, tuple[int, tuple[float, ...]]] = {}
         self._others: dict[Step, int] = {}
 
     def of(self, step: Step) -> tuple[int, tuple[float, ...]]:
         """Return the number of the kind of a step, and the numbers of the step."""
         if isinstance(step, Translate):
             return 0, step.offset
-        found = self._steps.get(id(step))
+        found = self._steps.get(step)
         if found is None:
             kind, numbers = self._find(step)
-            found = self._steps[id(step)] = step, self.kinds.setdefault(kind, len(self.kinds)), numbers
-        return found[1], found[2]
+            found = self._steps[step] = self.kinds.setdefault(kind, len(self.kinds)), numbers
+        return found
 
     def _find(self, step: Step) -> tuple[_StepKind, tuple[float, ...]]:
         if isinstance(step, Rotate) and sum(map(bool, step.axis)) == 1 and step.degrees % 90:
@@ -185,7 +185,7 @@ class _KnownSteps:
         if isinstance(step, AxisFrame):  # by its formulas, no axis goes to one
             is_oblique = step.reference is None and all(step.axis)
         if not is_oblique:
-            linear, shift = step.forth_and_back[0]
+            linear, shift = step.affine()  # without the inverse
             for k, column in enumerate(zip(*linear, strict=True)):
                 if sum(map(bool, column)) == 1:
                     sources[next(i for i in range(3) if column[i])] = k

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from .._jit.decorators import kernel
-from .._util.arrays import row_ends, unique_first_with_inverse
+from .._util.arrays import row_ends, unique_first_with_inverse, unique_with_inverse
 from ..kernels.faces import as_bytes, cell_faces
 from ..kernels.tables import (
     BALL,
@@ -451,7 +451,8 @@ class TablesBuilder:
         """The primitives of the bodies of all groups that list them."""
         groups = [group for group in self.contents.groups if group.leaves and group.slots]
         leaves = [leaf for group in groups for leaf in group.leaves]
-        first, which = unique_first_with_inverse(np.fromiter(map(id, leaves), np.int64, len(leaves)))
+        shape, steps = (unique_with_inverse(np.array([id(leaf[k]) for leaf in leaves]))[1] for k in range(2))
+        first, which = unique_first_with_inverse(shape + len(leaves) * steps.astype(np.int64))
         leaf, number = np.full(self.surfaces.count, -1, np.int32), np.zeros(self.surfaces.count, np.int32)
         ends = np.cumsum([len(group.leaves) for group in groups])
         for group, own in zip(groups, np.split(which, ends), strict=False):

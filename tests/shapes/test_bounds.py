@@ -14,6 +14,7 @@ import pytest
 from mpmath import mp
 
 import conicoid as co
+from conicoid.geometry import shape as shape_module
 from conicoid.geometry.general_quadric import Quadric
 from conicoid.geometry.polyhedron import Polyhedron
 from conicoid.geometry.primitives import Box, Cone, Cylinder, HalfSpace, Sphere
@@ -454,6 +455,44 @@ def test_prepared_bounds_are_as_tight_as_exact_ones() -> None:
             assert (wider <= 1e-6 * size).all(), k
         # In a scene of many as alone, to the bit
         np.testing.assert_array_equal(box, np.concatenate(prepared_bounds(solid)))
+
+
+UP, DOWN = co.HalfSpace((0, 0, -1), -1), co.HalfSpace((0, 0, 1), 4)
+SQUARE = [co.HalfSpace(n, 2) for n in ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0))]
+BESIDE_CONE = co.Intersection((*SQUARE, UP, co.Complement(co.DoubleCone(0.5)) | co.HalfSpace((0, 0, 1), 0)))
+ENDLESS = {
+    "a cone between planes": (co.DoubleCone(0.5) & UP & DOWN, (-2, -2, 1), (2, 2, 4)),
+    "a bowl below a plane": (co.EllipticParaboloid(1, 1) & DOWN, (-2, -2, 0), (2, 2, 4)),
+    "a sector of a cone, to its apex": (
+        co.DoubleCone(0.5) & DOWN & co.HalfSpace((0, 0, -1), 0) & co.HalfSpace((1, 1, 0), 0) & co.HalfSpace((1, -1, 0), 0),
+        (-2, -math.sqrt(2), 0), (0, math.sqrt(2), 4),
+    ),
+    "a square bar beside a cone": (BESIDE_CONE, (-2, -2, 1), (2, 2, math.sqrt(32))),
+    "and in a union without an end": (
+        co.Intersection((co.HalfSpace((0, 0, -1), -2) | co.Sphere(1.5), BESIDE_CONE)), (-2, -2, 1), (2, 2, math.sqrt(32))
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ENDLESS)
+def test_floats_bound_what_planes_quadrics_and_unions_bound_together(name: str, monkeypatch: Any) -> None:
+    """z <= 4, or z <= 2 r where |x|, |y| <= 2: exact bounds of such nodes of decks took 80 ms a body."""
+    monkeypatch.setattr(shape_module, "region_bounds", None)
+    solid, low, high = ENDLESS[name]
+    shifts = np.arange(8.0)[:, None] * (1, 2, 3)
+    boxes = co.Scene([solid.translate(tuple(to)) for to in shifts.tolist()])._prepared.lowered.boxes
+    found, expected = boxes - np.tile(shifts, 2), np.array([*low, *high])
+    outward = (found - expected) * [-1, -1, -1, 1, 1, 1]
+    assert (outward >= -1e-14 * 25).all()
+    assert (outward <= 4e-6).all()
+
+
+def test_floats_show_that_a_body_is_empty(monkeypatch: Any) -> None:
+    """x + y + z of a unit ball is at most sqrt(3), of its box 3."""
+    monkeypatch.setattr(shape_module, "region_bounds", None)
+    caps = [co.Sphere(1) & co.HalfSpace((-1, -1, -1), -1.8 - 0.1 * k) for k in range(8)]
+    boxes = co.Scene(caps)._prepared.lowered.boxes
+    assert (boxes == [math.inf] * 3 + [-math.inf] * 3).all()
 
 
 def test_prepared_bounds_of_a_body_as_thin_as_the_rounding_of_its_place():

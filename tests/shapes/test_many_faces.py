@@ -66,11 +66,14 @@ def test_faces_of_a_turned_solid_are_recorded(axis, degrees, monkeypatch):
     """Sources of OpenSCAD turn cylinders of a hundred sides: a face takes 10 µs from a recording, 15 ms alone."""
     computed = []
     monkeypatch.setattr(primitive_batch, "compute_shape", lambda face: computed.append(face) or compute_shape(face))
-    shape = PRISM.translate((0.1, 0.2, 0.3)).rotate(axis, degrees)
-    batch = PrimitiveBatch()
-    batch.add([shape], MotionChains([shape.motion.steps]), np.array([0], np.int32))
-    batch.lower()
-    assert len(computed) < 10  # mostly those that were recorded
+    quadrangles = [co.Extrusion([(0, 0), (1 + 0.1 * k, 0), (1, 1), (0, 0.7)]) for k in range(8)]
+    for solids in ([PRISM], quadrangles):
+        shapes = [solid.translate((0.1, 0.2, 0.3)).rotate(axis, degrees) for solid in solids]
+        batch, places = PrimitiveBatch(), np.arange(len(shapes), dtype=np.int32)
+        batch.add(shapes, MotionChains([shape.motion.steps for shape in shapes]), places)
+        batch.lower()
+        assert len(computed) < 10  # mostly those that were recorded
+        computed.clear()
 
 
 def test_a_prism_without_ends_contains_what_its_half_spaces_contain():
