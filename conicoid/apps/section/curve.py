@@ -37,14 +37,17 @@ def form_gradient(conic: Any, points: Any) -> FloatArray:
     """Return half the gradient at points (..., 2), (..., 2)."""
     a, b, c, d, e, _ = conic
     x, y = points[..., 0], points[..., 1]
-    return np.stack([a * x + b * y + d, b * x + c * y + e], axis=-1)
+    first = a * x + b * y + d
+    gradient = np.empty((*first.shape, 2))
+    gradient[..., 0], gradient[..., 1] = first, b * x + c * y + e
+    return gradient
 
 
 def project_onto(conic: Floats6, points: FloatArray) -> FloatArray:
     """Move points near a conic onto it, by two Newton steps along the gradient."""
     for _ in range(2):
         slope = form_gradient(conic, points)
-        square = 2 * (slope * slope).sum(axis=-1)
+        square = 2 * (slope[..., 0] * slope[..., 0] + slope[..., 1] * slope[..., 1])
         step = np.where(square > 0, form_value(conic, points) / np.where(square > 0, square, 1), 0.0)
         points = points - step[..., None] * slope
     return points
@@ -318,7 +321,7 @@ class _Central(Curve):
     def _put(self, c: Any, s: Any) -> FloatArray:
         """Return differences of places from differences of C and S."""
         a, b = self._sides
-        return np.outer(c, a) + np.outer(s, b)
+        return np.asarray(c).reshape(-1, 1) * np.array(a) + np.asarray(s).reshape(-1, 1) * np.array(b)
 
     def _own(self, offsets: Any) -> tuple[Any, Any]:
         """Return C and S of differences of places: the inverse of `_put`."""
