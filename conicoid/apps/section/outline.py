@@ -24,7 +24,7 @@ from ...kernels.threads import Progress
 from ...prepare.prepared_scene import PreparedScene, exact_form
 from ...queries.points import bodies_at
 from .conic import PlaneConic, RecordConics, UnclearConicError, cut_conic, snap_conic
-from .curve import Curve, Ellipse, Graph, Pair, form_gradient, form_value
+from .curve import Curve, Ellipse, Graph, Pair, crossings, form_gradient, form_value
 from .window import Window
 
 _DEEPEST = 12
@@ -400,7 +400,7 @@ class _Pieces(NamedTuple):
 
 
 _WALLS = 256
-"""Walls whose neighbours are found by one query."""
+"""Walls whose crossings are refined together, and whose neighbours are found by one query."""
 
 
 class OutlineCutter:
@@ -465,7 +465,9 @@ class OutlineCutter:
         outlines: list[Outline] = []
         origin = np.array(self.window.origin if self.single_body is None else (0.0, 0.0))
         for begin in range(0, len(self.walls), _WALLS):
-            cuts = [(wall, self._pieces(wall)) for wall in self.walls[begin : begin + _WALLS]]
+            walls = self.walls[begin : begin + _WALLS]
+            places = crossings([wall.curve for wall in walls], [self._conics_near(wall) for wall in walls])
+            cuts = [(wall, self._pieces(wall, own)) for wall, own in zip(walls, places, strict=True)]
             for k, (wall, pieces, others) in enumerate(self._with_neighbours(cuts)):
                 outlines += self._of_wall(wall, pieces, others)
                 if progress is not None:
@@ -474,18 +476,20 @@ class OutlineCutter:
             one._origin = origin
         return outlines
 
-    def _breaks(self, wall: _Wall) -> tuple[FloatArray, FloatArray]:
-        """Return (parameters, points), in order, where a curve meets others or leaves the window."""
+    def _conics_near(self, wall: _Wall) -> FloatArray:
+        """Return the conics (n, 6) that may cross a curve: the window's edges, which are lines, and other walls."""
         across, up = self.window.size
         edges = [
-            # The edges of the window are lines, written as conics.
             (0.0, 0.0, 0.0, 0.5 * x, 0.5 * y, -0.5 * size)
             for x, y, size in ((1, 0, across), (-1, 0, across), (0, 1, up), (0, -1, up))
         ]
         # Only curves whose boxes overlap can cross.
         near = np.flatnonzero(boxes_overlap(wall.box, self.boxes)).tolist()
-        others = [self.walls[k].curve.conic for k in near if self.walls[k] is not wall]
-        parts = [wall.curve.crossings(np.array([*edges, *others]))]
+        return np.array([*edges, *(self.walls[k].curve.conic for k in near if self.walls[k] is not wall)])
+
+    def _breaks(self, wall: _Wall, crossings: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return (parameters, points), in order, where a curve meets others or leaves the window."""
+        parts = [(wall.curve.parameter(crossings), crossings)]
         cuts = [self.bodies.edges_cut(entry, self.window) for entry in self._sheets_in(wall)]
         parts += [(wall.curve.parameter(places), places) for places in cuts if places is not None]
         t = np.concatenate([part[0] for part in parts])
@@ -493,10 +497,10 @@ class OutlineCutter:
         order = np.argsort(t, kind="stable")
         return t[order], points[order]
 
-    def _pieces(self, wall: _Wall) -> _Pieces:
+    def _pieces(self, wall: _Wall, crossings: FloatArray) -> _Pieces:
         """Return the pieces of a curve between its breaks, as far as they are in the window."""
         curve = wall.curve
-        t, points = self._breaks(wall)
+        t, points = self._breaks(wall, crossings)
         if curve.closed:  # the first break is the last one too, a turn later
             if not len(t):
                 t, points = np.zeros(1), curve.points([0.0])
