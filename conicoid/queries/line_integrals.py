@@ -59,7 +59,8 @@ class SumPlan(NamedTuple):
 
         some: returns the rays of such numbers; home: the key of the scene of the surfaces on which they start.
         """
-        pending = np.flatnonzero(marks)
+        # NumPy finds places in a mask ten times as fast as in bytes
+        pending = np.flatnonzero(marks == DOUBTFUL if is_silent(scene.labels, self.overlaps) else marks != 0)
         for begin in range(0, len(pending), _SOME):
             which = pending[begin : begin + _SOME]
             if is_silent(scene.labels, self.overlaps):

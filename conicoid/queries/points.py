@@ -155,10 +155,11 @@ def put_grid(x: Floats, y: Floats, z: Floats, begin: int, end: int, points: Floa
             j, at = 0, at + 1
 
 
-@kernel(numbers="n", table="m", begin="0..end", end="0..n", found="out n")
-def look_up(numbers: Ints, table: Ints, begin: int, end: int, found: Ints) -> None:
-    """Write the items of a table at numbers begin..end, -1 for those beyond it."""
+@kernel(numbers="n", table="m", begin="0..end", end="0..n", copy="out n", found="out n")
+def put_voxels(numbers: Ints, table: Ints, begin: int, end: int, copy: Ints, found: Ints) -> None:
+    """Write numbers begin..end, and the items of a table at them, -1 for those beyond it."""
     for i in range(begin, end):
+        copy[i] = numbers[i]
         found[i] = table[numbers[i]] if 0 <= numbers[i] < len(table) else -1
 
 

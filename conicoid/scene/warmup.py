@@ -196,7 +196,7 @@ def _explanations() -> None:
 def _apps() -> None:
     """Measure a body by rays, and check a scene."""
     measure(Sphere(1.0) - Box(), FEWEST_RAYS)
-    check(Sphere(1.0), 3)
+    check(Scene([Sphere(1.0), Sphere(1.0, (1.0, 0.0, 0.0))]), 60)
 
 
 def _large_tree() -> None:

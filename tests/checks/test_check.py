@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -246,3 +247,27 @@ def test_rays_for_coincidences_take_one_query_for_many_pairs(monkeypatch: pytest
         assert sum(finding.kind == "near-coincidence" for finding in findings) >= pairs
         counts.append(len(calls))
     assert counts[0] == counts[1]
+
+
+def test_chunks_of_rays_are_on_all_threads_and_findings_do_not_depend_on_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nine overlapping balls and 30,000 rays, so that several chunks find each pair."""
+    balls = [co.Sphere(1.0, (0.5 * (k % 3), 0.6 * (k // 3), 0.1 * k)) for k in range(9)]
+    spans, mains = ProbeScan._spans, list[bool]()
+
+    def record(scan: ProbeScan, rays: ProbeRays) -> None:
+        mains.append(threading.current_thread() is threading.main_thread())
+        spans(scan, rays)
+
+    monkeypatch.setattr(ProbeScan, "_spans", record)
+    found, off_main = [], []
+    for threads in (1, 2, 5):
+        co.set_threads(threads)
+        try:
+            mains.clear()
+            found.append([(one.message, one.origin.tolist()) for one in co.check(co.Scene(balls), 30_000)])
+            off_main.append(mains.count(False) > 0)
+        finally:
+            co.set_threads(None)
+    assert len(found[0]) >= 20
+    assert found[0] == found[1] == found[2]
+    assert off_main == [False, True, True]

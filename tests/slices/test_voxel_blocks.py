@@ -36,12 +36,14 @@ def alike(stored, kept):
     return np.array_equal(np.asarray(stored[...]), kept)
 
 
-def test_boxes_hold_each_voxel_once():
-    for counts in (SHAPE, (1, 1, 1), (40, 1, 3), (3, 50, 2), (2, 3, 130)):
+@pytest.mark.parametrize("side", [4, 1])
+def test_boxes_hold_each_voxel_once(side):
+    for counts in (SHAPE, (1, 1, 1), (40, 1, 3), (3, 50, 2), (2, 3, 130), (9, 13, 10), (5, 65, 2), (3, 2, 200)):
         seen = np.zeros(counts, int)
-        for box in voxel_blocks.block_boxes(counts, 130):
+        for box in voxel_blocks.block_boxes(counts, 130, side):
             assert seen[box].size <= 130
-            assert all(part.start % 4 == 0 for part in box)
+            assert all(part.start % side == 0 for part in box)
+            assert side > 1 or seen[box].flags.c_contiguous
             seen[box] += 1
         assert (seen == 1).all()
 

@@ -8,19 +8,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import field
-from functools import cached_property
+from dataclasses import field, replace
+from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from ..._jit.decorators import kernel
-from ..._util.arrays import FloatArray
+from ..._util.arrays import FloatArray, ignore_fp_errors
 from ..._util.dataclass import dataclass
+from ...kernels.body.crossing_rows import grow_rows
 from ...kernels.crossings import row_owners
 from ...kernels.tables import Flags, Floats, Ints, Longs
-from ...kernels.threads import run_rows
+from ...kernels.threads import run_chunks, run_rows
 from ...materials.color import amount_rgb
 from ...prepare.lowering import LazyBounds, LoweredScene
 from ...queries.scene_protocol import SceneLike
@@ -225,8 +226,10 @@ def _window(lowered: LoweredScene) -> tuple[FloatArray, FloatArray]:
 
 # Findings of rays: stretches common to two bodies, and slivers between two surfaces.
 
-CHUNK, _FIRST_CHUNK, _ROWS = 1 << 14, 1 << 8, 1 << 18
+CHUNK, _FIRST_CHUNK, _ROWS = 1 << 13, 1 << 8, 1 << 18
 """Most rays of one query, those of the first one, and about how many rows a query may give."""
+_AT_ONCE = 1 << 6
+"""Queries whose findings wait to be merged: results are the same for any number of threads."""
 THIN = 1e-9
 """Anything thinner than this part of a body's size is a sliver."""
 
@@ -273,35 +276,56 @@ class ProbeScan:
         return sorted((cover, body) for body, cover in self.covers.items() if body not in self.seen)
 
     def follow(self, rays: ProbeRays) -> None:
-        """Trace rays and collect their findings."""
-        begin, count = 0, _FIRST_CHUNK
+        """Trace rays and collect their findings: chunks of rays on all threads, whose findings are merged in order."""
+        begin, size, chunks = 0, _FIRST_CHUNK, 1
         while begin < len(rays.origins):
-            part = rays.select(slice(begin, begin + count))
-            hits = self.scene.crossings(*part)
-            self.is_hit[hits.body] = True
-            several, close = self._look(hits)
-            if not rays.is_whole:  # a stretch of a ray may begin within bodies, which crossings do not tell
-                self._spans(part)
-            elif several.any():
-                self._spans(part.select(several))
-            self._slivers(hits, close, part.origins, part.directions)
-            if not self.solid.all():
-                self._covers(hits)
-            traced = len(part.origins)
-            self.rays += traced
-            begin += traced
+            some = rays.select(slice(begin, begin + chunks * size))
+            parts = run_chunks(partial(self._part, some), len(some.origins), size)
+            rows = 0
+            for _, _, (part, count) in sorted(parts, key=lambda each: each[0]):
+                self._merge(part)
+                rows += count
+            begin += len(some.origins)
             # Chunks of about so many rows stay in the cache of the processor
-            count = min(max(_ROWS * traced // max(len(hits.t), 1), _FIRST_CHUNK), CHUNK)
+            size = min(max(_ROWS * len(some.origins) // max(rows, 1), _FIRST_CHUNK), CHUNK)
+            chunks = _AT_ONCE
+
+    @ignore_fp_errors
+    def _part(self, rays: ProbeRays, first: int, last: int) -> tuple[ProbeScan, int]:
+        """Return a scan of rays first..last alone, which shares `is_hit` and `lamps`, and the number of crossings."""
+        rays = rays.select(slice(first, last))
+        part = replace(self, overlaps={}, slivers={}, covers={}, seen=set(), rays=last - first)
+        hits = self.scene.crossings(*rays)
+        several, close = part._look(hits)
+        if not rays.is_whole:  # a stretch of a ray may begin within bodies, which crossings do not tell
+            part._spans(rays)
+        elif len(several):
+            part._spans(rays.select(several))
+        if len(close):
+            part._slivers(hits, close, rays.origins, rays.directions)
+        if not self.solid.all():
+            part._covers(hits)
+        return part, len(hits.t)
+
+    def _merge(self, part: ProbeScan) -> None:
+        """Add the findings of the rays that follow."""
+        for table, more in ((self.overlaps, part.overlaps), (self.slivers, part.slivers)):
+            for key, sighting in more.items():
+                _note(table, key, sighting)
+        self.covers = part.covers | self.covers
+        self.seen |= part.seen
+        self.rays += part.rays
 
     def _look(self, hits: Any) -> tuple[Any, Any]:
-        """Return (n,) bool: may a ray be within two bodies over some length? And the rows that a sliver may follow.
+        """Return the rays that may be within two bodies over some length, and the rows that a sliver may follow.
 
-        Where bodies are infinite, or crossings are not those of closed solids, every ray may.
+        Where bodies are infinite, or crossings are not those of closed solids, every ray may. Bodies with rows are hit.
         """
         several, close = np.empty(len(hits), np.bool_), np.empty(len(hits.t), np.bool_)
         rows = hits.offsets, hits.t, hits.body, hits.surface, hits.entering
-        run_rows(look_at_rows, (*rows, self.solid, self.sizes, self.endless), len(hits), several, close, most=_RAYS)
-        return several, np.flatnonzero(close)
+        before, fields = (*rows, self.solid, self.sizes, self.endless), (several, close, self.is_hit)
+        run_rows(look_at_rows, before, len(hits), *fields, most=_RAYS)
+        return np.flatnonzero(several), np.flatnonzero(close)
 
     def _covers(self, hits: Any) -> None:
         """Collect sheets that are never seen: in walls of bodies listed before them, or lamps within opaque bodies."""
@@ -336,27 +360,15 @@ class ProbeScan:
 
     def _spans(self, rays: ProbeRays) -> None:
         """Collect overlaps: spans of two bodies that have a stretch in common."""
-        origins, directions = rays.origins, rays.directions
         spans = self.scene.spans(*rays)
         self.is_hit[spans.body] = True
-        ray = row_owners(spans.offsets)
-        first = np.flatnonzero(spans.t_enter[1:] < spans.t_exit[:-1])
-        # Rays along an axis may run within a sliver from end to end
-        first = first[np.count_nonzero(directions[ray[first]], axis=1) > 1]
-        # In order of t_enter, the spans that overlap one follow it without a gap
-        for step in range(1, len(ray)):
-            first = first[first + step < len(ray)]
-            other = first + step
-            first = first[(ray[first] == ray[other]) & (spans.t_enter[other] < spans.t_exit[first])]
-            if not len(first):
-                return
-            other = first + step
-            length = np.minimum(spans.t_exit[first], spans.t_exit[other]) - spans.t_enter[other]
-            bodies = np.sort(np.column_stack([spans.body[first], spans.body[other]]), axis=1)
-            # Spans that touch in a point do not overlap
-            there = length > 0
-            for key, length_, k, times in _longest(bodies[there], length[there], ray[first][there]):
-                _note(self.overlaps, (key[0], key[1]), Sighting(length_, origins[k], directions[k], "overlap", times))
+        found = common_stretches(spans.offsets, spans.t_enter, spans.t_exit, spans.body, rays.directions)
+        # Of equal stretches those of neighbours in a list come first
+        found = found[np.argsort(found[:, 1], kind="stable")]
+        bodies, lengths, owners = found[:, 2:4].astype(np.int64), found[:, 4], found[:, 0].astype(np.int64)
+        for (one, other), length, ray, times in _longest(bodies, lengths, owners):
+            sighting = Sighting(length, rays.origins[ray], rays.directions[ray], "overlap", times)
+            _note(self.overlaps, (one, other), sighting)
 
     def _slivers(self, hits: Any, one: Any, origins: FloatArray, directions: FloatArray) -> None:
         """Collect slivers: crossings with two surfaces that follow each other closely and are nearly parallel."""
@@ -396,13 +408,13 @@ class ProbeScan:
 
 @kernel(
     offsets="n+1", t="s", body="s", surface="s", entering="s", solid="b", sizes="b", begin="0..end", end="0..n",
-    several="out n", close="out s",
+    several="out n", close="out s", is_hit="out b",
 )  # fmt: skip
 def look_at_rows(
     offsets: Longs, t: Floats, body: Ints, surface: Ints, entering: Flags, solid: Flags, sizes: Floats, endless: bool,
-    begin: int, end: int, several: Flags, close: Flags,
+    begin: int, end: int, several: Flags, close: Flags, is_hit: Flags,
 ) -> None:  # fmt: skip
-    """Write whether rays begin..end may be within two bodies, and which of their crossings a sliver may follow.
+    """Write whether rays begin..end may be within two bodies, which of their crossings a sliver may follow, and hits.
 
     The number of bodies around each stretch is counted from the ray's begin, which is outside of all bodies.
     """
@@ -412,6 +424,8 @@ def look_at_rows(
             close[row], own = False, body[row]
             if not 0 <= own < len(solid):
                 continue
+            if not is_hit[own]:  # bytes that are read alone stay in the caches of all threads
+                is_hit[own] = True
             if solid[own]:
                 depth += 1 if entering[row] else -1
             found = found or depth < 0
@@ -422,6 +436,33 @@ def look_at_rows(
             thin = gap < THIN * min(sizes[own], sizes[body[row + 1]])
             close[row] = gap > 0.0 and thin and surface[row] != surface[row + 1]
         several[i] = found
+
+
+@kernel(offsets="n+1", t_enter="s", t_exit="s", body="s", directions="n 3")
+def common_stretches(offsets: Longs, t_enter: Floats, t_exit: Floats, body: Ints, directions: Floats) -> Floats:
+    """Return rows of (ray, places between two spans of it, smaller body, larger body, length that both share).
+
+    Rays along an axis of the world have none, as they may run within a sliver from end to end.
+    """
+    found, used = np.empty((64, 5)), 0
+    for i in range(len(directions)):
+        last, zeros = min(offsets[i + 1], len(t_enter)), 0
+        for k in range(3):
+            zeros += 1 if directions[i, k] == 0.0 else 0
+        if zeros >= 2:
+            continue
+        for row in range(max(0, offsets[i]), last):
+            # In order of t_enter, the spans that overlap one follow it without a gap
+            for other in range(row + 1, last):
+                if not t_enter[other] < t_exit[row]:
+                    break
+                length = min(t_exit[row], t_exit[other]) - t_enter[other]
+                if length > 0.0:  # those that touch in a point do not overlap
+                    found = grow_rows(found, used, 1)
+                    found[used, 0], found[used, 1], found[used, 4] = i, other - row, length
+                    found[used, 2], found[used, 3] = min(body[row], body[other]), max(body[row], body[other])
+                    used += 1
+    return found[:used].copy()
 
 
 def _gap_kind(same_body: bool, first_enters: bool, second_enters: bool) -> str:

@@ -9,19 +9,20 @@ dimensions to sample instead of four.) Errors come from the differences among ra
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
 from ..._jit.decorators import inline, kernel
-from ..._util.arrays import FloatArray
+from ..._util.arrays import FloatArray, ignore_fp_errors
 from ..._util.dataclass import dataclass
 from ..._util.validation import SMALLEST
 from ...geometry.shape import Shape
 from ...kernels.surface.records import normal_at
 from ...kernels.tables import Flags, Floats, Geometry, Ints, Longs
-from ...kernels.threads import run_rows
+from ...kernels.threads import run_calls, run_rows
 from ...parallel.scheduler import ScheduledTask, prepare_first, run_tasks
 from ...parallel.shared_state import SharedObject, shared_scene
 from ...parallel.workers import Workers, as_workers
@@ -39,7 +40,7 @@ PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
 CHUNK = 1 << 14
 """Rays of a piece, and of one query on a worker."""
-_AT_ONCE = 1 << 17  # rays of one query in this process, of several pieces
+_AT_ONCE = 16  # pieces whose results wait for each other in this process
 _ROWS, _BLOCK = 1 << 11, 64  # rays that a thread takes at a time; rectangles whose sums are added first
 
 Progress = Callable[[int, int], Any]
@@ -184,35 +185,32 @@ class ChordFamily:
     def estimate(self, rectangles: Rectangles, count: int) -> None:
         """Add the integrals of `count` random rays through each rectangle."""
         # Pieces have about the same number of rays, and are numbered by their first rectangle
-        pieces, most = list(rectangles.pieces(CHUNK // count + 1)), _AT_ONCE if self.workers is None else CHUNK
-        each = max(1, most // (CHUNK + count))
-        groups = (pieces[k : k + each] for k in range(0, len(pieces), each))
-        items = ((count * sum(len(part) for _, part in some), (self.seed, count, some)) for some in groups)
-        for results in self._piece_results(_estimate_pieces, items):
-            for values, covariance in results:
-                self.sums.values += values
-                self.sums.covariance += covariance
+        pieces = rectangles.pieces(CHUNK // count + 1)
+        items = ((count * len(part), (self.seed, count, begin, part)) for begin, part in pieces)
+        for values, covariance in self._piece_results(_estimate_piece, items):
+            self.sums.values += values
+            self.sums.covariance += covariance
 
     def ranges(self, rectangles: Rectangles) -> FloatArray:
         """Return how much length and area differ among the corners of each rectangle (n,), as shares of their sums."""
-        corners = (rectangles.low[:, None] + rectangles.size[:, None] * _CORNERS).reshape(-1, 2)
+        count, half = len(rectangles), np.delete(self.box.half, self.shadow.axis)
+        corners, keys = np.empty((4 * count, 2)), np.empty(4 * count, np.int64)
+        run_rows(put_corners, (rectangles.low, rectangles.size, half), count, corners, keys, most=_ROWS)
         # Neighbours share corners: trace each once
-        half = np.delete(self.box.half, self.shadow.axis)
-        with np.errstate(invalid="ignore"):
-            # Corners as integers: equal ones differ by rounding
-            key = np.nan_to_num((corners + half) / (2 * half) * 2.0**30).round().astype(np.int64) @ (2**31, 1)
-        _, first, back = np.unique(key, return_index=True, return_inverse=True)
+        _, first, back = np.unique(keys, return_index=True, return_inverse=True)
         places = (corners[first[begin : begin + CHUNK]] for begin in range(0, len(first), CHUNK))
         values = [np.zeros((0, 2)), *self._piece_results(_chords_at_corners, ((len(some), some) for some in places))]
-        ranges = np.ptp(np.concatenate(values)[back].reshape(-1, 4, 2), axis=1) * rectangles.areas[:, None]
+        ranges = np.empty((count, 2))
+        run_rows(put_ranges, (np.concatenate(values), back, rectangles.areas), count, ranges, most=_ROWS)
         sums = ranges.sum(axis=0)
-        return (ranges / np.where(sums > 0, sums, 1.0)).sum(axis=1)
+        shares: FloatArray = ranges / np.where(sums > 0, sums, 1.0)
+        return shares[:, 0] + shares[:, 1]
 
     def _piece_results(self, call: Callable[..., Any], items: Iterator[tuple[int, Any]]) -> Iterator[Any]:
-        """Yield call(scene, view, item) of each (rays, item) in order, computed here or on workers."""
+        """Yield call(scene, view, item) of each (rays, item) in order, computed on threads or on workers."""
         view = AxisRays(self.box, self.shadow.axis)
         if self.workers is None:
-            found: Iterator[tuple[int, Any]] = ((rays, call(self.scene, view, item)) for rays, item in items)
+            found = _follow_on_threads(self.scene, view, call, items)
         else:
             found = follow_on_workers(self.workers, self.scene, view, call, items)
         for rays, value in found:
@@ -223,24 +221,20 @@ class ChordFamily:
 
 
 @prepare_first
-def _estimate_pieces(
-    scene: SceneLike, view: AxisRays, item: tuple[int, int, list[tuple[int, Rectangles]]]
-) -> list[tuple[FloatArray, FloatArray]]:
-    """Return the sums (11,) over each piece of rectangles, and their covariance (11, 11)."""
-    seed, count, pieces = item
-    rolls = [np.random.default_rng((seed, view.axis, begin)).random((len(part), count, 2)) for begin, part in pieces]
-    places = [part.low[:, None] + part.size[:, None] * roll for (_, part), roll in zip(pieces, rolls, strict=True)]
-    found, first, results = view.integrals(scene, np.concatenate(places).reshape(-1, 2)), 0, []
-    for _, part in pieces:
-        own, blocks = found[first : first + len(part) * count], -(-len(part) // _BLOCK)
-        sums, products, covariance = np.empty((blocks, 11)), np.empty((blocks, 66)), np.empty((11, 11))
-        run_rows(add_rectangles, (own, part.areas, count), blocks, sums, products, most=_ROWS // _BLOCK)
-        # The variance of each mean, from the differences within a rectangle
-        halves = np.ascontiguousarray(products.T).sum(axis=1) / (count * (count - 1))
-        covariance[_LOWER] = covariance.T[_LOWER] = halves
-        results.append((np.ascontiguousarray(sums.T).sum(axis=1), covariance))
-        first += len(own)
-    return results
+def _estimate_piece(
+    scene: SceneLike, view: AxisRays, item: tuple[int, int, int, Rectangles]
+) -> tuple[FloatArray, FloatArray]:
+    """Return the sums (11,) over a piece of rectangles, and their covariance (11, 11)."""
+    seed, count, begin, part = item
+    roll = np.random.default_rng((seed, view.axis, begin)).random((len(part), count, 2))
+    found = view.integrals(scene, (part.low[:, None] + part.size[:, None] * roll).reshape(-1, 2))
+    blocks, covariance = -(-len(part) // _BLOCK), np.empty((11, 11))
+    sums, products = np.empty((blocks, 11)), np.empty((blocks, 66))
+    run_rows(add_rectangles, (found, part.areas, count), blocks, sums, products, most=_ROWS // _BLOCK)
+    # The variance of each mean, from the differences within a rectangle
+    halves = np.ascontiguousarray(products.T).sum(axis=1) / (count * (count - 1))
+    covariance[_LOWER] = covariance.T[_LOWER] = halves
+    return np.ascontiguousarray(sums.T).sum(axis=1), covariance
 
 
 _LOWER = np.tril_indices(11)
@@ -252,7 +246,37 @@ def _chords_at_corners(scene: SceneLike, view: AxisRays, places: FloatArray) -> 
     return np.ascontiguousarray(view.integrals(scene, places)[:, (VOLUME, AREA)])
 
 
-_CORNERS = np.array([(0, 0), (0, 1), (1, 0), (1, 1)])
+_UNITS, _TO_WHOLE = 2.0**30, 1.5 * 2.0**52
+"""Units of a side of the box, in which equal corners are equal; adding and taking away the other rounds to integers."""
+
+
+@kernel(
+    low="n 2", size="n 2", half="2", begin="0..end", end="0..n", corners="out 4*n 2", keys="out 4*n"
+)  # fmt: skip
+def put_corners(
+    low: Floats, size: Floats, half: Floats, begin: int, end: int, corners: Floats, keys: Longs
+) -> None:  # fmt: skip
+    """Write the corners of rectangles begin..end, and a key of each: equal corners differ by rounding."""
+    for i in range(4 * begin, 4 * end):
+        keys[i] = 0
+        for k in range(2):
+            far = (i % 4) // 2 if k == 0 else i % 2
+            corners[i, k] = low[i // 4, k] + size[i // 4, k] * far
+            unit = 2.0 * half[k]
+            whole = (corners[i, k] + half[k]) / unit * _UNITS + _TO_WHOLE - _TO_WHOLE if unit > 0.0 else 0.0
+            keys[i] = (keys[i] << 31) + int(whole)
+
+
+@kernel(values="m 2", back="4*n", areas="n", begin="0..end", end="0..n", ranges="out n 2")
+def put_ranges(values: Floats, back: Longs, areas: Floats, begin: int, end: int, ranges: Floats) -> None:
+    """Write how much both values differ among the corners of rectangles begin..end, times the areas."""
+    for i in range(begin, end):
+        for k in range(2):
+            low, high = math.inf, -math.inf
+            for corner in range(4 * i, 4 * i + 4):
+                if 0 <= back[corner] < len(values):
+                    low, high = min(low, values[back[corner], k]), max(high, values[back[corner], k])
+            ranges[i, k] = (high - low) * areas[i]
 
 
 # Rectangles to send rays through: small where integrals differ from corner to corner.
@@ -358,6 +382,15 @@ def run_on_workers(
     pieces = (ScheduledTask(i, i + 1, arguments) for i, arguments in enumerate(calls))
     with run_tasks("measure", workers, call, (), pieces, total=len(calls)) as results:
         return [value for _, value in results]
+
+
+def _follow_on_threads(
+    scene: SceneLike, view: AxisRays, call: Callable[..., Any], items: Iterator[tuple[int, Any]]
+) -> Iterator[tuple[int, Any]]:
+    """Yield (rays, call(scene, view, item)) for each (rays, item), in order, computed on all threads."""
+    while some := list(itertools.islice(items, _AT_ONCE)):
+        results = run_calls(ignore_fp_errors(call), [(scene, view, item) for _, item in some])
+        yield from zip((rays for rays, _ in some), results, strict=True)
 
 
 def follow_on_workers(

@@ -10,6 +10,7 @@ import contextlib
 import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -183,6 +184,11 @@ class SideLine:
     normal: FloatArray
     offset: float
 
+    @property
+    def reach(self) -> float:
+        """The size of its numbers, to which rounding is in proportion."""
+        return abs(self.offset)
+
     def height(self, points: FloatArray) -> FloatArray:
         """Return the signed distances (...) of points (..., 2), positive outside."""
         return points @ self.normal - self.offset
@@ -216,6 +222,11 @@ class SideCircle:
 
     center: FloatArray
     radius: float
+
+    @property
+    def reach(self) -> float:
+        """The size of its numbers, to which rounding is in proportion."""
+        return self.radius
 
     def height(self, points: FloatArray) -> FloatArray:
         """Return the signed distances (...) of points (..., 2), positive outside."""
@@ -286,7 +297,7 @@ def _prism_layers(
     outer: set[int],
 ) -> tuple[FloatArray, float]:
     """Return the integrals of all layers, and the area: sides of layers, and differences of figures between layers."""
-    heights = sorted(set(caps.values()))
+    heights, pieces = sorted(set(caps.values())), _pieces_between(curves)
 
     def inside(z: float) -> Inside:
         """Return the figure at a height; curves count as insides of lines and circles, whatever the sign of f."""
@@ -295,7 +306,7 @@ def _prism_layers(
 
     ends = [-math.inf, *heights, math.inf]
     figures = [inside(middle(a, b)) for a, b in itertools.pairwise(ends)]
-    sums = [_figure(curves, figure) for figure in figures]
+    sums = [_figure(curves, pieces, figure) for figure in figures]
     if any(sums[0]) or any(sums[-1]):
         raise NoClosedForm  # without end along the axis
     total, area = np.zeros(10), 0.0
@@ -305,20 +316,56 @@ def _prism_layers(
         total += [a * one, x * one, y * one, a * first, xx * one, xy * one, x * first, yy * one, y * first, a * second]
         area += layer[LENGTH] * one
     for below, above in itertools.pairwise(figures):
-        area += _figure(curves, lambda turned, a=below, b=above: a(turned) != b(turned))[0]  # type: ignore[misc]
+        step: Inside = lambda turned, a=below, b=above: a(turned) != b(turned)  # type: ignore[misc]  # noqa: E731
+        area += _figure(curves, pieces, step)[0]
     return total, float(area)
 
 
-def _figure(curves: dict[int, SideLine | SideCircle], inside: Inside) -> FloatArray:
+@dataclass(frozen=True)
+class SidePiece:
+    """A piece of a curve between its crossings with others, and the sides of all curves at a place on it.
+
+    Curves that are `near` may pass the place so closely that their sides are uncertain.
+    """
+
+    number: int
+    curve: SideLine | SideCircle
+    ends: tuple[float, float]
+    sides: dict[int, bool]
+    near: list[int]
+
+    @cached_property
+    def sums(self) -> FloatArray:
+        """The integrals along the piece with the figure on its left, and its length, (7,)."""
+        return _along(self.curve, *self.ends)
+
+
+def _pieces_between(curves: dict[int, SideLine | SideCircle]) -> list[SidePiece]:
+    """Return all pieces of curves, which the figures at all heights share."""
+    return [_piece(number, ends, curves) for number in curves for ends in _pieces(number, curves)]
+
+
+def _piece(number: int, ends: tuple[float, float], curves: dict[int, SideLine | SideCircle]) -> SidePiece:
+    """Return a piece of a curve, by the place on it that the fewest other curves come near to."""
+    sides, near = _sides_on(number, _places(*ends)[0], curves)
+    for t in _places(*ends)[1:] if near else ():
+        others = _sides_on(number, t, curves)
+        if len(others[1]) < len(near):
+            sides, near = others
+    if len(near) > _MOST_NEAR:
+        raise NoClosedForm
+    return SidePiece(number, curves[number], ends, sides, near)
+
+
+def _figure(curves: dict[int, SideLine | SideCircle], pieces: list[SidePiece], inside: Inside) -> FloatArray:
     """Return the integrals of x^a y^b over a plane figure, and the length of its boundary, (7,)."""
     total = np.zeros(7)
-    for number, curve in curves.items():
-        for begin, end in _pieces(number, curves):
-            sense = _sense(number, (begin, end), curves, inside)
-            if sense:
-                if math.isinf(begin) or math.isinf(end):
-                    raise NoClosedForm  # without end across the axis
-                total += _along(curve, begin, end) * np.array([*[sense] * LENGTH, 1])
+    for piece in pieces:
+        sense = _sense(piece, inside)
+        if sense:
+            if not np.isfinite(piece.ends).all():
+                raise NoClosedForm  # without end across the axis
+            total += piece.sums * np.array([*[sense] * LENGTH, 1])
     if not total[LENGTH] and inside(_sides_at(np.zeros(2), curves)):
         raise NoClosedForm  # all of the plane
     return total
@@ -338,19 +385,15 @@ def _pieces(number: int, curves: dict[int, SideLine | SideCircle]) -> Iterator[t
             yield begin, end  # tiny pieces come from rounding where several curves meet in a point
 
 
-def _sense(number: int, ends: tuple[float, float], curves: dict[int, SideLine | SideCircle], inside: Inside) -> int:
+def _sense(piece: SidePiece, inside: Inside) -> int:
     """Return 1 if the figure lies on a curve's inside alone along a piece, -1 if on its outside alone, 0 otherwise.
 
-    Other curves may pass the place so closely that their sides are uncertain: all combinations must agree.
+    All combinations of the uncertain sides must agree.
     """
-    point, near = min((_visible_sides(number, t, curves) for t in _places(*ends)), key=lambda seen: len(seen[1]))
-    if len(near) > _MOST_NEAR:
-        raise NoClosedForm
-    sides = _sides_at(point, curves)
     found = set()
-    for values in itertools.product((False, True), repeat=len(near)):
-        sides |= dict(zip(near, values, strict=True))
-        found.add(int(inside(sides | {number: True})) - int(inside(sides | {number: False})))
+    for values in itertools.product((False, True), repeat=len(piece.near)):
+        sides = piece.sides | dict(zip(piece.near, values, strict=True))
+        found.add(int(inside(sides | {piece.number: True})) - int(inside(sides | {piece.number: False})))
     if len(found) > 1:
         raise NoClosedForm  # another curve nearly coincides with this one
     return found.pop()
@@ -363,16 +406,16 @@ def _places(begin: float, end: float) -> list[float]:
     return [begin + share * (end - begin) for share in (0.5, 0.37, 0.71)]
 
 
-def _visible_sides(number: int, t: float, curves: dict[int, SideLine | SideCircle]) -> tuple[FloatArray, list[int]]:
-    """Return a point of a curve, and the other curves that pass through it or near it."""
+def _sides_on(
+    number: int, t: float, curves: dict[int, SideLine | SideCircle]
+) -> tuple[dict[int, bool], list[int]]:  # fmt: skip
+    """Return the sides of all curves at a point of one of them, and the others that pass through it or near it."""
     point = curves[number].at(np.array(t))
-    return point, [n for n, curve in curves.items() if n != number and _is_near(curve, point)]
-
-
-def _is_near(curve: SideLine | SideCircle, point: FloatArray) -> bool:
-    """Return True if a curve passes near a point."""
-    size = max(float(np.abs(point).max()), curve.radius if isinstance(curve, SideCircle) else abs(curve.offset))
-    return abs(float(curve.height(point))) <= _NEAR_SIDES * size
+    reach, heights = float(np.abs(point).max()), {n: float(curve.height(point)) for n, curve in curves.items()}
+    near = [
+        n for n, height in heights.items() if n != number and abs(height) <= _NEAR_SIDES * max(reach, curves[n].reach)
+    ]
+    return {n: height <= 0 for n, height in heights.items()}, near
 
 
 def _sides_at(point: FloatArray, curves: dict[int, SideLine | SideCircle]) -> dict[int, bool]:

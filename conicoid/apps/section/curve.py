@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import field
 from typing import Any, ClassVar, TypeAlias
 
@@ -37,23 +38,26 @@ def form_gradient(conic: Any, points: Any) -> FloatArray:
     """Return half the gradient at points (..., 2), (..., 2)."""
     a, b, c, d, e, _ = conic
     x, y = points[..., 0], points[..., 1]
-    return np.stack([a * x + b * y + d, b * x + c * y + e], axis=-1)
+    first = a * x + b * y + d
+    gradient = np.empty((*first.shape, 2))
+    gradient[..., 0], gradient[..., 1] = first, b * x + c * y + e
+    return gradient
 
 
 def project_onto(conic: Floats6, points: FloatArray) -> FloatArray:
     """Move points near a conic onto it, by two Newton steps along the gradient."""
     for _ in range(2):
         slope = form_gradient(conic, points)
-        square = 2 * (slope * slope).sum(axis=-1)
+        square = 2 * (slope[..., 0] * slope[..., 0] + slope[..., 1] * slope[..., 1])
         step = np.where(square > 0, form_value(conic, points) / np.where(square > 0, square, 1), 0.0)
         points = points - step[..., None] * slope
     return points
 
 
-def refine_crossings(one: Floats6, other: Any, points: FloatArray) -> FloatArray:
-    """Move points onto the crossings of a conic with others nearby; where they only touch, points stay on the first.
+def refine_crossings(one: Any, other: Any, points: FloatArray) -> FloatArray:
+    """Move points onto the crossings of two conics nearby; where they only touch, points stay on the first.
 
-    other: six rows of coefficients, one column for each point.
+    one, other: six rows of coefficients, one column for each point.
     """
     start = points
     for _ in range(_STEPS):
@@ -143,20 +147,35 @@ class Curve(ABC):
         """Return the points (n, 2) of parameters (n,), on the curve to rounding."""
         return project_onto(self.conic, self.plain(np.asarray(t, float)))
 
-    def crossings(self, others: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return (parameters, points) where conics (n, 6) cross the curve, and perhaps where they only come near it."""
+    def own(self, points: FloatArray) -> FloatArray:
+        """Return those of points (n, 2) of the conic that are on the curve."""
+        return points
+
+    def starts(self, others: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return points (n, 2) of the curve from which crossings with conics (m, 6) are refined, and these (n, 6)."""
         with np.errstate(all="ignore"):
             t, which = self.candidates(others)
             good = np.isfinite(t)
-            if not good.any():
-                return np.zeros(0), np.zeros((0, 2))
-            places = refine_crossings(self.conic, others[which[good]].T, self.points(t[good]))
-        places = places[np.isfinite(places).all(axis=1)]
-        return self.parameter(places), places
+            return self.points(t[good]), others[which[good]]
 
     def box(self) -> tuple[float, float, float, float]:
         """Return (left, bottom, right, top) of a box around the curve."""
         return -math.inf, -math.inf, math.inf, math.inf
+
+
+def crossings(curves: Sequence[Curve], others: Sequence[FloatArray]) -> list[FloatArray]:
+    """Return the points (n, 2) where each curve is crossed by its conics (m, 6), and perhaps where they come near it.
+
+    The points of all curves are refined together.
+    """
+    starts = [curve.starts(conics) for curve, conics in zip(curves, others, strict=True)]
+    counts = [len(points) for points, _ in starts]
+    own = np.repeat(np.array([curve.conic for curve in curves]), counts, axis=0)
+    points, conics = (np.concatenate(parts) for parts in zip(*starts, strict=True))
+    with np.errstate(all="ignore"):
+        places = refine_crossings(own.T, conics.T, points)
+    parts = np.split(places, np.cumsum(counts)[:-1])
+    return [curve.own(part[np.isfinite(part).all(axis=1)]) for curve, part in zip(curves, parts, strict=True)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -318,7 +337,7 @@ class _Central(Curve):
     def _put(self, c: Any, s: Any) -> FloatArray:
         """Return differences of places from differences of C and S."""
         a, b = self._sides
-        return np.outer(c, a) + np.outer(s, b)
+        return np.asarray(c).reshape(-1, 1) * np.array(a) + np.asarray(s).reshape(-1, 1) * np.array(b)
 
     def _own(self, offsets: Any) -> tuple[Any, Any]:
         """Return C and S of differences of places: the inverse of `_put`."""
@@ -427,7 +446,6 @@ class Hyperbola(_Central):
         result: FloatArray = np.log(w.real[(w.real > 0) & (np.abs(w.imag) < NEAR * np.abs(w))])
         return result - math.asinh(self.start[1])
 
-    def crossings(self, others: FloatArray) -> tuple[FloatArray, FloatArray]:
-        t, points = super().crossings(others)
+    def own(self, points: FloatArray) -> FloatArray:
         here = self._own(points - np.array(self.center))[0] > 0  # and not on the other branch
-        return t[here], points[here]
+        return points[here]

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -24,7 +24,7 @@ from ...kernels.threads import Progress
 from ...prepare.prepared_scene import PreparedScene, exact_form
 from ...queries.points import bodies_at
 from .conic import PlaneConic, RecordConics, UnclearConicError, cut_conic, snap_conic
-from .curve import Curve, Ellipse, Graph, Pair, form_gradient, form_value
+from .curve import Curve, Ellipse, Graph, Pair, crossings, form_gradient, form_value
 from .window import Window
 
 _DEEPEST = 12
@@ -389,6 +389,20 @@ class _Wall:
         self.box = np.zeros(4)
 
 
+class _Pieces(NamedTuple):
+    """The breaks of a curve, in order, and its pieces in the window: the place of the first break, and the middle."""
+
+    t: FloatArray
+    points: FloatArray
+    which: npt.NDArray[np.intp]
+    middle: FloatArray
+    places: FloatArray
+
+
+_WALLS = 256
+"""Walls whose crossings are refined together, and whose neighbours are found by one query."""
+
+
 class OutlineCutter:
     """Computes the outlines of a scene in a window.
 
@@ -450,26 +464,32 @@ class OutlineCutter:
         """Return all outlines, in the order of the surfaces."""
         outlines: list[Outline] = []
         origin = np.array(self.window.origin if self.single_body is None else (0.0, 0.0))
-        for k, wall in enumerate(self.walls):
-            outlines += self._of_wall(wall)
-            if progress is not None:
-                progress(k + 1, len(self.walls))
+        for begin in range(0, len(self.walls), _WALLS):
+            walls = self.walls[begin : begin + _WALLS]
+            places = crossings([wall.curve for wall in walls], [self._conics_near(wall) for wall in walls])
+            cuts = [(wall, self._pieces(wall, own)) for wall, own in zip(walls, places, strict=True)]
+            for k, (wall, pieces, others) in enumerate(self._with_neighbours(cuts)):
+                outlines += self._of_wall(wall, pieces, others)
+                if progress is not None:
+                    progress(begin + k + 1, len(self.walls))
         for one in outlines:
             one._origin = origin
         return outlines
 
-    def _breaks(self, wall: _Wall) -> tuple[FloatArray, FloatArray]:
-        """Return (parameters, points), in order, where a curve meets others or leaves the window."""
+    def _conics_near(self, wall: _Wall) -> FloatArray:
+        """Return the conics (n, 6) that may cross a curve: the window's edges, which are lines, and other walls."""
         across, up = self.window.size
         edges = [
-            # The edges of the window are lines, written as conics.
             (0.0, 0.0, 0.0, 0.5 * x, 0.5 * y, -0.5 * size)
             for x, y, size in ((1, 0, across), (-1, 0, across), (0, 1, up), (0, -1, up))
         ]
         # Only curves whose boxes overlap can cross.
         near = np.flatnonzero(boxes_overlap(wall.box, self.boxes)).tolist()
-        others = [self.walls[k].curve.conic for k in near if self.walls[k] is not wall]
-        parts = [wall.curve.crossings(np.array([*edges, *others]))]
+        return np.array([*edges, *(self.walls[k].curve.conic for k in near if self.walls[k] is not wall)])
+
+    def _breaks(self, wall: _Wall, crossings: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return (parameters, points), in order, where a curve meets others or leaves the window."""
+        parts = [(wall.curve.parameter(crossings), crossings)]
         cuts = [self.bodies.edges_cut(entry, self.window) for entry in self._sheets_in(wall)]
         parts += [(wall.curve.parameter(places), places) for places in cuts if places is not None]
         t = np.concatenate([part[0] for part in parts])
@@ -477,31 +497,47 @@ class OutlineCutter:
         order = np.argsort(t, kind="stable")
         return t[order], points[order]
 
-    def _of_wall(self, wall: _Wall) -> list[Outline]:
-        """Return the pieces of a curve that bound a body."""
+    def _pieces(self, wall: _Wall, crossings: FloatArray) -> _Pieces:
+        """Return the pieces of a curve between its breaks, as far as they are in the window."""
         curve = wall.curve
-        t, points = self._breaks(wall)
+        t, points = self._breaks(wall, crossings)
         if curve.closed:  # the first break is the last one too, a turn later
             if not len(t):
                 t, points = np.zeros(1), curve.points([0.0])
             t, points = np.append(t, t[0] + 2 * math.pi), np.concatenate([points, points[:1]])
-        if len(t) < 2:
-            return []
         middle = (t[1:] + t[:-1]) / 2
-        places = curve.points(middle)
+        places = curve.points(middle) if len(middle) else np.zeros((0, 2))
         half = np.array(self.window.size) / 2
         # Between two breaks no side changes, so the middle stands for the whole piece.
         in_window = (t[1:] > t[:-1]) & (np.abs(places) <= half).all(axis=1) & np.isfinite(places).all(axis=1)
         which = np.flatnonzero(in_window)
-        if not len(which):
-            return []
-        pieces = self._sides(wall, middle[which], places[which])
-        return _join_pieces(curve, sorted(wall.surfaces), t, points, which.tolist(), pieces)
+        return _Pieces(t, points, which, middle[which], places[which])
 
-    def _sides(self, wall: _Wall, t: FloatArray, places: FloatArray) -> list[Any]:
+    def _with_neighbours(self, cuts: list[tuple[_Wall, _Pieces]]) -> Iterator[tuple[_Wall, _Pieces, list[list[int]]]]:
+        """Yield walls and their pieces with the bodies at the middle of each piece that the wall does not bound."""
+        places, first = np.concatenate([pieces.places for _, pieces in cuts]), 0
+        # One query for many walls. Bodies that a wall does not bound hold both sides or none.
+        bodies = None if self.single_body is not None else bodies_at(self.scene, self.window.in_space(places))
+        for wall, pieces in cuts:
+            others: list[list[int]] = [[] for _ in pieces.which]
+            if bodies is not None:
+                at = (bodies[first + i] for i in range(len(others)))
+                others = [[int(body) for body in each if int(body) not in wall.owners] for each in at]
+            first += len(others)
+            yield wall, pieces, others
+
+    def _of_wall(self, wall: _Wall, pieces: _Pieces, neighbours: list[list[int]]) -> list[Outline]:
+        """Return the pieces of a curve that bound a body."""
+        if not len(pieces.which):
+            return []
+        sides = self._sides(wall, pieces.middle, pieces.places, neighbours)
+        surfaces = sorted(wall.surfaces)
+        return _join_pieces(wall.curve, surfaces, pieces.t, pieces.points, pieces.which.tolist(), sides)
+
+    def _sides(self, wall: _Wall, t: FloatArray, places: FloatArray, neighbours: list[list[int]]) -> list[Any]:
         """Return (bodies on the left, on the right, bounded bodies) for each piece; None for one that bounds none.
 
-        Each piece is tested at its middle.
+        Each piece is tested at its middle; `neighbours` are the other bodies there.
         """
         curve, count = wall.curve, len(t)
         ahead = curve.velocity(t)
@@ -522,11 +558,6 @@ class OutlineCutter:
 
             return signs
 
-        # Bodies that the wall does not bound hold both sides or none.
-        neighbours: list[list[int]] = [[] for _ in range(count)]
-        if self.single_body is None:
-            others = bodies_at(self.scene, self.window.in_space(places))
-            neighbours = [[int(body) for body in others[i] if int(body) not in wall.owners] for i in range(count)]
         sides_of_pieces: list[Any] = []
         side_masks = [self._bodies_at_wall(wall, signs_of_side(turn), count) for turn in (1.0, -1.0)]
         sheets = self._sheets(wall, t, sign_of)

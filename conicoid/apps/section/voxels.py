@@ -28,7 +28,7 @@ from ..._util.validation import (
     format_value,
 )
 from ...kernels.threads import Progress, run_rows
-from ...queries.points import look_up, put_grid
+from ...queries.points import put_grid, put_voxels
 from ...queries.scene_protocol import SceneLike
 from ...queries.voxel_columns import ColumnGrid, voxel_shares
 from ...render.options import BY
@@ -195,10 +195,13 @@ def reopen(path: Any, ending: str, names: tuple[str, str]) -> Pair:
     return group[names[0]], group[names[1]]
 
 
-def block_boxes(counts: tuple[int, int, int], most: int) -> Iterator[tuple[slice, slice, slice]]:
-    """Yield boxes of up to `most` voxels that cover all voxels and begin at multiples of SIDE."""
-    # Blocks start as cubes of SIDE, then grow along the last axes up to the limit.
-    step, room = [min(SIDE, count) for count in counts], most
+def block_boxes(counts: tuple[int, int, int], most: int, side: int) -> Iterator[tuple[slice, slice, slice]]:
+    """Yield boxes of up to `most` voxels that cover all voxels and begin at multiples of `side`.
+
+    With a side of 1 each box is contiguous in memory.
+    """
+    # Blocks start as cubes, then grow along the last axes up to the limit.
+    step, room = [min(side, count) for count in counts], most
     for axis in (2, 1, 0):  # extend along the last axis first, which is contiguous in memory
         others = int(np.prod(step)) // step[axis]
         step[axis] = min(counts[axis], step[axis] * max(1, room // (others * step[axis])))
@@ -440,15 +443,19 @@ def _ids(request: _VoxelRequest) -> Voxels:
 
     def fill(pair: Pair) -> None:
         filled = 0
-        for box in block_boxes(counts, _POINTS):
+        for box in block_boxes(counts, _POINTS, 1 if path is None else SIDE):
             sides = tuple(axis[part] for axis, part in zip(centers, box, strict=True))
             shape = len(sides[0]), len(sides[1]), len(sides[2])
             count = math.prod(shape)
-            points, material = np.empty((*shape, 3)), np.empty(count, np.int32)
+            points = np.empty((*shape, 3))
             run_rows(put_grid, sides, count, points.reshape(-1, 3), most=_ROWS)
             body = scene.body_at(points, executor=executor)
-            run_rows(look_up, (body.reshape(-1), prepared.material_columns), count, material, most=_ROWS)
-            pair[0][box], pair[1][box] = body, material.reshape(shape)
+            # Threads write into memory at once; files take whole blocks
+            ids = [each[box] if path is None else np.empty(shape, np.int32) for each in pair]
+            before = body.reshape(-1), prepared.material_columns
+            run_rows(put_voxels, before, count, *(each.reshape(-1) for each in ids), most=_ROWS)
+            if path is not None:
+                pair[0][box], pair[1][box] = ids
             filled += count
             if progress is not None:
                 progress(filled, total)
