@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import inspect
 import re
 
@@ -162,6 +163,14 @@ def test_unknown_attribute(thing, name, meant):
         AttributeError, match=rf"^'{type(thing).__name__}' object has no attribute '{name}'{re.escape(hint)}$"
     ):
         getattr(thing, name)
+
+
+def test_names_are_compared_once_for_a_class(monkeypatch):
+    """Bounds test each operand of a Boolean by `hasattr`, which took 80 µs an operand."""
+    compared = []
+    monkeypatch.setattr(difflib, "get_close_matches", lambda name, names, **_: compared.append(name) or [])
+    assert not any(hasattr(co.Sphere(radius), "surely_unknown") for radius in (1, 2, 3))
+    assert len(compared) == 1
 
 
 def test_attribute_error_of_a_property(monkeypatch):

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
+from functools import lru_cache
 from itertools import islice
 from typing import Any, SupportsIndex, TypeVar
 
@@ -159,13 +160,18 @@ def unknown_attribute(thing: object, name: str) -> AttributeError:
     Where the class has the attribute, its code raised an AttributeError, which Python hands to `__getattr__` without
     the error: the attribute is read again, so that the error itself appears.
     """
-    kind = type(thing)
+    kind: Any = type(thing)
     if any(name in vars(base) for base in kind.__mro__):
         object.__getattribute__(thing, name)
-    known = [] if name.startswith("_") else [field for field in dir(kind) if not field.startswith("_")]
-    close = closest_name(name, known, 0.75) if known else ""
-    hint = f": did you mean {close}?" if close else ""
+    hint = "" if name.startswith("_") else _attribute_hint(kind, name)
     return AttributeError(f"{kind.__name__!r} object has no attribute {name[:80]!r}{hint}", name=name, obj=thing)
+
+
+@lru_cache(256)
+def _attribute_hint(kind: type, name: str) -> str:
+    """Return the hint at an attribute of a class; kept, as bounds test each part of a Boolean by `hasattr`."""
+    close = closest_name(name, [field for field in dir(kind) if not field.startswith("_")], 0.75)
+    return f": did you mean {close}?" if close else ""
 
 
 def unknown_package_name(package: str, name: str, known: Collection[str]) -> AttributeError:

@@ -23,6 +23,7 @@ from .options import (
     ClusterOption,
     Command,
     Commands,
+    GlassesOption,
     RayFile,
     SceneFile,
     SlurmOption,
@@ -119,12 +120,13 @@ def info(
     rays: Annotated[int, typer.Option(min=1, help="Rays for the check.")] = 200_000,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the random rays of the check.")] = 0,
     system: Annotated[bool, typer.Option("--system", help="Versions, processor, where kernels come from.")] = False,
+    glasses: GlassesOption = None,
 ) -> None:
     """List the bodies of a scene with their bounds, and its memory; check it."""
     with user_mistakes():
         only_with(context, "--check", check, "rays", "seed")
-        if system and check:
-            raise ValueError("info: --check goes with a scene file; with --system it would be ignored")
+        for name in [name for name, is_given in (("check", check), ("glasses", glasses)) if system and is_given]:
+            raise ValueError(f"info: --{name} goes with a scene file; with --system it would be ignored")
         if (scene is None) != system:
             raise ValueError("info: give either a scene file or --system")
         if scene is None:
@@ -133,7 +135,7 @@ def info(
             for line in lines_of_system():
                 typer.echo(line)
             return
-        loaded = load(scene, None)
+        loaded = load(scene, None, glasses=glasses)
         from . import report
 
         prepare(loaded)

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from .options import SceneFile
+from .options import GlassesOption, SceneFile
 from .resources import (
     STDOUT,
     check_folder,
@@ -66,9 +66,7 @@ def import_(
             metavar="FOLDER", help="The folder within which a file may name others.", show_default="that of the file"
         ),
     ] = None,
-    glasses: Annotated[
-        Path | None, typer.Option(help="A catalogue of glasses (.agf) for a lens file.", show_default=False)
-    ] = None,
+    glasses: GlassesOption = None,
 ) -> None:
     """Turn a file of another program into a scene; print remarks on it, and its materials."""
     with user_mistakes():

@@ -155,6 +155,9 @@ def _times(count: int) -> str:
 
 
 SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="A scene file, YAML or JSON.", show_default=False)]
+GlassesOption = Annotated[
+    Path | None, typer.Option("--glasses", help="A catalogue of glasses (.agf) for a lens file.", show_default=False)
+]
 Threads = Annotated[int | None, typer.Option(min=1, help="Threads to use.", show_default="all cores")]
 DeviceOption = Annotated[
     str | None, typer.Option("--device", help="Where rays are traced: cpu or cuda.", show_default="cpu")

@@ -36,16 +36,20 @@ def report_refused_files() -> Iterator[None]:
         raise SystemExit(EXIT_USAGE) from None
 
 
-def load(path: Path, threads: int | None, outside: bool = False) -> Scene:
+def load(path: Path, threads: int | None, outside: bool = False, glasses: Path | None = None) -> Scene:
     """Return the scene in a file, and set the number of threads.
 
-    outside: textures may lie outside of the folder of the file.
+    outside: textures may lie outside of the folder of the file. glasses: a catalogue for a lens file.
     """
+    from ..io.importers import detect_format
     from ..scene.files import load as read
 
     refuse_stdin(path, "scenes")
     with report_refused_files(), show_warnings(), Bar("reading", "B", _READ) as bar:
-        scene = read(path, progress=_progress(bar, lambda _: f"reading {path} ..."), outside=outside)
+        options = {} if glasses is None else {"glasses": glasses}
+        if options and detect_format(path) is None:
+            raise ValueError(f"{path}: --glasses goes with a lens file; it would be ignored")
+        scene = read(path, progress=_progress(bar, lambda _: f"reading {path} ..."), outside=outside, **options)
     if not scene.bodies:
         show_message(f"{path}: holds no bodies")
     if threads is not None:

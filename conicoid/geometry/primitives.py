@@ -237,8 +237,8 @@ class AxialShape(Primitive, abstract=True):
         """The distance from start to end."""
         return hypot(*map(sub, self.end, self.start))
 
-    @property
-    def placement(self) -> Motion:
+    @functools.cached_property
+    def placement(self) -> Motion:  # one for bounds, tables and exports: its frame takes roots in 3000 bits
         return axis_frame(self.start, self.end, self.reference)
 
     def _end_of_axis(self, number: int) -> Hashable | None:

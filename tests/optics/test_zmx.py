@@ -2,6 +2,7 @@
 
 import math
 import random
+import re
 
 import pytest
 
@@ -134,6 +135,11 @@ def test_catalogues_of_glasses(tmp_path):
         == 0
     )
     assert co.load(tmp_path / "a.yaml").bodies == given.bodies
+    info = run("info", tmp_path / "lens.zmx", "--glasses", tmp_path / "all.agf")
+    assert re.search(r"lens 1 +g8", info.stdout), info.stderr
+    refusal = run("info", tmp_path / "a.yaml", "--glasses", tmp_path / "all.agf")
+    assert refusal.exit_code == 2
+    assert "a.yaml: --glasses goes with a lens file; it would be ignored" in refusal.stderr
 
 
 @pytest.mark.parametrize(

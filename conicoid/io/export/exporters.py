@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from dataclasses import field
 from decimal import Context, Decimal
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -303,6 +304,7 @@ _MAX_LENGTH, _MAX_QUOTIENT_LENGTH = 60, 400
 _CONTEXT = Context(prec=MAX_DIGITS)
 
 
+@lru_cache(4096)
 def shortest_decimal(value: float) -> Fraction:
     """Return the shortest decimal that is read as a float64: 1/10 for 0.1.
 

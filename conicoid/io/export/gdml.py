@@ -423,10 +423,12 @@ def _clear_overlaps(siblings: list[VolumeNest], pairs: list[tuple[int, int]]) ->
     scene = prepare([Body(solids[k]) for k in simple])
     found = spans(scene, as_rays("export", origins, (low + high)[later] / 2 - origins), 0.0, 1.0)
     clear = set()
-    for pair, one in zip(both.tolist(), found, strict=True):
-        stretches = list(zip(one.body.tolist(), one.t_enter.tolist(), one.t_exit.tolist(), strict=True))
-        own, other = ([stretch for stretch in stretches if stretch[0] == body] for body in pair)
-        shared = (min(a[2], b[2]) - max(a[1], b[1]) for a, b in itertools.product(own, other))
+    # As lists: to take the rows of each ray out of `found` costs more than all rays
+    body, enter, leave, offsets = (part.tolist() for part in (found.body, found.t_enter, found.t_exit, found.offsets))
+    for ray, pair in enumerate(both.tolist()):
+        rows = range(offsets[ray], offsets[ray + 1])
+        own, other = ([row for row in rows if body[row] == number] for number in pair)
+        shared = (min(leave[a], leave[b]) - max(enter[a], enter[b]) for a, b in itertools.product(own, other))
         if max(shared, default=0.0) > _CLEAR_SHARE:
             clear.add(simple[pair[1]])
     return clear

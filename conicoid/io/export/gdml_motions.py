@@ -6,6 +6,7 @@ Exchanges and shifts are composed exactly, with shifts as the shortest decimals 
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 from collections.abc import Iterable, Sequence
@@ -251,6 +252,7 @@ def _split_mirror(turn: AxisTurn) -> tuple[AxisTurn, AxisTurn | None]:
     return turn.after(mirror), mirror
 
 
+@functools.cache
 def _quarter_angles(turn: AxisTurn, is_placement: bool) -> Point:
     """Return the angles, multiples of 90 degrees, of a proper rotation that exchanges axes."""
     quarters = [Fraction(angle) for angle in (0, 90, 180, 270)]

@@ -31,7 +31,7 @@ from ...geometry.shape import Complement, Difference, Intersection, Solid, Union
 from ...geometry.transform import Motion
 from .placement import UNBOUNDED, Extent, Point, UniversePlacement
 from .region_expression import HalfSpaceNode, IntersectionNode, Region
-from .surfaces import CurvedSurface, FlatSurface, RoundSurface, Surface
+from .surfaces import CurvedSurface, FlatSurface, GeneralSurface, RoundSurface, Surface
 
 MAX_PAIRS = 20_000
 """Most pairs of parts that are compared; beyond this number redundant parts stay, which is slower but correct."""
@@ -416,7 +416,8 @@ class SolidBuilder:
 
     def _curved(self, surface: CurvedSurface) -> Solid:
         if surface not in self.curved:
-            self.curved[surface] = surface.solid()
+            outside = self.curved.get(surface.reversed) if isinstance(surface, GeneralSurface) else None
+            self.curved[surface] = surface.solid() if outside is None else ~outside
         return self.curved[surface]
 
 

@@ -317,12 +317,44 @@ class ConeSurface:
         )
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False)
 class GeneralSurface:
-    """A general quadric: f is the sum of `coefficients` times `TERMS` of x - shift."""
+    """A general quadric: f is the sum of `coefficients` times `TERMS` of x - shift.
+
+    Surfaces are equal if fractions show that they are one with one inside: multiples of each other, about any points.
+    """
 
     coefficients: tuple[Fraction, ...]
     shift: Point
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, GeneralSurface) and self._ratios == other._ratios
+
+    def __hash__(self) -> int:
+        return self._hash
+
+    @cached_property
+    def _hash(self) -> int:
+        return _quick_hash(self._ratios)
+
+    @cached_property
+    def _ratios(self) -> tuple[Fraction, ...]:
+        """The coefficients about the origin over the size of the first that is not 0."""
+        xx, yy, zz, xy, yz, xz, *linear, constant = self.coefficients
+        if any(self.shift):
+            x, y, z = self.shift
+            slopes = (2 * xx * x + xy * y + xz * z, xy * x + 2 * yy * y + yz * z, xz * x + yz * y + 2 * zz * z)
+            for s, slope, factor in zip(self.shift, slopes, linear, strict=True):
+                constant += s * (slope / 2 - factor)
+            linear = [factor - slope for factor, slope in zip(linear, slopes, strict=True)]
+        own = (xx, yy, zz, xy, yz, xz, *linear, constant)
+        lead = abs(next(value for value in own if value))
+        return own if lead == 1 else tuple(value / lead for value in own)
+
+    @property
+    def reversed(self) -> GeneralSurface:
+        """The surface with its other side inside."""
+        return GeneralSurface(tuple(-value for value in self.coefficients), self.shift)
 
     @property
     def origin(self) -> Point:

@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 
 import conicoid as co
 from conicoid.io.export import gdml as gdml_writer
-from conicoid.io.export.exporters import EXPORT_FORMATS, ExportOptions, find_export_format
+from conicoid.io.export.exporters import EXPORT_FORMATS, ExportBody, ExportOptions, find_export_format
 from conicoid.io.export.openmc_regions import EmptinessTest, ExportSurfaceTable, RegionWriter
 from conicoid.io.openmc.region import SurfaceSide
 from conicoid.io.openmc.region_expression import IntersectionNode, UnionNode
@@ -184,6 +184,27 @@ def test_one_overlap_of_a_body_is_enough_for_gdml(tmp_path: Path, monkeypatch: p
     notes = co.export(scene, tmp_path / "out.gdml")
     assert len(count) <= 9
     assert any(": body 1, body 2, body 3 and 6 more" in note for note in notes if "may share points" in note)
+
+
+def test_a_ray_shows_which_balls_overlap() -> None:
+    """The stretch of the line between two centres in both balls, by the quadratic formula. Booleans have no ray."""
+    random = np.random.default_rng(41)
+    centers, radii = random.uniform(-3, 3, (24, 3)), random.uniform(0.2, 2, 24)
+    balls = [co.Sphere(*ball) for ball in zip(radii, map(tuple, centers), strict=True)]
+    solids = [*balls, balls[0] - co.Box()]
+    nests = [gdml_writer.VolumeNest(k, ExportBody("", solid, None), solid) for k, solid in enumerate(solids)]
+    for first in range(len(balls)):
+        shares: dict[int, float] = {}
+        for later in range(first + 1, len(balls)):
+            both = [first, later]
+            start = centers[first] + 2 * min(radii[both]) * gdml_writer._ASIDE
+            direction, away = centers[later] - start, start - centers[both]
+            middle, square = -(away @ direction), direction @ direction
+            roots = np.sqrt(np.maximum(middle**2 - square * ((away**2).sum(axis=1) - radii[both] ** 2), 0.0))
+            ends = np.clip([(middle - roots) / square, (middle + roots) / square], 0.0, 1.0)
+            shares[later] = min(ends[1]) - max(ends[0])
+        clear = gdml_writer._clear_overlaps(nests, [*((first, later) for later in shares), (first, len(balls))])
+        assert clear == {later for later, share in shares.items() if share > gdml_writer._CLEAR_SHARE}
 
 
 def test_many_bodies_in_one_entry(tmp_path: Path) -> None:

@@ -348,3 +348,17 @@ def test_shortcuts_of_materials_and_of_logarithms(tmp_path: Path) -> None:
     assert len(loaded(tmp_path, deck)) == 3
     with pytest.raises(ValueError, match="1ilog needs two numbers of one sign"):
         loaded(tmp_path, deck.replace("1 1ilog 4 0", "0 1ilog 4 1"))
+
+
+@pytest.mark.parametrize(("sign", "inside"), [("", -2), ("-", 2)])
+def test_a_quadric_about_a_point_and_its_expansion_are_one(sign: str, inside: int, tmp_path: Path) -> None:
+    """0.1 (x - 0.7)² + 0.2 (y + 0.3)² + 0.3 (z - 0.9)² - 0.7 by hand: few of the decimals of its products are floats."""
+    numbers = f"{sign}0.1 {sign}0.2 {sign}0.3 0 0 0 {sign}-0.14 {sign}0.12 {sign}-0.54 {sign}-0.39".replace("--", "")
+    cells = f"1 0 -1\n2 0 {inside} 3\n3 0 1 -4"
+    surfaces = f"1 sq 0.1 0.2 0.3 0 0 0 -0.7 0.7 -0.3 0.9\n2 gq {numbers}\n3 pz 0.8\n4 so 9"
+    scene = loaded(tmp_path, f"an ellipsoid\n{cells}\n\n{surfaces}\n\n")
+    found = scene.crossings((0.5, -0.2, 5.0), (0.0, 0.0, -1.0))[0]
+    plane, ball = 4.2, 10.0
+    curved = (found.t != plane) & (found.t < ball)
+    assert set(found.body[curved].tolist()) == {0, 1, 2}
+    assert len(set(found.surface[curved].tolist())) == 1
