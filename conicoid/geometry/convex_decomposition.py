@@ -12,6 +12,7 @@ import itertools
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -370,7 +371,55 @@ def _needed_sides(
     rows = np.array([[its * c for c in planes[number].about] for number, its in sides])
     rows[:, 3] /= reach  # in units of the reach, so that nothing overflows
     with np.errstate(under="ignore"):  # numbers so small are far below `_LOOSE`
-        return tuple(side for k, side in enumerate(sides) if k >= doubtful or _has_face(rows, k, planes, sides))
+        sure = _sure_faces(rows) if len(rows) <= _MOST_TRIPLED else np.zeros(len(rows), np.int8)
+        return tuple(
+            side
+            for k, side in enumerate(sides)
+            if k >= doubtful or sure[k] > 0 or (not sure[k] and _has_face(rows, k, planes, sides))
+        )
+
+
+_MOST_TRIPLED = 20
+"""Of so many sides, all triples are compared together, three times as fast as one side after the other is cut."""
+_LEAST_VOLUME = 1e-3
+"""Triples of normals that span less are left out: they meet in no point that floats find."""
+
+
+@lru_cache(maxsize=_MOST_TRIPLED)
+def _triples(count: int) -> npt.NDArray[np.intp]:
+    return np.array(list(itertools.combinations(range(count), 3)))
+
+
+def _sure_faces(rows: FloatArray) -> Ints:
+    """Return for each side 1 if a part surely has a face on it, -1 if it surely has none, and 0 if floats do not tell.
+
+    `rows` are those of `_has_face`. There is no face if the other sides imply this one: if its normal is a sum of those
+    of three, with shares that are not negative, and the same sum of their offsets is less than its offset (the dual of
+    a linear program). There is one if some point of its plane is inside all other sides. The sides of a cube around
+    everything count, too.
+    """
+    count = len(rows)
+    bounded = np.concatenate([rows, np.eye(3, 4), -np.eye(3, 4)])
+    bounded[count:, 3] = 1.0
+    triples = _triples(len(bounded))
+    a, b, c = (bounded[triples[:, i], :3] for i in range(3))
+    crosses = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
+    volumes = (a * crosses[:, 0]).sum(axis=1)
+    clear = np.abs(volumes) > _LEAST_VOLUME
+    triples, inverse = triples[clear], crosses[clear] / volumes[clear, None, None]
+    offsets, is_own = bounded[triples, 3], (triples[:, :, None] == np.arange(count)).any(axis=1)
+    shares = inverse @ rows[:, :3].T
+    implied = np.where((shares < -1e-13).any(axis=1) | is_own, np.inf, np.einsum("ti,tik->tk", offsets, shares))
+    found = -(implied.min(axis=0) < rows[:, 3] - _LOOSE).astype(np.int8)
+    points = np.einsum("ti,tix->tx", offsets, inverse)
+    inside = (points @ bounded[:, :3].T <= bounded[:, 3] + _LOOSE).all(axis=1)
+    for k in np.flatnonzero(found == 0).tolist():
+        corners = points[inside & is_own[:, k]]
+        if len(corners):
+            depth = rows[:, 3] - rows[:, :3] @ corners.mean(axis=0)
+            depth[k] = 1.0 if abs(depth[k]) < 1e-12 else 0.0
+            found[k] = depth.min() > 4 * _LOOSE
+    return found
 
 
 def _has_face(rows: FloatArray, k: int, planes: Sequence[FlatPlane], sides: tuple[PlaneSide, ...]) -> bool:

@@ -147,13 +147,26 @@ class _Polyhedra:
 
 
 class _FlatWalls:
-    """The walls of meshes and extrusions, given by their hulls: they are lowered as shapes."""
+    """The walls of meshes and extrusions, given by their hulls: they are lowered as shapes.
+
+    A solid that stands in several bodies at one place is lowered once: a GDML daughter stands in its mother, too.
+    """
 
     def __init__(self, hulls: _ShapeList) -> None:
-        self.hulls, self.solids = hulls, [hull.solid for hull in hulls.shapes]  # type: ignore[attr-defined]
+        solids: list[Any] = [hull.solid for hull in hulls.shapes]  # type: ignore[attr-defined]
+        offsets, motions, places = hulls.columns()
+        parts = [solid.parts for solid in solids]
+        # Copies of a solid with other motions keep the parts that its constructor made
+        keys = zip(map(id, parts), motions.tolist(), (row.tobytes() for row in offsets), strict=True)
+        uses = list(positions_by_key(list(keys)).values())
+        self.places: list[Ints] = [places[some] for some in uses]
+        """The places of each solid."""
+        first = [int(some[0]) for some in uses]
+        self.offsets, self.motions = offsets[first], motions[first]
+        self.solids, self.parts = [solids[k] for k in first], [parts[k] for k in first]
+        self.hulls = _ShapeList([hulls.shapes[k] for k in first], [hulls.steps[k] for k in first])
         self.first: Longs = np.cumsum([0, *(len(solid.walls) for solid in self.solids)])
         """The first wall of each solid, and the number of walls."""
-        self.offsets, self.motions, self.places = hulls.columns()
 
     def __len__(self) -> int:
         return int(self.first[-1])
@@ -164,10 +177,10 @@ class _FlatWalls:
         return self.solids[which].wall(index - int(self.first[which])), self.hulls.steps[which]
 
     def columns(self) -> tuple[Floats, Ints, Ints]:
-        """`ShapeBatch.columns`, with the places of the solids"""
+        """`ShapeBatch.columns`; walls have no places"""
         count, walls = np.diff(self.first), np.concatenate([solid.walls for solid in self.solids])
         numbers = np.concatenate([walls, np.repeat(self.offsets, count, axis=0)], axis=1)
-        return numbers, np.repeat(self.motions, count), self.places
+        return numbers, np.repeat(self.motions, count), np.zeros(0, np.int32)
 
 
 @dataclass
@@ -346,20 +359,21 @@ class PrimitiveBatch:
 
     def _lower_flat(self, key: Hashable, of: _FlatWalls, given: Floats, similar: Signs) -> list[PrimitiveRows]:
         """Return the rows of meshes and extrusions, from those of their walls and of their hulls."""
-        numbers, motions, places = of.columns()
+        numbers, motions, _ = of.columns()
         flat = flatten(of.of(0)[0])
         assert flat is not None
         assert isinstance(key, tuple)
         walls = self._first_columns((flat.form, key[1]), of, numbers, motions, given, similar, _FACE_NUMBERS)
         hulls = self._first_columns(key, of.hulls, of.offsets, of.motions, given, similar, BOX_NUMBERS + FRAME_NUMBERS)
-        parts = [solid.parts for solid in of.solids]
         results = []
-        for some in positions_by_key([(each.numbers, each.parts) for each in parts]).values():
-            form, columns = _flat_form(parts[some[0]].numbers, parts[some[0]].parts)
+        for some in positions_by_key([(each.numbers, each.parts) for each in of.parts]).values():
+            form, columns = _flat_form(of.parts[some[0]].numbers, of.parts[some[0]].parts)
             own = np.array([walls[of.first[k] : of.first[k + 1]].ravel() for k in some])
             blank, grown = np.zeros((len(some), MAP_SIZE)), widen_boxes(hulls[some, :BOX_NUMBERS])
             values = np.concatenate([own, blank, grown, hulls[some]], axis=1)
-            results.append((form, places[some], RowTable.of(values, columns)))
+            places = [of.places[k] for k in some]
+            rows = RowTable.of(np.repeat(values, list(map(len, places)), axis=0), columns)
+            results.append((form, np.concatenate(places), rows))
         return results
 
     def _lower_polyhedra(self, key: Hashable, of: _Polyhedra, given: Floats, similar: Signs) -> PrimitiveRows:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.geometry import facets, sheets
+from conicoid.geometry import convex_decomposition, facets, sheets
 from conicoid.geometry.sheets import check_simple
 
 from ..samples import sampled
@@ -376,3 +376,24 @@ def test_a_hole_that_sticks_out_has_a_closed_form():
         vertices += [(x, y, z) for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])]
     found = co.measure(co.Mesh(vertices, faces), rays=2000)
     assert (found.volume, found.volume_error) == (pytest.approx(62, rel=1e-12), 0)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_floats_find_the_faces_that_fractions_find(seed):
+    rng = np.random.default_rng(seed)
+    for _ in range(20):
+        # Random normals, and those of a prism; offsets on a coarse grid, where planes meet in lines and corners
+        normals = np.round(rng.normal(size=(rng.integers(4, 18), 3)) * 2, rng.integers(0, 3))
+        normals[:, 2] *= seed % 2
+        normals = normals[normals.any(axis=1)] / np.abs(normals[normals.any(axis=1)]).max(axis=1, keepdims=True)
+        rows = np.column_stack([normals, np.round(rng.uniform(0, 1, len(normals)), rng.integers(1, 4))])
+        cube = np.column_stack([np.concatenate([np.eye(3), -np.eye(3)]), np.ones(6)])
+        planes = [
+            facets.FlatPlane(tuple(map(Fraction, row[:3])), Fraction(row[3]), tuple(row))
+            for row in np.concatenate([rows, cube]).tolist()
+        ]
+        sides = [(k, 1) for k in range(len(planes))]
+        found = convex_decomposition._sure_faces(rows)
+        exact = [bool(convex_decomposition._exact_face(planes, sides, k)) for k in range(len(rows))]
+        assert all(not sure or (sure > 0) == face for sure, face in zip(found, exact, strict=True))
+        assert (found != 0).mean() > 0.5

@@ -13,10 +13,11 @@ from collections import Counter
 from collections.abc import Sequence
 from fractions import Fraction
 from functools import partial
-from math import lcm
+from math import gcd
 
 import numpy as np
 
+from ...geometry.bounds.linear_program import integer_row
 from ...geometry.facets import minus
 from ...geometry.general_quadric import Quadric
 from ...geometry.polyhedron import Mesh, Polyhedron
@@ -31,8 +32,8 @@ from .round_solids import quadric_about_z, slab
 from .solid_template import SolidFactory
 from .values import MAX_CONVEX_FACES, GdmlError, GdmlValues, look_up, read_reference
 
-_FLATNESS = Fraction(1, 100_000)
-"""Largest distance of a corner from the plane of its face, as a share of the size of the face."""
+_FLATNESS = 100_000
+"""The size of a face divided by the largest distance of a corner from its plane."""
 FacePlane = tuple[Point, Fraction]
 """(outward normal, offset): normal·p <= offset inside."""
 
@@ -41,47 +42,57 @@ class NonPlanarFace(OmittedPart):
     """Raised for a face that is not flat."""
 
 
-def mean(points: Sequence[Point]) -> Point:
-    """Return the mean of points."""
-    x, y, z = (sum((point[i] for point in points), Fraction(0)) / len(points) for i in range(3))
-    return x, y, z
+WholePoint = tuple[int, int, int]
+WholePlane = tuple[WholePoint, int]
+"""`FacePlane` of points in whole numbers, without a common divisor: sums of integers are quicker than of fractions."""
 
 
-def fit_plane(points: Sequence[Point], inside: Point) -> FacePlane | None:
+def _whole_points(points: Sequence[Point]) -> tuple[list[WholePoint], WholePoint, int]:
+    """Return points and their mean in whole numbers, and the number that they were multiplied by."""
+    count = len(points)
+    *whole, unit = (count * c for c in integer_row((*itertools.chain(*points), 1)))
+    x, y, z = whole[::3], whole[1::3], whole[2::3]
+    return list(zip(x, y, z, strict=True)), (sum(x) // count, sum(y) // count, sum(z) // count), unit
+
+
+def fit_plane(points: Sequence[WholePoint], inside: WholePoint) -> WholePlane | None:
     """Return the plane of a face, with its normal away from `inside`; None if the face has no area.
 
-    Raise NonPlanarFace if a corner is farther than `_FLATNESS` from the plane.
+    Raise NonPlanarFace if a corner is farther from the plane than `_FLATNESS` allows.
     """
     corners = [point for k, point in enumerate(points) if point != points[k - 1]]
     if len(corners) < 3:
         return None
     spokes = [minus(point, corners[0]) for point in corners[1:]]
     # The sum of the cross products of a fan is twice the vector area, whatever the shape of the polygon.
-    terms = [cross(a, b) for a, b in itertools.pairwise(spokes)]
-    normal = tuple(sum((term[i] for term in terms), Fraction(0)) for i in range(3))
+    nx, ny, nz = map(sum, zip(*(cross(a, b) for a, b in itertools.pairwise(spokes)), strict=True))
     size = max(abs(c) for spoke in spokes for c in spoke)
-    largest = max(map(abs, normal))
+    largest = max(abs(nx), abs(ny), abs(nz))
     # Corners on a line, up to the digits of the file; such a face bounds nothing
-    if largest <= size * size / 10**12:
+    if 10**12 * largest <= size * size:
         return None
-    x, y, z = (c / largest for c in normal)
-    outward: Point = (x, y, z)
-    center = mean(corners)
-    if dot(outward, minus(center, inside)) < 0:
-        outward = (-x, -y, -z)
+    # The plane goes through the mean of the corners
+    normal, count = (nx, ny, nz), len(corners)
+    heights = [dot(normal, point) for point in corners]
+    offset = sum(heights)
     # Files hold some six digits, so corners of a flat face leave its plane by about a millionth of its size
-    if max(abs(dot(outward, minus(point, center))) for point in corners) > _FLATNESS * size:
+    if _FLATNESS * max(abs(count * height - offset) for height in heights) > count * largest * size:
         raise NonPlanarFace("a face of it is not flat")
-    return _integer_normal(outward), dot(_integer_normal(outward), center)
+    divisor = gcd(count * nx, count * ny, count * nz, offset)
+    divisor = -divisor if offset < count * dot(normal, inside) else divisor
+    return (count * nx // divisor, count * ny // divisor, count * nz // divisor), offset // divisor
 
 
-def _integer_normal(normal: Point) -> Point:
-    """Return the same direction in whole numbers if these are short, so that floats hold it without rounding."""
-    factor = lcm(*(c.denominator for c in normal))
-    if factor.bit_length() > 50:  # a float has 53 bits, and components are at most 1 before
-        return normal
-    x, y, z = (c * factor for c in normal)
-    return x, y, z
+def _face_plane(plane: WholePlane, unit: int) -> FacePlane:
+    """Return a plane of points that were multiplied by `unit`."""
+    normal, offset = plane
+    divisor = gcd(*normal)
+    largest = max(map(abs, normal))
+    # A normal in whole numbers if these are short, so that floats hold it without rounding: they have 53 bits
+    if (largest // divisor).bit_length() > 50:
+        divisor = largest
+    x, y, z = (Fraction(c, divisor) for c in normal)
+    return (x, y, z), Fraction(offset, divisor * unit)
 
 
 def convex_solid(corners: Sequence[Point], faces: Sequence[Sequence[int]]) -> SolidFactory:
@@ -102,21 +113,22 @@ def convex_solid(corners: Sequence[Point], faces: Sequence[Sequence[int]]) -> So
         The solid is not convex, or a face is not flat.
 
     """
-    inside = mean(list(dict.fromkeys(corners)))
-    fitted = [fit_plane([corners[k] for k in face], inside) for face in faces]
+    number = {corner: k for k, corner in enumerate(dict.fromkeys(corners))}
+    points, inside, unit = _whole_points(list(number))
+    fitted = [fit_plane([points[number[corners[k]]] for k in face], inside) for face in faces]
     # Two triangles of one flat face give one plane
     planes = list(dict.fromkeys(plane for plane in fitted if plane is not None))
-    size = max(abs(c) for corner in corners for c in minus(corner, inside))
+    size = max(abs(c) for point in points for c in minus(point, inside))
     for normal, offset in planes:
         if dot(normal, inside) >= offset:
             raise ValueError("it must enclose a volume")
-        most = max(dot(normal, corner) for corner in corners)
+        most = max(dot(normal, point) for point in points)
         # Corners that rounding puts before a face by less than the tolerance of flatness do not make a solid concave
-        if most - offset > 2 * _FLATNESS * size * max(map(abs, normal)):
+        if _FLATNESS * (most - offset) > 2 * size * max(map(abs, normal)):
             raise OmittedPart("it is not convex")
     if len(planes) < 4:
         raise ValueError("it must enclose a volume")
-    return polyhedron_factory(planes)
+    return polyhedron_factory([_face_plane(plane, unit) for plane in planes])
 
 
 def convex_planes(corners: Sequence[Point], faces: Sequence[Sequence[int]]) -> list[FacePlane] | None:
@@ -125,33 +137,35 @@ def convex_planes(corners: Sequence[Point], faces: Sequence[Sequence[int]]) -> l
     edges = Counter((face[k - 1], face[k]) for face in faces for k in range(len(face)))
     if len(faces) < 4 or any(count != 1 or edges[b, a] != 1 for (a, b), count in edges.items()):
         return None
-    inside = mean(corners)
-    planes: dict[FacePlane, None] = {}
+    points, inside, unit = _whole_points(corners)
+    planes: dict[WholePlane, None] = {}
     for face in faces:
         try:
-            plane = fit_plane([corners[k] for k in face], inside)
+            plane = fit_plane([points[k] for k in face], inside)
         except OmittedPart:
             return None
         # Exact here: a mesh whose faces are only nearly flat keeps its triangles, which are what the file describes
-        if plane is None or any(dot(plane[0], corners[k]) != plane[1] for k in face):
+        if plane is None or any(dot(plane[0], points[k]) != plane[1] for k in face):
             return None
         planes[plane] = None
     for normal, offset in planes:
-        if dot(normal, inside) >= offset or any(dot(normal, corner) > offset for corner in corners):
+        if dot(normal, inside) >= offset or any(dot(normal, point) > offset for point in points):
             return None
-    return list(planes)
+    return [_face_plane(plane, unit) for plane in planes]
 
 
 def polyhedron_factory(planes: Sequence[FacePlane]) -> SolidFactory:
     """Return the factory of the polyhedron inside all planes."""
-    # The shift of a plane is computed from the rounded normal, which the solid has, so that only the sum is rounded.
     normals = tuple((float(a), float(b), float(c)) for (a, b, c), _ in planes)
-    exact = [(Fraction(a), Fraction(b), Fraction(c)) for a, b, c in normals]
-    return partial(_polyhedron, normals, [(normal, offset) for normal, (_, offset) in zip(exact, planes, strict=True)])
+    # The shift of a plane is computed from the rounded normal, which the solid has, so that only the sum is rounded.
+    rows = [integer_row((*normal, offset, 1)) for normal, (_, offset) in zip(normals, planes, strict=True)]
+    return partial(_polyhedron, normals, rows)
 
 
-def _polyhedron(normals: tuple[tuple[float, float, float], ...], planes: Sequence[FacePlane], shift: Point) -> Solid:
-    return Polyhedron(normals, tuple(float(offset + dot(normal, shift)) for normal, offset in planes))
+def _polyhedron(normals: tuple[tuple[float, float, float], ...], rows: Sequence[Sequence[int]], shift: Point) -> Solid:
+    """Return a polyhedron, translated; rows: normals and offsets of its planes times an integer, and the integer."""
+    x, y, z, w = integer_row((*shift, 1))
+    return Polyhedron(normals, tuple((d * w + a * x + b * y + c * z) / (unit * w) for a, b, c, d, unit in rows))
 
 
 HEXAHEDRON_FACES = ((3, 2, 1, 0), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
