@@ -4,7 +4,8 @@ The kernels are those of `conicoid.kernels.device` as PTX, from the package coni
 driver (`nvidia_driver.py`) runs in tests on a card that the CPU emulates (tests/emulation.py).
 
 A query copies its rays by chunks, on all threads, into memory that the card reads by itself, on several streams: one
-chunk is on its way there, one is traced, one on its way back. Python waits for a stream in short naps, so that Ctrl-C comes through.
+chunk is on its way there, one is traced, one on its way back. Python waits for a stream in short naps, so that Ctrl-C
+comes through.
 """
 
 from __future__ import annotations
