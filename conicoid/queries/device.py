@@ -3,9 +3,8 @@
 The kernels are those of `conicoid.kernels.device` as PTX, from the package conicoid_cuda. All but the calls of NVIDIA's
 driver (`nvidia_driver.py`) runs in tests on a card that the CPU emulates (tests/emulation.py).
 
-A query copies its rays by chunks, on all threads, into memory that the card reads by itself, on several streams: one
-chunk is on its way there, one is traced, one on its way back. Python waits for a stream in short naps, so that Ctrl-C
-comes through.
+A query copies its rays by chunks into memory that the card reads by itself, on several streams: one chunk is on its way
+there, one is traced, one on its way back. Python waits for a stream in short naps, so that Ctrl-C comes through.
 """
 
 from __future__ import annotations
@@ -26,7 +25,6 @@ from ..kernels.bvh.culling_constants import SHORT_NODE
 from ..kernels.device import BY_KIND, EACH, ROW_COLUMNS, ROWS, SHARED, WIDTHS, ScratchSize, size_name
 from ..kernels.device_walk import place_count
 from ..kernels.tables import NODE_CHILDREN, Geometry, length
-from ..prepare.mmap_arrays import copy_rows
 
 if TYPE_CHECKING:
     from ..prepare.prepared_scene import PreparedScene
@@ -150,7 +148,7 @@ class _Lane:
         parts = [np.zeros(1, np.int64), *(array[first:last] if len(array) == count else array for array in arrays)]
         twins = self.twins("rays", *((part.shape, part.dtype) for part in parts), *kinds)
         for twin, part in zip(twins, parts, strict=False):
-            copy_rows(twin.array, part)
+            twin.array[...] = part
         self.send(*twins[: len(parts)])
         return twins
 
@@ -275,7 +273,7 @@ class Device:
             yield
             _check_status(status.array)
             for result, twin in zip(results, found, strict=True):
-                copy_rows(result, twin.array)
+                result[...] = twin.array
 
         return self._run_chunks(scene, function, count, picture_rows(width, min(CHUNK, size)), work)
 

@@ -82,15 +82,13 @@ def carved(leaves):
     return co.Difference([co.Box((-1, -1, -1), (1, 1, 1)), *balls])
 
 
-def test_pictures_lists_and_single_rays(card, monkeypatch):
+def test_pictures_lists_and_single_rays(card):
     scene, rays = crowded_scene(), camera(48)
     same_answers(scene, rays)
     used = {"shorten_nodes_each", "first_hits_few", "any_hits_few", "list_rows_few", "sum_spans_each"}
     assert {name for name, _ in card.launches} == used
     assert max(threads for _, threads in card.launches) == 500  # in chunks
     same_answers(scene, rays[3], np.linspace(2, 5, 48))
-    monkeypatch.setattr(device, "CHUNK", 1 << 12)  # whose rays are copied by all threads
-    same_answers(scene, camera(64))
     same_answers(scene, rays[3, 4])
     same_answers(scene, rays[:0])
 
