@@ -56,7 +56,9 @@ def copies(solid: co.Solid) -> list[co.Solid]:
 
 BATCHES = {name: [shape] for name, shape in SHAPES.items()} | {
     "extrusions": copies(co.Extrusion([(0, 0), (6, 0), (6, 2), (2, 2), (2, 5), (0, 5)])),
-    "meshes": copies(co.Mesh([(0, 0, 0), (6, 1, 0), (1, 7, -2), (-2, 1, 8)], [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)])),
+    "meshes": copies(
+        co.Mesh([(0, 0, 0), (6, 1, 0), (1, 7, -2), (-2, 1, 8)], [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)])
+    ),
 }
 
 
