@@ -405,6 +405,7 @@ def test_caps_of_coaxial_cylinders_are_named_by_their_ends(monkeypatch):
         (ROD, co.Cylinder((0, 0, 1e-40), (0, 0, 1), 0.3), 5),
         (ROD, co.Cylinder((0, 0, 0), (1e-40, 0, 1), 0.3), 6),
         (co.Cylinder((0, 0, 0), (0, 0, 1e-40), 0.5), co.Cylinder((0, 0, 0), (0, 0, 1e-40), 0.3), 4),
+        (co.Cylinder((0, 0, 0), (0, 0, 1), 0.5, 0, 90, (1, 0, 0)), co.Cylinder((0, 0, 0), (0, 0, 1), 0.3, 1e-40, 90, (1, 0, 0)), 7),
     ],
 )  # fmt: skip
 def test_caps_are_one_where_ends_and_steps_are_equal(outer: Solid, inner: Solid, surfaces: int) -> None:

@@ -459,10 +459,18 @@ def test_prepared_bounds_are_as_tight_as_exact_ones() -> None:
 
 UP, DOWN = co.HalfSpace((0, 0, -1), -1), co.HalfSpace((0, 0, 1), 4)
 SQUARE = [co.HalfSpace(n, 2) for n in ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0))]
+WIDE = math.sqrt(2.0**60 + 16 * 2.0**30)
 BESIDE_CONE = co.Intersection((*SQUARE, UP, co.Complement(co.DoubleCone(0.5)) | co.HalfSpace((0, 0, 1), 0)))
 ENDLESS = {
     "a cone between planes": (co.DoubleCone(0.5) & UP & DOWN, (-2, -2, 1), (2, 2, 4)),
     "a bowl below a plane": (co.EllipticParaboloid(1, 1) & DOWN, (-2, -2, 0), (2, 2, 4)),
+    "a cone between planes below its apex": (
+        co.DoubleCone(0.5) & co.HalfSpace((0, 0, -1), 4) & co.HalfSpace((0, 0, 1), -1), (-2, -2, -4), (2, 2, -1)
+    ),
+    "what the outside of a hyperboloid leaves": (
+        co.Complement(Quadric(coefficients=dict(xx=-1, yy=-1, zz=1, constant=1))) & UP & DOWN,
+        (-math.sqrt(17), -math.sqrt(17), 1), (math.sqrt(17), math.sqrt(17), 4),
+    ),
     "a sector of a cone, to its apex": (
         co.DoubleCone(0.5) & DOWN & co.HalfSpace((0, 0, -1), 0) & co.HalfSpace((1, 1, 0), 0) & co.HalfSpace((1, -1, 0), 0),
         (-2, -math.sqrt(2), 0), (0, math.sqrt(2), 4),
@@ -470,6 +478,11 @@ ENDLESS = {
     "a square bar beside a cone": (BESIDE_CONE, (-2, -2, 1), (2, 2, math.sqrt(32))),
     "and in a union without an end": (
         co.Intersection((co.HalfSpace((0, 0, -1), -2) | co.Sphere(1.5), BESIDE_CONE)), (-2, -2, 1), (2, 2, math.sqrt(32))
+    ),
+    # x² + y² - 2^31 x <= 2^30 z²: so flat that the surface is written about the origin
+    "a hyperboloid far from its center": (
+        Quadric(coefficients=dict(xx=2.0**-30, yy=2.0**-30, zz=-1, x=-2)) & UP & DOWN,
+        (2.0**30 - WIDE, -WIDE, 1), (2.0**30 + WIDE, WIDE, 4),
     ),
 }  # fmt: skip
 
@@ -482,9 +495,9 @@ def test_floats_bound_what_planes_quadrics_and_unions_bound_together(name: str, 
     shifts = np.arange(8.0)[:, None] * (1, 2, 3)
     boxes = co.Scene([solid.translate(tuple(to)) for to in shifts.tolist()])._prepared.lowered.boxes
     found, expected = boxes - np.tile(shifts, 2), np.array([*low, *high])
-    outward = (found - expected) * [-1, -1, -1, 1, 1, 1]
-    assert (outward >= -1e-14 * 25).all()
-    assert (outward <= 4e-6).all()
+    outward = (found - expected) * [-1, -1, -1, 1, 1, 1] / max(25, np.abs(expected).max())
+    assert (outward >= -1e-14).all()
+    assert (outward <= 1.6e-7).all()
 
 
 def test_floats_show_that_a_body_is_empty(monkeypatch: Any) -> None:
