@@ -51,7 +51,8 @@ SHAPES = {
 
 def copies(solid: co.Solid) -> list[co.Solid]:
     """A solid that stands twice at one place, as GDML's daughters stand in their mothers, too, and at others."""
-    return [solid, solid.translate((3, 0, 0)), solid.rotate("z", 20), solid, solid.rotate("z", 30)]
+    once = [solid, solid.translate((3, 0, 0)), solid.translate((0, 2, 1)), solid.rotate("z", 20), solid.rotate("z", 30)]
+    return [*once, *once[:4]]
 
 
 BATCHES = {name: [shape] for name, shape in SHAPES.items()} | {
@@ -75,6 +76,21 @@ def test_faces_together_give_the_numbers_of_each(name: str):
         single = compute_shape(shape)
         assert (form.tree, form.pattern) == (single.tree, single.pattern)
         assert np.array_equal(row, single.row)
+
+
+def test_a_flat_solid_that_stands_twice_at_one_place_is_lowered_once(monkeypatch):
+    counts, first_columns = [], PrimitiveBatch._first_columns
+    monkeypatch.setattr(
+        PrimitiveBatch, "_first_columns", lambda self, key, of, *rest: counts.append(len(of)) or first_columns(self, key, of, *rest)
+    )  # fmt: skip
+    twice = BATCHES["extrusions"]
+    for shapes in (twice[:5], twice):
+        batch = PrimitiveBatch()
+        batch.add(
+            shapes, MotionChains([shape.motion.steps for shape in shapes]), np.arange(len(shapes), dtype=np.int32)
+        )
+        batch.lower()
+    assert counts[: len(counts) // 2] == counts[len(counts) // 2 :]
 
 
 @pytest.mark.parametrize(("axis", "degrees"), [("x", 90), ("x", 30), ((1, 2, 3), 25)])
