@@ -508,6 +508,19 @@ def test_floats_show_that_a_body_is_empty(monkeypatch: Any) -> None:
     assert (boxes == [math.inf] * 3 + [-math.inf] * 3).all()
 
 
+@pytest.mark.parametrize("degrees", [0, 20])
+def test_a_body_as_thin_as_rounding_is_not_empty(degrees: float) -> None:
+    """Caps of a ball of radius 5, and corners of a box of 6 x 8 x 2, cut by 3 x + 4 y >= 25 less a depth: (3, 4, 0) is in all."""
+    depths = [0.0, *(10.0**-k for k in range(1, 17))]
+    planes = [co.HalfSpace((-3, -4, 0), depth - 25) for depth in depths]
+    solids = [solid & plane for solid in (co.Sphere(5), co.Box((-3, -4, -1), (3, 4, 1))) for plane in planes]
+    boxes = co.Scene([solid.rotate("z", degrees) for solid in solids])._prepared.lowered.boxes
+    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    place = np.array((3 * c - 4 * s, 3 * s + 4 * c, 0.0))
+    assert (boxes[:, :3] <= place + 2e-15).all()
+    assert (boxes[:, 3:] >= place - 2e-15).all()
+
+
 def test_prepared_bounds_of_a_body_as_thin_as_the_rounding_of_its_place():
     """Sixteen steps of a float thick, far from the origin; the point is inside by exact fractions."""
     center = 1024.0
