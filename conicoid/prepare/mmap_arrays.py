@@ -15,16 +15,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .._jit.decorators import kernel
-from ..kernels.tables import Ints
-from ..kernels.threads import KernelRange, run_chunks
+from ..kernels.threads import run_chunks
 
 _LEAST = 1 << 20
 """Arrays of fewer bytes are ordinary ones."""
-_FEW = 1 << 16
-"""NumPy copies no more bytes sooner."""
-_PART = 1 << 21
-"""Bytes that a thread copies at a time: a whole large page, so that no two threads touch one first."""
+_PART = 1 << 22
+"""Bytes that a thread copies at a time: whole large pages, so that no two threads touch one first."""
 _MANY = 1 << 16
 """Temporary arrays of fewer bodies are not worth a call of the C library."""
 
@@ -60,19 +56,12 @@ def own_memory(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
 
 def copy_rows(target: npt.NDArray[Any], source: npt.NDArray[Any]) -> None:
     """Copy the rows of an array, on all threads if there are many."""
-    alike = target.dtype == source.dtype and source.nbytes == target.nbytes and source.itemsize % 4 == 0
-    if alike and source.flags.c_contiguous and target.flags.c_contiguous and source.nbytes > _FEW:
-        numbers, copies = (each.reshape(-1).view(np.int32) for each in (source, target))
-        run_chunks(KernelRange(copy_words, (numbers,), (copies,)), len(numbers), _PART // 4)
-    else:
-        target[:] = source
 
+    def put(begin: int, end: int) -> None:
+        """Copy rows begin..end."""
+        target[begin:end] = source[begin:end]
 
-@kernel(source="n", begin="0..end", end="0..n", target="out n")
-def copy_words(source: Ints, begin: int, end: int, target: Ints) -> None:
-    """Copy numbers begin..end."""
-    for i in range(begin, end):
-        target[i] = source[i]
+    run_chunks(put, len(source), max(1, _PART // max(1, source[:1].nbytes)))
 
 
 def concatenate_mapped(parts: Sequence[npt.NDArray[Any]]) -> npt.NDArray[Any]:

@@ -396,6 +396,24 @@ def test_caps_of_coaxial_cylinders_are_named_by_their_ends(monkeypatch):
     assert len(lowering.lower(list(map(co.Body, tubes))).tables.surface_kind) == 4 * len(tubes)
 
 
+@pytest.mark.parametrize(
+    ("outer", "inner", "surfaces"),
+    [
+        (ROD, co.Cylinder((0, 0, 0), (0, 0, 1), 0.3), 4),
+        (ROD, co.Cone((0, 0, 0), (0, 0, 1), 0.3, 0.1), 4),
+        (ROD, co.Cylinder((0, 0, 0), (0, 0, 1), 0.3).rotate("x", 1e-40), 6),  # equal ends that another step moves
+        (ROD, co.Cylinder((0, 0, 1e-40), (0, 0, 1), 0.3), 5),
+        (ROD, co.Cylinder((0, 0, 0), (1e-40, 0, 1), 0.3), 6),
+        (co.Cylinder((0, 0, 0), (0, 0, 1e-40), 0.5), co.Cylinder((0, 0, 0), (0, 0, 1e-40), 0.3), 4),
+        (co.Cylinder((0, 0, 0), (0, 0, 1), 0.5, 0, 90, (1, 0, 0)), co.Cylinder((0, 0, 0), (0, 0, 1), 0.3, 1e-40, 90, (1, 0, 0)), 7),
+    ],
+)  # fmt: skip
+def test_caps_are_one_where_ends_and_steps_are_equal(outer: Solid, inner: Solid, surfaces: int) -> None:
+    """Planes that 100 bits do not tell apart, of which names tell whether they are one."""
+    tubes = [(outer - inner).rotate((1, 2, 3), 10 + k).translate((3.0 * k, 0, 0)) for k in range(40)]
+    assert len(lowering.lower(list(map(co.Body, tubes))).tables.surface_kind) == surfaces * len(tubes)
+
+
 def test_surfaces_of_primitives_that_two_bodies_have_are_not_compared(monkeypatch):
     """A volume and the hole of its mother are one primitive: its side and its two caps have equal numbers, rounded."""
     rng = np.random.default_rng(3)

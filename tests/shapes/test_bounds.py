@@ -459,10 +459,18 @@ def test_prepared_bounds_are_as_tight_as_exact_ones() -> None:
 
 UP, DOWN = co.HalfSpace((0, 0, -1), -1), co.HalfSpace((0, 0, 1), 4)
 SQUARE = [co.HalfSpace(n, 2) for n in ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0))]
+WIDE = math.sqrt(2.0**60 + 16 * 2.0**30)
 BESIDE_CONE = co.Intersection((*SQUARE, UP, co.Complement(co.DoubleCone(0.5)) | co.HalfSpace((0, 0, 1), 0)))
 ENDLESS = {
     "a cone between planes": (co.DoubleCone(0.5) & UP & DOWN, (-2, -2, 1), (2, 2, 4)),
     "a bowl below a plane": (co.EllipticParaboloid(1, 1) & DOWN, (-2, -2, 0), (2, 2, 4)),
+    "a cone between planes below its apex": (
+        co.DoubleCone(0.5) & co.HalfSpace((0, 0, -1), 4) & co.HalfSpace((0, 0, 1), -1), (-2, -2, -4), (2, 2, -1)
+    ),
+    "what the outside of a hyperboloid leaves": (
+        co.Complement(Quadric(coefficients=dict(xx=-1, yy=-1, zz=1, constant=1))) & UP & DOWN,
+        (-math.sqrt(17), -math.sqrt(17), 1), (math.sqrt(17), math.sqrt(17), 4),
+    ),
     "a sector of a cone, to its apex": (
         co.DoubleCone(0.5) & DOWN & co.HalfSpace((0, 0, -1), 0) & co.HalfSpace((1, 1, 0), 0) & co.HalfSpace((1, -1, 0), 0),
         (-2, -math.sqrt(2), 0), (0, math.sqrt(2), 4),
@@ -470,6 +478,11 @@ ENDLESS = {
     "a square bar beside a cone": (BESIDE_CONE, (-2, -2, 1), (2, 2, math.sqrt(32))),
     "and in a union without an end": (
         co.Intersection((co.HalfSpace((0, 0, -1), -2) | co.Sphere(1.5), BESIDE_CONE)), (-2, -2, 1), (2, 2, math.sqrt(32))
+    ),
+    # x² + y² - 2^31 x <= 2^30 z²: so flat that the surface is written about the origin
+    "a hyperboloid far from its center": (
+        Quadric(coefficients=dict(xx=2.0**-30, yy=2.0**-30, zz=-1, x=-2)) & UP & DOWN,
+        (2.0**30 - WIDE, -WIDE, 1), (2.0**30 + WIDE, WIDE, 4),
     ),
 }  # fmt: skip
 
@@ -482,9 +495,9 @@ def test_floats_bound_what_planes_quadrics_and_unions_bound_together(name: str, 
     shifts = np.arange(8.0)[:, None] * (1, 2, 3)
     boxes = co.Scene([solid.translate(tuple(to)) for to in shifts.tolist()])._prepared.lowered.boxes
     found, expected = boxes - np.tile(shifts, 2), np.array([*low, *high])
-    outward = (found - expected) * [-1, -1, -1, 1, 1, 1]
-    assert (outward >= -1e-14 * 25).all()
-    assert (outward <= 4e-6).all()
+    outward = (found - expected) * [-1, -1, -1, 1, 1, 1] / max(25, np.abs(expected).max())
+    assert (outward >= -1e-14).all()
+    assert (outward <= 1.6e-7).all()
 
 
 def test_floats_show_that_a_body_is_empty(monkeypatch: Any) -> None:
@@ -493,6 +506,19 @@ def test_floats_show_that_a_body_is_empty(monkeypatch: Any) -> None:
     caps = [co.Sphere(1) & co.HalfSpace((-1, -1, -1), -1.8 - 0.1 * k) for k in range(8)]
     boxes = co.Scene(caps)._prepared.lowered.boxes
     assert (boxes == [math.inf] * 3 + [-math.inf] * 3).all()
+
+
+@pytest.mark.parametrize("degrees", [0, 20])
+def test_a_body_as_thin_as_rounding_is_not_empty(degrees: float) -> None:
+    """Caps of a ball of radius 5, and corners of a box of 6 x 8 x 2, cut by 3 x + 4 y >= 25 less a depth: (3, 4, 0) is in all."""
+    depths = [0.0, *(10.0**-k for k in range(1, 17))]
+    planes = [co.HalfSpace((-3, -4, 0), depth - 25) for depth in depths]
+    solids = [solid & plane for solid in (co.Sphere(5), co.Box((-3, -4, -1), (3, 4, 1))) for plane in planes]
+    boxes = co.Scene([solid.rotate("z", degrees) for solid in solids])._prepared.lowered.boxes
+    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+    place = np.array((3 * c - 4 * s, 3 * s + 4 * c, 0.0))
+    assert (boxes[:, :3] <= place + 2e-15).all()
+    assert (boxes[:, 3:] >= place - 2e-15).all()
 
 
 def test_prepared_bounds_of_a_body_as_thin_as_the_rounding_of_its_place():

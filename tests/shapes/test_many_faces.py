@@ -49,16 +49,48 @@ SHAPES = {
 }
 
 
-@pytest.mark.parametrize("name", SHAPES)
+def copies(solid: co.Solid) -> list[co.Solid]:
+    """A solid that stands twice at one place, as GDML's daughters stand in their mothers, too, and at others."""
+    once = [solid, solid.translate((3, 0, 0)), solid.translate((0, 2, 1)), solid.rotate("z", 20), solid.rotate("z", 30)]
+    return [*once, *once[:4]]
+
+
+BATCHES = {name: [shape] for name, shape in SHAPES.items()} | {
+    "extrusions": copies(co.Extrusion([(0, 0), (6, 0), (6, 2), (2, 2), (2, 5), (0, 5)])),
+    "meshes": copies(
+        co.Mesh([(0, 0, 0), (6, 1, 0), (1, 7, -2), (-2, 1, 8)], [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)])
+    ),
+}
+
+
+@pytest.mark.parametrize("name", BATCHES)
 def test_faces_together_give_the_numbers_of_each(name: str):
-    shape = SHAPES[name]
-    batch = PrimitiveBatch()
-    assert not len(batch.add([shape], MotionChains([shape.motion.steps]), np.array([7], np.int32)))
-    ((form, places, rows),), left = batch.lower()
-    single = compute_shape(shape)
-    assert (left, places.tolist(), form.tree) == ([], [7], single.tree)
-    assert form.pattern == single.pattern
-    assert np.array_equal(rows[:, : form.pattern.width][0], single.row)
+    shapes, batch, found = BATCHES[name], PrimitiveBatch(), {}
+    places = np.arange(7, 7 + len(shapes), dtype=np.int32)
+    assert not len(batch.add(shapes, MotionChains([shape.motion.steps for shape in shapes]), places))
+    groups, left = batch.lower()
+    for form, own, rows in groups:
+        found |= {place: (form, rows[k : k + 1, : form.pattern.width][0]) for k, place in enumerate(own.tolist())}
+    assert (left, sorted(found)) == ([], places.tolist())
+    for (_, (form, row)), shape in zip(sorted(found.items()), shapes, strict=True):
+        single = compute_shape(shape)
+        assert (form.tree, form.pattern) == (single.tree, single.pattern)
+        assert np.array_equal(row, single.row)
+
+
+def test_a_flat_solid_that_stands_twice_at_one_place_is_lowered_once(monkeypatch):
+    counts, first_columns = [], PrimitiveBatch._first_columns
+    monkeypatch.setattr(
+        PrimitiveBatch, "_first_columns", lambda self, key, of, *rest: counts.append(len(of)) or first_columns(self, key, of, *rest)
+    )  # fmt: skip
+    twice = BATCHES["extrusions"]
+    for shapes in (twice[:5], twice):
+        batch = PrimitiveBatch()
+        batch.add(
+            shapes, MotionChains([shape.motion.steps for shape in shapes]), np.arange(len(shapes), dtype=np.int32)
+        )
+        batch.lower()
+    assert counts[: len(counts) // 2] == counts[len(counts) // 2 :]
 
 
 @pytest.mark.parametrize(("axis", "degrees"), [("x", 90), ("x", 30), ((1, 2, 3), 25)])

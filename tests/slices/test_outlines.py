@@ -9,6 +9,7 @@ import pytest
 
 import conicoid as co
 from benchmarks.same_answers import solids
+from conicoid.apps.section import outline
 from conicoid.apps.section.slice import Slice
 
 from ..samples import deep, deeper
@@ -94,6 +95,15 @@ def test_outlines_pass_through_the_roots(name: str, count: int, rays: int):
         cut = scene.slice(origin=corner, u=u, v=v, pixels=16)
         checked = check_roots(cut, scene, rng, rays), check_sides(cut, scene)
         assert min(checked) > 5 or count > 2
+
+
+def test_walls_cross_walls_of_other_batches(monkeypatch):
+    """Four by four balls, of which each overlaps those beside it, three at a time."""
+    monkeypatch.setattr(outline, "_WALLS", 3)
+    scene = co.Scene([co.Sphere(0.6, (x, y, 0.1)) for x in range(4) for y in range(4)])
+    cut = scene.slice(origin=(-1, -1, 0), u=(5, 0, 0), v=(0, 5, 0), pixels=16)
+    assert check_roots(cut, scene, np.random.default_rng(17), 30) > 50
+    assert check_sides(cut, scene) > 5 * 16
 
 
 def only(cut: Slice):

@@ -307,6 +307,29 @@ def test_a_solid_is_what_its_formula_says(tmp_path, name):
     assert np.array_equal(found, expected)
 
 
+def test_normals_of_flat_solids_are_whole_numbers_if_these_are_short(tmp_path):
+    """The side of a trd rises by 4 along 14: its normal (7, 0, -2) and its offset 7 · 4 at z = 0 are floats."""
+    shape = solid_scene(tmp_path, '<trd name="s" x1="4" x2="12" y1="10" y2="10" z="14"/>', "s").bodies[0].shape
+    sides = {(7, 0, -2): 28, (-7, 0, -2): 28, (0, 1, 0): 5, (0, -1, 0): 5, (0, 0, 1): 7, (0, 0, -1): 7}
+    assert dict(zip(map(tuple, shape.normals), shape.offsets, strict=True)) == sides
+
+
+@pytest.mark.parametrize("share", [0.99, 1.01])
+def test_sides_are_flat_to_a_hundred_thousandth_of_their_size(share, tmp_path):
+    """The corner (1, 1, 1) of a cube is moved by e in x: x = 1 + e (1 + y) (1 + z) / 4 on the ruled side.
+
+    The flat side has its normal along the vector area and the mean height: x = 1 + e (1 + y + z) / 4, which leaves all
+    corners by e / 4. The size of the side is 2.
+    """
+    e = share * 8e-5
+    low, high = [(-1, -1), (-1, 1), (1, 1), (1, -1)], [(-1, -1), (-1, 1), (1 + e, 1), (1, -1)]
+    scene = solid_scene(tmp_path, f'<arb8 name="s" {corners(low, high)} dz="1"/>', "s")
+    y, z = np.random.default_rng(1).uniform(-0.99, 0.99, (2, 50))
+    found = scene.first_hit(np.column_stack([np.full(50, 5.0), y, z]), (-1, 0, 0))
+    above = 1 + y + z if share < 1 else (1 + y) * (1 + z)
+    np.testing.assert_allclose(5 - found.t, 1 + e * above / 4, rtol=0, atol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("text", "told"),
     [
