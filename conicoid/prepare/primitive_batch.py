@@ -240,6 +240,10 @@ class PrimitiveBatch:
         Return the positions of those that must be lowered singly.
         """
         counts_of_faces = np.array([shape._face_count for shape in shapes])
+        if counts_of_faces.any():
+            from ..geometry.polyhedron import FlatSolid, learn_walls
+
+            learn_walls([shape for shape in shapes if isinstance(shape, FlatSolid)])
         hulls = {k: hull for k in np.flatnonzero(counts_of_faces).tolist() if (hull := shapes[k]._hull) is not None}
         if hulls:
             counts_of_faces[list(hulls)] = 0
