@@ -108,10 +108,7 @@ class Polyhedron(PrimitiveSolid):
     @property
     def near(self) -> Vector:
         """A point near the solid, by which its planes are anchored."""
-        low, high = self._own_bounds
-        if (low > high).any():
-            low = high = np.zeros(3)
-        x, y, z = (_middle(a, b) for a, b in zip(low.tolist(), high.tolist(), strict=True))
+        x, y, z = box_middles(*self._own_bounds).tolist()
         return x, y, z
 
     def _face(self, index: int) -> PolyhedronFace:
@@ -248,10 +245,12 @@ def farthest_point(rows: FloatArray, direction: FloatArray) -> FloatArray | None
     return None
 
 
-def _middle(low: float, high: float) -> float:
-    """Return a finite number between two ends; each of them may be infinite."""
-    ends = [end for end in (low, high) if math.isfinite(end)]
-    return sum((end / len(ends) for end in ends), 0.0)
+def box_middles(low: FloatArray, high: FloatArray) -> FloatArray:
+    """Return finite points (..., 3) of boxes, whose ends may be infinite; zeros for empty boxes."""
+    ends = np.stack([low, high])
+    is_finite = np.isfinite(ends)
+    shares = np.where(is_finite, ends, 0.0) / np.maximum(is_finite.sum(axis=0), 1)
+    return np.where((low > high).any(axis=-1, keepdims=True), 0.0, shares[0] + shares[1] + 0.0)
 
 
 # --- Solids that may be concave, cut into convex parts
