@@ -12,8 +12,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
+import numpy.typing as npt
 
-from .._util.arrays import BoxEnds, FloatArray, Interval, Vector
+from .._util.arrays import BoxEnds, FloatArray, IndexArray, Interval, Vector
 from .._util.dataclass import dataclass
 from .._util.validation import (
     as_integer,
@@ -107,10 +108,7 @@ class Polyhedron(PrimitiveSolid):
     @property
     def near(self) -> Vector:
         """A point near the solid, by which its planes are anchored."""
-        low, high = self._own_bounds
-        if (low > high).any():
-            low = high = np.zeros(3)
-        x, y, z = (_middle(a, b) for a, b in zip(low.tolist(), high.tolist(), strict=True))
+        x, y, z = box_middles(*self._own_bounds).tolist()
         return x, y, z
 
     def _face(self, index: int) -> PolyhedronFace:
@@ -247,10 +245,12 @@ def farthest_point(rows: FloatArray, direction: FloatArray) -> FloatArray | None
     return None
 
 
-def _middle(low: float, high: float) -> float:
-    """Return a finite number between two ends; each of them may be infinite."""
-    ends = [end for end in (low, high) if math.isfinite(end)]
-    return sum((end / len(ends) for end in ends), 0.0)
+def box_middles(low: FloatArray, high: FloatArray) -> FloatArray:
+    """Return finite points (..., 3) of boxes, whose ends may be infinite; zeros for empty boxes."""
+    ends = np.stack([low, high])
+    is_finite = np.isfinite(ends)
+    shares = np.where(is_finite, ends, 0.0) / np.maximum(is_finite.sum(axis=0), 1)
+    return np.where((low > high).any(axis=-1, keepdims=True), 0.0, shares[0] + shares[1] + 0.0)
 
 
 # --- Solids that may be concave, cut into convex parts
@@ -261,6 +261,8 @@ def _middle(low: float, high: float) -> float:
 MAX_MESH_PARTS = 20_000
 """A mesh may have at most so many convex parts."""
 MAX_MESH_FACES = 20_000
+_CORNERS_TOGETHER = 65_536
+"""Supports of many solids take some kilobytes a corner."""
 _LARGEST = 1e60
 """Solids with larger corners are lowered one by one: products of floats of them might overflow."""
 
@@ -302,19 +304,13 @@ class FlatSolid(PrimitiveSolid, abstract=True):
         return len(self.parts.parts) == 1
 
     def support(self, direction: Vector) -> float:
-        return float(self._supports_along(np.array([direction]))[0])
-
-    def _supports_along(self, directions: FloatArray) -> FloatArray:
-        """Return the supports in directions (n, 3)."""
-        low, high = self._corner_ranges
-        u = directions[:, None]
-        return np.asarray(raised_sums(np.where(u > 0, u * high, u * low)).max(axis=1))
+        return CornerHull.of(self).support(direction)
 
     @cached_property
     def _corner_ranges(self) -> tuple[FloatArray, FloatArray]:
         """(n, 3) twice: the greatest floats not above the coordinates of the corners, and the least not below."""
         x, y, z, factor = self._corners.T
-        if np.isin(factor, (0.0, 1.0)).all():
+        if ((factor == 0.0) | (factor == 1.0)).all():
             exact = np.column_stack([x * factor, y * factor, z])
             return exact, exact
         corners = [(Fraction(s) * Fraction(x), Fraction(s) * Fraction(y), Fraction(z)) for x, y, z, s in self._corners]
@@ -346,40 +342,70 @@ class FlatSolid(PrimitiveSolid, abstract=True):
     @cached_property
     def walls(self) -> FloatArray | None:
         """(planes, 18) the numbers of a `FlatWall` for each plane; None where floats do not find three corners."""
-        if not np.abs(self._corners).max() < _LARGEST:
-            return None
-        corners, near, rows = self._corners.tolist(), self._near, []
-        points = [(s * x, s * y, z) for x, y, z, s in corners]
-        for plane, piece in zip(self.parts.planes, self.parts.pieces, strict=True):
-            first = next((place for place, k in enumerate(piece) if points[k] == near), 0)
-            three = _corners_of_plane((*piece[first:], *piece[:first]), plane, points)
-            if three is None:
-                return None
-            lead = next(k for k in range(3) if abs(plane.about[k]) == 1 and abs(plane.normal[k]) == 1)
-            rows.append([x for k in three for x in corners[k]] + [0.0, 0.0, 0.0, *near])
-            rows[-1][12 + lead] = plane.about[lead]
-        return np.array(rows)
+        return _walls_of([self])[0]
 
 
-def _corners_of_plane(piece: tuple[int, ...], plane: FlatPlane, points: list[Vector]) -> tuple[int, int, int] | None:
-    """Return the first corner of a flat polygon and two more, counter-clockwise about the normal of its plane.
+def learn_walls(solids: Sequence[FlatSolid]) -> None:
+    """Let flat solids know their walls."""
+    fresh = [solid for solid in solids if "walls" not in vars(solid)]
+    if fresh:
+        for solid, walls in zip(fresh, _walls_of(fresh), strict=True):
+            vars(solid)["walls"] = walls
 
-    None where floats find no such corners.
+
+def _walls_of(solids: Sequence[FlatSolid]) -> list[FloatArray | None]:
+    """Return `FlatSolid.walls` of each."""
+    parts = [solid.parts for solid in solids]
+    planes = [plane for each in parts for plane in each.planes]
+    pieces = [piece for each in parts for piece in each.pieces]
+    ends = np.cumsum([len(each.planes) for each in parts])[:-1]
+    owners = np.repeat(np.arange(len(parts)), [len(each.planes) for each in parts])
+    corners = np.concatenate([solid._corners for solid in solids])
+    first = np.cumsum([0, *(len(solid._corners) for solid in solids)])[:-1]
+    about, lengths = np.array([plane.about[:3] for plane in planes]), np.array(list(map(len, pieces)))
+    three, is_sure = np.empty((len(planes), 3), np.int64), np.empty(len(planes), bool)
+    # Solids with larger corners are not sure, whatever overflows
+    with np.errstate(all="ignore"):
+        points = np.column_stack([corners[:, 3:] * corners[:, :2], corners[:, 2]])
+        near = points[first[owners]]
+        for length in np.unique(lengths).tolist():
+            some = np.flatnonzero(lengths == length)
+            loops = np.array([pieces[k] for k in some.tolist()]) + first[owners[some], None]
+            three[some], is_sure[some] = _corners_of_planes(loops, near[some], about[some], points)
+    leads = np.abs(about) == 1.0
+    for k in np.flatnonzero(leads.sum(axis=1) > 1).tolist():
+        leads[k] = [abs(c) == 1 for c in planes[k].normal]  # others may be rounded to 1
+    lead = np.where(np.arange(3) == leads.argmax(axis=1)[:, None], about, 0.0)
+    rows = np.split(np.concatenate([corners[three].reshape(-1, 12), lead, near], axis=1), ends)
+    is_large = ~(np.maximum.reduceat(np.abs(corners).max(axis=1), first) < _LARGEST)
+    unsure = is_large | (np.bincount(owners[~is_sure], minlength=len(parts)) > 0)
+    return [None if none else own.copy() for own, none in zip(rows, unsure.tolist(), strict=True)]
+
+
+def _corners_of_planes(
+    pieces: IndexArray, near: FloatArray, normals: FloatArray, points: FloatArray
+) -> tuple[IndexArray, npt.NDArray[np.bool_]]:
+    """Return three corners of flat polygons, counter-clockwise about their normals, and whether floats are sure.
+
+    `pieces` (n, m) are the numbers of the corners among `points`. The first of the three is `near` if the polygon has
+    that corner, else its own first.
     """
-    if len(piece) == 3:
-        return piece
-    (n, m, p, _), (a, b, c) = plane.about, points[piece[0]]
-    spokes = [(x - a, y - b, z - c) for x, y, z in (points[k] for k in piece[1:])]
-    areas = [
-        n * (y * w - z * v) + m * (z * u - x * w) + p * (x * v - y * u)
-        for (x, y, z), (u, v, w) in itertools.pairwise(spokes)
-    ]
-    best = max(range(len(areas)), key=lambda k: abs(areas[k]))
-    size = max(map(abs, itertools.chain(*spokes)))
-    if not abs(areas[best]) > SIGN_MARGIN * size * max(size, abs(a), abs(b), abs(c)):
-        return None
-    first, second = piece[1 + best], piece[2 + best]
-    return (piece[0], first, second) if areas[best] > 0 else (piece[0], second, first)
+    every, count = np.arange(len(pieces)), pieces.shape[1]
+    first = (points[pieces] == near[:, None]).all(axis=2).argmax(axis=1)
+    pieces = pieces[every[:, None], (first[:, None] + np.arange(count)) % count]
+    if count == 3:
+        return pieces, np.ones(len(pieces), bool)
+    start = points[pieces[:, 0]]
+    spokes = points[pieces[:, 1:]] - start[:, None]
+    (x, y, z), (u, v, w) = np.moveaxis(spokes[:, :-1], 2, 0), np.moveaxis(spokes[:, 1:], 2, 0)
+    n, m, p = normals.T[:, :, None]
+    areas = n * (y * w - z * v) + m * (z * u - x * w) + p * (x * v - y * u)
+    best = np.abs(areas).argmax(axis=1)
+    area, size = areas[every, best], np.abs(spokes).max(axis=(1, 2))
+    is_sure = np.abs(area) > SIGN_MARGIN * size * np.maximum(size, np.abs(start).max(axis=1))
+    second, third = pieces[every, 1 + best], pieces[every, 2 + best]
+    is_left = area > 0
+    return np.column_stack([pieces[:, 0], np.where(is_left, second, third), np.where(is_left, third, second)]), is_sure
 
 
 @dataclass(frozen=True)
@@ -440,7 +466,16 @@ class CornerHull(PrimitiveSolid, abstract=True):
 
     @classmethod
     def _supports(cls, shapes: Sequence[Any], directions: FloatArray) -> FloatArray:
-        return np.array([hull.solid._supports_along(own) for hull, own in zip(shapes, directions, strict=True)])
+        ranges = [hull.solid._corner_ranges for hull in shapes]
+        counts = np.array([len(low) for low, _ in ranges])
+        supports = np.empty(directions.shape[:2])
+        for count in np.unique(counts).tolist():
+            like = np.flatnonzero(counts == count)
+            for some in np.array_split(like, 1 + len(like) * count // _CORNERS_TOGETHER):
+                low, high = (np.array([ranges[k][side] for k in some.tolist()])[:, None] for side in (0, 1))
+                u = directions[some, :, None]
+                supports[some] = raised_sums(np.where(u > 0, u * high, u * low)).max(axis=2)
+        return supports
 
 
 @dataclass(frozen=True)
@@ -525,9 +560,8 @@ class Extrusion(FlatSolid):
 
     @cached_property
     def _corners(self) -> FloatArray:
-        flat, count = np.array(self.outline), len(self.outline)
-        ends = [(low, factor) for low, factor in zip(self.z_range, (1.0, self.scale_at_top), strict=True)]
-        return np.concatenate([np.column_stack([flat, np.tile(end, (count, 1))]) for end in ends])
+        ends = zip(self.z_range, (1.0, self.scale_at_top), strict=True)
+        return np.array([(x, y, *end) for end in ends for x, y in self.outline])
 
 
 def _float_above(value: Fraction) -> float:

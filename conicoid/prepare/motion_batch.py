@@ -14,7 +14,7 @@ import numpy as np
 
 from .._util.dataclass import dataclass
 from ..geometry.surface import PlaneSurface
-from ..geometry.transform import Affine, Motion, Step, Translate
+from ..geometry.transform import Affine, Motion, Rotate, Step, Translate
 from ..kernels.tables import PLANE_SIZE, Floats, Ints, Longs, Signs
 from ..numerics import bigfloat as ex
 from ..numerics.tracing import Tape
@@ -26,8 +26,12 @@ from .tape.recordings import NO_INPUTS, quad_row
 from .tape.registers import COLUMNS
 
 _TRANSLATE = {Translate}
-_NUMBERS = 25
-"""Numbers of a motion: forward and inverse (12 each), and the factor if it is a similarity."""
+_NUMBERS = 34
+"""Numbers of a motion: forward and inverse (12 each), the factor of a similarity, and those of an `_InputTurn`."""
+_TURN = 25
+"""The first number of an `_InputTurn`."""
+UNKNOWN_MOTION, AFFINITY, SIMILARITY, TURN = -1, 0, 1, 2
+"""Kinds of motions. A turn is a rotation about a slanted axis, with a translation before it and after it at most."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +44,26 @@ class KnownStep:
     def similarity(self) -> ex.BigFloat | None:
         """Return the factor of all lengths, or None."""
         return self.factor
+
+
+class _InputTurn(Motion):
+    """A motion of the kind `TURN` whose numbers are inputs: it leaves points of its axis in place, without rounding.
+
+    So the ends of a cylinder that is turned about itself are floats, which products with a matrix cannot show.
+    """
+
+    def __init__(self, known: KnownStep, parts: tuple[ex.Row, ex.Row, ex.Row]) -> None:
+        super().__init__((known,))  # type: ignore[arg-type]
+        vars(self)["_turn"] = parts
+
+    def carried(self, point: ex.Row) -> ex.Row:
+        """Return the image of a point."""
+        axis, before, after = vars(self)["_turn"]
+        start = ex.plus(point, before)
+        # R p = p - (R - 1) (k × (k × p)) / k·k, since R k = k
+        aside, size = ex.cross(axis, ex.cross(axis, start)), ex.dot(axis, axis)
+        x, y, z = ex.minus(ex.apply(self.affine[0], aside), aside)
+        return ex.plus(ex.minus(start, (x / size, y / size, z / size)), after)
 
 
 @dataclass
@@ -150,9 +174,9 @@ class MotionBatch:
         Returns
         -------
         Floats
-            (motions, 25, 5) the numbers of each motion, as four floats and an error.
+            (motions, 34, 5) the numbers of each motion, as four floats and an error.
         Signs
-            (motions,) 1 for similarities, 0 for other motions, -1 where it is not known.
+            (motions,) the kinds of motions.
         Floats
             (motions, 12) the rows of the inverses, rounded; NaN where not known.
         """
@@ -173,7 +197,7 @@ class MotionBatch:
             )
             for similar, which, played in results:
                 at = rows[which]
-                table[at, : _NUMBERS - 1 + similar] = played.fours
+                table[at, : _TURN - 1 + similar] = played.fours
                 back[at], kinds[at] = played.floats, similar
             # Few undecided motions are computed exactly below, however rarely used; of many, only those of many shapes.
             if len(left) < recordings.FEWEST:  # fewer than a recording is worth
@@ -184,7 +208,29 @@ class MotionBatch:
         for row in np.flatnonzero((kinds < 0) & (few | (uses >= recordings.FEWEST))).tolist():
             # Exact arithmetic, for one shape or many
             kinds[row], table[row], back[row] = _exact_motion_rows(Motion(self._steps[row]))
+        for motions in self._forms.values():
+            rows = np.fromiter(motions.rows.values(), np.int64, len(motions.rows))
+            turns = _turns(motions.steps)
+            is_turn = (kinds[rows] == SIMILARITY) & ((turns[:, :3] != 0).sum(axis=1) > 1)
+            table[rows[is_turn], _TURN:, 0] = turns[is_turn]
+            kinds[rows[is_turn]] = TURN
         return table, kinds, back
+
+
+def _turns(chains: Sequence[tuple[Step, ...]]) -> Floats:
+    """Return (n, 9) the axis of each chain's rotation, to a scale, and the offsets before and after; zeros for none."""
+    types = list(map(type, chains[0]))
+    turns = np.zeros((len(chains), 3, 3))
+    if types.count(Rotate) == 1 and set(types) <= {Rotate, Translate}:
+        at = types.index(Rotate)
+        if at <= 1 and len(types) <= at + 2:
+            axes = np.array([steps[at].axis for steps in chains])  # type: ignore[union-attr]
+            turns[:, 0] = np.ldexp(axes, -np.frexp(np.abs(axes).max(axis=1))[1][:, None])
+            if at:
+                turns[:, 1] = [steps[0].offset for steps in chains]  # type: ignore[union-attr]
+            if len(types) > at + 1:
+                turns[:, 2] = [steps[-1].offset for steps in chains]  # type: ignore[union-attr]
+    return turns.reshape(-1, 9)
 
 
 def count_translations(steps: tuple[Step, ...]) -> int:
@@ -217,8 +263,8 @@ def _exact_motion_rows(motion: Motion) -> tuple[bool, Floats, Any]:
     return factor is not None, fours, np.array(motion.inverse_rows).ravel()
 
 
-def input_motion(tape: Tape, similar: bool, motion: Motion) -> Motion:
-    """Return a motion whose numbers are inputs of each body."""
+def input_motion(tape: Tape, kind: int, motion: Motion) -> Motion:
+    """Return a motion of a kind whose numbers are inputs of each body."""
 
     def take(values: Sequence[ex.BigFloat], first: int) -> Any:
         return tuple(tape.add_input(value, first + k) for k, value in enumerate(values))
@@ -230,7 +276,11 @@ def input_motion(tape: Tape, similar: bool, motion: Motion) -> Motion:
 
     factor = motion.similarity
     forth_and_back = taken(motion.affine, 0), taken(motion.inverse, 12)
-    known = KnownStep(forth_and_back, tape.add_input(factor, 24) if similar and factor is not None else None)
+    is_similar = kind in (SIMILARITY, TURN)
+    known = KnownStep(forth_and_back, tape.add_input(factor, 24) if is_similar and factor is not None else None)
+    if kind == TURN:
+        axis, before, after = map(ex.exact_row, _turns([motion.steps])[0].reshape(3, 3).tolist())
+        return _InputTurn(known, (take(axis, _TURN), take(before, _TURN + 3), take(after, _TURN + 6)))
     return Motion((known,))  # type: ignore[arg-type]
 
 
@@ -260,17 +310,17 @@ class PointPlaneMover:
 
     def _carry(self, name: str, carry: Callable[[Motion, Any], Sequence[Any]], motion: Motion, rows: Floats) -> Floats:
         """Carry each row on a tape; rows that it leaves undecided by exact arithmetic. All results have one length."""
-        given, similar = self._motion_numbers(motion)
+        given, kinds = self._motion_numbers(motion)
 
         def record(which: int, tape: Tape) -> None:
             row = rows[which].tolist()
-            moved = input_motion(tape, bool(similar[0] == 1), motion)
+            moved = input_motion(tape, int(kinds[0]), motion)
             for number in carry(moved, [tape.input(x) for x in row]):
                 tape.write(number)
 
         found: Any = None
         results, left = recordings.RECORDINGS.play(
-            ("carried", name, int(similar[0])), record, rows, given, np.zeros(len(rows), np.int32)
+            ("carried", name, int(kinds[0])), record, rows, given, np.zeros(len(rows), np.int32)
         )
         for _, which, played in results:
             found = np.empty((len(rows), played.floats.shape[1])) if found is None else found
@@ -282,7 +332,7 @@ class PointPlaneMover:
         return found
 
     def _motion_numbers(self, motion: Motion) -> tuple[Floats, Signs]:
-        """Return the numbers of a motion, and (1,) 1 if it is a similarity."""
+        """Return the numbers of a motion, and (1,) its kind."""
         if motion not in self._motions:
             motions = MotionBatch()
             motions.row(motion.steps, recordings.FEWEST)

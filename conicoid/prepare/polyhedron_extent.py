@@ -266,7 +266,7 @@ def _quad_pair(motions: Floats, body: int, number: int) -> BoundedPair:
 def _is_rounded(a: BoundedPair) -> bool:
     """Return whether the high part is the nearest float for certain: the number is not about halfway, or nearly 0."""
     ulp = next_float_up(abs(a.high)) - abs(a.high)
-    return (a.low == 0.0 and a.error == 0.0) or (a.high != 0.0 and abs(a.low) + a.error < 0.4999 * ulp)
+    return (a.low == 0.0 and a.error == 0.0) or (a.high != 0.0 and abs(a.low) + a.error < (0.5 - 2.0**-40) * ulp)
 
 
 @helper

@@ -30,7 +30,7 @@ from ..numerics.tracing import Tape, TracedFloat
 from .assembly import Assembly, SurfaceSlot
 from .csg_plan import FORMS, PrimitiveForm, placed_primitives
 from .lower_shape import LoweredShape, compute_shape, widen_boxes
-from .motion_batch import MotionBatch, MotionChains, count_translations, input_motion
+from .motion_batch import SIMILARITY, UNKNOWN_MOTION, MotionBatch, MotionChains, count_translations, input_motion
 from .pattern import BOX_NUMBERS, FRAME_NUMBERS, BodyPattern, RowTable
 from .polyhedron_extent import learn_bounds, polyhedron_boxes
 from .pytree import flatten, flatten_all, positions_by_key, unflatten
@@ -137,9 +137,12 @@ class _Polyhedra:
 
     def columns(self) -> tuple[Floats, Ints, Ints]:
         """`ShapeBatch.columns`"""
+        from ..geometry.polyhedron import box_middles
+
         learn_bounds(self.shapes, self.planes)
         motions, places = np.concatenate(self.motions), np.concatenate(self.places)
-        common = [np.array([shape.near for shape in self.shapes])]
+        ends = np.array([shape._own_bounds for shape in self.shapes])
+        common = [box_middles(ends[:, 0], ends[:, 1])]
         if count_translations(self.steps[0]) > 0:
             common.append(np.array([[x for step in steps for x in step.offset] for steps in self.steps]))  # type: ignore[union-attr]
         numbers = [self.planes.reshape(-1, 4), *(np.repeat(each, self.faces, axis=0) for each in common)]
@@ -240,6 +243,10 @@ class PrimitiveBatch:
         Return the positions of those that must be lowered singly.
         """
         counts_of_faces = np.array([shape._face_count for shape in shapes])
+        if counts_of_faces.any():
+            from ..geometry.polyhedron import FlatSolid, learn_walls
+
+            learn_walls([shape for shape in shapes if isinstance(shape, FlatSolid)])
         hulls = {k: hull for k in np.flatnonzero(counts_of_faces).tolist() if (hull := shapes[k]._hull) is not None}
         if hulls:
             counts_of_faces[list(hulls)] = 0
@@ -318,14 +325,14 @@ class PrimitiveBatch:
 
         Return those lowered together, and those that are left.
         """
-        motions_given, similar, self.frames = self._motions.compute()
+        motions_given, kinds, self.frames = self._motions.compute()
         results: list[PrimitiveRows] = []
         left: list[LeftPrimitive] = []
         every: list[tuple[Hashable, ShapeBatch]] = [*self._like.items(), *self._many]
         for done, (key, like) in enumerate(every):
             report(done)
             numbers, motions, places = like.columns()
-            for kind, rows_of_kind in _split_by_motion(key, motions, similar):
+            for kind, rows_of_kind in _split_by_motion(key, motions, kinds):
                 given = _BatchInputs(like, rows_of_kind, numbers[rows_of_kind], motions_given, motions[rows_of_kind])
                 found, rest = self._lower_kind(key, kind, given)
                 results += [(form, places[rows_of_kind[which]], rows) for form, which, rows in found]
@@ -335,20 +342,20 @@ class PrimitiveBatch:
 
             report(done)
             if len(polyhedra) >= MANY_FACES:
-                results.append(self._lower_polyhedra(key, polyhedra, motions_given, similar))
+                results.append(self._lower_polyhedra(key, polyhedra, motions_given, kinds))
                 continue
             of_places = np.concatenate(polyhedra.places).tolist()
             left += zip(polyhedra.shapes, polyhedra.steps, of_places, strict=True)
         for key, hulls in self._hulls.items():
-            results += self._lower_flat(key, _FlatWalls(hulls), motions_given, similar)
+            results += self._lower_flat(key, _FlatWalls(hulls), motions_given, kinds)
         return results, left
 
     def _first_columns(
-        self, key: Hashable, of: ShapeBatch, numbers: Floats, motions: Ints, given: Floats, similar: Signs, width: int
+        self, key: Hashable, of: ShapeBatch, numbers: Floats, motions: Ints, given: Floats, kinds: Signs, width: int
     ) -> Floats:
         """Return the first numbers in the rows of shapes: each computed apart if it is of a rare kind."""
         first = np.empty((len(of), width))
-        for kind, some in _split_by_motion(key, motions, similar):
+        for kind, some in _split_by_motion(key, motions, kinds):
             found, rest = self._lower_kind(key, kind, _BatchInputs(of, some, numbers[some], given, motions[some]))
             for _, which, rows in found:
                 first[some[which]] = rows[:, :width]
@@ -357,14 +364,14 @@ class PrimitiveBatch:
                 first[i] = compute_shape(shape._under_steps(steps)).row[:width]
         return first
 
-    def _lower_flat(self, key: Hashable, of: _FlatWalls, given: Floats, similar: Signs) -> list[PrimitiveRows]:
+    def _lower_flat(self, key: Hashable, of: _FlatWalls, given: Floats, kinds: Signs) -> list[PrimitiveRows]:
         """Return the rows of meshes and extrusions, from those of their walls and of their hulls."""
         numbers, motions, _ = of.columns()
         flat = flatten(of.of(0)[0])
         assert flat is not None
         assert isinstance(key, tuple)
-        walls = self._first_columns((flat.form, key[1]), of, numbers, motions, given, similar, _FACE_NUMBERS)
-        hulls = self._first_columns(key, of.hulls, of.offsets, of.motions, given, similar, BOX_NUMBERS + FRAME_NUMBERS)
+        walls = self._first_columns((flat.form, key[1]), of, numbers, motions, given, kinds, _FACE_NUMBERS)
+        hulls = self._first_columns(key, of.hulls, of.offsets, of.motions, given, kinds, BOX_NUMBERS + FRAME_NUMBERS)
         results = []
         for some in positions_by_key([(each.numbers, each.parts) for each in of.parts]).values():
             form, columns = _flat_form(of.parts[some[0]].numbers, of.parts[some[0]].parts)
@@ -376,10 +383,10 @@ class PrimitiveBatch:
             results.append((form, np.concatenate(places), rows))
         return results
 
-    def _lower_polyhedra(self, key: Hashable, of: _Polyhedra, given: Floats, similar: Signs) -> PrimitiveRows:
+    def _lower_polyhedra(self, key: Hashable, of: _Polyhedra, given: Floats, kinds: Signs) -> PrimitiveRows:
         """Return the rows of polyhedra, from the rows of their faces: each computed apart if it is of a rare kind."""
         numbers, motions, places = of.columns()
-        faces = self._first_columns(key, of, numbers, motions, given, similar, _FACE_NUMBERS)
+        faces = self._first_columns(key, of, numbers, motions, given, kinds, _FACE_NUMBERS)
         count, own = len(of.shapes), motions[:: of.faces]
         frames = np.tile(np.eye(3, 4).ravel(), (count, 1))
         forward, translations = None, count_translations(of.steps[0])
@@ -399,26 +406,26 @@ class PrimitiveBatch:
         return form, places, RowTable.of(whole, np.arange(whole.shape[1], dtype=np.int32))
 
     def _lower_kind(
-        self, key: Hashable, similar: bool | None, of: _BatchInputs
+        self, key: Hashable, kind: int, of: _BatchInputs
     ) -> tuple[list[tuple[PrimitiveForm, Longs, RowTable]], Longs]:
         """`lower` for some shapes of equal structure, by their positions among them; and the positions that are left.
 
-        `similar` says whether their motions are similarities; where that is None, all are left.
+        `kind` is that of their motions; where it is not known, all are left.
         """
         every = np.arange(len(of.chosen))
-        if similar is None:
+        if kind == UNKNOWN_MOTION:
             return [], every
         if not of.like.of(int(of.chosen[0]))[0]._support_is_apart:  # type: ignore[attr-defined]
-            return self._play_kind(key, similar, of, every, np.zeros((len(every), 0)))
-        reaches, which, left = self._reaches(key, similar, of)
+            return self._play_kind(key, kind, of, every, np.zeros((len(every), 0)))
+        reaches, which, left = self._reaches(key, kind, of)
         results = []
         for some in positions_by_key(list(map(tuple, np.where(np.isfinite(reaches), 0.0, reaches).tolist()))).values():
-            found, rest = self._play_kind(key, similar, of, which[some], reaches[some])
+            found, rest = self._play_kind(key, kind, of, which[some], reaches[some])
             results += found
             left = np.concatenate([left, rest])
         return results, left
 
-    def _reaches(self, key: Hashable, similar: bool, of: _BatchInputs) -> tuple[Floats, Longs, Longs]:
+    def _reaches(self, key: Hashable, kind: int, of: _BatchInputs) -> tuple[Floats, Longs, Longs]:
         """Return the supports that give the boxes of shapes (n, 6), the positions of these shapes, and those left.
 
         One recording gives the directions, the shapes themselves their supports, and another recording all numbers.
@@ -426,7 +433,7 @@ class PrimitiveBatch:
 
         def record(row: int, tape: Tape) -> None:
             shape, steps = of.like.of(int(of.chosen[row]))
-            traced = _trace_shape(shape, steps, tape, _is_moved(key), similar)
+            traced = _trace_shape(shape, steps, tape, _is_moved(key), kind)
 
             def write(direction: Any) -> float:
                 for number in direction:
@@ -437,7 +444,7 @@ class PrimitiveBatch:
             traced.ends(traced.under())
 
         given = self._motion_inputs(key, of)
-        results, left = recordings.RECORDINGS.play(("directions", key, similar), record, of.numbers, given, of.motions)
+        results, left = recordings.RECORDINGS.play(("directions", key, kind), record, of.numbers, given, of.motions)
         reaches, places = [np.zeros((0, BOX_NUMBERS))], [np.zeros(0, np.int64)]
         for _, which, played in results:
             shapes = [of.like.of(number)[0] for number in of.chosen[which].tolist()]
@@ -450,7 +457,7 @@ class PrimitiveBatch:
         return of.motions_given if _is_moved(key) else NO_INPUTS
 
     def _play_kind(
-        self, key: Hashable, similar: bool, of: _BatchInputs, some: Longs, reaches: Floats
+        self, key: Hashable, kind: int, of: _BatchInputs, some: Longs, reaches: Floats
     ) -> tuple[list[tuple[PrimitiveForm, Longs, RowTable]], Longs]:
         """`_lower_kind` for some of the shapes; `reaches` (n, 6) are their supports where these are computed apart.
 
@@ -459,7 +466,7 @@ class PrimitiveBatch:
 
         def record(row: int, tape: Tape) -> tuple[PrimitiveForm, Ints]:
             shape, steps = of.like.of(int(of.chosen[some[row]]))
-            traced = _trace_shape(shape, steps, tape, _is_moved(key), similar)
+            traced = _trace_shape(shape, steps, tape, _is_moved(key), kind)
             if reaches.shape[1]:
                 ends = itertools.cycle([tape.input(x) if math.isfinite(x) else x for x in reaches[row].tolist()])
                 object.__setattr__(traced, "support", lambda _: next(ends))
@@ -474,7 +481,7 @@ class PrimitiveBatch:
         is_finite: Any = np.isfinite(reaches).all(axis=0)
         endless = tuple(reaches[0, ~is_finite].tolist()), tuple(is_finite.tolist())
         found, left = recordings.RECORDINGS.play(
-            (key, similar, endless), record, np.concatenate([of.numbers[some], reaches[:, is_finite]], axis=1),
+            (key, kind, endless), record, np.concatenate([of.numbers[some], reaches[:, is_finite]], axis=1),
             self._motion_inputs(key, of), of.motions[some],
         )  # fmt: skip
         return [
@@ -546,21 +553,20 @@ def _float_key(number: Any) -> str:
     return float(number.value if isinstance(number, TracedFloat) else number).hex()
 
 
-def _split_by_motion(key: Hashable, motions: Ints, similar: Signs) -> list[tuple[bool | None, Longs]]:
-    """Split shapes by their motions: similarities (True), other maps (False), and undecided ones (None)."""
+def _split_by_motion(key: Hashable, motions: Ints, kinds: Signs) -> list[tuple[int, Longs]]:
+    """Split shapes by the kinds of their motions."""
     if not _is_moved(key):
-        return [(True, np.arange(len(motions)))]
-    kinds = similar[motions]
-    chosen = ((kind, np.flatnonzero(kinds == number)) for kind, number in ((True, 1), (False, 0), (None, -1)))
-    return [(kind, which) for kind, which in chosen if len(which)]
+        return [(SIMILARITY, np.arange(len(motions)))]
+    own = kinds[motions]
+    return [(kind, np.flatnonzero(own == kind)) for kind in np.unique(own)[::-1].tolist()]
 
 
-def _trace_shape(shape: Shape, steps: tuple[Step, ...], tape: Tape, moved: bool, similar: bool) -> Any:
+def _trace_shape(shape: Shape, steps: tuple[Step, ...], tape: Tape, moved: bool, kind: int) -> Any:
     """Return a shape whose numbers are those of a tape."""
     traced = unflatten(shape, tape)
     if not moved:
         motion = Motion(tuple(unflatten(step, tape) for step in steps)) if steps else IDENTITY_MOTION
     else:
-        motion = input_motion(tape, similar, Motion(steps))
+        motion = input_motion(tape, kind, Motion(steps))
     object.__setattr__(traced, "motion", motion)
     return traced

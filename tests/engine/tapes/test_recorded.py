@@ -205,6 +205,19 @@ def test_blocks_cut_from_balls_have_the_bounds_of_the_blocks():
             assert high[0] == pytest.approx(number_ + 0.7 * (0.5 + number_), rel=1e-15)
 
 
+def test_cylinders_turned_about_themselves_are_lowered_together():
+    """Their ends stay floats, though no entry of the matrix is one; the axis leads through the origin, or elsewhere."""
+    rng = random.Random(3)
+    shapes: list[Any] = []
+    for _ in range(40):
+        start, axis = [rng.randint(1, 512) / 64 for _ in range(3)], [rng.randint(1, 512) / 64 for _ in range(3)]
+        end = [a + b for a, b in zip(start, axis, strict=True)]
+        back = [-x for x in start]
+        shapes.append(co.Cylinder((0, 0, 0), axis, size(rng)).rotate(axis, 180 * rng.random()).translate(point(rng)))
+        shapes.append(co.Cylinder(start, end, 1).translate(back).rotate(axis, 180 * rng.random()).translate(start))
+    check(shapes, 0)
+
+
 def test_some_booleans_are_lowered_together():
     rng = random.Random(8)
     solids = [co.Box((0, 0, 0), (2, 2, size(rng))) - co.Sphere(size(rng)) - KINDS["Cylinder"](rng) for _ in range(100)]
