@@ -160,6 +160,8 @@ FACETS = "".join(
     f'<triangular vertex1="p{a}" vertex2="p{b}" vertex3="p{c}" type="ABSOLUTE"/>'
     for a, b, c in [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)]
 )
+PENTAGRAM = "".join(f'<twoDimVertex x="{x}" y="{y}"/>' for x, y in [(5, 0), (-4, 3), (2, -5), (2, 5), (-4, -3)])
+BOW = [(2, -4), (8, 4), (8, -4), (2, 4)]
 ARB8 = " ".join(
     f'v{k}x="{x}" v{k}y="{y}"'
     for k, (x, y) in enumerate([(-3, -3), (-3, 3), (3, 3), (3, -3), (-2, -2), (-2, 2), (2, 2), (2, -2)], 1)
@@ -324,6 +326,15 @@ def test_a_solid_is_what_its_formula_says(tmp_path, name):
         (
             '<tessellated name="s"><triangular vertex1="p0" vertex2="p1" vertex3="p2"/></tessellated>',
             "no closed surface",
+        ),
+        (
+            f'<xtru name="s">{PENTAGRAM}<section zOrder="0" zPosition="0"/>'
+            '<section zOrder="1" zPosition="1" scalingFactor="0.5"/></xtru>',
+            "outline must not cross or touch itself",
+        ),
+        (
+            f'<genericPolyhedra name="s" startphi="0" deltaphi="6" numsides="9">{points(BOW)}</genericPolyhedra>',
+            "no simple outline: edges cross",
         ),
     ],
 )
