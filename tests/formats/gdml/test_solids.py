@@ -33,11 +33,19 @@ def in_box(p, x, y, z):
     return (abs(p) <= np.array([x, y, z]) / 2).all(axis=1)
 
 
+def in_stack(p, planes, r=None):
+    """Between planes (z, rmin, rmax), from below or from above; `r` are other distances than those from the axis."""
+    z, r, found = p[:, 2], radius(p) if r is None else r, np.zeros(len(p), bool)
+    for (z0, a, b), (z1, c, d) in itertools.pairwise(planes):
+        if z0 != z1:
+            t = (z - z0) / (z1 - z0)
+            found |= (t >= 0) & (t <= 1) & (r >= a + (c - a) * t) & (r <= b + (d - b) * t)
+    return found
+
+
 def in_cone(p, a, b, c, d, h):
     """From (rmin, rmax) = (a, b) at -h to (c, d) at h."""
-    t = (p[:, 2] + h) / (2 * h)
-    r = radius(p)
-    return (t >= 0) & (t <= 1) & (r >= a + (c - a) * t) & (r <= b + (d - b) * t)
+    return in_stack(p, [(-h, a, b), (h, c, d)])
 
 
 def in_sphere(p):
@@ -73,26 +81,18 @@ def in_trap(p):
     return (abs(z) <= 6) & (abs(y) <= half_y) & (abs(x) <= half_x)
 
 
-def in_polyhedra(p, count, start, delta, planes, share=1.0):
-    """`planes`: (z, rmin, rmax), radii to the sides, or `share` of what is given."""
+def across_sides(p, count, start, delta):
+    """Distances to the sides of a polyhedra, each along the middle of its sector; infinite beyond the last."""
     step = delta / count
     angle = (np.arctan2(p[:, 1], p[:, 0]) / DEG - start) % 360
     middle = start + (np.floor(angle / step) + 0.5) * step
     across = p[:, 0] * np.cos(middle * DEG) + p[:, 1] * np.sin(middle * DEG)
-    z, found = p[:, 2], np.zeros(len(p), bool)
-    for (z0, a, b), (z1, c, d) in itertools.pairwise(planes):
-        t = (z - z0) / (z1 - z0)
-        found |= (t >= 0) & (t <= 1) & (across >= share * (a + (c - a) * t)) & (across <= share * (b + (d - b) * t))
-    return found & (angle <= delta)
+    return np.where(angle <= delta, across, np.inf)
 
 
-def in_stack(p, planes):
-    z, r, found = p[:, 2], radius(p), np.zeros(len(p), bool)
-    for (z0, a, b), (z1, c, d) in itertools.pairwise(planes):
-        if z0 < z1:
-            t = (z - z0) / (z1 - z0)
-            found |= (t >= 0) & (t <= 1) & (r >= a + (c - a) * t) & (r <= b + (d - b) * t)
-    return found
+def in_polyhedra(p, count, start, delta, planes, share=1.0):
+    """`planes`: (z, rmin, rmax), radii to the sides, or `share` of what is given."""
+    return in_stack(p, planes, across_sides(p, count, start, delta) / share)
 
 
 def in_tet(p, corners):
@@ -109,32 +109,42 @@ def in_cut_tube(p):
     )  # fmt: skip
 
 
-def in_outline(x, y):
-    """An L: (0, 0) to (6, 0), (6, 2), (2, 2), (2, 5), (0, 5)."""
-    return (x >= 0) & (y >= 0) & (((x <= 6) & (y <= 2)) | ((x <= 2) & (y <= 5)))
+def in_polygon(x, y, corners):
+    """An odd number of edges to the right."""
+    found = np.zeros(len(x), bool)
+    for (a, b), (c, d) in zip(corners, [*corners[1:], corners[0]], strict=True):
+        if b != d:
+            found ^= ((b > y) != (d > y)) & (x < a + (c - a) * (y - b) / (d - b))
+    return found
 
 
-def in_xtru(p):
-    """Scaled by 1 to 0.5 and shifted by (0, 0) to (2, -1) from z = -5 to 3, then straight to 5."""
-    z = p[:, 2]
-    t = np.clip((z + 5) / 8, 0, 1)
-    s, x, y = 1 - t / 2, 2 * t, -t
-    return (abs(z) <= 5) & in_outline((p[:, 0] - x) / s, (p[:, 1] - y) / s)
+def in_xtru(p, corners, sections):
+    """`sections`: (z, x offset, y offset, scale), which go evenly from one to the next."""
+    found = np.zeros(len(p), bool)
+    for low, high in itertools.pairwise(sections):
+        t = (p[:, 2] - low[0]) / (high[0] - low[0])
+        x, y, scale = (a + (b - a) * t for a, b in zip(low[1:], high[1:], strict=True))
+        found |= (t >= 0) & (t <= 1) & in_polygon((p[:, 0] - x) / scale, (p[:, 1] - y) / scale, corners)
+    return found
 
 
-def in_comb(p):
-    """33 teeth from y = 1 to 3, each 0.2 wide, on a bar from y = 0; it is pushed by 0.7 in y from z = 2 to 6."""
-    x, y, z = p[:, 0] + 6.6, p[:, 1] - 0.7 * np.clip((p[:, 2] - 2) / 4, 0, 1), p[:, 2]
-    return (abs(z - 1) <= 5) & (x >= 0) & (x <= 13.2) & (y >= 0) & (y <= np.where(x % 0.4 < 0.2, 3, 1))
+def xtru(corners, sections):
+    return (
+        '<xtru name="s">'
+        + "".join(f'<twoDimVertex x="{x}" y="{y}"/>' for x, y in corners)
+        + "".join(
+            f'<section zOrder="{k}" zPosition="{z}" xOffset="{x}" yOffset="{y}" scalingFactor="{scale}"/>'
+            for k, (z, x, y, scale) in enumerate(sections)
+        )
+        + "</xtru>"
+    )
 
 
-TEETH = [(k + a, y) for k in range(-66, 66, 4) for a, y in ((0, 30), (2, 30), (2, 10), (4, 10))]
-COMB = (
-    '<xtru name="s">'
-    + "".join(f'<twoDimVertex x="{x / 10}" y="{y / 10}"/>' for x, y in [(-66, 0), *TEETH, (66, 0)])
-    + "".join(f'<section zOrder="{z}" zPosition="{z}" yOffset="{y}"/>' for z, y in ((-4, 0), (2, 0), (6, 0.7)))
-    + "</xtru>"
-)
+# 33 teeth from y = 1 to 3, each 0.2 wide, on a bar from y = 0; they are pushed in y from z = 2 to 6
+TOOTH = ((0, 30), (2, 30), (2, 10), (4, 10))
+TEETH = [(-6.6, 0), *(((k + a) / 10, y / 10) for k in range(-66, 66, 4) for a, y in TOOTH), (6.6, 0)]
+PUSH = [(-4, 0, 0, 1), (2, 0, 0, 1), (6, 0, 0.7, 1)]
+COMB = xtru(TEETH, PUSH)
 
 
 def hyperbolic(p):
@@ -155,12 +165,13 @@ TOUCHING = [(-6, 0, 5), (-2, 0, 5), (-2, 2, 8), (2, 4, 4), (6, 1, 7)]
 GENERIC = [(2, -6), (7, -3), (4, 0), (7, 5), (2, 5)]
 CORNERS = [(0, 0, 0), (6, 1, 0), (1, 7, -2), (-2, 1, 8)]
 DEFINE = "".join(f'<position name="p{k}" x="{x}" y="{y}" z="{z}" unit="mm"/>' for k, (x, y, z) in enumerate(CORNERS))
-L = "".join(f'<twoDimVertex x="{x}" y="{y}"/>' for x, y in [(0, 0), (6, 0), (6, 2), (2, 2), (2, 5), (0, 5)])
+L = [(0, 0), (6, 0), (6, 2), (2, 2), (2, 5), (0, 5)]
+SHRINK = [(-5, 0, 0, 1), (3, 2, -1, 0.5), (5, 2, -1, 0.5)]
 FACETS = "".join(
     f'<triangular vertex1="p{a}" vertex2="p{b}" vertex3="p{c}" type="ABSOLUTE"/>'
     for a, b, c in [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)]
 )
-PENTAGRAM = "".join(f'<twoDimVertex x="{x}" y="{y}"/>' for x, y in [(5, 0), (-4, 3), (2, -5), (2, 5), (-4, -3)])
+PENTAGRAM = [(5, 0), (-4, 3), (2, -5), (2, 5), (-4, -3)]
 BOW = [(2, -4), (8, 4), (8, -4), (2, 4)]
 ARB8 = " ".join(
     f'v{k}x="{x}" v{k}y="{y}"'
@@ -253,13 +264,8 @@ SOLIDS = {
         f'<genericPolyhedra name="s" startphi="0" deltaphi="360" numsides="6" aunit="deg">{points(GENERIC)}</genericPolyhedra>',
         lambda p: in_polyhedra(p, 6, 0, 360, [(-6, 2, 2), (-3, 2, 7), (0, 2, 4), (5, 2, 7)], np.cos(30 * DEG)),
     ),
-    "xtru": (
-        f'<xtru name="s">{L}<section zOrder="0" zPosition="-5" xOffset="0" yOffset="0" scalingFactor="1"/>'
-        '<section zOrder="1" zPosition="3" xOffset="2" yOffset="-1" scalingFactor="0.5"/>'
-        '<section zOrder="2" zPosition="5" xOffset="2" yOffset="-1" scalingFactor="0.5"/></xtru>',
-        in_xtru,
-    ),
-    "xtru of many corners": (COMB, in_comb),
+    "xtru": (xtru(L, SHRINK), lambda p: in_xtru(p, L, SHRINK)),
+    "xtru of many corners": (COMB, lambda p: in_xtru(p, TEETH, PUSH)),
     "subtraction": (
         '<box name="a" x="12" y="10" z="8"/><box name="b" x="4" y="2" z="20"/><subtraction name="s"><first ref="a"/>'
         '<second ref="b"/><position x="2" y="1" z="0"/><rotation x="0" y="0" z="30" unit="deg"/></subtraction>',
@@ -313,9 +319,7 @@ def test_a_solid_is_what_its_formula_says(tmp_path, name):
     ("text", "told"),
     [
         (
-            '<xtru name="s">'
-            + "".join(f'<twoDimVertex x="{x}" y="{y}"/>' for x in range(500) for y in (x * x * (-1) ** x,))
-            + '<section zOrder="0" zPosition="0"/><section zOrder="1" zPosition="1"/></xtru>',
+            xtru([(x, x * x * (-1) ** x) for x in range(500)], [(0, 0, 0, 1), (1, 0, 0, 1)]),
             "xtru 's': it has 500 faces, more than the 400 of a concave solid",
         ),
         (
@@ -328,8 +332,7 @@ def test_a_solid_is_what_its_formula_says(tmp_path, name):
             "no closed surface",
         ),
         (
-            f'<xtru name="s">{PENTAGRAM}<section zOrder="0" zPosition="0"/>'
-            '<section zOrder="1" zPosition="1" scalingFactor="0.5"/></xtru>',
+            xtru(PENTAGRAM, [(0, 0, 0, 1), (1, 0, 0, 0.5)]),
             "outline must not cross or touch itself",
         ),
         (
