@@ -5,6 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
+from ...samples import in_turn
 from .files import solid_scene
 
 # --- Each solid against its formula, as Geant4's book of applications gives it, at random points
@@ -443,3 +444,103 @@ def test_a_section_that_bends_inward_is_left_out(tmp_path):
     low, high = [(-2, -2), (-2, 2), (2, 2), (2, -2)], [(-2, -2), (-2, 2), (-3, -3), (2, -2)]
     scene = solid_scene(tmp_path, f'<arb8 name="a" {corners(low, high)} dz="7"/><box name="s" x="1" y="1" z="1"/>', "s")
     assert any("between its ends is not convex" in note for note in scene.notes)
+
+
+# --- Random solids in random Booleans, at random points, points near walls, and hits
+
+
+def random_planes(g):
+    """Two to five planes, some at one height, some without a bore; from above as often as from below."""
+    heights = np.cumsum([-6, 2, *g.choice([0, 1, 3], g.integers(0, 4))])
+    outer = g.uniform(2, 8, len(heights))
+    rows = np.stack([heights, outer * g.choice([0, 0.5, 0.9], len(heights)), outer], axis=1).tolist()
+    return rows[:: g.choice([1, -1])]
+
+
+def random_outline(g, middle):
+    """A star about (middle, 0), of either sense."""
+    count = g.integers(5, 9)
+    angles = (np.arange(count) + g.uniform(-0.2, 0.2, count)) * 2 * np.pi / count
+    reach = g.uniform(1, 5, count)
+    return np.stack([middle + reach * np.cos(angles), reach * np.sin(angles)], axis=1).tolist()[:: g.choice([1, -1])]
+
+
+def random_quad(g):
+    """Corners of an ellipse, clockwise."""
+    angles = -np.arange(4) * 90 + g.uniform(-15, 15, 4)
+    return np.stack([g.uniform(4, 6) * np.cos(angles * DEG), g.uniform(4, 6) * np.sin(angles * DEG)], axis=1).tolist()
+
+
+def random_solid(g, kind):
+    """The text of a solid called "s", and its formula."""
+    start, delta, count = g.choice([0, 90, -200.5]), g.choice([360, 270, 100]), g.integers(3, 8)
+    turn = f'name="s" startphi="{start}" deltaphi="{delta}" aunit="deg"'
+    rows, outline, share = random_planes(g), random_outline(g, 6), np.cos(delta / count / 2 * DEG)
+    match kind:
+        case "polycone":
+            return f"<polycone {turn}>{planes(rows)}</polycone>", lambda p: in_stack(p, rows) & in_phi(p, start, delta)
+        case "polyhedra":
+            text = f'<polyhedra {turn} numsides="{count}">{planes(rows)}</polyhedra>'
+            return text, lambda p: in_polyhedra(p, count, start, delta, rows)
+        case "genericPolycone":
+            text = f"<genericPolycone {turn}>{points(outline)}</genericPolycone>"
+            return text, lambda p: in_polygon(radius(p), p[:, 2], outline) & in_phi(p, start, delta)
+        case "genericPolyhedra":
+            text = f'<genericPolyhedra {turn} numsides="{count}">{points(outline)}</genericPolyhedra>'
+            return text, lambda p: in_polygon(across_sides(p, count, start, delta) / share, p[:, 2], outline)
+        case "xtru":
+            star, heights = random_outline(g, 0), np.cumsum(g.uniform(1, 4, 3)) - 6
+            sections = [(z, *g.uniform(-2, 2, 2), g.choice([1, 0.4])) for z in heights]
+            return xtru(star, sections), lambda p: in_xtru(p, star, sections)
+        case "arb8":
+            low, high = random_quad(g), random_quad(g)
+            return f'<arb8 name="s" {corners(low, high)} dz="5"/>', lambda p: within_sections(p, low, high, 5)
+
+
+KINDS = ("polycone", "polyhedra", "genericPolycone", "genericPolyhedra", "xtru", "arb8")
+BOOLEANS = {"union": np.logical_or, "intersection": np.logical_and, "subtraction": np.greater}
+
+
+@pytest.mark.parametrize(("kind", "seed"), in_turn(KINDS, range(6)))
+def test_random_solids_are_what_their_formulas_say(tmp_path, kind, seed):
+    g = np.random.default_rng([seed, KINDS.index(kind)])
+    (first, one), (second, other) = random_solid(g, kind), random_solid(g, g.choice(KINDS))
+    shift, angles, scale = g.uniform(-3, 3, 3), g.uniform(-180, 180, 3), g.choice([-1, 1, 0.5], 3)
+
+    def operands(p):
+        q = p / scale
+        r = q - shift
+        for axis in (2, 1, 0):
+            r = rotated(r, -angles[axis], axis)
+        return one(q), other(r)
+
+    p = g.uniform(-12, 12, (4_000, 3)) * scale
+    boolean = next(name for name in g.permutation(list(BOOLEANS)) if BOOLEANS[name](*operands(p)).any())
+
+    def inside(p):
+        return BOOLEANS[boolean](*operands(p))
+
+    a, b = (text.replace('name="s"', f'name="{name}"') for text, name in ((first, "a"), (second, "b")))
+    x, y, z = (
+        " ".join(f'{axis}="{value}"' for axis, value in zip("xyz", row, strict=True)) for row in (shift, angles, scale)
+    )
+    text = (
+        f'{a}{b}<{boolean} name="c"><first ref="a"/>'
+        f'<second ref="b"/><position {x}/><rotation {y} unit="deg"/></{boolean}>'
+        f'<scaledSolid name="s"><solidref ref="c"/><scale name="k" {z}/></scaledSolid>'
+    )
+    scene = solid_scene(tmp_path, text, "s")
+    held = p[inside(p)]
+    low, high = held[g.integers(len(held), size=500)], p[~inside(p)][:500]
+    step = high - low
+    for _ in range(50):
+        middle = (low + high) / 2
+        within = inside(middle)[:, None]
+        low, high = np.where(within, middle, low), np.where(within, high, middle)
+    p = np.concatenate([p, low - 1e-8 * step, high + 1e-8 * step])
+    assert np.array_equal(np.asarray(scene.body_at(p)) == 0, inside(p))
+    # Rays to walls of the formula: a wall of it is where they arrive
+    hits = scene.first_hit(p[:500] * 3, low - p[:500] * 3)
+    assert hits.hit.sum() > 400
+    point, normal = hits.point[hits.hit], hits.normal[hits.hit]
+    assert np.array_equal(inside(point - 1e-9 * normal), ~inside(point + 1e-9 * normal))
