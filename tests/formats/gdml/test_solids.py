@@ -316,6 +316,13 @@ def test_a_solid_is_what_its_formula_says(tmp_path, name):
     assert np.array_equal(found, expected)
 
 
+@pytest.mark.parametrize(("delta", "count"), [("6.283185307", 2), ("6.28318530", 4)])
+def test_two_pi_of_ten_digits_is_a_full_turn(tmp_path, delta, count):
+    """Geant4's tubes are whole from 2 pi - 5e-10 on. A slit of 7e-9 has two walls that a ray across y = 0 meets."""
+    scene = solid_scene(tmp_path, f'<tube name="s" rmax="7" z="9" startphi="0" deltaphi="{delta}"/>', "s")
+    assert len(scene.crossings([(5, -20, 1)], [(0, 1, 0)]).t) == count
+
+
 @pytest.mark.parametrize(
     ("text", "told"),
     [
