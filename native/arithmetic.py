@@ -22,7 +22,8 @@ ALLOWED = [
     rf"llvm\.(?:{VECTOR})(?:\..*)?",
     rf"llvm\.(?:{MEMORY})(?:\..*)?",
     r"sqrt",  # LLVM makes an instruction of it, and every C library's is IEEE's
-    r"NRT_\w+|Py[A-Z]\w+|_?Py_\w+|numba_(?:adapt_ndarray|do_raise|unpickle|runtime_build_excinfo_struct)",  # memory, and the wrappers
+    r"NRT_\w+|Py[A-Z]\w+|_?Py_\w+",  # memory, and the wrappers
+    r"numba_(?:adapt_ndarray|do_raise|unpickle|runtime_build_excinfo_struct)",
 ]
 _REORDERED = re.compile(
     r"= (?:tail |musttail |notail )?(?:fadd|fsub|fmul|fdiv|frem|fneg|fcmp|call)"

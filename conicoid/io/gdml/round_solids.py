@@ -30,6 +30,8 @@ ProfileCorners = Sequence[tuple[Fraction, Fraction]]
 AngleRange = tuple[float, float]
 """First and last azimuth in degrees."""
 _FULL_TURN: AngleRange = (0.0, 360.0)
+_FULL_TURN_ERROR = Fraction(28, 10**9)
+"""2 pi of ten digits is a full turn: Geant4's tubes and cones allow 5e-10 rad, which are 2.8e-8 degrees."""
 _ZERO = Fraction(0)
 
 
@@ -38,7 +40,7 @@ def read_angles(values: GdmlValues, start: str = "startphi", delta: str = "delta
     width = values.angle(delta, 360)
     if width <= 0:
         raise GdmlError(values.element, f"{delta} must be > 0, got {float(width):g} degrees")
-    if width > 360 - Fraction(1, 10**9):  # 2 pi that was written with few digits is a full turn
+    if width > 360 - _FULL_TURN_ERROR:
         return _FULL_TURN
     first = values.angle(start, 0)
     return float(first), float(first + width)

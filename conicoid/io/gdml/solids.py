@@ -17,6 +17,7 @@ from typing import cast
 
 from ...geometry.polyhedron import Extrusion
 from ...geometry.shape import Difference, Solid, Union
+from ...geometry.sheets import check_outline, check_simple
 from ...numerics.portable_math import sin_cos_degrees
 from ..importers import OmittedPart
 from ..openmc.placement import ORIGIN, Point, UniversePlacement
@@ -187,7 +188,9 @@ def _side_rings(corners: Sequence[tuple[Fraction, Fraction]]) -> list[SideRing]:
             if min(z0, z1) <= low and high <= max(z0, z1):
                 across.append(_radius_line(r0, z0, r1, z1))
         across.sort(key=lambda edge: edge[0] + edge[1] * middle)
-        # No corner lies between low and high, so the edges do not cross: they enter and leave the polygon in turn.
+        if any(a + b * z > c + d * z for (a, b), (c, d) in pairwise(across) for z in (low, high)):
+            raise OmittedPart("its rzpoint elements make no simple outline: edges cross")
+        # Edges that do not cross enter and leave the polygon in turn
         for inner, outer in zip(across[::2], across[1::2], strict=True):
             if inner != outer:
                 rings.append((low, high, inner, outer))
@@ -343,7 +346,19 @@ def _sweep_outline(outline: Sequence[tuple[Fraction, Fraction]], low: _XtruSecti
     polygons = [face for face in merged if len(face) > 2]
     # The rule of tessellated solids: the export writes this solid as one, and must get the same shape back.
     planes = convex_planes(places, polygons)
-    return closed_mesh(places, polygons) if planes is None else polyhedron_factory(planes)
+    if planes is not None:
+        return polyhedron_factory(planes)
+    _check_simple_outline(outline)
+    return closed_mesh(places, polygons)
+
+
+def _check_simple_outline(outline: Sequence[tuple[Fraction, Fraction]]) -> None:
+    """Raise OmittedPart if an outline is none of an Extrusion: a mesh closes even where its faces cross each other."""
+    corners = [(float(x), float(y)) for x, y in outline]
+    try:
+        check_simple("xtru", "outline", check_outline("xtru", "outline", corners))
+    except ValueError as error:
+        raise OmittedPart(f"its outline cannot be drawn: {error}") from None
 
 
 def _extrude_outline(

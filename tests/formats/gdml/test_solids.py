@@ -5,6 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
+from ...samples import in_turn
 from .files import solid_scene
 
 # --- Each solid against its formula, as Geant4's book of applications gives it, at random points
@@ -33,11 +34,19 @@ def in_box(p, x, y, z):
     return (abs(p) <= np.array([x, y, z]) / 2).all(axis=1)
 
 
+def in_stack(p, planes, r=None):
+    """Between planes (z, rmin, rmax), from below or from above; `r` are other distances than those from the axis."""
+    z, r, found = p[:, 2], radius(p) if r is None else r, np.zeros(len(p), bool)
+    for (z0, a, b), (z1, c, d) in itertools.pairwise(planes):
+        if z0 != z1:
+            t = (z - z0) / (z1 - z0)
+            found |= (t >= 0) & (t <= 1) & (r >= a + (c - a) * t) & (r <= b + (d - b) * t)
+    return found
+
+
 def in_cone(p, a, b, c, d, h):
     """From (rmin, rmax) = (a, b) at -h to (c, d) at h."""
-    t = (p[:, 2] + h) / (2 * h)
-    r = radius(p)
-    return (t >= 0) & (t <= 1) & (r >= a + (c - a) * t) & (r <= b + (d - b) * t)
+    return in_stack(p, [(-h, a, b), (h, c, d)])
 
 
 def in_sphere(p):
@@ -73,26 +82,18 @@ def in_trap(p):
     return (abs(z) <= 6) & (abs(y) <= half_y) & (abs(x) <= half_x)
 
 
-def in_polyhedra(p, count, start, delta, planes, share=1.0):
-    """`planes`: (z, rmin, rmax), radii to the sides, or `share` of what is given."""
+def across_sides(p, count, start, delta):
+    """Distances to the sides of a polyhedra, each along the middle of its sector; infinite beyond the last."""
     step = delta / count
     angle = (np.arctan2(p[:, 1], p[:, 0]) / DEG - start) % 360
     middle = start + (np.floor(angle / step) + 0.5) * step
     across = p[:, 0] * np.cos(middle * DEG) + p[:, 1] * np.sin(middle * DEG)
-    z, found = p[:, 2], np.zeros(len(p), bool)
-    for (z0, a, b), (z1, c, d) in itertools.pairwise(planes):
-        t = (z - z0) / (z1 - z0)
-        found |= (t >= 0) & (t <= 1) & (across >= share * (a + (c - a) * t)) & (across <= share * (b + (d - b) * t))
-    return found & (angle <= delta)
+    return np.where(angle <= delta, across, np.inf)
 
 
-def in_stack(p, planes):
-    z, r, found = p[:, 2], radius(p), np.zeros(len(p), bool)
-    for (z0, a, b), (z1, c, d) in itertools.pairwise(planes):
-        if z0 < z1:
-            t = (z - z0) / (z1 - z0)
-            found |= (t >= 0) & (t <= 1) & (r >= a + (c - a) * t) & (r <= b + (d - b) * t)
-    return found
+def in_polyhedra(p, count, start, delta, planes, share=1.0):
+    """`planes`: (z, rmin, rmax), radii to the sides, or `share` of what is given."""
+    return in_stack(p, planes, across_sides(p, count, start, delta) / share)
 
 
 def in_tet(p, corners):
@@ -109,32 +110,42 @@ def in_cut_tube(p):
     )  # fmt: skip
 
 
-def in_outline(x, y):
-    """An L: (0, 0) to (6, 0), (6, 2), (2, 2), (2, 5), (0, 5)."""
-    return (x >= 0) & (y >= 0) & (((x <= 6) & (y <= 2)) | ((x <= 2) & (y <= 5)))
+def in_polygon(x, y, corners):
+    """An odd number of edges to the right."""
+    found = np.zeros(len(x), bool)
+    for (a, b), (c, d) in zip(corners, [*corners[1:], corners[0]], strict=True):
+        if b != d:
+            found ^= ((b > y) != (d > y)) & (x < a + (c - a) * (y - b) / (d - b))
+    return found
 
 
-def in_xtru(p):
-    """Scaled by 1 to 0.5 and shifted by (0, 0) to (2, -1) from z = -5 to 3, then straight to 5."""
-    z = p[:, 2]
-    t = np.clip((z + 5) / 8, 0, 1)
-    s, x, y = 1 - t / 2, 2 * t, -t
-    return (abs(z) <= 5) & in_outline((p[:, 0] - x) / s, (p[:, 1] - y) / s)
+def in_xtru(p, corners, sections):
+    """`sections`: (z, x offset, y offset, scale), which go evenly from one to the next."""
+    found = np.zeros(len(p), bool)
+    for low, high in itertools.pairwise(sections):
+        t = (p[:, 2] - low[0]) / (high[0] - low[0])
+        x, y, scale = (a + (b - a) * t for a, b in zip(low[1:], high[1:], strict=True))
+        found |= (t >= 0) & (t <= 1) & in_polygon((p[:, 0] - x) / scale, (p[:, 1] - y) / scale, corners)
+    return found
 
 
-def in_comb(p):
-    """33 teeth from y = 1 to 3, each 0.2 wide, on a bar from y = 0; it is pushed by 0.7 in y from z = 2 to 6."""
-    x, y, z = p[:, 0] + 6.6, p[:, 1] - 0.7 * np.clip((p[:, 2] - 2) / 4, 0, 1), p[:, 2]
-    return (abs(z - 1) <= 5) & (x >= 0) & (x <= 13.2) & (y >= 0) & (y <= np.where(x % 0.4 < 0.2, 3, 1))
+def xtru(corners, sections):
+    return (
+        '<xtru name="s">'
+        + "".join(f'<twoDimVertex x="{x}" y="{y}"/>' for x, y in corners)
+        + "".join(
+            f'<section zOrder="{k}" zPosition="{z}" xOffset="{x}" yOffset="{y}" scalingFactor="{scale}"/>'
+            for k, (z, x, y, scale) in enumerate(sections)
+        )
+        + "</xtru>"
+    )
 
 
-TEETH = [(k + a, y) for k in range(-66, 66, 4) for a, y in ((0, 30), (2, 30), (2, 10), (4, 10))]
-COMB = (
-    '<xtru name="s">'
-    + "".join(f'<twoDimVertex x="{x / 10}" y="{y / 10}"/>' for x, y in [(-66, 0), *TEETH, (66, 0)])
-    + "".join(f'<section zOrder="{z}" zPosition="{z}" yOffset="{y}"/>' for z, y in ((-4, 0), (2, 0), (6, 0.7)))
-    + "</xtru>"
-)
+# 33 teeth from y = 1 to 3, each 0.2 wide, on a bar from y = 0; they are pushed in y from z = 2 to 6
+TOOTH = ((0, 30), (2, 30), (2, 10), (4, 10))
+TEETH = [(-6.6, 0), *(((k + a) / 10, y / 10) for k in range(-66, 66, 4) for a, y in TOOTH), (6.6, 0)]
+PUSH = [(-4, 0, 0, 1), (2, 0, 0, 1), (6, 0, 0.7, 1)]
+COMB = xtru(TEETH, PUSH)
 
 
 def hyperbolic(p):
@@ -155,11 +166,14 @@ TOUCHING = [(-6, 0, 5), (-2, 0, 5), (-2, 2, 8), (2, 4, 4), (6, 1, 7)]
 GENERIC = [(2, -6), (7, -3), (4, 0), (7, 5), (2, 5)]
 CORNERS = [(0, 0, 0), (6, 1, 0), (1, 7, -2), (-2, 1, 8)]
 DEFINE = "".join(f'<position name="p{k}" x="{x}" y="{y}" z="{z}" unit="mm"/>' for k, (x, y, z) in enumerate(CORNERS))
-L = "".join(f'<twoDimVertex x="{x}" y="{y}"/>' for x, y in [(0, 0), (6, 0), (6, 2), (2, 2), (2, 5), (0, 5)])
+L = [(0, 0), (6, 0), (6, 2), (2, 2), (2, 5), (0, 5)]
+SHRINK = [(-5, 0, 0, 1), (3, 2, -1, 0.5), (5, 2, -1, 0.5)]
 FACETS = "".join(
     f'<triangular vertex1="p{a}" vertex2="p{b}" vertex3="p{c}" type="ABSOLUTE"/>'
     for a, b, c in [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)]
 )
+PENTAGRAM = [(5, 0), (-4, 3), (2, -5), (2, 5), (-4, -3)]
+BOW = [(2, -4), (8, 4), (8, -4), (2, 4)]
 ARB8 = " ".join(
     f'v{k}x="{x}" v{k}y="{y}"'
     for k, (x, y) in enumerate([(-3, -3), (-3, 3), (3, 3), (3, -3), (-2, -2), (-2, 2), (2, 2), (2, -2)], 1)
@@ -251,13 +265,8 @@ SOLIDS = {
         f'<genericPolyhedra name="s" startphi="0" deltaphi="360" numsides="6" aunit="deg">{points(GENERIC)}</genericPolyhedra>',
         lambda p: in_polyhedra(p, 6, 0, 360, [(-6, 2, 2), (-3, 2, 7), (0, 2, 4), (5, 2, 7)], np.cos(30 * DEG)),
     ),
-    "xtru": (
-        f'<xtru name="s">{L}<section zOrder="0" zPosition="-5" xOffset="0" yOffset="0" scalingFactor="1"/>'
-        '<section zOrder="1" zPosition="3" xOffset="2" yOffset="-1" scalingFactor="0.5"/>'
-        '<section zOrder="2" zPosition="5" xOffset="2" yOffset="-1" scalingFactor="0.5"/></xtru>',
-        in_xtru,
-    ),
-    "xtru of many corners": (COMB, in_comb),
+    "xtru": (xtru(L, SHRINK), lambda p: in_xtru(p, L, SHRINK)),
+    "xtru of many corners": (COMB, lambda p: in_xtru(p, TEETH, PUSH)),
     "subtraction": (
         '<box name="a" x="12" y="10" z="8"/><box name="b" x="4" y="2" z="20"/><subtraction name="s"><first ref="a"/>'
         '<second ref="b"/><position x="2" y="1" z="0"/><rotation x="0" y="0" z="30" unit="deg"/></subtraction>',
@@ -330,13 +339,18 @@ def test_sides_are_flat_to_a_hundred_thousandth_of_their_size(share, tmp_path):
     np.testing.assert_allclose(5 - found.t, 1 + e * above / 4, rtol=0, atol=1e-9)
 
 
+@pytest.mark.parametrize(("delta", "count"), [("6.283185307", 2), ("6.28318530", 4)])
+def test_two_pi_of_ten_digits_is_a_full_turn(tmp_path, delta, count):
+    """Geant4's tubes are whole from 2 pi - 5e-10 on. A slit of 7e-9 has two walls that a ray across y = 0 meets."""
+    scene = solid_scene(tmp_path, f'<tube name="s" rmax="7" z="9" startphi="0" deltaphi="{delta}"/>', "s")
+    assert len(scene.crossings([(5, -20, 1)], [(0, 1, 0)]).t) == count
+
+
 @pytest.mark.parametrize(
     ("text", "told"),
     [
         (
-            '<xtru name="s">'
-            + "".join(f'<twoDimVertex x="{x}" y="{y}"/>' for x in range(500) for y in (x * x * (-1) ** x,))
-            + '<section zOrder="0" zPosition="0"/><section zOrder="1" zPosition="1"/></xtru>',
+            xtru([(x, x * x * (-1) ** x) for x in range(500)], [(0, 0, 0, 1), (1, 0, 0, 1)]),
             "xtru 's': it has 500 faces, more than the 400 of a concave solid",
         ),
         (
@@ -347,6 +361,14 @@ def test_sides_are_flat_to_a_hundred_thousandth_of_their_size(share, tmp_path):
         (
             '<tessellated name="s"><triangular vertex1="p0" vertex2="p1" vertex3="p2"/></tessellated>',
             "no closed surface",
+        ),
+        (
+            xtru(PENTAGRAM, [(0, 0, 0, 1), (1, 0, 0, 0.5)]),
+            "outline must not cross or touch itself",
+        ),
+        (
+            f'<genericPolyhedra name="s" startphi="0" deltaphi="6" numsides="9">{points(BOW)}</genericPolyhedra>',
+            "no simple outline: edges cross",
         ),
     ],
 )
@@ -452,3 +474,103 @@ def test_a_section_that_bends_inward_is_left_out(tmp_path):
     low, high = [(-2, -2), (-2, 2), (2, 2), (2, -2)], [(-2, -2), (-2, 2), (-3, -3), (2, -2)]
     scene = solid_scene(tmp_path, f'<arb8 name="a" {corners(low, high)} dz="7"/><box name="s" x="1" y="1" z="1"/>', "s")
     assert any("between its ends is not convex" in note for note in scene.notes)
+
+
+# --- Random solids in random Booleans, at random points, points near walls, and hits
+
+
+def random_planes(g):
+    """Two to five planes, some at one height, some without a bore; from above as often as from below."""
+    heights = np.cumsum([-6, 2, *g.choice([0, 1, 3], g.integers(0, 4))])
+    outer = g.uniform(2, 8, len(heights))
+    rows = np.stack([heights, outer * g.choice([0, 0.5, 0.9], len(heights)), outer], axis=1).tolist()
+    return rows[:: g.choice([1, -1])]
+
+
+def random_outline(g, middle):
+    """A star about (middle, 0), of either sense."""
+    count = g.integers(5, 9)
+    angles = (np.arange(count) + g.uniform(-0.2, 0.2, count)) * 2 * np.pi / count
+    reach = g.uniform(1, 5, count)
+    return np.stack([middle + reach * np.cos(angles), reach * np.sin(angles)], axis=1).tolist()[:: g.choice([1, -1])]
+
+
+def random_quad(g):
+    """Corners of an ellipse, clockwise."""
+    angles = -np.arange(4) * 90 + g.uniform(-15, 15, 4)
+    return np.stack([g.uniform(4, 6) * np.cos(angles * DEG), g.uniform(4, 6) * np.sin(angles * DEG)], axis=1).tolist()
+
+
+def random_solid(g, kind):
+    """The text of a solid called "s", and its formula."""
+    start, delta, count = g.choice([0, 90, -200.5]), g.choice([360, 270, 100]), g.integers(3, 8)
+    turn = f'name="s" startphi="{start}" deltaphi="{delta}" aunit="deg"'
+    rows, outline, share = random_planes(g), random_outline(g, 6), np.cos(delta / count / 2 * DEG)
+    match kind:
+        case "polycone":
+            return f"<polycone {turn}>{planes(rows)}</polycone>", lambda p: in_stack(p, rows) & in_phi(p, start, delta)
+        case "polyhedra":
+            text = f'<polyhedra {turn} numsides="{count}">{planes(rows)}</polyhedra>'
+            return text, lambda p: in_polyhedra(p, count, start, delta, rows)
+        case "genericPolycone":
+            text = f"<genericPolycone {turn}>{points(outline)}</genericPolycone>"
+            return text, lambda p: in_polygon(radius(p), p[:, 2], outline) & in_phi(p, start, delta)
+        case "genericPolyhedra":
+            text = f'<genericPolyhedra {turn} numsides="{count}">{points(outline)}</genericPolyhedra>'
+            return text, lambda p: in_polygon(across_sides(p, count, start, delta) / share, p[:, 2], outline)
+        case "xtru":
+            star, heights = random_outline(g, 0), np.cumsum(g.uniform(1, 4, 3)) - 6
+            sections = [(z, *g.uniform(-2, 2, 2), g.choice([1, 0.4])) for z in heights]
+            return xtru(star, sections), lambda p: in_xtru(p, star, sections)
+        case "arb8":
+            low, high = random_quad(g), random_quad(g)
+            return f'<arb8 name="s" {corners(low, high)} dz="5"/>', lambda p: within_sections(p, low, high, 5)
+
+
+KINDS = ("polycone", "polyhedra", "genericPolycone", "genericPolyhedra", "xtru", "arb8")
+BOOLEANS = {"union": np.logical_or, "intersection": np.logical_and, "subtraction": np.greater}
+
+
+@pytest.mark.parametrize(("kind", "seed"), in_turn(KINDS, range(6)))
+def test_random_solids_are_what_their_formulas_say(tmp_path, kind, seed):
+    g = np.random.default_rng([seed, KINDS.index(kind)])
+    (first, one), (second, other) = random_solid(g, kind), random_solid(g, g.choice(KINDS))
+    shift, angles, scale = g.uniform(-3, 3, 3), g.uniform(-180, 180, 3), g.choice([-1, 1, 0.5], 3)
+
+    def operands(p):
+        q = p / scale
+        r = q - shift
+        for axis in (2, 1, 0):
+            r = rotated(r, -angles[axis], axis)
+        return one(q), other(r)
+
+    p = g.uniform(-12, 12, (4_000, 3)) * scale
+    boolean = next(name for name in g.permutation(list(BOOLEANS)) if BOOLEANS[name](*operands(p)).any())
+
+    def inside(p):
+        return BOOLEANS[boolean](*operands(p))
+
+    a, b = (text.replace('name="s"', f'name="{name}"') for text, name in ((first, "a"), (second, "b")))
+    x, y, z = (
+        " ".join(f'{axis}="{value}"' for axis, value in zip("xyz", row, strict=True)) for row in (shift, angles, scale)
+    )
+    text = (
+        f'{a}{b}<{boolean} name="c"><first ref="a"/>'
+        f'<second ref="b"/><position {x}/><rotation {y} unit="deg"/></{boolean}>'
+        f'<scaledSolid name="s"><solidref ref="c"/><scale name="k" {z}/></scaledSolid>'
+    )
+    scene = solid_scene(tmp_path, text, "s")
+    held = p[inside(p)]
+    low, high = held[g.integers(len(held), size=500)], p[~inside(p)][:500]
+    step = high - low
+    for _ in range(50):
+        middle = (low + high) / 2
+        within = inside(middle)[:, None]
+        low, high = np.where(within, middle, low), np.where(within, high, middle)
+    p = np.concatenate([p, low - 1e-8 * step, high + 1e-8 * step])
+    assert np.array_equal(np.asarray(scene.body_at(p)) == 0, inside(p))
+    # Rays to walls of the formula: a wall of it is where they arrive
+    hits = scene.first_hit(p[:500] * 3, low - p[:500] * 3)
+    assert hits.hit.sum() > 400
+    point, normal = hits.point[hits.hit], hits.normal[hits.hit]
+    assert np.array_equal(inside(point - 1e-9 * normal), ~inside(point + 1e-9 * normal))
