@@ -51,8 +51,8 @@ def test_unbounded_and_empty() -> None:
     assert support([(1, 0, 0), (-1, 0, 0)], [1, -1], (0, 0, 1)) == math.inf
 
 
-@pytest.mark.parametrize("seed", range(10))
-def test_random_polyhedra_against_their_vertices(seed: int) -> None:
+@pytest.mark.parametrize(("seed", "unit"), [*((k, 1) for k in range(10)), (10, 1 + Fraction(1, 10**400))])
+def test_random_polyhedra_against_their_vertices(seed: int, unit: Fraction) -> None:
     """Vertices by brute force: every three planes' common point that no other plane cuts off."""
     rng = np.random.default_rng(seed)
     normals = np.vstack([rng.integers(-9, 10, (8, 3)), np.array(CUBE)])
@@ -61,7 +61,7 @@ def test_random_polyhedra_against_their_vertices(seed: int) -> None:
     found = corners(list(zip(normals.tolist(), offsets.tolist(), strict=True)))
     for direction in rng.integers(-5, 6, (5, 3)).tolist():
         expected = max(sum(x * d for x, d in zip(corner, direction, strict=True)) for corner in found)
-        assert support(normals.tolist(), offsets.tolist(), direction) == expected
+        assert support(normals.tolist(), [unit * offset for offset in offsets.tolist()], direction) == unit * expected
 
 
 @pytest.mark.parametrize("legs", [(3, 4, 5), (20, 21, 29), (119, 120, 169)])
@@ -75,8 +75,9 @@ def test_many_planes_through_one_corner(legs) -> None:
     assert support(normals, [*offsets, 0], (0, 0, -1)) == 0
 
 
-def test_empty_or_a_point_by_a_hair() -> None:
-    hair = Fraction(1, 10**40)
+@pytest.mark.parametrize("digits", [40, 400])
+def test_empty_or_a_point_by_a_hair(digits) -> None:
+    hair = Fraction(1, 10**digits)
     sides = [(1, 1, 0), (-1, 1, 0), (0, -1, 1), (0, -1, -1)]
     assert support(sides, [0, 0, 0, 0], (0, 3, 0)) == 0
     assert support(sides, [0, 0, hair, hair], (0, 3, 0)) == 0

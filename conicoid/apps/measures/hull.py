@@ -17,6 +17,7 @@ from ...geometry.shape import Boolean, ClippedSheet, Primitive, Shape
 from ...geometry.transform import IDENTITY_MOTION, Motion, Transform
 from ...kernels.tables import Flags, Floats, Longs
 from ...kernels.threads import run_rows
+from ...queries.result import extension
 
 # The fitted box.
 
@@ -28,6 +29,8 @@ class UnboundedShapeError(ValueError):
 _CANDIDATES = 8  # boxes that are tried, including the one along the world's axes
 _BOUNDED_PARTS = 2000  # parts bounded for all candidates together
 _CLEARLY_SMALLER = 0.99  # a turned box must have less than this share of the volume
+_PROBES = 1024  # rays along each axis of the world that find points of a combination
+_PROBED_SIZES = 1e-50, 1e50  # the sizes of shapes that have points within the range of rays
 
 
 @dataclass(frozen=True)
@@ -47,26 +50,47 @@ class FittedBox:
 def fitted_box(shape: Shape) -> FittedBox:
     """Return the smallest box of a shape, along the world's axes or those of one of its parts.
 
-    A box along the world's axes is preferred unless another is clearly smaller. Raise UnboundedShapeError, which names
-    the axes of the world, if all boxes are unbounded.
+    A box along the world's axes is preferred unless another is clearly smaller. Points of the shape show how large a
+    turned box is at least, and so which need no exact bounds. Raise UnboundedShapeError, which names the axes of the
+    world, if all boxes are unbounded.
     """
     best, least = _box_along(np.eye(3), shape.bounds), np.inf
     if best.is_empty:
         return best
     if np.isfinite(best.half).all():
         least = float(np.prod(best.half)) * _CLEARLY_SMALLER
-    for axes in _candidates(shape):
-        box = _box_along(axes, shape.bounds_under(Motion((_turn(axes.T),))))
+    candidates = list(_candidates(shape))
+    points = _points_of(shape, best) if candidates and isinstance(shape, Boolean) else np.zeros((1, 3))
+    volumes = [float(np.prod(np.ptp(points @ axes, axis=0) / 2)) for axes in candidates]
+    for k in np.argsort(volumes, kind="stable"):
+        if volumes[k] >= least:
+            break
+        box = _box_along(candidates[k], shape.bounds_under(Motion((_turn(candidates[k].T),))))
         if box.is_empty:
             return box
         if np.isfinite(box.half).all() and np.prod(box.half) < least:
-            best, least = box, float(np.prod(box.half))
+            best, least = box, float(np.prod(box.half)) * _CLEARLY_SMALLER
     if not np.isfinite(best.half).all():
         low, high = shape.bounds
         endless = ", ".join(axis for axis, a, b in zip("xyz", low, high, strict=True) if not np.isfinite([a, b]).all())
         bounds_text = f"got bounds that are infinite along {endless}"
         raise UnboundedShapeError(f"measure: {type(shape).__name__} must be bounded, {bounds_text}; cut it by a box")
     return best
+
+
+def _points_of(shape: Shape, box: FittedBox) -> FloatArray:
+    """Return points (n, 3) where rays along the axes cross a shape in its box in the world; the origin if none do."""
+    points = np.zeros((1, 3))
+    least, most = _PROBED_SIZES
+    if not least < box.half.min() <= max(np.abs(box.center).max(), box.half.max()) < most:
+        return points
+    scene, rng = extension("Scene")([shape]), np.random.default_rng(0)
+    found = []
+    for direction in np.eye(3):
+        origins = box.center + box.half * rng.uniform(-1, 1, (_PROBES, 3))
+        hits = scene.crossings(origins, direction, t_min=-np.inf)
+        found.append(np.repeat(origins, np.diff(hits.offsets), axis=0) + hits.t[:, None] * direction)
+    return np.concatenate(found) if any(map(len, found)) else points
 
 
 def moved_parts(shape: Shape) -> Iterator[tuple[Shape, Motion]]:

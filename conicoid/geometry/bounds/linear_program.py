@@ -3,7 +3,8 @@
 sup d·x over normals x <= offsets is, by duality, the minimum of offsets·λ over λ >= 0 with Σ λ_i normals_i = d. The
 dual simplex method keeps three planes with such λ, and lets their common point descend until it lies in all
 half-spaces. It starts from the sides of a box that surrounds all corners, and runs in floats first. Then integers
-certify the planes of that run, or go on from there. λ > 0 of a side shows that nothing bounds the direction.
+certify the planes of that run, or go on from there; floats with a bound of their error tell which half-spaces surely
+hold a point, so that only the others need integers. λ > 0 of a side shows that nothing bounds the direction.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from ..._util.arrays import BoxEnds
+from ..._util.arrays import BoxEnds, FloatArray
 from ...numerics import bigfloat as ex
 from ...numerics.rational import cross, dot3
 from ..surface import PlaneSurface
@@ -28,6 +29,10 @@ _STEPS = 100
 """After so many steps the method takes the first plane that cuts, not the deepest: so it cannot cycle (Bland)."""
 _FAR, _SLACK = 2.0**20, 2.0**-44
 """How far sides are in floats, in offsets; the share of its terms by which a point may be beyond a plane there."""
+_ROUNDING, _UNDERFLOW = 2.0**-48, 2.0**-1000
+"""More than the error of normal·x - offset in floats, as a share of its terms; what terms grow by for underflow."""
+_LONG = 1 << 1000
+"""Far sides in floats, where the true ones are farther: what these hold, those hold."""
 
 
 def are_ratios(values: Iterable[Any]) -> bool:
@@ -74,7 +79,11 @@ class _Program:
 
     def support(self, towards: Whole) -> Fraction | float:
         """Return the support in a direction of integers, not all 0."""
-        found = _descend([*self.rows, *_far_sides(towards, self.far)], towards, self._float_basis(towards), 0)
+        rows, floats = [*self.rows, *_far_sides(towards, self.far)], None
+        # Short integers are quicker than the test in floats
+        if self.planes is not None and self.far > _LONG:
+            floats = np.array([*self.planes, *_far_sides(towards, float(_LONG))])
+        found = _descend(rows, towards, self._float_basis(towards), floats)
         if found is None:
             return -math.inf
         if any(share and plane >= len(self.rows) for share, plane in zip(found.shares, found.planes, strict=True)):
@@ -90,7 +99,7 @@ class _Program:
             size = max(map(abs, direction))
             towards = [u / size for u in direction]
             far = _FAR * max(1.0, max((abs(plane[3]) for plane in self.planes), default=1.0))
-            found = _descend([*self.planes, *_far_sides(towards, far)], towards, start, _SLACK)
+            found = _descend([*self.planes, *_far_sides(towards, far)], towards, start, None, _SLACK)
         except (OverflowError, ZeroDivisionError):
             return start
         return start if found is None else found.planes
@@ -111,7 +120,20 @@ class _Corner(NamedTuple):
     unit: Any
 
 
-def _descend(planes: Sequence[Any], direction: Any, start: list[int], slack: float) -> _Corner | None:
+def _doubtful(floats: FloatArray, x: int, y: int, z: int, unit: int) -> Iterable[int]:
+    """Return the half-spaces, rows of normal and offset in floats, that may not hold the point (x, y, z) / unit."""
+    try:
+        point = np.array([x / unit, y / unit, z / unit, -1.0])
+    except OverflowError:
+        return range(len(floats))
+    with np.errstate(all="ignore"):
+        terms = (np.abs(floats) + _UNDERFLOW) @ np.abs(point)
+        return np.flatnonzero(~(floats @ point < -_ROUNDING * terms)).tolist()
+
+
+def _descend(
+    planes: Sequence[Any], direction: Any, start: list[int], floats: FloatArray | None, slack: float = 0
+) -> _Corner | None:
     """Return the point of the intersection of half-spaces that is farthest in a direction; None if that is empty.
 
     Parameters
@@ -122,6 +144,8 @@ def _descend(planes: Sequence[Any], direction: Any, start: list[int], slack: flo
         Its three numbers.
     start : list of int
         Three planes to start from; the far sides instead if they are no start.
+    floats : array (n, 4), optional
+        The planes in floats, if `planes` are integers.
     slack : float
         The share of its terms by which a point may be beyond a plane: 0 for integers.
     """
@@ -142,11 +166,16 @@ def _descend(planes: Sequence[Any], direction: Any, start: list[int], slack: flo
         p, q, r = first[3], second[3], third[3]
         x, y, z = p * a[0] + q * b[0] + r * c[0], p * a[1] + q * b[1] + r * c[1], p * a[2] + q * b[2] + r * c[2]
         room = slack * (abs(x) + abs(y) + abs(z) + unit)
-        beyond = [row[0] * x + row[1] * y + row[2] * z - row[3] * unit for row in planes]
-        most = max(beyond)
+        doubtful = range(len(planes)) if floats is None else _doubtful(floats, x, y, z, unit)
+        beyond = {
+            i: planes[i][0] * x + planes[i][1] * y + planes[i][2] * z - planes[i][3] * unit
+            for i in doubtful
+            if i not in basis
+        }
+        most = max(beyond.values(), default=0)
         if most <= room or (slack and done > _STEPS):
             return _Corner(basis, shares, (x, y, z), unit)
-        entering = beyond.index(most) if done < _STEPS else next(i for i, over in enumerate(beyond) if over > 0)
+        entering = max(beyond, key=beyond.__getitem__) if done < _STEPS else next(i for i in beyond if beyond[i] > 0)
         rates = [dot3(row, planes[entering]) for row in crosses]
         leaving = -1
         for k in range(3):
