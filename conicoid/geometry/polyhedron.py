@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from .._util.arrays import BoxEnds, FloatArray, IndexArray, Interval, Vector
+from .._util.arrays import BoxEnds, FloatArray, IndexArray, Interval, Vector, unique_sorted
 from .._util.dataclass import dataclass
 from .._util.validation import (
     as_integer,
@@ -368,7 +368,7 @@ def _walls_of(solids: Sequence[FlatSolid]) -> list[FloatArray | None]:
     with np.errstate(all="ignore"):
         points = np.column_stack([corners[:, 3:] * corners[:, :2], corners[:, 2]])
         near = points[first[owners]]
-        for length in np.unique(lengths).tolist():
+        for length in unique_sorted(lengths).tolist():
             some = np.flatnonzero(lengths == length)
             loops = np.array([pieces[k] for k in some.tolist()]) + first[owners[some], None]
             three[some], is_sure[some] = _corners_of_planes(loops, near[some], about[some], points)
@@ -469,7 +469,7 @@ class CornerHull(PrimitiveSolid, abstract=True):
         ranges = [hull.solid._corner_ranges for hull in shapes]
         counts = np.array([len(low) for low, _ in ranges])
         supports = np.empty(directions.shape[:2])
-        for count in np.unique(counts).tolist():
+        for count in unique_sorted(counts).tolist():
             like = np.flatnonzero(counts == count)
             for some in np.array_split(like, 1 + len(like) * count // _CORNERS_TOGETHER):
                 low, high = (np.array([ranges[k][side] for k in some.tolist()])[:, None] for side in (0, 1))

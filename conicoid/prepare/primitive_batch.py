@@ -558,7 +558,7 @@ def _split_by_motion(key: Hashable, motions: Ints, kinds: Signs) -> list[tuple[i
     if not _is_moved(key):
         return [(SIMILARITY, np.arange(len(motions)))]
     own = kinds[motions]
-    return [(kind, np.flatnonzero(own == kind)) for kind in np.unique(own)[::-1].tolist()]
+    return [(kind, np.flatnonzero(own == kind)) for kind in unique_sorted(own)[::-1].tolist()]
 
 
 def _trace_shape(shape: Shape, steps: tuple[Step, ...], tape: Tape, moved: bool, kind: int) -> Any:
