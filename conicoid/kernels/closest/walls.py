@@ -473,9 +473,8 @@ def _is_regular(
 
 @helper
 def _wall_beside(
-    geometry: Geometry, room: Neighbourhood, count: int, many: int, x: float, y: float, z: float, far: float,
-    off: float,
-) -> int:  # fmt: skip
+    geometry: Geometry, room: Neighbourhood, count: int, x: float, y: float, z: float, far: float, off: float
+) -> int:
     """Return the first near surface that bounds the body beside a point, where others only touch it; -1 for none found.
 
     Points of each surface a step away decide. For a surface found room.sign has the sides there; else it and the first
@@ -546,7 +545,7 @@ def try_point(geometry: Geometry, room: Neighbourhood, at: WallQuery, count: int
     room.best[UPPER] = min(room.best[UPPER], distance + off)
     beside = whole(-1)
     if room.sizes[SHEET_OF] != 1 and not _is_regular(geometry, room, count, many, sine, x, y, z, point_off):
-        beside = _wall_beside(geometry, room, count, many, x, y, z, size + distance, point_off)
+        beside = _wall_beside(geometry, room, count, x, y, z, size + distance, point_off)
     if beside >= 0:
         wall = beside
     elif room.sizes[SHEET_OF] != 1 and many <= _MOST:  # of the surroundings, where the wall's own sides differ
