@@ -400,7 +400,7 @@ def _run_on_threads(state: _Work, progress: Progress | None = None, halt: Callab
         if done < state.count:  # an error, or Ctrl-C: kernels shall end early
             _stragglers.append(state)
             halt()
-        # Only kernels that are told to halt end soon
+        # Kernels read the halt flag and end soon; other chunks run to their end
         patience = PATIENCE if halt is not _no_halt else _WATCH / 1000
         join_threads(state.crew, None if done == state.count else patience)
     return state.outcomes

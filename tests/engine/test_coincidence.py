@@ -409,7 +409,7 @@ def test_caps_of_coaxial_cylinders_are_named_by_their_ends(monkeypatch):
     ],
 )  # fmt: skip
 def test_caps_are_one_where_ends_and_steps_are_equal(outer: Solid, inner: Solid, surfaces: int) -> None:
-    """Planes that 100 bits do not tell apart, of which names tell whether they are one."""
+    """The first 100 bits of these planes are equal. Their names decide which planes are the same."""
     tubes = [(outer - inner).rotate((1, 2, 3), 10 + k).translate((3.0 * k, 0, 0)) for k in range(40)]
     assert len(lowering.lower(list(map(co.Body, tubes))).tables.surface_kind) == surfaces * len(tubes)
 

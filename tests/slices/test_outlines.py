@@ -98,7 +98,7 @@ def test_outlines_pass_through_the_roots(name: str, count: int, rays: int):
 
 
 def test_walls_cross_walls_of_other_batches(monkeypatch):
-    """Four by four balls, of which each overlaps those beside it, three at a time."""
+    """Sixteen balls in a square grid, each overlapping its neighbours. The batch size is three."""
     monkeypatch.setattr(outline, "_WALLS", 3)
     scene = co.Scene([co.Sphere(0.6, (x, y, 0.1)) for x in range(4) for y in range(4)])
     cut = scene.slice(origin=(-1, -1, 0), u=(5, 0, 0), v=(0, 5, 0), pixels=16)

@@ -65,8 +65,9 @@ from .neighbourhood import (
     planes_first,
     reset_nearest,
 )
+from .projection import nearest_of_polygon
 from .stationary import try_face
-from .walls import keep_wall, nearest_of_polygon, try_sides
+from .walls import keep_wall, try_sides
 
 
 class PointBox(NamedTuple):

@@ -1,4 +1,4 @@
-"""Projection of a point onto one to three surfaces, with an error bound; points of stationary distance by Newton steps.
+"""Projection of a point onto one to three surfaces, with an error bound, or onto a polygon; Newton steps to minima.
 
 A point is projected by steps of least length, each to where all surfaces would be if they were planes. The result is
 at most about `surface_distance` from each surface; the angles between them tell how far it is from their common points.
@@ -13,7 +13,7 @@ from ..._jit.decorators import helper, inline
 from .. import tables as table
 from ..numbers.vectors import dot
 from ..surface.records import load_quadric
-from ..tables import QUADRIC, Geometry, integer
+from ..tables import QUADRIC, Geometry, integer, real
 from .form import ROUNDED, SurfaceForm, bend_times, form_at, length_of, perpendicular_axes
 from .neighbourhood import Neighbourhood, WallQuery
 
@@ -236,3 +236,74 @@ def settle_point(
             break
         x, y, z = x - d1 * ux - d2 * vx, y - d1 * uy - d2 * vy, z - d1 * uz - d2 * vz
     return x, y, z, gain
+
+
+# The nearest point of a polygon: of its inside, or of one of its sides
+
+
+@inline
+def corner(geometry: Geometry, vertex: int, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """Return a vertex of the table relative to a point."""
+    at = 3 * vertex
+    return (
+        real(geometry, table.VERTICES, at) - x,
+        real(geometry, table.VERTICES, at + 1) - y,
+        real(geometry, table.VERTICES, at + 2) - z,
+    )
+
+
+@helper
+def is_within(geometry: Geometry, polygon: int, x: float, y: float, z: float) -> bool:
+    """True if a point of a polygon's plane is within its outline, by the even-odd rule."""
+    plane = form_at(geometry, integer(geometry, table.POLYGON_SURFACE, polygon), x, y, z)
+    nx, ny, nz = abs(plane.gx), abs(plane.gy), abs(plane.gz)
+    # Without the coordinate along which the normal is largest, the outline keeps most of its area
+    drop = 0 if (nx >= ny) & (nx >= nz) else (1 if ny >= nz else 2)
+    first, last = integer(geometry, table.POLYGON_FIRST, polygon), integer(geometry, table.POLYGON_FIRST, polygon + 1)
+    ax, ay, az = corner(geometry, last - 1, x, y, z)
+    au, av = (ay, az) if drop == 0 else ((az, ax) if drop == 1 else (ax, ay))
+    odd = False
+    for vertex in range(first, last):
+        bx, by, bz = corner(geometry, vertex, x, y, z)
+        bu, bv = (by, bz) if drop == 0 else ((bz, bx) if drop == 1 else (bx, by))
+        # Half-open in v: a corner on the line counts for one of its two sides
+        if (av < 0.0) != (bv < 0.0):
+            side = au * bv - bu * av
+            odd ^= (side > 0.0) if bv > av else (side < 0.0)
+        au, av = bu, bv
+    return odd
+
+
+@inline
+def nearest_of_side(ax: float, ay: float, az: float, bx: float, by: float, bz: float) -> tuple[float, float, float]:
+    """Return the point of a side, from a to b, that is nearest to the origin."""
+    dx, dy, dz = bx - ax, by - ay, bz - az
+    square = dot(dx, dy, dz, dx, dy, dz)
+    t = -dot(ax, ay, az, dx, dy, dz) / square if square > 0.0 else 0.0
+    if t <= 0.0:
+        return ax, ay, az
+    if t >= 1.0:
+        return bx, by, bz
+    return ax + t * dx, ay + t * dy, az + t * dz
+
+
+@helper
+def nearest_of_polygon(geometry: Geometry, polygon: int, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """Return the point of a whole polygon that is nearest to a query point, relative to it."""
+    plane = form_at(geometry, integer(geometry, table.POLYGON_SURFACE, polygon), x, y, z)
+    # f = value + 2 g·v with |g| = 1/2 for a plane: the foot is at v = -2 value g
+    h = -2.0 * plane.value
+    vx, vy, vz = h * plane.gx, h * plane.gy, h * plane.gz
+    if is_within(geometry, polygon, x + vx, y + vy, z + vz):
+        return vx, vy, vz
+    first, last = integer(geometry, table.POLYGON_FIRST, polygon), integer(geometry, table.POLYGON_FIRST, polygon + 1)
+    ax, ay, az = corner(geometry, last - 1, x, y, z)
+    best = math.inf
+    for vertex in range(first, last):
+        bx, by, bz = corner(geometry, vertex, x, y, z)
+        px, py, pz = nearest_of_side(ax, ay, az, bx, by, bz)
+        distance = length_of(px, py, pz)
+        if distance < best:
+            best, vx, vy, vz = distance, px, py, pz
+        ax, ay, az = bx, by, bz
+    return vx, vy, vz

@@ -1,8 +1,7 @@
 """The test of a wall: whether a candidate point on some surfaces is a wall of the current body; the nearest is kept.
 
 `try_point` is the one place that decides this. A point is on a wall if the body differs between the sides of the
-surfaces through it. The walls of polygons come first and last: nearest points of their insides and of their sides.
-`projection.py` has the points on surfaces.
+surfaces through it. The sides of clipped polygons come last. `projection.py` has the points on surfaces and polygons.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ from ..numbers.vectors import dot
 from ..programs import hold_program, leaf_decides, root_value, sense_of, turn_leaf
 from ..surface.quadric import QuadricRecord
 from ..surface.records import anchor_of, load_plane, load_quadric
-from ..tables import PLANE, QUADRIC, Geometry, integer, real, whole
+from ..tables import PLANE, QUADRIC, Geometry, integer, whole
 from .form import bend_times, form_at, length_of
 from .neighbourhood import (
     AT_X,
@@ -44,78 +43,7 @@ from .neighbourhood import (
     WallQuery,
     limit,
 )
-from .projection import TANGENT, project_point, slant
-
-# The nearest point of a polygon: of its inside, or of one of its sides
-
-
-@inline
-def corner(geometry: Geometry, vertex: int, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """Return a vertex of the table relative to a point."""
-    at = 3 * vertex
-    return (
-        real(geometry, table.VERTICES, at) - x,
-        real(geometry, table.VERTICES, at + 1) - y,
-        real(geometry, table.VERTICES, at + 2) - z,
-    )
-
-
-@helper
-def is_within(geometry: Geometry, polygon: int, x: float, y: float, z: float) -> bool:
-    """True if a point of a polygon's plane is within its outline, by the even-odd rule."""
-    plane = form_at(geometry, integer(geometry, table.POLYGON_SURFACE, polygon), x, y, z)
-    nx, ny, nz = abs(plane.gx), abs(plane.gy), abs(plane.gz)
-    # Without the coordinate along which the normal is largest, the outline keeps most of its area
-    drop = 0 if (nx >= ny) & (nx >= nz) else (1 if ny >= nz else 2)
-    first, last = integer(geometry, table.POLYGON_FIRST, polygon), integer(geometry, table.POLYGON_FIRST, polygon + 1)
-    ax, ay, az = corner(geometry, last - 1, x, y, z)
-    au, av = (ay, az) if drop == 0 else ((az, ax) if drop == 1 else (ax, ay))
-    odd = False
-    for vertex in range(first, last):
-        bx, by, bz = corner(geometry, vertex, x, y, z)
-        bu, bv = (by, bz) if drop == 0 else ((bz, bx) if drop == 1 else (bx, by))
-        # Half-open in v: a corner on the line counts for one of its two sides
-        if (av < 0.0) != (bv < 0.0):
-            side = au * bv - bu * av
-            odd ^= (side > 0.0) if bv > av else (side < 0.0)
-        au, av = bu, bv
-    return odd
-
-
-@inline
-def nearest_of_side(ax: float, ay: float, az: float, bx: float, by: float, bz: float) -> tuple[float, float, float]:
-    """Return the point of a side, from a to b, that is nearest to the origin."""
-    dx, dy, dz = bx - ax, by - ay, bz - az
-    square = dot(dx, dy, dz, dx, dy, dz)
-    t = -dot(ax, ay, az, dx, dy, dz) / square if square > 0.0 else 0.0
-    if t <= 0.0:
-        return ax, ay, az
-    if t >= 1.0:
-        return bx, by, bz
-    return ax + t * dx, ay + t * dy, az + t * dz
-
-
-@helper
-def nearest_of_polygon(geometry: Geometry, polygon: int, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """Return the point of a whole polygon that is nearest to a query point, relative to it."""
-    plane = form_at(geometry, integer(geometry, table.POLYGON_SURFACE, polygon), x, y, z)
-    # f = value + 2 g·v with |g| = 1/2 for a plane: the foot is at v = -2 value g
-    h = -2.0 * plane.value
-    vx, vy, vz = h * plane.gx, h * plane.gy, h * plane.gz
-    if is_within(geometry, polygon, x + vx, y + vy, z + vz):
-        return vx, vy, vz
-    first, last = integer(geometry, table.POLYGON_FIRST, polygon), integer(geometry, table.POLYGON_FIRST, polygon + 1)
-    ax, ay, az = corner(geometry, last - 1, x, y, z)
-    best = math.inf
-    for vertex in range(first, last):
-        bx, by, bz = corner(geometry, vertex, x, y, z)
-        px, py, pz = nearest_of_side(ax, ay, az, bx, by, bz)
-        distance = length_of(px, py, pz)
-        if distance < best:
-            best, vx, vy, vz = distance, px, py, pz
-        ax, ay, az = bx, by, bz
-    return vx, vy, vz
-
+from .projection import TANGENT, corner, is_within, nearest_of_side, project_point, slant
 
 # Test of a wall: a point of some surfaces is on a wall if the body differs between their sides, as in a ray's sweep
 

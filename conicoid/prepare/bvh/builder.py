@@ -460,7 +460,7 @@ def box_nodes(
     """Write the boxes of nodes, six sides of eight each, to boxes[at:].
 
     Part u has the nodes parts[u] to parts[u + 1]. Nodes below a node have larger numbers, and those in later parts have
-    their boxes. A child with none gets a box of which nothing is part.
+    their boxes already. A child that does not exist gets an empty box.
     """
     box = np.empty(SIZE)
     for part in range(begin, end):

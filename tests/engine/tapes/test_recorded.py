@@ -206,7 +206,7 @@ def test_blocks_cut_from_balls_have_the_bounds_of_the_blocks():
 
 
 def test_cylinders_turned_about_themselves_are_lowered_together():
-    """Their ends stay floats, though no entry of the matrix is one; the axis leads through the origin, or elsewhere."""
+    """Their ends stay exact floats, though no entry of the matrix is a float. Half of the axes miss the origin."""
     rng = random.Random(3)
     shapes: list[Any] = []
     for _ in range(40):
