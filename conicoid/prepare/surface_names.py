@@ -91,6 +91,9 @@ def _complete_squares(surface: QuadricSurface) -> tuple[Triple, Triple, Fraction
         anchor = _rational(surface.anchor[axis]) if square else _ZERO
         center.append(anchor - linear / (square * factor) if linear else anchor)
         constant += linear * linear / square if linear else 0
+    if any(float(weight) != weight for weight in weights):  # a tube of radius r has 1 / r², and squares are floats
+        lead = next(abs(weight) for weight in weights if weight)
+        weights, constant = [weight / lead for weight in weights], constant / lead
     return (weights[0], weights[1], weights[2]), (center[0], center[1], center[2]), constant
 
 

@@ -12,7 +12,7 @@ import pytest
 import conicoid as co
 from conicoid.geometry.instances import InstanceList, Shift, ShiftTable
 from conicoid.geometry.shape import Solid
-from conicoid.geometry.transform import Translate
+from conicoid.geometry.transform import Rotate, Translate
 from conicoid.kernels.tables import PLANE, QUADRIC
 from conicoid.prepare import body_collector, coincidence, lowering, surface_names
 from conicoid.prepare.body_collector import ExactBodySurfaces
@@ -138,6 +138,16 @@ def test_planes_that_shifts_carry_are_named_by_their_exact_sums() -> None:
     names = surface_names.name_surfaces(np.array([plane] * len(chains)), chains, np.arange(len(chains))).tolist()
     sums = [sum(map(Fraction, row)) for row in offsets]
     assert [[a == b for b in names] for a in names] == [[a == b for b in sums] for a in sums]
+
+
+def test_a_wire_from_both_sides_of_its_frame_has_one_name() -> None:
+    """Wires of two halves of a detector touch end to end: frames with opposite axes carry them to one cylinder."""
+    wire = co.Revolution([(0, 1), (0.075, 1), (0.075, 2), (0, 2)])
+    chains = [(Translate((0.1, sign * 12190.7, 0.0)), Rotate((1.0, 0.0, 0.0), sign * 90.0)) for sign in (1, -1)]
+    chains.append((Translate((0.1, 12190.6, 0.0)), Rotate((1.0, 0.0, 0.0), 90.0)))
+    forms = surface_names.list_forms([wire], np.zeros(3, np.int64), np.zeros(3, np.int64))
+    names = surface_names.name_surfaces(forms, chains, np.arange(3)).tolist()
+    assert names[0] == names[1] != names[2]
 
 
 @pytest.mark.parametrize("turn", [("z", 0), ("z", 90), ("x", -90)])
