@@ -7,6 +7,7 @@ import math
 from dataclasses import replace
 from fractions import Fraction
 
+import mpmath
 import numpy as np
 import pytest
 
@@ -62,18 +63,66 @@ def test_closed_forms_agree_with_rays(name: str, motion: str):
 
 
 def test_areas_have_closed_forms_under_similarities():
-    for name in ("sphere", "box", "cylinder", "wedge", "cone", "frustum"):
+    for shape in PRIMITIVES.values():
         for motion in ("still", "askew", "mirrored"):
-            found = co.measure(MOTIONS[motion](PRIMITIVES[name]))
+            found = co.measure(MOTIONS[motion](shape))
             assert (found.area_error, found.rays) == (0, 0)
     assert co.measure(co.Box().transform(SHEAR)).rays == 0
-    assert co.measure(co.Sphere().scale((1, 2, 3)), rays=600).area_error > 0
+    assert co.measure(PRIMITIVES["barrel"].scale((1, 2, 3)), rays=600).area_error > 0
 
 
-def test_an_ellipsoid():
-    ellipsoid = co.measure(co.Ellipsoid((1, 2, 3)), rays=600)
-    assert ellipsoid.volume == pytest.approx(8 * PI, rel=1e-14)
-    assert np.diag(ellipsoid.inertia) == pytest.approx(8 * PI / 5 * np.array([13, 10, 5]))
+ROUND = {
+    "paraboloid": (co.EllipticParaboloid(1, 1, (-math.inf, 2)), PI / 6 * 26 + 2 * PI),
+    "ball": (co.Ellipsoid((2, 2, 2), (1, 2, 3), (-1, 0.5)), 2 * PI * 2 * 1.5 + PI * (3 + 3.75)),
+    "bow tie": (co.DoubleCone(2, (-1, 0.5)), PI * math.sqrt(5) * (2 + 0.5) + PI * (4 + 1)),
+    # r = cosh v, z = sinh v: 2 π ∫ √(1 + 2 z²) dz, an antiderivative of which is z √(1 + 2 z²) / 2 + asinh(√2 z) / √8
+    "hyperboloid": (
+        co.OneSheetHyperboloid(1, 1, 1, (-1, 1)),
+        2 * PI * (math.sqrt(3) + math.asinh(math.sqrt(2)) / math.sqrt(2)) + 2 * PI * 2,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", ROUND)
+def test_areas_of_quadrics_of_revolution(name: str):
+    shape, area = ROUND[name]
+    assert co.measure(shape).area == pytest.approx(area, rel=4e-16)
+
+
+@pytest.mark.parametrize("radii", [(1, 2, 3), (1, 1, 1e-3), (1, 1, 500), (1, 40, 1), (1e-60, 2e-60, 4e-60)])
+def test_an_ellipsoid(radii: tuple[float, float, float]):
+    """The area is 4 π R_G(a² b², a² c², b² c²), Carlson's symmetric integral (DLMF 19.33.1)."""
+    a, b, c = radii
+    area = 4 * PI * float(mpmath.elliprg((mpmath.mpf(a) * b) ** 2, (mpmath.mpf(a) * c) ** 2, (mpmath.mpf(b) * c) ** 2))
+    for shape in (co.Ellipsoid(radii), co.Ellipsoid((b, c, a)), co.Sphere(0.5).scale((2 * a, 2 * b, 2 * c))):
+        found = co.measure(shape)
+        assert (found.rays, found.area) == (0, pytest.approx(area, rel=4e-15))
+        assert found.volume == pytest.approx(4 / 3 * PI * a * b * c, rel=1e-14)
+    inertia = 4 / 15 * PI * a * b * c * np.array([b * b + c * c, a * a + c * c, a * a + b * b])
+    assert np.diag(co.measure(co.Ellipsoid(radii)).inertia) == pytest.approx(
+        inertia, rel=1e-13, abs=1e-15 * max(inertia)
+    )
+
+
+def test_an_elliptic_cylinder():
+    """The perimeter of an ellipse is 4 a E(1 - b² / a²)."""
+    for b in (0.5, 1e-3):
+        around = float(4 * mpmath.ellipe(1 - mpmath.mpf(b) ** 2))
+        found = co.measure(co.EllipticCylinder(1, 1 / b**2, (-1, 2)))
+        assert (found.rays, found.area) == (0, pytest.approx(3 * around + 2 * PI * b, rel=4e-15))
+        assert found.centroid.tolist() == [0, 0, 0.5]
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        co.Cylinder((0, 0, -1), (0, 0, 1), 1.5), co.Tube((0, 0, -1), (0, 0, 1), 0.3, 0.7), co.Ellipsoid((1, 2, 3)),
+        co.RegularPrism(6, 1.1, (-0.7, 0.7)), co.Cone((0, 0, -1), (0, 0, 1), 0.7, 0.7),
+    ],
+    ids=lambda shape: type(shape).__name__,
+)  # fmt: skip
+def test_the_centroid_of_a_symmetric_solid_is_its_middle(shape: co.Shape):
+    assert co.measure(shape).centroid.tolist() == [0, 0, 0]
 
 
 @pytest.mark.parametrize("size", [1e-90, 1e80])

@@ -125,7 +125,7 @@ def measure(
 ) -> Any:
     """Measure the volume, surface area, centroid and inertia of a bounded shape, or of every body of a scene.
 
-    Primitives have closed forms of the volume, centroid and inertia under any motion, and some of the area; so have
+    Primitives have closed forms of the volume, centroid and inertia under any motion, and most of the area; so have
     polyhedra, meshes and extrusions. Boolean combinations have them of boxes along common axes, of planes and circular
     cylinders along an axis, and of solids of revolution about one: pins, pipes, shells, most bodies of imported models.
     All others are measured by the exact chords of about a million rays.
