@@ -13,9 +13,10 @@ import pytest
 
 import conicoid as co
 from conicoid.apps.measures import measure as measure_module
-from conicoid.apps.measures.hull import fitted_box
+from conicoid.apps.measures.hull import fitted_box, leaning_box
 from conicoid.io.openscad.solids import sided_ball
 
+from ..reference.routes import in_doubt
 from ..samples import in_turn, sampled
 from .solids import L_OUTLINE, OCTAHEDRON, SHEAR, askew
 
@@ -424,3 +425,22 @@ def test_only_the_smallest_turned_box_is_bounded_exactly(monkeypatch):
     box = fitted_box(shape)
     assert sorted(box.half) == pytest.approx([0.5, 0.5, 5], rel=1e-12)
     assert sum(not motion.is_identity for motion in moved) == 1
+
+
+@pytest.mark.parametrize("length", [1, 30])
+def test_rays_of_a_turned_part_are_seldom_in_doubt(length: float):
+    """A block with crossed bores, given by turned normals that are rounded: rays along its walls were all in doubt."""
+    turn = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
+    half, center = np.array([1.5, 1.0, 2.0 * length]), np.array([3.0, -2.0, 7.0])
+    normals = np.concatenate([turn, -turn])
+    block = co.Polyhedron(normals, normals @ center + np.tile(half, 2))
+    bores = [co.Cylinder(center - 99 * turn[k], center + 99 * turn[k], radius) for k, radius in ((0, 0.4), (2, 0.6))]
+    shape, random = block - bores[0] - bores[1], np.random.default_rng(4)
+    tight = fitted_box(shape)
+    box = leaning_box(tight)
+    corners = np.array(list(itertools.product((-1, 1), repeat=3))) * half @ turn + center
+    assert (np.abs((corners - box.center) @ box.axes) <= box.half * (1 + 1e-12)).all()
+    assert np.prod(box.half) < 3 * np.prod(tight.half)
+    for axis in box.axes.T:
+        origins = box.center + random.uniform(-1, 1, (2000, 3)) * box.half @ box.axes.T - 99 * axis
+        assert in_doubt(co.Scene([shape]), co.Rays(origins, axis)).mean() < 0.01
