@@ -107,8 +107,9 @@ class Polyhedron(PrimitiveSolid):
 
     @property
     def near(self) -> Vector:
-        """A point near the solid, by which its planes are anchored."""
-        x, y, z = box_middles(*self._own_bounds).tolist()
+        """A point near the solid and its planes, by which these are anchored."""
+        bounds, planes = np.array(self._own_bounds), np.column_stack([self.normals, self.offsets])
+        x, y, z = points_near(bounds[None], planes[None])[0].tolist()
         return x, y, z
 
     def _face(self, index: int) -> PolyhedronFace:
@@ -205,6 +206,8 @@ _SURELY_INSIDE = 1e-9
 """A point deeper in a half-space than this share of its coordinates is inside whatever floats round."""
 _AXES = np.eye(3)
 _MOST_STEPS, _FAR_BOX = 1000, 1e6
+_FAR_CORNER = 1024
+"""Planes are not anchored at corners so many times farther from the origin than every plane."""
 
 
 def farthest_point(rows: FloatArray, direction: FloatArray) -> FloatArray | None:
@@ -245,12 +248,25 @@ def farthest_point(rows: FloatArray, direction: FloatArray) -> FloatArray | None
     return None
 
 
-def box_middles(low: FloatArray, high: FloatArray) -> FloatArray:
-    """Return finite points (..., 3) of boxes, whose ends may be infinite; zeros for empty boxes."""
-    ends = np.stack([low, high])
-    is_finite = np.isfinite(ends)
-    shares = np.where(is_finite, ends, 0.0) / np.maximum(is_finite.sum(axis=0), 1)
-    return np.where((low > high).any(axis=-1, keepdims=True), 0.0, shares[0] + shares[1] + 0.0)
+def points_near(bounds: FloatArray, planes: FloatArray) -> FloatArray:
+    """Return points (n, 3) near polyhedra and their planes: about the middles of bounds; zeros for empty ones.
+
+    Ends that are infinite, or much farther than every plane, do not count. Planes that are parallel but for a last
+    digit meet there, and an anchor there would lose as many digits of all planes.
+
+    Parameters
+    ----------
+    bounds : array (n, 2, 3)
+        Lower and upper ends.
+    planes : array (n, p, 4)
+        Normals, of any length, and offsets.
+    """
+    with np.errstate(over="ignore"):
+        far = _FAR_CORNER * (np.abs(planes[..., 3]) / np.abs(planes[..., :3]).max(axis=2)).max(axis=1)
+    counts = np.isfinite(bounds) & (np.abs(bounds) <= far[:, None, None])
+    shares = np.where(counts, bounds, 0.0) / np.maximum(counts.sum(axis=1, keepdims=True), 1)
+    is_empty = (bounds[:, 0] > bounds[:, 1]).any(axis=1, keepdims=True)
+    return np.where(is_empty, 0.0, shares[:, 0] + shares[:, 1] + 0.0)
 
 
 # --- Solids that may be concave, cut into convex parts

@@ -137,12 +137,12 @@ class _Polyhedra:
 
     def columns(self) -> tuple[Floats, Ints, Ints]:
         """`ShapeBatch.columns`"""
-        from ..geometry.polyhedron import box_middles
+        from ..geometry.polyhedron import points_near
 
         learn_bounds(self.shapes, self.planes)
         motions, places = np.concatenate(self.motions), np.concatenate(self.places)
         ends = np.array([shape._own_bounds for shape in self.shapes])
-        common = [box_middles(ends[:, 0], ends[:, 1])]
+        common = [points_near(ends, self.planes.reshape(len(ends), -1, 4))]
         if count_translations(self.steps[0]) > 0:
             common.append(np.array([[x for step in steps for x in step.offset] for steps in self.steps]))  # type: ignore[union-attr]
         numbers = [self.planes.reshape(-1, 4), *(np.repeat(each, self.faces, axis=0) for each in common)]

@@ -12,8 +12,15 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 import conicoid as co
-from conicoid.apps.checks.conditioning import SINGLE_PRECISION_DIGITS, Conditioning, conditioning, digits
-from conicoid.apps.checks.perturbation import number_changes
+from conicoid.apps.checks.conditioning import (
+    SINGLE_PRECISION_DIGITS,
+    Conditioning,
+    _part as prepare_part,
+    conditioning,
+    digits,
+)
+from conicoid.apps.checks.critical_points import movement
+from conicoid.apps.checks.perturbation import MotionFields, number_changes, own_frame
 
 from ..command_line import run
 from ..samples import marked
@@ -315,4 +322,33 @@ def test_ordinary_bodies_are_tested_without_a_change_of_each_number(monkeypatch)
 
     monkeypatch.setattr("conicoid.apps.checks.perturbation._comparable_changes", refuse)
     shapes = [_flat("prism", 1e3, 1.0), _flat("frustum", -20.0, 0.1), _flat("mesh", 1e3, 0.1), _rod(100.0, 0.5)]
+    shapes += [_leaf(kind, 100.0, 0.5) & co.Sphere(0.7, (100, 0, 0)) - _rod(100.0, 0.5) for kind in ("block", "rod")]
     assert not conditioning(co.Scene(shapes), SINGLE_PRECISION_DIGITS)
+
+
+def _leaf(kind: str, far: float, thin: float) -> co.Shape:
+    """A turned block of planes of any scale, or a rod across it, `far` from the origin."""
+    random = np.random.default_rng(7)
+    turn, at = np.linalg.qr(random.normal(size=(3, 3)))[0], np.array([far, 0, 0])
+    if kind == "rod":
+        return co.Cylinder(at - turn[0], at + turn[0] * thin, 0.2 * thin)
+    normals = np.concatenate([turn, -turn]) * random.uniform(0.1, 10, (6, 1))
+    reach = np.tile([1.0, thin, thin], 2) * np.linalg.norm(normals, axis=1)
+    return co.Polyhedron(normals.tolist(), normals @ at + reach)
+
+
+@pytest.mark.parametrize("kind", ["block", "rod"])
+@pytest.mark.parametrize(("far", "thin"), [(0.0, 1.0), (0.5, 1e-3), (1e3, 1.0), (1e6, 1e-2)])
+def test_bounds_of_all_changes_are_not_below_the_sum_of_the_single_ones(kind, far, thin):
+    leaf, random = _leaf(kind, far, thin), np.random.default_rng(8)
+    frame, (low, high), _ = own_frame(leaf)
+    for share in (0.0, 0.1, 0.4):
+        cut = share * random.uniform(0, 1, (2, 3)) * (high - low)
+        extent = tuple((low + cut[0]).tolist()), tuple((high - cut[1]).tolist())
+        exact, bound = (
+            movement(
+                prepare_part(leaf, frame, *extent, share > 0, bounded), MotionFields(np.zeros((0, 3, 4)), ()), False
+            )
+            for bounded in (False, True)
+        )
+        assert exact.relative <= bound.relative <= 100 * exact.relative

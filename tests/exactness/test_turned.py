@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 
 import numpy as np
 import pytest
 
 import conicoid as co
 from conicoid.geometry.exact_crossings import surface_form
+
+from ..reference.routes import in_doubt
 
 # --- Motions with irrational numbers that leave a surface rational: what is rational on paper is found to be
 
@@ -208,3 +211,60 @@ def test_motions_over_many_decades(shape: co.Shape) -> None:
         ValueError, match=rf"{type(shape).__name__}: (inverse of )?motion must have entries of magnitude up to 1e\+100"
     ):
         long.scale((1e-60, 1, 1e60)).scale((1e-60, 1, 1e60))
+
+
+# --- Planes that are parallel but for a last digit meet some 1e16 away: nothing may be anchored there
+
+
+def almost_slabs(random: np.random.Generator, sides: int) -> list[tuple[list[float], float]]:
+    """Half-spaces of a slab or a prism of thickness 2 about the origin: each normal's opposite is some ulps off."""
+    turn = np.linalg.qr(random.normal(size=(3, 3)))[0]
+    found = []
+    for normal in turn[:sides]:
+        opposite = [-c * (1 + k * 2.0**-52) for c, k in zip(normal, random.integers(-2, 3, 3), strict=True)]
+        found += [(normal.tolist(), 1.0), (opposite, 1.0)]
+    return found
+
+
+def entry(halves: list[tuple[list[Fraction], Fraction]], origin: list[float], direction: list[float]) -> float:
+    """Return where a ray from outside enters an intersection of half-spaces, rounded once; inf if it misses."""
+    first, last = Fraction(0), Fraction(100)
+    for normal, offset in halves:
+        height = offset - sum(n * Fraction(x) for n, x in zip(normal, origin, strict=True))
+        rate = sum(n * Fraction(x) for n, x in zip(normal, direction, strict=True))
+        if rate > 0:
+            last = min(last, height / rate)
+        elif rate < 0:
+            first = max(first, height / rate)
+        elif height < 0:
+            return math.inf
+    return float(first) if first < last else math.inf
+
+
+@pytest.mark.parametrize("count", [1, 20])
+@pytest.mark.parametrize("sides", [1, 2])
+def test_planes_that_are_parallel_but_for_a_last_digit(sides: int, count: int) -> None:
+    """Half a turn about (1, 2, 3), x -> (a·x) a / 7 - x, is a rational matrix. Many bodies of a form share a tape."""
+    random, axis, distance = np.random.default_rng(sides), (1, 2, 3), 20
+    turn = [[Fraction(a * b, 7) - (i == k) for k, b in enumerate(axis)] for i, a in enumerate(axis)]
+    block = [([sense * float(i == k) for i in range(3)], 4.0) for k in range(3) for sense in (1, -1)]
+    shapes, bodies = [], []
+    for body in range(count):
+        slabs = almost_slabs(random, sides)
+        prism = co.Polyhedron([normal for normal, _ in slabs], [offset for _, offset in slabs])
+        part = prism & co.Box((-4, -4, -4), (4, 4, 4))
+        shapes.append(part.rotate(axis, 180).translate((distance * body, 0, 0)))
+        halves = []
+        for normal, offset in slabs + block:
+            turned = [sum(t * Fraction(n) for t, n in zip(row, normal, strict=True)) for row in turn]
+            halves.append((turned, Fraction(offset) + turned[0] * distance * body))
+        bodies.append(halves)
+    scene = co.Scene(shapes)
+    towards = np.repeat(distance * np.arange(count), 200 // count)
+    origins = random.uniform(-4, 4, (len(towards), 3)) + np.column_stack([towards, 0 * towards, 0 * towards + 30.0])
+    targets = random.uniform(-1, 1, (len(towards), 3)) + np.column_stack([towards, 0 * towards, 0 * towards])
+    hits = scene.first_hit(origins, targets - origins)
+    rays = zip((towards // distance).tolist(), origins.tolist(), (targets - origins).tolist(), strict=True)
+    expected = [entry(bodies[body], origin, direction) for body, origin, direction in rays]
+    assert hits.t == pytest.approx(expected, rel=1e-14)
+    assert in_doubt(scene, hits.rays).mean() < 0.02

@@ -7,14 +7,16 @@ import math
 from dataclasses import replace
 from fractions import Fraction
 
+import mpmath
 import numpy as np
 import pytest
 
 import conicoid as co
 from conicoid.apps.measures import measure as measure_module
-from conicoid.apps.measures.hull import fitted_box
+from conicoid.apps.measures.hull import fitted_box, leaning_box
 from conicoid.io.openscad.solids import sided_ball
 
+from ..reference.routes import in_doubt
 from ..samples import in_turn, sampled
 from .solids import L_OUTLINE, OCTAHEDRON, SHEAR, askew
 
@@ -62,18 +64,66 @@ def test_closed_forms_agree_with_rays(name: str, motion: str):
 
 
 def test_areas_have_closed_forms_under_similarities():
-    for name in ("sphere", "box", "cylinder", "wedge", "cone", "frustum"):
+    for shape in PRIMITIVES.values():
         for motion in ("still", "askew", "mirrored"):
-            found = co.measure(MOTIONS[motion](PRIMITIVES[name]))
+            found = co.measure(MOTIONS[motion](shape))
             assert (found.area_error, found.rays) == (0, 0)
     assert co.measure(co.Box().transform(SHEAR)).rays == 0
-    assert co.measure(co.Sphere().scale((1, 2, 3)), rays=600).area_error > 0
+    assert co.measure(PRIMITIVES["barrel"].scale((1, 2, 3)), rays=600).area_error > 0
 
 
-def test_an_ellipsoid():
-    ellipsoid = co.measure(co.Ellipsoid((1, 2, 3)), rays=600)
-    assert ellipsoid.volume == pytest.approx(8 * PI, rel=1e-14)
-    assert np.diag(ellipsoid.inertia) == pytest.approx(8 * PI / 5 * np.array([13, 10, 5]))
+ROUND = {
+    "paraboloid": (co.EllipticParaboloid(1, 1, (-math.inf, 2)), PI / 6 * 26 + 2 * PI),
+    "ball": (co.Ellipsoid((2, 2, 2), (1, 2, 3), (-1, 0.5)), 2 * PI * 2 * 1.5 + PI * (3 + 3.75)),
+    "bow tie": (co.DoubleCone(2, (-1, 0.5)), PI * math.sqrt(5) * (2 + 0.5) + PI * (4 + 1)),
+    # r = cosh v, z = sinh v: 2 π ∫ √(1 + 2 z²) dz, an antiderivative of which is z √(1 + 2 z²) / 2 + asinh(√2 z) / √8
+    "hyperboloid": (
+        co.OneSheetHyperboloid(1, 1, 1, (-1, 1)),
+        2 * PI * (math.sqrt(3) + math.asinh(math.sqrt(2)) / math.sqrt(2)) + 2 * PI * 2,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", ROUND)
+def test_areas_of_quadrics_of_revolution(name: str):
+    shape, area = ROUND[name]
+    assert co.measure(shape).area == pytest.approx(area, rel=4e-16)
+
+
+@pytest.mark.parametrize("radii", [(1, 2, 3), (1, 1, 1e-3), (1, 1, 500), (1, 40, 1), (1e-60, 2e-60, 4e-60)])
+def test_an_ellipsoid(radii: tuple[float, float, float]):
+    """The area is 4 π R_G(a² b², a² c², b² c²), Carlson's symmetric integral (DLMF 19.33.1)."""
+    a, b, c = radii
+    area = 4 * PI * float(mpmath.elliprg((mpmath.mpf(a) * b) ** 2, (mpmath.mpf(a) * c) ** 2, (mpmath.mpf(b) * c) ** 2))
+    for shape in (co.Ellipsoid(radii), co.Ellipsoid((b, c, a)), co.Sphere(0.5).scale((2 * a, 2 * b, 2 * c))):
+        found = co.measure(shape)
+        assert (found.rays, found.area) == (0, pytest.approx(area, rel=4e-15))
+        assert found.volume == pytest.approx(4 / 3 * PI * a * b * c, rel=1e-14)
+    inertia = 4 / 15 * PI * a * b * c * np.array([b * b + c * c, a * a + c * c, a * a + b * b])
+    assert np.diag(co.measure(co.Ellipsoid(radii)).inertia) == pytest.approx(
+        inertia, rel=1e-13, abs=1e-15 * max(inertia)
+    )
+
+
+def test_an_elliptic_cylinder():
+    """The perimeter of an ellipse is 4 a E(1 - b² / a²)."""
+    for b in (0.5, 1e-3):
+        around = float(4 * mpmath.ellipe(1 - mpmath.mpf(b) ** 2))
+        found = co.measure(co.EllipticCylinder(1, 1 / b**2, (-1, 2)))
+        assert (found.rays, found.area) == (0, pytest.approx(3 * around + 2 * PI * b, rel=4e-15))
+        assert found.centroid.tolist() == [0, 0, 0.5]
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        co.Cylinder((0, 0, -1), (0, 0, 1), 1.5), co.Tube((0, 0, -1), (0, 0, 1), 0.3, 0.7), co.Ellipsoid((1, 2, 3)),
+        co.RegularPrism(6, 1.1, (-0.7, 0.7)), co.Cone((0, 0, -1), (0, 0, 1), 0.7, 0.7),
+    ],
+    ids=lambda shape: type(shape).__name__,
+)  # fmt: skip
+def test_the_centroid_of_a_symmetric_solid_is_its_middle(shape: co.Shape):
+    assert co.measure(shape).centroid.tolist() == [0, 0, 0]
 
 
 @pytest.mark.parametrize("size", [1e-90, 1e80])
@@ -375,3 +425,22 @@ def test_only_the_smallest_turned_box_is_bounded_exactly(monkeypatch):
     box = fitted_box(shape)
     assert sorted(box.half) == pytest.approx([0.5, 0.5, 5], rel=1e-12)
     assert sum(not motion.is_identity for motion in moved) == 1
+
+
+@pytest.mark.parametrize("length", [1, 30])
+def test_rays_of_a_turned_part_are_seldom_in_doubt(length: float):
+    """A block with crossed bores, given by turned normals that are rounded: rays along its walls were all in doubt."""
+    turn = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
+    half, center = np.array([1.5, 1.0, 2.0 * length]), np.array([3.0, -2.0, 7.0])
+    normals = np.concatenate([turn, -turn])
+    block = co.Polyhedron(normals, normals @ center + np.tile(half, 2))
+    bores = [co.Cylinder(center - 99 * turn[k], center + 99 * turn[k], radius) for k, radius in ((0, 0.4), (2, 0.6))]
+    shape, random = block - bores[0] - bores[1], np.random.default_rng(4)
+    tight = fitted_box(shape)
+    box = leaning_box(tight)
+    corners = np.array(list(itertools.product((-1, 1), repeat=3))) * half @ turn + center
+    assert (np.abs((corners - box.center) @ box.axes) <= box.half * (1 + 1e-12)).all()
+    assert np.prod(box.half) < 3 * np.prod(tight.half)
+    for axis in box.axes.T:
+        origins = box.center + random.uniform(-1, 1, (2000, 3)) * box.half @ box.axes.T - 99 * axis
+        assert in_doubt(co.Scene([shape]), co.Rays(origins, axis)).mean() < 0.01

@@ -20,7 +20,6 @@ from ..._util.arrays import FloatArray, Vector
 from ..._util.dataclass import dataclass
 from ...geometry.bulk import Bulk, Spheres
 from ...geometry.instances import InstanceList, transform_offsets
-from ...geometry.polyhedron import FlatSolid
 from ...geometry.primitives import Cylinder, Sphere
 from ...geometry.shape import Boolean, ClippedSheet, Shape
 from ...geometry.sheets import Polygon, Triangle, newell_sum
@@ -29,7 +28,7 @@ from ...numerics import bigfloat as ex
 from ...queries.scene_protocol import SceneLike
 from ..measures.hull import moved_parts
 from .critical_points import Movement, TestedPart, least_displacement, movement
-from .perturbation import HALF_ULP, Extent, LocalFrame, MotionFields, fields_of, localize, own_frame
+from .perturbation import HALF_ULP, Extent, LocalFrame, MotionFields, fields_of, has_face_shifts, localize, own_frame
 from .probe_rays import ProbeTargets
 
 ALL_DIGITS = 53 * math.log10(2)
@@ -510,8 +509,8 @@ class _BodyExaminer:
             return None
         low, high = _thicken(extent, frame, leaf.is_sheet)
         where = leaf, frame, tuple(low.tolist()), tuple(high.tolist()), cut
-        if isinstance(leaf, FlatSolid) and self.below < math.inf:
-            # Changes of each number would cut the solid into convex parts as often as it has numbers
+        if self.below < math.inf and has_face_shifts(leaf):
+            # A change of each number takes all forms once more, and cuts a flat solid into convex parts once more
             bounded = self._prepared_part(*where, True)
             most = movement(bounded, fields_of(motion, bounded.local.frame), leaf.is_sheet)
             if most is None or digits_of(most.relative) >= self.below + _CORNER_MARGIN:

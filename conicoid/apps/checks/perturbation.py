@@ -20,6 +20,7 @@ from ..._util.dataclass import dataclass
 from ...geometry.cell import Cell, PolygonSheet, cells_of_tree
 from ...geometry.general_quadric import Quadric
 from ...geometry.polyhedron import Extrusion, FlatSolid, Polyhedron
+from ...geometry.primitives import Cylinder
 from ...geometry.shape import PrimitiveSheet, PrimitiveSolid
 from ...geometry.surface import UPRIGHT, PlaneSurface, QuadricSurface, Surface
 from ...geometry.transform import IDENTITY_MOTION, Motion
@@ -332,7 +333,7 @@ def _size(surface: QuadricSurface) -> FloatArray:
 def localize(leaf: Any, frame: LocalFrame, cut: bool, bounded: bool = False) -> LocalShape:
     """Return the cells of a shape without motion in a frame that fits the tested part.
 
-    `bounded`: a `FlatSolid` gets bounds of all changes together, without a change of each number.
+    `bounded`: a shape with `has_face_shifts` gets bounds of all changes together, without a change of each number.
     """
     sides = cells_of(leaf)
     base = forms_of(leaf, sides)
@@ -346,14 +347,41 @@ def localize(leaf: Any, frame: LocalFrame, cut: bool, bounded: bool = False) -> 
     return LocalShape(frame, tuple(cells))
 
 
-def _face_shifts(solid: FlatSolid, frame: LocalFrame) -> dict[int, float]:
+def has_face_shifts(leaf: Any) -> bool:
+    """Return whether a shape has bounds of all changes together: the parts of most models, which have digits enough."""
+    whole = isinstance(leaf, Cylinder) and leaf.end_angle - leaf.start_angle == 360
+    return whole or isinstance(leaf, (FlatSolid, Polyhedron))
+
+
+def _face_shifts(leaf: Any, frame: LocalFrame) -> dict[int, float]:
+    """Return for each face a bound of how much all numbers together change its form within the tested part.
+
+    It is twice as large as needed, which leaves room for terms of second order. For a plane n·x - d of a polyhedron
+    that is u (Σ |n_k p_k| + |d|), u = 2^-53. Sides and caps of cylinders move as in `conditioning.least_digits`; the
+    gradient of x² + y² - r² is 2 √2 r at most in the box around the cylinder.
+    """
+    if isinstance(leaf, FlatSolid):
+        return {face: math.sqrt(3) * shift for face, shift in _flat_shifts(leaf, frame).items()}
+    if isinstance(leaf, Cylinder):
+        r, far = leaf.radius, sum(map(abs, (*leaf.start, *leaf.end, leaf.radius)))
+        cap = 2 * HALF_ULP * far * (1 + 2 * r / float(leaf.length))
+        return {0: 4 * math.sqrt(2) * r * HALF_ULP * far, 1: cap, 2: cap}
+    reach = [
+        abs(float(at)) + sum(abs(float(c)) for c in row) for at, row in zip(frame.origin, frame.columns, strict=True)
+    ]
+    sums = np.abs(np.array(leaf.normals)) @ reach + np.abs(leaf.offsets)
+    return dict(enumerate((2 * HALF_ULP * sums).tolist()))
+
+
+def _flat_shifts(solid: FlatSolid, frame: LocalFrame) -> dict[int, float]:
     """Return for each face a bound of how far all numbers together move its planes within the tested part.
 
-    Where the corners c_k of a polygon move by δ_k, the normal n = ½ Σ c_k × c_{k+1} · 2 of Newell changes by
-    Σ (c_{k-1} - c_{k+1}) × δ_k. So at a point p the plane moves by Σ |δ_k| (1 + |p - c_0| D / |n|) at most, where D is
-    twice the longest spoke from c_0. Numbers move |δ_k| by 2^-52 |c_k|₁ together, as x and y of an extrusion are
-    products of two; twice that leaves room for terms of second order. A face of a mesh that is no longer flat is
-    cut into triangles, so that the smallest of these counts. Where floats do not show the area, no digit remains.
+    The largest entry of the normal of a face is 1. Where the corners c_k of a polygon move by δ_k, the normal
+    n = ½ Σ c_k × c_{k+1} · 2 of Newell changes by Σ (c_{k-1} - c_{k+1}) × δ_k. So at a point p the plane moves by
+    Σ |δ_k| (1 + |p - c_0| D / |n|) at most, where D is twice the longest spoke from c_0. Numbers move |δ_k| by
+    2^-52 |c_k|₁ together, as x and y of an extrusion are products of two; twice that leaves room for terms of second
+    order. A face of a mesh that is no longer flat is cut into triangles, so that the smallest of these counts. Where
+    floats do not show the area, no digit remains.
     """
     corners = solid._corners[:, :3].copy()
     corners[:, :2] *= solid._corners[:, 3:]
@@ -417,8 +445,7 @@ def _cell(
         # The largest entry becomes 1, and changes are divided by the same number
         largest = max(abs(entry) for entry in local.entries) or ex.ONE
         rounded[s] = _divide_form(local, largest)
-        # The largest entry of a plane's normal is 1
-        shifts[s] = math.sqrt(3) * face_shifts.get(side.number, 0.0) / float(largest)
+        shifts[s] = face_shifts.get(side.number, 0.0) / float(largest)
         for n, (share, changed_forms) in enumerate(changed):
             other = changed_forms.get(side.number)
             # Most numbers leave most faces as they are

@@ -29,6 +29,7 @@ class UnboundedShapeError(ValueError):
 _CANDIDATES = 8  # boxes that are tried, including the one along the world's axes
 _BOUNDED_PARTS = 2000  # parts bounded for all candidates together
 _CLEARLY_SMALLER = 0.99  # a turned box must have less than this share of the volume
+_LEAN, _LEAN_AXIS = 2.0**-6, (0.48, 0.59, 0.65)  # the angle by which boxes lean at most, and about what
 _PROBES = 1024  # rays along each axis of the world that find points of a combination
 _PROBED_SIZES = 1e-50, 1e50  # the sizes of shapes that have points within the range of rays
 
@@ -138,6 +139,20 @@ def _own_axes(part: Shape, outer: Motion) -> FloatArray | None:
     axes = np.linalg.qr(linear)[0][:, :3]
     axes[:, 2] *= np.sign(np.linalg.det(axes))
     return np.where(np.abs(axes) < 1e-15, 0.0, axes) if np.isfinite(axes).all() else None
+
+
+def leaning_box(box: FittedBox) -> FittedBox:
+    """Return a turned box turned a little further, around itself; a box along the axes of the world as it is.
+
+    User: turned parts of CAD models. Rays along the axes of such a part meet none of its walls or all of them, but for
+    a last digit of its normals: each ray would be in doubt, which takes ten to seventy times as long.
+    """
+    lean = min(_LEAN, box.half.min() / box.half.max())
+    if np.array_equal(box.axes, np.eye(3)) or not lean > 0:
+        return box
+    axes, upper = np.linalg.qr(box.axes + lean * np.cross(box.axes, _LEAN_AXIS, axis=0))
+    axes *= np.sign(np.diag(upper))
+    return FittedBox(axes, box.center, np.abs(axes.T @ box.axes) @ box.half)
 
 
 def _turn(rows: FloatArray) -> Transform:

@@ -30,7 +30,7 @@ from .chords import AREA, FIRST, PAIRS, SECOND, VOLUME, ChordSums, Progress, run
 from .closed_forms import Moments, closed_area, closed_moments
 from .closed_regions import closed_region
 from .flat_solids import box_grid, flat_form
-from .hull import FittedBox, UnboundedShapeError, fitted_box
+from .hull import FittedBox, UnboundedShapeError, fitted_box, leaning_box
 
 if TYPE_CHECKING:
     from ...parallel.workers import Workers
@@ -125,7 +125,7 @@ def measure(
 ) -> Any:
     """Measure the volume, surface area, centroid and inertia of a bounded shape, or of every body of a scene.
 
-    Primitives have closed forms of the volume, centroid and inertia under any motion, and some of the area; so have
+    Primitives have closed forms of the volume, centroid and inertia under any motion, and most of the area; so have
     polyhedra, meshes and extrusions. Boolean combinations have them of boxes along common axes, of planes and circular
     cylinders along an axis, and of solids of revolution about one: pins, pipes, shells, most bodies of imported models.
     All others are measured by the exact chords of about a million rays.
@@ -259,6 +259,7 @@ def _measure_primitives(
         moments, area = found_form if found_form is not None else (None, area)
     if moments is not None and area is not None:
         return _closed_measures(moments, area)
+    box = leaning_box(box)
     found = _sampled_measures(sample_integrals(shape, box, rays, seed, progress, workers), box)
     return found if moments is None else _closed_measures(moments, found.area, found.area_error, found.rays)
 
