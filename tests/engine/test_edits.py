@@ -85,7 +85,9 @@ def test_a_body_under_a_motion_of_its_own_is_lowered_as_those_like_it(monkeypatc
     """Its parts are recorded, its motion is not: 8 ms for five parts, if it were worked out alone."""
     drilled = co.Box() - co.Cylinder((0, 0, -2), (0, 0, 2), 0.5)
     rng = np.random.default_rng(0)
-    scene = co.Scene([drilled.rotate(v, 30).translate(v) for v in rng.normal(size=(20, 3)).tolist()])
+    turned = [drilled.rotate(v, 30).translate(v) for v in rng.normal(size=(300, 3)).tolist()]
+    turned += [shape.scale((-2, 2, 2)).rotate((1, 1, 3), 12) for shape in turned]
+    scene = co.Scene(turned)
     scene.prepare()
     alone = []
     monkeypatch.setattr(parts, "compute_shape", lambda shape: alone.append(shape))
