@@ -203,6 +203,7 @@ NOTHING = {  # each has no point inside: of some surfaces' sides none occurs tha
     "planes at a corner": half(1, 0, 0) & half(0, 1, 0) & half(0, 0, 1) & half(-1, -2, -3),
     "a plane that touches a ball": co.Sphere(1) & half(-3, -4, 0, offset=-5),
     "a plane along a rod": co.Cylinder((0, 0, -1), (0, 0, 1), 1) & half(-3, -4, 0, offset=-5),
+    "planes past an apex": co.DoubleCone(1) & half(0, 0, 1) & half(-1, 0, -3),
 }
 
 
