@@ -53,7 +53,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PreparedScene:
-    """A scene prepared for queries: lowered, with its trees. Immutable, except that `forms` is filled on demand.
+    """A scene prepared for queries: lowered, with its trees. Immutable, but for the dicts `forms` and `sides`.
 
     Parameters
     ----------
@@ -67,6 +67,8 @@ class PreparedScene:
         Where the trees end in the tables, for edits.
     forms : dict
         Row of a surface -> its polynomial in integers, for exact crossings.
+    sides : dict
+        Surfaces, rising, through a point that may be a wall -> their sides that occur (`occurring_sides`).
     entries : Sequence[Body]
         The entries of the scene, which give names and materials.
     edit_state : EditState
@@ -78,6 +80,7 @@ class PreparedScene:
     rest: RoundingRest
     woods: SceneTrees = field(repr=False, compare=False)
     forms: dict[int, IntegerForm] = field(default_factory=dict, repr=False, compare=False)  # surface -> its exact form
+    sides: dict[tuple[int, ...], list[int]] = field(default_factory=dict, repr=False, compare=False)
 
     entries: Sequence[Body] = ()  # names and materials come from these
     edit_state: EditState = field(default_factory=EditState, repr=False, compare=False)

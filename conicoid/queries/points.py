@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cached_property
+from itertools import chain
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -16,10 +17,11 @@ from .._util.text import format_count
 from .._util.validation import LARGEST, format_value, real_array, zero_negligible
 from ..geometry.labels import Labels
 from ..kernels.closest.nearest_walls import nearest_walls
+from ..kernels.closest.neighbourhood import MOST_IN_DOUBT
 from ..kernels.closest.safety import bounds_of_points
 from ..kernels.tables import Floats, Ints, Signs
 from ..kernels.threads import KernelRange, chunk_of_rays, chunk_size, run_on, run_rows
-from ..prepare.prepared_scene import PreparedScene
+from ..prepare.prepared_scene import PreparedScene, exact_form
 from .device_choice import device_of
 from .exact.doubtful_rays import resolve_bodies
 from .exact.membership import locate_packets
@@ -551,9 +553,17 @@ def exact_distances(
     """Return the nearest wall of each point, with an error bound."""
     count, found = len(flat), Nearest.nothing(len(flat))
     lower, upper, away = np.empty(count), np.empty(count), np.empty(count)
-    after = found.body, found.entry, found.place, found.turn, away, lower, upper, found.point
-    work = KernelRange(nearest_walls, (flat, reach), after)
+    doubts = np.empty((count, 1 + MOST_IN_DOUBT), np.int32)
+    after: tuple[npt.NDArray[Any], ...] = (found.body, found.entry, found.place, found.turn)
+    after = (*after, away, lower, upper, found.point, doubts)
+    work = KernelRange(nearest_walls, (flat, reach, known_sides(scene)), after)
     run_on(scene.geometry, work, count, chunk_size(count, _EXACT_CHUNK), count, progress)
+    while len(which := np.flatnonzero((doubts[:, 0] > 0) & (lower < upper))) and learn_sides(scene, doubts[which]):
+        again = tuple(array[which] for array in after)
+        work = KernelRange(nearest_walls, (flat[which], reach[which], known_sides(scene)), again)
+        run_on(scene.geometry, work, len(which), chunk_size(len(which), _EXACT_CHUNK), len(which))
+        for array, part in zip(after, again, strict=True):
+            array[which] = part
     beyond = ~((away <= reach) & (away < math.inf))
     for field in (found.body, found.entry, found.place):
         field[beyond] = -1
@@ -570,6 +580,24 @@ def exact_distances(
         error = np.where(error > 0.5 * away, np.nextafter(error, math.inf), error)
     found.error[:] = np.where(beyond, np.where(found.lower == math.inf, 0.0, math.inf), error)
     return found
+
+
+def known_sides(scene: PreparedScene) -> Ints:
+    """Return what is known of sides that occur, as a `Neighbourhood` has it."""
+    rows = [(len(key), len(sides), *key, *sides) for key, sides in scene.sides.items()]
+    return np.array([*chain.from_iterable(rows), 0], np.int32)
+
+
+def learn_sides(scene: PreparedScene, doubts: Ints) -> bool:
+    """Find which sides occur of the surfaces of some rows of doubts, in exact arithmetic; False if all were known."""
+    from ..geometry.occurring_sides import occurring_sides
+
+    before = len(scene.sides)
+    for count, *surfaces in np.unique(doubts, axis=0).tolist():
+        key = tuple(sorted(surfaces[:count]))
+        if key not in scene.sides:
+            scene.sides[key] = occurring_sides([exact_form(scene, surface) for surface in key])
+    return len(scene.sides) > before
 
 
 def _sign_distances(scene: PreparedScene, flat: FloatArray, distances: FloatArray) -> FloatArray:

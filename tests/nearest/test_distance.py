@@ -194,6 +194,33 @@ def test_a_corner_of_many_surfaces_has_the_face_of_a_wall():
     assert np.isclose(walls, found.normal).all(axis=1).any(), found.normal
 
 
+def half(*normal, offset=0.0):
+    return co.HalfSpace(normal, offset)
+
+
+NOTHING = {  # each has no point inside: of some surfaces' sides none occurs that would hold the body
+    "planes along a line": half(1, 0, 0) & half(0, 1, 0) & half(-1, -1, 0),
+    "planes at a corner": half(1, 0, 0) & half(0, 1, 0) & half(0, 0, 1) & half(-1, -2, -3),
+    "a plane that touches a ball": co.Sphere(1) & half(-3, -4, 0, offset=-5),
+    "a plane along a rod": co.Cylinder((0, 0, -1), (0, 0, 1), 1) & half(-3, -4, 0, offset=-5),
+    "planes past an apex": co.DoubleCone(1) & half(0, 0, 1) & half(-1, 0, -3),
+}
+
+
+@pytest.mark.parametrize("name", NOTHING)
+@pytest.mark.parametrize("angle", [0, 30, 40])
+def test_sides_that_no_point_has_make_no_wall(name, angle):
+    """All surfaces pass through one point or line: rounding alone would make walls there."""
+    points, box = np.array([(0.1, 0.2, 0.3), (-1, 0.5, 0.25), (1, 3, 1)]), co.Box((2, 2, 2), (4, 4, 4))
+    away = np.linalg.norm(np.maximum(np.maximum(2 - points, points - 4), 0), axis=1)
+    cosine, sine = math.cos(math.radians(angle)), math.sin(math.radians(angle))
+    turned = points @ np.array([(cosine, sine, 0), (-sine, cosine, 0), (0, 0, 1)])
+    for body, true in ((NOTHING[name], np.inf), (NOTHING[name] | box, away)):
+        found = exact(body.rotate("z", angle) if angle else body, turned)
+        assert found.distance == pytest.approx(true, rel=1e-14)
+        assert (found.error < 1e-13).all()
+
+
 def test_far_points():
     for away in (1e3, 1e6, 1e9):
         found = exact(co.Ellipsoid((1, 2, 3)), (0, 0, away))

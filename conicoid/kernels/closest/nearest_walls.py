@@ -43,6 +43,7 @@ from .neighbourhood import (
     BODY,
     ENTRY,
     LOWER,
+    MOST_IN_DOUBT,
     NEAREST,
     OF_BODY,
     PLACE,
@@ -260,18 +261,19 @@ def try_entry_walls(geometry: Geometry, room: Neighbourhood, at: WallQuery, near
 
 
 @kernel(
-    points="n 3", reach="n", begin="0..end", end="0..n", body="out n", entry="out n", place="out n", turn="out n",
-    distance="out n", lower="out n", upper="out n", nearest="out n 3",
+    points="n 3", reach="n", known="k", begin="0..end", end="0..n", body="out n", entry="out n", place="out n",
+    turn="out n", distance="out n", lower="out n", upper="out n", nearest="out n 3", doubts="out n 9",
 )  # fmt: skip
 def nearest_walls(
-    geometry: Geometry, points: Floats, reach: Floats, begin: int, end: int, body: Ints, entry: Ints, place: Ints,
-    turn: Signs, distance: Floats, lower: Floats, upper: Floats, nearest: Floats,
+    geometry: Geometry, points: Floats, reach: Floats, known: Ints, begin: int, end: int, body: Ints, entry: Ints,
+    place: Ints, turn: Signs, distance: Floats, lower: Floats, upper: Floats, nearest: Floats, doubts: Ints,
 ) -> None:  # fmt: skip
     """Find the nearest wall of each of points begin..end within its reach: body and face, distance, bounds and point.
 
     The exact distance lies between `lower` and `upper`. Without a wall the body is -1 and distances are infinite.
+    `known` and `doubts` are those of a `Neighbourhood`.
     """
-    room = new_room(geometry)
+    room = new_room(geometry, known)
     way = room.scratch.way
     for i in range(begin, end):
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
@@ -293,3 +295,5 @@ def nearest_walls(
         distance[i], lower[i], upper[i] = best[NEAREST], best[LOWER], best[UPPER]
         for k in range(3):
             nearest[i, k] = best[AT_X + k]
+        for k in range(1 + MOST_IN_DOUBT):
+            doubts[i, k] = room.doubt[k]

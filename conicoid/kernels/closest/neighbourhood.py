@@ -281,10 +281,13 @@ MOST_PAIRED = 32
 BOX = 5
 """Numbers of a box: its middle, half of its side, a lower bound of the distance to it."""
 
-UPPER, LOWER, AT_X, AT_Y, AT_Z, REACH, NEAREST, OF_BODY, TIP = 0, 1, 2, 3, 4, 5, 6, 7, 8
+UPPER, LOWER, AT_X, AT_Y, AT_Z, REACH, NEAREST, OF_BODY, TIP, IN_DOUBT = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
 """Elements of `Neighbourhood.best`: upper and lower bound of the nearest wall's distance; the point of the best proved
 wall; the search radius; the distance of that point; the distance beyond which the current body has no walls; the error
-bound of the point, as a candidate, if many surfaces pass through it, else infinity."""
+bound of the point, as a candidate, if many surfaces pass through it, else infinity; a lower bound of the distance to
+the point of `doubt`."""
+MOST_IN_DOUBT = 8
+"""Most surfaces through a point whose occurring sides are asked for."""
 BODY, ENTRY, PLACE, SENSE = 0, 1, 2, 3
 """Elements of `Neighbourhood.who`: the body, entry, place and sense of the best wall."""
 SURFACES, LEAVES, LINKS, PROGRAM, SHEET_OF, WITHIN = 0, 1, 2, 3, 4, 5
@@ -310,10 +313,12 @@ class Neighbourhood(NamedTuple):
     best: Floats  # see `UPPER`
     who: Ints  # see `BODY`
     boxes: Floats  # a stack of boxes, see `BOX`
+    doubt: Ints  # how many surfaces pass through the nearest point that may be a wall, and these
+    known: Ints  # sets of surfaces: how many, how many of their sides occur, the surfaces, the sides as bits; then 0
 
 
 @allocator
-def new_room(geometry: Geometry) -> Neighbourhood:
+def new_room(geometry: Geometry, known: Ints) -> Neighbourhood:
     """Return memory for one thread, sized for the largest body of the scene."""
     gates, leaves, links = geometry.places[table.GATES], 1, 8
     for program in range(length(geometry, table.PROGRAM_LEAF) - 1):
@@ -339,9 +344,11 @@ def new_room(geometry: Geometry) -> Neighbourhood:
         np.empty(links + 1, np.int32),
         np.zeros(8, np.int32),
         np.zeros(MOST_PAIRED * MOST_PAIRED, np.int32),
-        np.empty(9),
+        np.empty(10),
         np.empty(4, np.int32),
         np.empty(BOX * MOST_BOXES),
+        np.zeros(1 + MOST_IN_DOUBT, np.int32),
+        known,
     )
 
 
@@ -349,7 +356,7 @@ def new_room(geometry: Geometry) -> Neighbourhood:
 def reset_nearest(room: Neighbourhood, reach: float) -> None:
     """Start a search for walls up to the distance `reach`."""
     room.best[UPPER], room.best[LOWER], room.best[REACH], room.best[NEAREST] = math.inf, math.inf, reach, math.inf
-    room.best[OF_BODY], room.best[TIP] = math.inf, math.inf
+    room.best[OF_BODY], room.best[TIP], room.best[IN_DOUBT], room.doubt[0] = math.inf, math.inf, math.inf, 0
     room.best[AT_X], room.best[AT_Y], room.best[AT_Z] = math.nan, math.nan, math.nan
     room.who[BODY], room.who[ENTRY], room.who[PLACE], room.who[SENSE] = -1, -1, -1, 1
 

@@ -88,7 +88,7 @@ class SafetyLanes(NamedTuple):
 @allocator
 def new_memory(geometry: Geometry) -> SafetyLanes:
     """Return memory for one thread."""
-    return SafetyLanes(np.zeros(SIZE), np.empty(LANES, np.int32), new_room(geometry))
+    return SafetyLanes(np.zeros(SIZE), np.empty(LANES, np.int32), new_room(geometry, np.zeros(1, np.int32)))
 
 
 @helper

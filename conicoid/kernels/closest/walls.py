@@ -26,10 +26,12 @@ from .neighbourhood import (
     CELL_OF,
     ENTRY,
     FIRST_LINK,
+    IN_DOUBT,
     LEAF,
     LEAVES,
     LINK_COUNT,
     LOWER,
+    MOST_IN_DOUBT,
     NEAREST,
     PLACE,
     PROGRAM,
@@ -381,6 +383,16 @@ def _proved_error(
 
 
 @helper
+def _is_at_apex(geometry: Geometry, room: Neighbourhood, many: int, x: float, y: float, z: float, off: float) -> bool:
+    """True if the gradient of one of the first `many` of room.chosen is too small to bound that surface."""
+    found = False
+    for i in range(many):
+        form = form_at(geometry, room.surface[room.chosen[i]], x, y, z)
+        found = found or length_of(form.gx, form.gy, form.gz) <= 4.0 * form.size * off
+    return found
+
+
+@helper
 def _is_regular(
     geometry: Geometry, room: Neighbourhood, count: int, many: int, sine: float, x: float, y: float, z: float,
     off: float,
@@ -392,10 +404,8 @@ def _is_regular(
     if many > 1:
         if count < many <= 3:
             sine = min(sine, project_point(geometry, room, many, x, y, z).sine)
-        for i in range(many if many <= 3 else 0):
-            form = form_at(geometry, room.surface[room.chosen[i]], x, y, z)
-            if length_of(form.gx, form.gy, form.gz) <= 4.0 * form.size * off:
-                sine = 0.0
+        if many <= 3 and _is_at_apex(geometry, room, many, x, y, z, off):
+            sine = 0.0
     return many <= 3 and sine >= TANGENT
 
 
@@ -431,6 +441,48 @@ def _wall_beside(
 
 
 @helper
+def _wall_of_sides(geometry: Geometry, room: Neighbourhood, many: int, least: float) -> int:
+    """Return NO_WALL if the body has one value for all sides of the first `many` of room.chosen that occur.
+
+    Surfaces of which nothing is known become room.doubt, for the least lower bound of the distance: POSSIBLE_WALL.
+    """
+    if many > MOST_IN_DOUBT or room.sizes[SHEET_OF] == 1:
+        return CERTAIN_WALL
+    row = _known_row(room, many)
+    if row < 0:
+        if least < room.best[IN_DOUBT]:
+            room.best[IN_DOUBT], room.doubt[0] = least, many
+            for i in range(many):
+                room.doubt[1 + i] = room.surface[room.chosen[i]]
+        return POSSIBLE_WALL
+    inside, outside = False, False
+    for k in range(room.known[row + 1]):
+        sides = room.known[row + 2 + many + k]
+        for i in range(many):
+            for j in range(many):
+                if room.known[row + 2 + j] == room.surface[room.chosen[i]]:
+                    room.sign[room.chosen[i]] = 1 if (sides >> j) & 1 else -1
+        value = holds(geometry, room)
+        inside, outside = inside or value, outside or not value
+    return CERTAIN_WALL if inside and outside else NO_WALL
+
+
+@inline
+def _known_row(room: Neighbourhood, many: int) -> int:
+    """Return where room.known has the first `many` of room.chosen, -1 for nowhere."""
+    row = 0
+    while room.known[row] > 0:
+        alike = 0
+        for i in range(many if room.known[row] == many else 0):
+            for j in range(many):
+                alike += 1 if room.known[row + 2 + j] == room.surface[room.chosen[i]] else 0
+        if alike == many:
+            return row
+        row += 2 + room.known[row] + room.known[row + 1]
+    return -1
+
+
+@helper
 def try_point(geometry: Geometry, room: Neighbourhood, at: WallQuery, count: int, v: WallCandidate) -> int:
     """Try x + v on the first `count` of room.chosen as the nearest wall; return NO_, POSSIBLE_ or CERTAIN_WALL.
 
@@ -462,14 +514,21 @@ def try_point(geometry: Geometry, room: Neighbourhood, at: WallQuery, count: int
     turn = _turn_of(geometry, room, many)
     if not turn.is_wall:
         return NO_WALL
-    room.best[LOWER] = min(room.best[LOWER], least)
     wall, size, point_off = room.chosen[turn.chosen], abs(x) + abs(y) + abs(z), off
     off = _proved_error(geometry, room, count, many, sine, x, y, z, off, distance)
-    if off > max(max(_VAGUE * size, _FAR * (size + distance)), _OFFSET * _reach(geometry, room, x, y, z)):
-        return POSSIBLE_WALL
+    proved = off <= max(max(_VAGUE * size, _FAR * (size + distance)), _OFFSET * _reach(geometry, room, x, y, z))
     for i in range(count):
-        if not _passes_near(geometry, room.surface[room.chosen[i]], x, y, z, 2.0**-50 * (size + distance)):
-            return POSSIBLE_WALL
+        moved = 2.0**-50 * (size + distance)
+        proved = proved and _passes_near(geometry, room.surface[room.chosen[i]], x, y, z, moved)
+    known = CERTAIN_WALL
+    # Two planes and an apex: their sides need not all occur, whatever their angles
+    if not proved or (many == 3 and _is_at_apex(geometry, room, many, x, y, z, point_off)):
+        known = _wall_of_sides(geometry, room, many, least)
+    if known == NO_WALL:
+        return NO_WALL
+    room.best[LOWER] = min(room.best[LOWER], least)
+    if not proved or known == POSSIBLE_WALL:
+        return POSSIBLE_WALL
     room.best[UPPER] = min(room.best[UPPER], distance + off)
     beside = whole(-1)
     if room.sizes[SHEET_OF] != 1 and not _is_regular(geometry, room, count, many, sine, x, y, z, point_off):
