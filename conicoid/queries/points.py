@@ -584,7 +584,7 @@ def exact_distances(
 
 def known_sides(scene: PreparedScene) -> Ints:
     """Return what is known of sides that occur, as a `Neighbourhood` has it."""
-    rows = [(len(key), len(sides), *key, *sides) for key, sides in scene.sides.items()]
+    rows = [(len(key), len(sides), *key, *sides) for key, sides in tuple(scene.sides.items())]  # other threads add
     return np.array([*chain.from_iterable(rows), 0], np.int32)
 
 
