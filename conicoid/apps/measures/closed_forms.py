@@ -83,7 +83,7 @@ def closed_area(shape: Shape) -> float | None:
         return _parallelogram(linear @ (b - a), linear @ (c - a)) / 2
     if isinstance(shape, Disc):
         return math.pi * _parallelogram(shape.radius * linear[:, 0], shape.radius * linear[:, 1])
-    factor = _similarity(linear)
+    factor = similarity(linear)
     if factor is None and (isinstance(shape, Sphere) or (isinstance(shape, Ellipsoid) and shape.z_range is None)):
         radii = shape.radius if isinstance(shape, Sphere) else shape.radii
         return own_area(Ellipsoid(np.linalg.svd(linear * radii, compute_uv=False)))
@@ -96,7 +96,7 @@ def _parallelogram(a: FloatArray, b: FloatArray) -> float:
     return float(np.linalg.norm(np.cross(a, b)))
 
 
-def _similarity(linear: FloatArray) -> float | None:
+def similarity(linear: FloatArray) -> float | None:
     """Return the factor of a linear map that keeps angles, up to the rounding of its matrix; None for others."""
     gram = linear @ linear.T
     square = float(np.trace(gram)) / 3

@@ -27,7 +27,7 @@ from ...geometry.transform import IDENTITY_MOTION
 from ...parallel.workers import as_workers
 from ...queries.scene_protocol import is_scene
 from .chords import AREA, FIRST, PAIRS, SECOND, VOLUME, ChordSums, Progress, run_on_workers, sample_integrals
-from .closed_forms import Moments, closed_area, closed_moments
+from .closed_forms import Moments, closed_area, closed_moments, similarity
 from .closed_regions import closed_region
 from .flat_solids import box_grid, flat_form
 from .hull import FittedBox, UnboundedShapeError, fitted_box, leaning_box
@@ -188,13 +188,43 @@ def measure_shape(
     if isinstance(shape, Bulk) and shape.is_sheet:
         return _sheet_measures(shape, rays, by_form, seed, progress, workers)
     shape = _single_shape(shape)
+    shared = _shared_form(shape) if by_form and isinstance(shape, Boolean) else None
+    if shared is not None:
+        moments, area = shared
+        if moments is not None and area is not None:
+            return _closed_measures(moments, area)
+        by_form = moments is not None
     # In units of a power of two, so that all powers of the size stay within float64
-    box = fitted_box(shape)
+    box = shape.cache.get("box") or fitted_box(shape)
     exponent = _exponent(box)
     if exponent:
         shape = shape.scale(2.0**-exponent)
         box = fitted_box(shape)
     return _in_units(_measure_primitives(shape, box, rays, by_form, seed, progress, workers), exponent)
+
+
+def _shared_form(shape: Boolean) -> tuple[Moments | None, float | None] | None:
+    """Return the closed form of a combination, moved from that without its motion, which its copies share.
+
+    (None, None) where there is none; None where it is not known: under motions that do not keep angles, of unbounded
+    and of extreme sizes. User: detectors and lattices of thousands of equal parts; factor: 16 for pipes.
+    """
+    matrix, cache = shape.motion.matrix, shape.own_cache
+    factor = similarity(matrix[:3, :3])
+    if factor is None:
+        return None
+    if "form" not in cache:
+        # A shape without a motion caches what rays need
+        own = shape if shape.motion.is_identity else shape._with_motion(IDENTITY_MOTION)
+        try:
+            box = own.cache["box"] = fitted_box(own)
+        except UnboundedShapeError:
+            return None
+        if box.is_empty or _exponent(box):
+            return None
+        cache["form"] = box_grid(own) or closed_region(own, box) or (None, None)
+    moments, area = cache["form"]
+    return moments and moments.moved(matrix), area and area * factor * factor
 
 
 def _sheet_measures(
