@@ -69,6 +69,11 @@ class Prismatoid(PrimitiveSolid, abstract=True):
     def levels(self) -> tuple[PrismatoidEnd, PrismatoidEnd]:
         """Return the lower end and the upper."""
 
+    @property
+    def _sides_at_corner(self) -> tuple[int, ...]:
+        """The sides that hold the first corner on paper, where arithmetic would not show it."""
+        return ()
+
     def tree(self) -> Cell:
         low, high = self.heights
         ends, sides = self.levels(), self.flanks()
@@ -77,7 +82,8 @@ class Prismatoid(PrimitiveSolid, abstract=True):
         for number, side in enumerate(sides):
             # A side of fixed direction whose distance is linear in z is a plane, tilted by this
             slope = (side.high - side.low) / (high - low)
-            surface = PlaneSurface((side.a, side.b, -slope), side.low - slope * low, corners[0])
+            over = ex.ZERO if number in self._sides_at_corner else None
+            surface = PlaneSurface((side.a, side.b, -slope), side.low - slope * low, corners[0], over)
             faces.append(Face(surface, number, side.uv))
         for k, (end, z, sense) in enumerate(zip(ends, (low, high), (-1.0, 1.0), strict=True)):
             # A tip or an edge has no plane of its own
@@ -143,6 +149,10 @@ class RegularSides(Prismatoid, abstract=True):
         check_fields(self, radius=check_positive, z_range=check_finite_range, start_angle=check_degrees)
         if not isinstance(self.radius_to, str) or self.radius_to not in ("corners", "sides"):
             raise ValueError(f"{owner}: radius_to must be 'corners' or 'sides', got {format_value(self.radius_to)}")
+
+    @property
+    def _sides_at_corner(self) -> tuple[int, ...]:
+        return 0, self.sides - 1
 
     @property
     @abstractmethod
@@ -419,8 +429,8 @@ class Parallelepiped(PrimitiveSolid):
         for i, (x, y, z, shift) in enumerate(rows):
             first, second = (row for k, row in enumerate(maps) if k != i)
             uv = UV(False, (first, second, NO_ROW))
-            faces.append(Face(PlaneSurface((-x, -y, -z), shift, ex.exact_row(corner)), 2 * i, uv))
-            faces.append(Face(PlaneSurface((x, y, z), 1 - shift, opposite), 2 * i + 1, uv))
+            faces.append(Face(PlaneSurface((-x, -y, -z), shift, ex.exact_row(corner), ex.ZERO), 2 * i, uv))
+            faces.append(Face(PlaneSurface((x, y, z), 1 - shift, opposite, ex.ZERO), 2 * i + 1, uv))
         return Cell(tuple(faces))
 
     def support(self, direction: Vector) -> float:

@@ -27,7 +27,7 @@ from .._util.validation import (
     format_value,
 )
 from ..numerics import bigfloat as ex
-from ..numerics.portable_math import hypot, portable_max, sin_cos_degrees
+from ..numerics.portable_math import hypot, negative_indicator, portable_max, select_if_several, sin_cos_degrees
 from .bounds.support import sum_up
 from .cell import UV, All, Any_, Cell, Face, Tree, cartesian_uv, cylindrical_uv
 from .primitives import arc_support, check_inner_radius, cut_wedge, frustum_side, union_of_walls, wedge_walls
@@ -448,12 +448,12 @@ class SphereSection(PrimitiveSolid):
         (s, c), (t, d) = ends
         radii = (self.radius, self.inner_radius)
         reaches = [sum_up((r * cosine * uz, r * sine * w)) for r in radii for sine, cosine in ends]
-        if w >= 0 and w * c >= uz * s and uz * t >= w * d:
-            reaches.append(self.radius * hypot(w, uz))
         best = reaches[0]
         for reach in reaches[1:]:
             best = portable_max(best, reach)
-        return best
+        # No test, so that one recording serves all directions
+        beyond = negative_indicator(w) + negative_indicator(w * c - uz * s) + negative_indicator(uz * t - w * d)
+        return select_if_several(2.0 * beyond, best, portable_max(best, self.radius * hypot(w, uz)))
 
 
 def _polar_face(sense: int) -> PlaneSurface:

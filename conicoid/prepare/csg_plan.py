@@ -217,29 +217,34 @@ def _is_hole(shape: Shape) -> bool:
 
 def _combine_bounds(kind: Hashable, parts: Sequence[_BoundNode]) -> _BoundNode:
     """Combine operands to a node of a type."""
-    known = np.asarray(np.logical_and.reduce([part.known for part in parts]))
-    nowhere = _BoundNode(None, np.zeros(len(known), bool), False, None)
-    if kind is Complement:
-        return _BoundNode(None, known) if parts[0].hole else nowhere
-    if kind is Painted or len(parts) == 1:
+    if kind is Painted or (len(parts) == 1 and kind is not Complement):
         return parts[0]
+    holes, every = [part.hole for part in parts], np.ones(len(parts[0].known), bool)
     if kind is Union:
-        every = [part.boxes for part in parts]
-        boxes = [each for each in every if each is not None]
-        box = _union_boxes(boxes) if len(boxes) == len(every) else None
-        return _BoundNode(box, known, all(part.hole for part in parts), None)
-    inside, outside = (parts[:1], parts[1:]) if kind is Difference else (parts, ())
-    if not all(part.hole for part in outside) or kind not in (Difference, Intersection):
+        known = np.asarray(np.logical_and.reduce([part.known for part in parts]))
+        boxes = [part.boxes for part in parts if part.boxes is not None]
+        return _BoundNode(_union_boxes(boxes) if len(boxes) == len(parts) else None, known, all(holes), None)
+    is_common = kind is Intersection
+    inside, outside = (parts, ()) if is_common else ((), parts) if kind is Complement else (parts[:1], parts[1:])
+    # The outside of an intersection is a union: where one of its parts is unbounded, so is all of it
+    hole = any(part.hole for part in inside)
+    nowhere = _BoundNode(None, ~every, hole, None)
+    if not (is_common or kind in (Difference, Complement)) or not all(part.hole for part in outside):
         return nowhere
+    known = np.asarray(np.logical_and.reduce([every, *(part.known for part in inside)]))
     bounded = [part for part in inside if part.boxes is not None]
+    # `region_bounds` passes planes on to the parts of a union
+    is_cut = any(part.parts is None for part in (*bounded, *outside))
     if len(bounded) < 2:
         one = bounded[0] if bounded else _BoundNode(None, known)
-        return _BoundNode(one.boxes, known, False, one.parts)
-    if any(part.parts is None for part in bounded):  # `region_bounds` would pass planes on to the parts of a union
+        if is_cut and len(one.parts or ()) > 1:
+            return nowhere
+        return _BoundNode(one.boxes, known, hole, None if is_cut else one.parts)
+    if is_cut:
         return nowhere
     common = tuple(each for part in bounded for each in part.parts or ())
     boxes_in_common, good = _intersect_boxes(common)
-    return _BoundNode(boxes_in_common, known & good, False, common)
+    return _BoundNode(boxes_in_common, known & good, hole, common)
 
 
 def _union_boxes(boxes: Sequence[Floats]) -> Floats:

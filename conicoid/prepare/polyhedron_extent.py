@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .._jit.decorators import helper, inline, kernel
+from .._util.arrays import two_sum
 from ..geometry.transform import Motion, Step
 from ..kernels.numbers.double_double import (
     BoundedPair,
@@ -264,9 +265,10 @@ def _quad_pair(motions: Floats, body: int, number: int) -> BoundedPair:
 
 @inline
 def _is_rounded(a: BoundedPair) -> bool:
-    """Return whether the high part is the nearest float for certain: the number is not about halfway, or nearly 0."""
+    """Return whether the high part is the nearest float for certain: the number is exact, or not about halfway."""
     ulp = next_float_up(abs(a.high)) - abs(a.high)
-    return (a.low == 0.0 and a.error == 0.0) or (a.high != 0.0 and abs(a.low) + a.error < (0.5 - 2.0**-40) * ulp)
+    is_exact = a.error == 0.0 and a.high + a.low == a.high
+    return is_exact or (a.high != 0.0 and abs(a.low) + a.error < (0.5 - 2.0**-40) * ulp)
 
 
 @helper
@@ -383,7 +385,8 @@ def polyhedron_boxes(
     if motions is None and len(steps[0]) == 1:
         shifts = np.array([step.offset for (step,) in steps])  # type: ignore[union-attr]
         boxes, certain = _shifted_boxes(own, shifts)
-    elif motions is not None:
+    else:
+        motions = _summed_shifts(steps) if motions is None else motions
         bound_moved_half_spaces(planes, own, motions, boxes, certain, *_room(planes))
     for row in np.flatnonzero(certain == 0).tolist():
         boxes[row] = np.concatenate(shapes[row]._with_motion(Motion(steps[row])).bounds)
@@ -400,3 +403,15 @@ def _shifted_boxes(own: Floats, shifts: Floats) -> tuple[Floats, Signs]:
         lost = (reach - (total - part)) + (shift - part)
         ends = np.where(lost > 0, np.nextafter(total, np.inf), total)
     return sense * ends + 0.0, np.isfinite(ends).all(axis=1).astype(np.int8)
+
+
+def _summed_shifts(steps: Sequence[tuple[Step, ...]]) -> Floats:
+    """Return the numbers of motions that are equally many translations each, as `polyhedron_boxes` takes them."""
+    found = np.zeros((len(steps), 12, 5))
+    found[:, [0, 4, 8], 0], shift = 1.0, found[:, 9:]
+    for rest in np.moveaxis(np.array([[step.offset for step in chain] for chain in steps]), 1, 0):  # type: ignore[union-attr]
+        for part in range(4):
+            shift[:, :, part], rest = two_sum(shift[:, :, part], rest)
+        shift[:, :, 4] += 1.001 * np.abs(rest)
+    shift[:, :, 0], shift[:, :, 1] = two_sum(shift[:, :, 0], shift[:, :, 1])
+    return found.reshape(len(steps), -1)

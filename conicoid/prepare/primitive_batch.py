@@ -395,7 +395,10 @@ class PrimitiveBatch:
             forward = given[own, :FRAME_NUMBERS].reshape(count, -1)
         elif translations == 1:
             frames[:, 3::4] = -numbers[:: of.faces, -3:]
-        for row in range(count) if translations > 1 else np.flatnonzero(np.isnan(frames[:, 0])).tolist():
+        elif translations > 1:
+            offsets = ([step.offset for step in steps] for steps in of.steps)  # type: ignore[union-attr]
+            frames[:, 3::4] = [[0.0 - math.fsum(along) for along in zip(*each, strict=True)] for each in offsets]
+        for row in np.flatnonzero(np.isnan(frames[:, 0])).tolist():
             frames[row] = np.ravel(Motion(of.steps[row]).inverse_rows)
         parts = [
             faces[:, :_PLANE_NUMBERS].reshape(count, -1), faces[:, _PLANE_NUMBERS:].reshape(count, -1),

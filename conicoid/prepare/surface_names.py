@@ -19,13 +19,17 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from .._util.arrays import two_product, two_sum, unique_first_with_inverse, unique_sorted
+from .._util.arrays import two_product, two_sum, unique_first_with_inverse, unique_sorted, unique_with_inverse
 from ..geometry.cell import faces_of_tree
 from ..geometry.surface import UPRIGHT, PlaneSurface, QuadricSurface, Surface, Triple
 from ..geometry.transform import AxisFrame, Rotate, Step, Transform, Translate
 from ..kernels.tables import Floats, Longs
 from ..numerics import bigfloat as ex
-from .pytree import positions_by_key
+from ..numerics.portable_math import is_float
+from ..numerics.tracing import Tape
+from .pytree import ParameterRows, flatten_all, positions_by_key, unflatten
+from .tape import recordings
+from .tape.recordings import NO_INPUTS
 
 FEWEST_SURFACES = 64
 """For fewer surfaces exact keys are as quick."""
@@ -55,12 +59,12 @@ def own_surfaces(leaf: Any) -> Sequence[Surface]:
     return found
 
 
-def own_forms(leaf: Any) -> Sequence[SurfaceForm | None]:
-    """List the forms of the surfaces of a primitive solid in its own frame, once for all its copies."""
-    found: list[SurfaceForm | None] | None = leaf.own_cache.get("forms")
-    if found is None:
-        found = leaf.own_cache["forms"] = list(map(_surface_form, own_surfaces(leaf)))
-    return found
+def _own_form(leaf: Any, number: int) -> SurfaceForm | None:
+    """Return the form of a surface of a primitive solid in its own frame, found once for all its copies."""
+    found: dict[int, SurfaceForm | None] = leaf.own_cache.setdefault("forms", {})
+    if number not in found:
+        found[number] = _surface_form(own_surfaces(leaf)[number])
+    return found[number]
 
 
 def _surface_form(surface: Surface) -> SurfaceForm | None:
@@ -113,22 +117,27 @@ def _rational(value: Any) -> Fraction:
 
 def _exact_float(value: Any) -> float:
     """Return a number as a float; raise `_InexactFormError` if it is none."""
-    if type(value) is float:
-        return value
-    exact = _rational(value)
-    found = float(exact)
-    if found != exact:
+    found, rest = _float_and_rest(value)
+    if rest:
         raise _InexactFormError
     return found
 
 
 def _two_floats(value: Any) -> tuple[float, float]:
     """Return a number as a float and the float that is missing from it."""
-    if type(value) is float:
+    high, rest = _float_and_rest(value)
+    return high, _exact_float(rest)
+
+
+def _float_and_rest(value: Any) -> tuple[float, Any]:
+    """Return the nearest float of a number, which may be recorded, and what is missing from it."""
+    if is_float(value):
         return value, 0.0
+    if isinstance(value, ex.Symbol):
+        found = ex.rounded(value)
+        return found, value.exact() - ex.exact(found)
     exact = _rational(value)
-    high = float(exact)
-    return high, 0.0 if high == exact else _exact_float(exact - Fraction(high))
+    return float(exact), exact - Fraction(float(exact))
 
 
 def list_forms(leaves: Sequence[Any], leaf_of: Longs, own: Longs) -> Floats:
@@ -136,17 +145,47 @@ def list_forms(leaves: Sequence[Any], leaf_of: Longs, own: Longs) -> Floats:
 
     Surfaces without a form are numbered, equal ones alike.
     """
+    firsts, copy_of = unique_first_with_inverse(np.array([id(leaf.own_cache) for leaf in leaves]))
+    solids, count = [leaves[k] for k in firsts.tolist()], 1 + int(own.max())
+    which, place = unique_with_inverse(copy_of[leaf_of] * count + own)
+    solid_of, number = np.divmod(which, count)
+    forms = np.full((len(which), _FORM_NUMBERS), np.nan)
+    for group in flatten_all(solids) if len(which) >= recordings.FEWEST else ():
+        row_of = np.full(len(solids), -1)
+        row_of[group.which] = np.arange(len(group.which))
+        for one in (
+            unique_sorted(number[row_of[solid_of] >= 0]).tolist() if not solids[group.which[0]]._face_count else ()
+        ):
+            some = np.flatnonzero((row_of[solid_of] >= 0) & (number == one))
+            _play_forms(group, one, [solids[k] for k in solid_of[some].tolist()], row_of[solid_of[some]], forms, some)
     numbers: dict[Surface, int] = {}
-    rows: list[SurfaceForm] = []
-    first: dict[int, int] = {}  # copies of a primitive share the list of its forms
-    for leaf in leaves:
-        forms = own_forms(leaf)
-        if first.setdefault(id(forms), len(rows)) == len(rows):
-            others = ((k, own_surfaces(leaf)[k]) for k, form in enumerate(forms) if form is None)
-            other = {k: (_OTHER_FORM, *_NO_FORM, numbers.setdefault(each, len(numbers)), 0.0) for k, each in others}
-            rows += [other[k] if form is None else form for k, form in enumerate(forms)]
-    begin = np.array([first[id(own_forms(leaf))] for leaf in leaves])
-    return np.array(rows).reshape(-1, _FORM_NUMBERS)[begin[leaf_of] + own]
+    for row in np.flatnonzero(np.isnan(forms[:, 0])).tolist():
+        leaf, one = solids[solid_of[row]], int(number[row])
+        form = _own_form(leaf, one)
+        if form is None:
+            form = _OTHER_FORM, *_NO_FORM, numbers.setdefault(own_surfaces(leaf)[one], len(numbers)), 0.0
+        forms[row] = form
+    return forms[place]
+
+
+def _play_forms(
+    group: ParameterRows, number: int, leaves: Sequence[Any], rows: Longs, forms: Floats, places: Longs
+) -> None:
+    """Write the forms of one surface of primitives of equal structure to these places, where a recording gives them."""
+
+    def record(row: int, tape: Tape) -> None:
+        form = _surface_form(list(faces_of_tree(unflatten(leaves[row], tape).tree()))[number].surface)
+        if form is None:
+            raise TypeError("a traced surface has no form")
+        for each in form:
+            tape.write(each)
+
+    inputs = group.numbers[rows]
+    found, _ = recordings.RECORDINGS.play(
+        ("form", group.form, number), record, inputs, NO_INPUTS, np.zeros(len(inputs), np.int32)
+    )
+    for _, which, played in found:
+        forms[places[which]] = played.floats
 
 
 class _StepKind(NamedTuple):
