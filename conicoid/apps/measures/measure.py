@@ -231,7 +231,9 @@ def _sheet_measures(
     shape: Bulk, rays: int, by_form: bool, seed: int, progress: Progress | None, workers: Workers | None
 ) -> Measures:
     """Return the measures of many sheets: the sum of their areas, and no volume."""
-    parts = [measure_shape(shape.single(index), rays, by_form, seed, progress, workers) for index in range(len(shape))]
+    parts = [
+        measure_shape(shape.single(k), rays, by_form, _own_seed(seed, k), progress, workers) for k in range(len(shape))
+    ]
     area, error = math.fsum(part.area for part in parts), math.hypot(*(part.area_error for part in parts))
     return _closed_measures(
         Moments(0.0, np.full(3, np.nan), np.zeros((3, 3))), area, error, sum(part.rays for part in parts)
@@ -511,15 +513,15 @@ def measure_scene(
     # Every body gets the same number of rays, if it needs any
     share = max(_FEWEST, (RAYS if rays is None else rays) // max(1, scene.body_count))
     bodies = scene[:]
-    options = share, rays is None, seed
+    items = [(body, share, rays is None, _own_seed(seed, number)) for number, body in enumerate(bodies)]
     if executor is not None:
-        found = run_on_workers(_measure_bodies, [(body, *options) for body in bodies], executor, progress)
+        found = run_on_workers(_measure_bodies, items, executor, progress)
     else:
         found = []
-        for body in bodies:
-            found.append(_measure_bodies(body, *options))
+        for item in items:
+            found.append(_measure_bodies(*item))
             if progress is not None:
-                progress(len(found), len(bodies))
+                progress(len(found), len(items))
     materials = NameTuple(scene.materials, "found.materials")
     places = {material: place for place, material in enumerate(materials)}
     return SceneMeasures(
@@ -528,6 +530,11 @@ def measure_scene(
         materials,
         tuple(places[body.material] for body in bodies),
     )
+
+
+def _own_seed(seed: int, number: int) -> int:
+    """Return the seed of a body: with rays in common, errors of equal bodies would add up where they cancel."""
+    return seed + (number << 64)
 
 
 def _measure_bodies(body: Body, rays: int, by_form: bool, seed: int) -> Measures:
