@@ -219,10 +219,6 @@ class Shape(ABC):
         def __getattr__(self, name: str) -> Any:
             raise unknown_attribute(self, name)
 
-        def __contains__(self, other: Any) -> bool:
-            hint = f"a scene tests points: co.Scene({type(self).__name__.lower()}).contains(points)"
-            raise TypeError(f"{type(self).__name__}: `in` means nothing here; {hint}")
-
 
 class Primitive(Shape, abstract=True):
     """A shape with a frame of its own and a support function in it."""
