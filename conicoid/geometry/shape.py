@@ -228,7 +228,7 @@ class Primitive(Shape, abstract=True):
         """Return sup direction·p over the shape in its own frame; inf where unbounded, -inf if empty."""
 
     @property
-    def _support_is_apart(self) -> bool:
+    def _has_batch_support(self) -> bool:
         """True where `support` takes no recorded numbers (numerics/tracing.py): `_supports` gives those of many."""
         return False
 

@@ -496,16 +496,16 @@ def _count_values(data: Any) -> int:
 
 
 def scene_data(
-    scene: WritableScene, keep: Any, defaults: bool = False, material_names: Mapping[Material, str] | None = None,
+    scene: WritableScene, keep: Any, material_names: Mapping[Material, str] | None = None,
     folder: Path | None = None, progress: SceneProgress | None = None,
 ) -> dict[str, Any]:  # fmt: skip
     """Return the sections of a scene file without empty ones.
 
-    `keep` writes a table and returns the name of its file. With `defaults` fields at their defaults are written too.
+    `keep` writes a table and returns the name of its file.
     `folder` is that of the file; without it images are replaced by their mean colours, and environments by their
     pixels.
     """
-    writer = ShapeWriter(_scene_shapes(scene), keep, defaults, material_names, folder)
+    writer = ShapeWriter(_scene_shapes(scene), keep, material_names, folder)
     domain = {} if scene.domain is None else {"domain": writer.data(scene.domain)}
     bodies = []
     for number, body in enumerate(scene.bodies):
