@@ -196,7 +196,7 @@ RENDER = "render", "SCENE", "-o", "x.png"
 
 
 @pytest.mark.parametrize(("words", "message"), [
-    ((*LENGTHS, "--by", "bodies"), "lengths: by must be 'body' or 'material', got 'bodies' (did you mean 'body'?)"),
+    ((*LENGTHS, "--by", "bodies"), "lengths: by must be one of body, material, got 'bodies' (did you mean 'body'?)"),
     ((*LENGTHS, "--otherwise", "0"), "lengths: --otherwise goes with --value or --property; it would be ignored"),
     ((*LENGTHS, "--property", "mu", "--by", "material"), "lengths: --by goes with lengths, not with --value or --property"),
     ((*LENGTHS, "--property", "mu", "--value", "lead=1"), "lengths: give either --value or --property"),
@@ -433,20 +433,19 @@ def test_section_refused(arguments, message):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("check", "x"), "No such command 'check': conicoid info SCENE --check does that."),
-        (("volume", "x"), "conicoid measure does that."),
-        (("render", "x", "-o", "x.png", "--fov", "3"), "--field-of-view"),
-        (("render", "x", "-o", "x.png", "--size", "3"), "--height, --width"),
+        (("check", "x"), "No such command 'check'."),
+        (("measur", "x"), "No such command 'measur'. Did you mean 'measure'?"),
         (("trace", "x", "rays.npy", "--out", "x.npz"), "--output"),
-        (("validate", "x"), "conicoid info SCENE does that"),
-        (("convert", "x"), "scene.save(path) writes"),
-        (("gallery",), "make demo"),
-        (("render", "{}", "-o", "x.png", "--position", "1", "2", "3"), "written with commas, --position 1,2,3"),
-        (("render", "{}", "-o", "x.png", "--width", "64x48"), "'--width': must be a whole number, got '64x48'"),
-        (("render", "{}", "-o", "x.png", "--samples", "1.5"), "'--samples': must be a whole number, got '1.5'"),
-        (("render", "{}", "x.png"), "write -o x.png"),
-        (("trace", "{}", "--origin", "0,0,0"), "rays are read from a file"),
-        (("trace", "{}", "r.csv", "-o", "-", "--crossings"), "in Python scene.crossings(rays)"),
+        (("render", "{}", "-o", "x.png", "--position", "1", "2", "3"), "unexpected extra argument(s) (2 3)"),
+        (
+            ("render", "{}", "-o", "x.png", "--width", "64x48"),
+            "Invalid value for '--width': Input should be a valid integer",
+        ),
+        (
+            ("render", "{}", "-o", "x.png", "--samples", "1.5"),
+            "Invalid value for '--samples': Input should be a valid integer",
+        ),
+        (("render", "{}", "x.png"), "Missing option '--output'"),
     ],
 )
 def test_command_lines_refused(arguments, message, path):
@@ -460,20 +459,8 @@ def test_help_command():
     assert run("help", "render").stdout == run("render", "--help").stdout
 
 
-def test_export_output_option(path, tmp_path):
-    for k, order in enumerate(
-        (("export", path, "-o", "{}"), ("export", "--output", "{}", path), ("export", path, "{}"))
-    ):
-        page = tmp_path / f"{k}.html"
-        assert run(*(page if word == "{}" else word for word in order)).exit_code == 0
-        assert page.read_bytes()
+def test_export_needs_a_file(path):
     assert "Missing argument 'FILE'" in run("export", path).stderr
-
-
-def test_rays_option_takes_exponents(path):
-    assert "mean" not in run("info", path, "--check", "--rays", "2e3").stderr
-    assert run("info", path, "--check", "--rays", "2e3").stdout == run("info", path, "--check", "--rays", "2000").stdout
-    assert "Invalid value" in run("info", path, "--check", "--rays", "-1e3").stderr
 
 
 @pytest.mark.parametrize(("command", "extra"), [("turntable", "video")])

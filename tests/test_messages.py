@@ -220,7 +220,7 @@ def test_scene_names_are_suggested(name, told):
 def test_material_names_are_suggested():
     with pytest.raises(ValueError, match=r"no material is called 'm'; materials with it in their names: 'm0', 'm1'"):
         NAMED.line_integral({"m": 1}, (0, 0, 9), (0, 0, -1), otherwise=0)
-    with pytest.raises(KeyError, match="no material is called 'mm2'; materials: .*did you mean 'm2'"):
+    with pytest.raises(KeyError, match="no material and no body is called .*mm2.*did you mean .*m2"):
         co.measure(NAMED)["mm2"]
 
 

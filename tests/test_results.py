@@ -114,16 +114,9 @@ def test_concatenate_refuses(kind, part, parts, error, message):
 
 
 def test_spans_index_refused():
-    with pytest.raises(
-        IndexError, match=r"got \(1, 2\); rays are counted flat: that of the index \(1, 2\) is spans\[6\]$"
-    ):
+    with pytest.raises(IndexError, match=r"^Spans: index must be a number, .* over the 12 rays, got \(1, 2\)$"):
         SPANS[1, 2]
-    with pytest.raises(IndexError, match=r"that of the index \(2, -1\) is crossings\[11\]$"):
-        CROSSINGS[2, -1]
     assert SPANS[6] == SCENE.spans(RAYS[1, 2])
-    flat = SCENE.spans(co.Rays(ORIGINS.reshape(-1, 3), (0, 0, -1)))
-    with pytest.raises(IndexError, match=r"got \(0, 1\); one row of one ray is spans\[0\]\.t_enter\[1\]$"):
-        flat[0, 1]
 
 
 @pytest.mark.parametrize("thing", [HITS, HITS[0, 0], SPANS, CROSSINGS, RAYS])
@@ -154,8 +147,7 @@ def test_scene_rays_without_a_camera():
 
 
 def test_spans_refuse_masks_of_rows():
-    told = r"a mask selects rays and must have 3 items, got one of 2 rows: spans\.t_enter\[mask\]"
-    with pytest.raises(IndexError, match=told):
+    with pytest.raises(IndexError, match="boolean index did not match .* 3 but .* 2"):
         LIT_SPANS[LIT_SPANS.body == 0]
 
 
@@ -327,8 +319,8 @@ def test_scene_replace_in_part(change, made):
 
 
 @pytest.mark.parametrize(("options", "message"), [
-    ((co.mirror(),), "item must be a shape or a Body, got Material; material= and name= change"),
-    ((), "replace: item must be a shape or a Body, got None; material= and name= change these alone$"),
+    ((co.mirror(),), "replace: item must be a shape or a Body, got Material$"),
+    ((), "replace: item must be a shape or a Body, got None$"),
 ])  # fmt: skip
 def test_scene_replace_refuses(options, message):
     with pytest.raises(TypeError, match=message):
@@ -451,9 +443,7 @@ def test_bounds_have_names():
         assert np.array_equal(thing.bounds.high, high)
         assert isinstance(thing.bounds, tuple)
         assert repr(thing.bounds) == repr((low, high))
-    with pytest.raises(AttributeError, match="has no attribute 'size': bounds.high - bounds.low is that"):
-        _ = BALL.bounds.size
-    with pytest.raises(AttributeError, match="has no attribute 'max': it is called high"):
+    with pytest.raises(AttributeError, match="has no attribute 'max': did you mean high"):
         _ = LEAD_SCENE.bounds.max
 
 
@@ -477,9 +467,7 @@ def test_measures_by_name():
     found = co.measure(SCENE)
     assert found["car"] is found[0]
     assert found["wall"].volume == 4
-    with pytest.raises(
-        KeyError, match="no material is called 'cra'; materials: 'steel', 'steel'; a body is called 'car'"
-    ):
+    with pytest.raises(KeyError, match="no material and no body is called 'cra'; names: .*did you mean 'car'"):
         found["cra"]
     water = co.matte(name="water")
     both = co.Scene([co.Body(co.Box(), water, "water"), co.Body(co.Sphere(), water)])

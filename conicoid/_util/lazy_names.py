@@ -5,8 +5,7 @@ from __future__ import annotations
 import importlib
 import sys
 from collections.abc import Callable, Mapping
-from types import ModuleType
-from typing import Any, NoReturn
+from typing import Any
 
 
 def lazy_names(package: str, homes: Mapping[str, str]) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
@@ -43,14 +42,3 @@ def _name_error(package: str, name: str, known: list[str]) -> AttributeError:
     if name.isidentifier() and not name.startswith("__") and find_spec(f"{package}.{name}") is not None:
         return AttributeError(f"module {package!r} has no attribute {name!r}", name=name)
     return unknown_package_name(package, name, known)
-
-
-def refuse_calls(package: str, hint: str) -> None:
-    """Let a call of a package, which a user may take for a function of that name, raise TypeError with a hint."""
-
-    class CalledPackage(ModuleType):
-        def __call__(self, *_: Any, **__: Any) -> NoReturn:
-            called = f"conicoid.{package.rpartition('.')[2]}"
-            raise TypeError(f"{called} is a module, not a function: {hint}")
-
-    sys.modules[package].__class__ = CalledPackage

@@ -87,7 +87,8 @@ ALIASES = {
     "ball": "Sphere", "cuboid": "Box", "disk": "Disc", "frustum": "Cone", "halfspace": "HalfSpace", "tetrahedron":
     "Polyhedron", "paraboloid": "EllipticParaboloid", "dielectric": "glass", "lambertian": "matte",
     # Arguments
-    "ior": "refractive_index", "colour": "color", "rgb": "color", "fov": "field_of_view", "eye": "position",
+    "ior": "refractive_index", "colour": "color material", "color": "material", "rgb": "color", "fov": "field_of_view",
+    "eye": "position",
     "target": "look_at", "spp": "samples", "max_depth": "depth", "r": "radius", "min": "low", "max": "high",
     "centre": "center", "origin_point": "center", "p1": "start", "p2": "end", "tmin": "t_min", "tmax": "t_max",
 }  # fmt: skip
@@ -120,10 +121,16 @@ def closest_name(name: str, known: Collection[str], least: float = 0.6) -> str:
     return names[close[0]] if close else ""
 
 
+def near_name(name: object, known: Collection[str]) -> str:
+    """Return the name that was probably meant in brackets, as the end of a message; "" if there is none."""
+    close = closest_name(name, known) if isinstance(name, str) else ""
+    return f" (did you mean {close!r}?)" if close else ""
+
+
 def suggest_name(name: str, known: Collection[str]) -> str:
     """Return a suggestion in brackets, or the list of known names if that is short; else ""."""
-    if close := closest_name(name, known):
-        return f" (did you mean {close!r}?)"
+    if near := near_name(name, known):
+        return near
     names = [item for item in known if len(item) <= _LONGEST_NAME]
     return f" (known: {', '.join(sorted(names))})" if 0 < len(names) <= 16 else ""
 
@@ -134,9 +141,8 @@ def check_choice(owner: str, field: str, value: Any, known: Collection[Name]) ->
         for name in known:
             if value == name:
                 return name
-    close = closest_name(value, known) if isinstance(value, str) else ""
-    meant = f" (did you mean {close!r}?)" if close else ""
-    raise ValueError(f"{owner}: {field} must be one of {', '.join(known)}, got {format_value(value)}{meant}")
+    found = f"{format_value(value)}{near_name(value, known)}"
+    raise ValueError(f"{owner}: {field} must be one of {', '.join(known)}, got {found}")
 
 
 def describe_names(name: object, what: str, known: Sequence[str]) -> str:
@@ -149,9 +155,7 @@ def describe_names(name: object, what: str, known: Sequence[str]) -> str:
     folded = name.casefold() if isinstance(name, str) else ""
     if folded and (holding := [repr(item) for item in known if folded in item.casefold()]):
         return f"{what} with it in their names: {format_list(holding)}"
-    close = closest_name(name, known[:_MOST_COMPARED]) if isinstance(name, str) else ""
-    meant = f" (did you mean {format_list([repr(close)])}?)" if close else ""
-    return f"{what}: {format_list([repr(item) for item in known])}{meant}"
+    return f"{what}: {format_list([repr(item) for item in known])}{near_name(name, known[:_MOST_COMPARED])}"
 
 
 def unknown_attribute(thing: object, name: str) -> AttributeError:

@@ -338,9 +338,7 @@ def check_npz_path(owner: str, what: str, value: Any) -> str | os.PathLike[str]:
     """Return the path of a file of arrays; raise ValueError for another suffix than .npz."""
     file = check_path(owner, value)
     if not os.fspath(file).lower().endswith(".npz"):
-        table = owner == "load" and os.fspath(file).lower().endswith(".csv")
-        hint = "; a table of conicoid trace is read by np.genfromtxt(path, delimiter=',', names=True)" if table else ""
-        raise ValueError(f"{owner}: path of {what} must end with .npz, got {format_value(os.fspath(file))}{hint}")
+        raise ValueError(f"{owner}: path of {what} must end with .npz, got {format_value(os.fspath(file))}")
     return file
 
 
@@ -393,7 +391,7 @@ def real_array(owner: str, field: str, values: Any, expected: str = "an array of
         if is_on_card(values):
             raise ValueError(f"{name} must be {expected}, got one on a card: copy it to NumPy") from None
         found = f"an array of {values.dtype}" if isinstance(values, np.ndarray) else format_value(values)
-        raise ValueError(f"{name} must be {expected}, got {found}{_refraction_hint(values)}") from None
+        raise ValueError(f"{name} must be {expected}, got {found}") from None
 
 
 _AXIS_LETTERS = ["x", "y", "z"]
@@ -414,14 +412,6 @@ def refuse_columns(owner: str, field: str, values: Any) -> None:
         raise ValueError(
             f"{owner}: {field} must have columns in the order x, y, z, got {names}; table[{ordered}] has it"
         )
-
-
-def _refraction_hint(values: Any) -> str:
-    """Return a hint for the pair that `co.refract` returns; "" for anything else."""
-    pair = isinstance(values, tuple) and len(values) == 2
-    if pair and isinstance(values[0], np.ndarray) and getattr(values[1], "dtype", None) == np.bool_:
-        return "; co.refract gives two things, directions, total = co.refract(...)"
-    return ""
 
 
 _PLAIN_KINDS = frozenset((float, int))

@@ -120,10 +120,10 @@ class RenderRequest:
         return image if plain else image.developed(self.exposure, cast(Tone, self.tone))
 
 
-def draw(scene: Scene, camera: AnyCamera | None, request: RenderRequest, about_none: str) -> None:
+def draw(scene: Scene, camera: AnyCamera | None, request: RenderRequest) -> None:
     """Make a picture and write it.
 
-    camera: None for that of the scene. about_none: the end of the note for an empty picture.
+    camera: None for that of the scene.
     """
     width, height = request.width, request.height
     prepare(scene)
@@ -138,7 +138,7 @@ def draw(scene: Scene, camera: AnyCamera | None, request: RenderRequest, about_n
             else _view(scene, camera, request, bar, executor)
         )
     if request.plane is None and _sees_nothing(scene, camera, width, height):
-        show_message(f"note: no body is in view{about_none}")
+        show_message("note: no body is in view; --fit takes a camera that sees all that is bounded")
     with write_output(request.output, ".png") as file:
         image.save(file, bits=request.bits)
     if request.resume is not None:
@@ -178,7 +178,6 @@ _NUMBERS = "--width", "--height", "--samples", "--threads"
 _OUTPUT = "-o", "--output"
 _DIGITS = 9
 """The longest number of a plain command."""
-FIT_HINT = "; --fit takes a camera that sees all that is bounded"
 
 
 def parse_plain_render(arguments: Sequence[str]) -> Callable[[], int] | None:
@@ -226,5 +225,5 @@ def _render(scene: Path, output: Path, numbers: dict[str, int]) -> int:
         request.check_output()
         check_options(request.samples, request.integrator, request.seed, request.depth)
         with pause_gc():  # the process ends after one scene and one picture
-            draw(load(scene, threads), None, request, FIT_HINT)
+            draw(load(scene, threads), None, request)
     return EXIT_OK

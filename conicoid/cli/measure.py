@@ -96,14 +96,12 @@ def lengths(
 
 def _integrals(scene: Scene, rays: Rays, values: Any, options: dict[str, Any]) -> Any:
     """Return line integrals; messages about the values name options of the command line."""
-    from ..queries.weights import BY_BODY
-
     try:
         return scene.line_integral(values, rays, **options)
     except ValueError as error:
         text = str(error).removeprefix("line_integral: ").removeprefix("values: ")
         option = text.replace("otherwise=0 (or another value) stands for it", "--otherwise 0 would stand for it")
-        raise ValueError(f"lengths: {option.removesuffix('; ' + BY_BODY)}") from None
+        raise ValueError(f"lengths: {option}") from None
 
 
 def _values(texts: list[str]) -> dict[str, float]:

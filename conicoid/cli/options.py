@@ -1,8 +1,7 @@
-"""Options and arguments that commands share, rules on options that go together, and hints for mistakes."""
+"""Options and arguments that commands share, and rules on options that go together."""
 
 from __future__ import annotations
 
-import itertools
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -17,13 +16,9 @@ class Commands(TyperGroup):
     """The group of commands. Its messages on arguments are never longer than a screen."""
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Resolve a command; `help` shows help, and names of other programs get a hint."""
+        """Resolve a command; `help` shows help."""
         if args and args[0] == "help":
             return super().resolve_command(ctx, [*args[1:2], "--help"]) if args[1:] else self._show_help(ctx)
-        if args and args[0] in _NOT_COMMANDS:
-            ctx.fail(f"No such command {args[0]!r}: {_NOT_COMMANDS[args[0]]}.")
-        if args and args[0] in _COMMANDS:
-            ctx.fail(f"No such command {args[0]!r}: conicoid {_COMMANDS[args[0]]} does that.")
         return super().resolve_command(ctx, args)
 
     def _show_help(self, ctx: Any) -> Any:
@@ -44,109 +39,20 @@ class Commands(TyperGroup):
 
 _LONGEST = 600
 """The largest number of characters of a message on arguments."""
-_COMMANDS = {
-    "check": "info SCENE --check", "volume": "measure", "volumes": "measure", "spans": "trace --spans",
-    "section": "slice", "plot": "slice", "show": "view", "version": "--version",
-    "validate": "info SCENE", "lint": "info SCENE", "hits": "trace", "first_hit": "trace",
-    "line_integral": "lengths --property", "project": "lengths --property", "gif": "turntable",
-    "movie": "turntable or animate", "film": "animate",
-}  # fmt: skip
-"""Names of other programs -> commands of this one."""
-_NOT_COMMANDS = {
-    "convert": "conicoid import reads files of other programs, conicoid export writes them, and in Python "
-    "scene.save(path) writes .yaml and .json",
-    "gallery": "`make demo` in the repository renders the gallery",
-    "crossings": "conicoid trace --spans has the ends of each stretch, in Python scene.crossings(rays) all crossings",
-}
-"""Names of other programs -> hints, where no command does the same."""
-_NOT_OPTIONS = {
-    "--crossings": "--spans has both ends of each stretch, and in Python scene.crossings(rays) all crossings",
-    **dict.fromkeys(
-        ("--origin", "--direction", "--ray"),
-        "rays are read from a file, such as a .csv with a line x,y,z,dx,dy,dz for each",
-    ),
-}
-"""Options of other programs -> hints, where no option does the same."""
-_OPTIONS = {
-    "--fov": ("--field-of-view",), "--size": ("--width", "--height"), "--resolution": ("--width", "--height"),
-    "--camera": ("--position", "--look-at"), "--eye": ("--position",), "--target": ("--look-at",),
-    "--spp": ("--samples",), "--out": ("--output",),
-}  # fmt: skip
-"""Options of other programs -> options of this one."""
 
 
 class Command(TyperCommand):
     """A command that takes each option once: of two values, the first would be lost without a message."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Parse arguments, after their repair, with hints for unknown and repeated options."""
-        args = self._with_whole_numbers(ctx, self._with_output_last(args))
-        try:
-            # A first pass finds options that are given twice: the result of the second has the last value alone
-            _, _, parsed = self.make_parser(ctx).parse_args(args=list(args))
-        except Exception as error:
-            name = getattr(error, "option_name", None)
-            # Suggestions of Click go by spelling alone
-            if name in _OPTIONS and set(_OPTIONS[name]) <= set(self._names):
-                error.possibilities = list(_OPTIONS[name])  # type: ignore[attr-defined]
-            if name in _NOT_OPTIONS and name not in self._names:
-                ctx.fail(f"No such option: {name}: {_NOT_OPTIONS[name]}")
-            raise
+        """Parse arguments; refuse repeated options."""
+        # A first pass finds options that are given twice: the result of the second has the last value alone
+        _, _, parsed = self.make_parser(ctx).parse_args(args=list(args))
         for option in parsed:
             if option.param_type_name == "option" and not option.multiple and parsed.count(option) > 1:
                 name = max(option.opts, key=len)
                 ctx.fail(f"{name} is given {_times(parsed.count(option))}: only the last would count")
-        try:
-            return super().parse_args(ctx, list(args))  # a copy: parsing empties the list
-        except Exception as error:
-            if hint := self._hint(error, args):
-                ctx.fail(f"{getattr(error, 'format_message', error.__str__)().rstrip('.')}: {hint}")
-            raise
-
-    def _with_output_last(self, args: list[str]) -> list[str]:
-        """Move -o or --output to the end, for a command whose output is an argument."""
-        named = next((name for name in ("-o", "--output") if name in args[:-1] and name not in self._names), None)
-        if named is None or not any(one.name == "output" and one.param_type_name == "argument" for one in self.params):
-            return args
-        at = args.index(named)
-        return [*args[:at], *args[at + 2 :], args[at + 1]]
-
-    def _with_whole_numbers(self, ctx: Any, args: list[str]) -> list[str]:
-        """Write 1e6 as 1000000 for options that take integers; refuse other numbers by the name of the option."""
-        integer_options = {
-            name
-            for one in self.params
-            if getattr(getattr(one, "type_descriptor", None), "annotation", None) is int
-            for name in one.opts
-        }
-        result = list(args)
-        for place, (name, text) in enumerate(itertools.pairwise(args)):
-            if name not in integer_options or text.lstrip("+-").isdigit() or text.startswith("--"):
-                continue
-            try:
-                number = float(text)
-            except ValueError:
-                number = 0.5  # no number at all: refused like a fraction
-            if not number.is_integer() or abs(number) > 2**63:
-                ctx.fail(f"Invalid value for {name!r}: must be a whole number, got {text[:40]!r}")
-            result[place + 1] = str(int(number))
-        return result
-
-    def _hint(self, error: Exception, args: list[str]) -> str:
-        """Return a hint for arguments that do not fit, or ""."""
-        text = getattr(error, "message", "") or ""
-        vectors = [name for name in ("--position", "--look-at", "--up") if name in args]
-        if text.startswith("Got unexpected extra argument") and vectors:
-            return f"three numbers are written with commas, {vectors[0]} 1,2,3"
-        missing = getattr(getattr(error, "param", None), "name", "")
-        if missing == "output" and args and Path(args[-1]).suffix and len(args) > 1 and "-o" in self._names:
-            return f"write -o {args[-1]}"
-        return ""
-
-    @property
-    def _names(self) -> list[str]:
-        """The names of all options."""
-        return [name for option in self.params for name in option.opts]
+        return super().parse_args(ctx, list(args))  # a copy: parsing empties the list
 
 
 def _times(count: int) -> str:

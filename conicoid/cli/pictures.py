@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ..render.integrators import with_option
-from .drawing import FIT_HINT, PROGRESSIVE, RenderRequest, draw
+from .drawing import PROGRESSIVE, RenderRequest, draw
 from .options import (
     Axes,
     Bits,
@@ -155,7 +155,7 @@ def render(
         loaded = loaded if time is None else loaded.at(time)
         with show_warnings():
             camera = _camera(context, loaded, width / height, position, look_at, up, field_of_view, orthographic, fit)
-        draw(loaded, camera, request, "" if fit else FIT_HINT)
+        draw(loaded, camera, request)
 
 
 def turntable(

@@ -15,7 +15,6 @@ from .._util.dataclass import dataclass
 from .._util.text import html_table, unknown_attribute
 from .._util.validation import describe_kind, format_value, real_array
 from .._util.value_objects import restore_state
-from ..materials.material import Material
 from ..materials.presets import as_material
 from .bulk import Bulk
 from .shape import Shape
@@ -93,13 +92,9 @@ class Body:
 
     def __post_init__(self) -> None:
         if not isinstance(self.shape, Shape):
-            hint = "; co.Union(shapes) is one of several" if isinstance(self.shape, list | tuple) else ""
-            raise TypeError(f"Body: shape must be a shape such as Sphere(...), got {describe_kind(self.shape)}{hint}")
-        if isinstance(self.material, list | tuple) and any(isinstance(one, str | Material) for one in self.material):
-            hint = "Body(shape, materials=[...]), with material_index, are those of many bodies in one entry"
-            raise TypeError(f"Body: material must be one, got a {type(self.material).__name__} of them; {hint}")
+            raise TypeError(f"Body: shape must be a shape such as Sphere(...), got {describe_kind(self.shape)}")
         if self.material is not None:
-            object.__setattr__(self, "material", as_material("Body", self.material, _name_hint(self)))
+            object.__setattr__(self, "material", as_material("Body", self.material))
         if self.materials is not None or self.material_index is not None:
             if not isinstance(self.shape, Bulk):
                 found = describe_kind(self.shape)
@@ -151,17 +146,6 @@ class Body:
 
         def __getattr__(self, name: str) -> Any:
             raise unknown_attribute(self, name)
-
-        def __contains__(self, other: Any) -> bool:
-            hint = "a scene tests points: co.Scene(body).contains(points)"
-            raise TypeError(f"Body: `in` means nothing here; {hint}")
-
-
-def _name_hint(body: Body) -> str:
-    """Return a hint for a text that is no colour in place of the material: it may be the name."""
-    if not isinstance(body.material, str) or body.name is not None:
-        return ""
-    return f"; a name is the third, Body(shape, name={format_value(body.material)})"
 
 
 def bodies_table(bodies: Sequence[Body]) -> str:

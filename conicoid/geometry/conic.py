@@ -266,7 +266,7 @@ class ConicEnds(Primitive, abstract=True):
         """Each end with `hollow` and `hole` of `ConicWall.support`."""
 
     @property
-    def _support_is_apart(self) -> bool:
+    def _has_batch_support(self) -> bool:
         return True
 
     def support(self, direction: Vector) -> float:

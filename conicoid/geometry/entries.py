@@ -6,7 +6,7 @@ import dataclasses
 import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, NoReturn, SupportsIndex, TypeAlias
+from typing import Any, SupportsIndex, TypeAlias
 
 import numpy as np
 
@@ -41,30 +41,14 @@ class Entries(tuple[Body, ...]):
         # Loops use plain integers, so these must be quick
         if isinstance(index, slice) or (type(index) is int and index >= 0):
             return super().__getitem__(index)
-        if isinstance(index, np.ndarray) and index.ndim:
-            hint = "hits.name and hits.material are those of all at once, scene.body(number) is the body of one"
-            raise TypeError(f"Scene: bodies[...] takes one integer, got an array of {index.size}; {hint}")
-        if isinstance(index, str):
-            raise TypeError(f"Scene: bodies[...] takes an integer, got {format_value(index)}; scene[name] has names")
         number = as_index(index)
         # Without bulk entries before it, the number of a body is the index of its entry
         if number is None or (number >= 0 and not any(isinstance(body.shape, Bulk) for body in self[:number])):
             return super().__getitem__(index)
         if number < 0:
-            hint = (
-                f"-1 stands for a miss; the last entry is bodies[{len(self) - 1}]" if self else "there are no entries"
-            )
-            raise IndexError(f"Scene: bodies[...] takes an integer >= 0, got {number}; {hint}")
+            raise IndexError(f"Scene: bodies[...] takes an integer >= 0 (-1 is a miss), got {number}")
         hint = "scene.body(number) is the body of a number, bodies[int(index)] an entry"
         raise IndexError(f"Scene: bodies[{number}]: bodies and entries are counted differently; {hint}")
-
-    if not TYPE_CHECKING:  # type checkers would otherwise accept assignments to entries
-
-        def __setitem__(self, index: Any, item: Any) -> NoReturn:
-            raise TypeError("Scene: bodies are read-only, scene.replace(which, shape or Body) is another scene")
-
-        def __delitem__(self, index: Any) -> NoReturn:
-            raise TypeError("Scene: bodies are read-only, scene.without(which) is a scene with fewer")
 
     def index(self, item: Any, start: SupportsIndex = 0, stop: SupportsIndex = 2**62) -> int:
         """Return the index of an entry, which is a `Body`, or of the entry with a name.
@@ -85,14 +69,6 @@ class Entries(tuple[Body, ...]):
         """
         return find_entry(self, item) if isinstance(item, str) else super().index(item, start, stop)
 
-    def __getattr__(self, name: str) -> Any:
-        hint = ""
-        if name in ("append", "extend", "insert", "remove", "pop", "clear"):
-            hint = ": a scene does not change, co.Scene([*scene.bodies, another]) is one of more"
-        elif any(body.name == name for body in self):
-            hint = f": scene[{name!r}] is the one of that name"
-        raise AttributeError(f"the entries of a scene have no {name[:80]!r}{hint}")
-
     def __reduce__(self) -> tuple[Any, ...]:
         return Entries, (tuple(self),)
 
@@ -110,11 +86,8 @@ def as_bodies(items: Any, owner: str = "Scene") -> Bodies:
     if isinstance(items, (Shape, Body)):
         items = (items,)
     if isinstance(items, (str, bytes, Mapping)) or not isinstance(items, Iterable) or hasattr(items, "bodies"):
-        hint = ": its entries are scene.bodies" if hasattr(items, "bodies") else ""
-        hint = "; names go to bodies, Body(shape, material, name)" if isinstance(items, Mapping) else hint
-        hint = "; co.load(path) reads a scene file" if isinstance(items, str) else hint
         raise TypeError(
-            f"{owner}: items must be a list of shapes and Bodies, or one of them, got {describe_kind(items)}{hint}"
+            f"{owner}: items must be a list of shapes and Bodies, or one of them, got {describe_kind(items)}"
         )
     bodies = Entries(_as_body(i, item, owner) for i, item in enumerate(items))
     # Many bodies that are one shape moved are kept as one shape and its places
@@ -192,25 +165,12 @@ def boxes_of(bodies: Bodies, prepared: Callable[[], FloatArray], is_prepared: bo
     return np.concatenate(parts)
 
 
-def refuse_second(lights: Any) -> None:
-    """Raise TypeError for a second shape or body in place of the lights."""
-    if isinstance(lights, (Shape, Body)):
-        raise TypeError(
-            f"Scene: items must be in one list, Scene([first, second]), got {describe_kind(lights)} as lights"
-        )
-
-
 def _as_body(index: int, item: Any, owner: str) -> Body:
     if isinstance(item, Body):
         return item
     if isinstance(item, Shape):
         return Body(item)
-    hint = ""
-    if isinstance(item, tuple) and any(isinstance(part, Shape) for part in item):
-        hint = "; Body(shape, material, name) is one"
-    elif hasattr(item, "bodies") or isinstance(item, list):
-        hint = f"; {'a scene has these in .bodies: ' if hasattr(item, 'bodies') else ''}[*a, *b] is one list of two"
-    raise TypeError(f"{owner}: items[{index}] must be a shape or a Body, got {describe_kind(item)}{hint}")
+    raise TypeError(f"{owner}: items[{index}] must be a shape or a Body, got {describe_kind(item)}")
 
 
 def find_entry(bodies: Sequence[Body], name: str) -> int:
@@ -257,13 +217,9 @@ def find_body(firsts: Any, number: Any, called: str = "body: number") -> tuple[i
     """
     index = as_index(number)
     if index is None:
-        hint = "; hits.name and hits.material take all at once"
-        if isinstance(number, str):
-            hint = "; scene[name] is the entry of a name"
-        raise TypeError(f"{called} must be one integer, got {format_value(number)}{hint}")
+        raise TypeError(f"{called} must be one integer, got {format_value(number)}")
     if not 0 <= index < firsts[-1]:
-        miss = "; -1 stands for a miss" if index == -1 else ""
-        raise IndexError(f"{called} must be at least 0 and below {firsts[-1]}, got {format_value(index)}{miss}")
+        raise IndexError(f"{called} must be at least 0 and below {firsts[-1]}, got {format_value(index)}")
     entry = int(np.searchsorted(firsts, index, side="right")) - 1
     return entry, index - int(firsts[entry])
 
@@ -292,13 +248,7 @@ def one_entry(bodies: Bodies, firsts: Callable[[], Any], which: Any, owner: str,
         For one of many bodies in an entry.
     """
     if isinstance(which, str):
-        try:
-            return find_entry(bodies, which)
-        except KeyError as error:
-            if field != "before":
-                raise
-            hint = "before is the entry that follows the items; a material is their own, Body(shape, material)"
-            raise KeyError(f"{error.args[0]}; {hint}") from None
+        return find_entry(bodies, which)
     if as_index(which) is None:
         raise TypeError(
             f"{owner}: {field} must be the name of an entry or the number of its body, got {format_value(which)}"
@@ -325,16 +275,9 @@ def exchange_entry(
     labels : mapping
         A new material, a new name, or both.
     """
-    if isinstance(which, Shape | Body):
-        raise TypeError(
-            f"replace: which entry comes first, its name or number: replace(name, shape), got {describe_kind(which)}"
-        )
-    if isinstance(which, str):
-        find_entry(bodies, which)
-    if not isinstance(item, (Shape, Body)) and not (item is None and labels):
-        hint = "" if labels else "; material= and name= change these alone"
-        raise TypeError(f"replace: item must be a shape or a Body, got {describe_kind(item)}{hint}")
     entry = one_entry(bodies, firsts, which, "replace")
+    if not isinstance(item, (Shape, Body)) and not (item is None and labels):
+        raise TypeError(f"replace: item must be a shape or a Body, got {describe_kind(item)}")
     old = bodies[entry]
     new = old if item is None else item if isinstance(item, Body) else dataclasses.replace(old, shape=item)
     changes = {"name": new.name or old.name, **labels}

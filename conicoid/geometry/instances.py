@@ -251,8 +251,7 @@ class InstanceList(Sequence[Body], ABC):
             return tuple(self._body(number) for number in range(*index.indices(len(self))))
         number = operator.index(index)
         if not 0 <= number < len(self):
-            hint = "-1 stands for a miss" if number == -1 else f"there are {len(self):,} bodies"
-            raise IndexError(f"Scene: bodies[...] takes a number from 0 on, got {number}; {hint}")
+            raise IndexError(f"Scene: bodies[...] takes a number from 0 to {len(self) - 1}, got {number}")
         return self._body(number)
 
     def index(self, value: Any, start: int = 0, stop: int = 2**62) -> int:

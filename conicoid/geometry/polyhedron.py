@@ -474,7 +474,7 @@ class CornerHull(PrimitiveSolid, abstract=True):
         return Cell(())
 
     @property
-    def _support_is_apart(self) -> bool:
+    def _has_batch_support(self) -> bool:
         return True
 
     def support(self, direction: Vector) -> float:

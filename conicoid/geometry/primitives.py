@@ -228,9 +228,7 @@ class AxialShape(Primitive, abstract=True):
                 raise ValueError(f"{owner}: reference must lie off the axis, got {self.reference}")
         # Where angle 0 points would otherwise depend on the axis, and jump when that turns
         elif self.end_angle - self.start_angle < 360:
-            two = self.start_angle != 0 and self.end_angle == 360 and hasattr(self, "radius")
-            hint = "; of two radii it is a Cone(start, end, start_radius, end_radius)" if two else ""
-            raise ValueError(f"{owner}: reference must be given with angles: it is where angle 0 points{hint}")
+            raise ValueError(f"{owner}: reference must be given with angles: it is where angle 0 points")
 
     @property
     def length(self) -> float:

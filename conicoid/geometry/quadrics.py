@@ -152,7 +152,7 @@ class EllipticSolid(PrimitiveSolid, abstract=True):
         return g0 + height * (g1 + height * g2)
 
     @property
-    def _support_is_apart(self) -> bool:
+    def _has_batch_support(self) -> bool:
         return True
 
     def support(self, direction: Vector) -> float:
@@ -291,7 +291,7 @@ class Ellipsoid(EllipticSolid):
         return low < top and high > bottom
 
     @property
-    def _support_is_apart(self) -> bool:
+    def _has_batch_support(self) -> bool:
         return self.z_range is not None
 
     def support(self, direction: Vector) -> float:
@@ -323,7 +323,7 @@ class EllipticCylinder(EllipticSolid):
     profile = 1, 0, 0
 
     @property
-    def _support_is_apart(self) -> bool:
+    def _has_batch_support(self) -> bool:
         return False
 
     def support(self, direction: Vector) -> float:
@@ -510,7 +510,7 @@ class BoxedQuadric(PrimitiveSolid, abstract=True):
         return Cell(tuple(faces))
 
     @property
-    def _support_is_apart(self) -> bool:
+    def _has_batch_support(self) -> bool:
         return self.within is not None
 
     def support(self, direction: Vector) -> float:

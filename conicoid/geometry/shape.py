@@ -219,10 +219,6 @@ class Shape(ABC):
         def __getattr__(self, name: str) -> Any:
             raise unknown_attribute(self, name)
 
-        def __contains__(self, other: Any) -> bool:
-            hint = f"a scene tests points: co.Scene({type(self).__name__.lower()}).contains(points)"
-            raise TypeError(f"{type(self).__name__}: `in` means nothing here; {hint}")
-
 
 class Primitive(Shape, abstract=True):
     """A shape with a frame of its own and a support function in it."""
@@ -232,7 +228,7 @@ class Primitive(Shape, abstract=True):
         """Return sup direction·p over the shape in its own frame; inf where unbounded, -inf if empty."""
 
     @property
-    def _support_is_apart(self) -> bool:
+    def _has_batch_support(self) -> bool:
         """True where `support` takes no recorded numbers (numerics/tracing.py): `_supports` gives those of many."""
         return False
 

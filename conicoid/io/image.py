@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._util.arrays import ignore_fp_errors
-from .._util.text import closest_name
+from .._util.text import check_choice
 from .._util.validation import check_path as checked_path, format_value, is_masked, real_array
 from .._util.value_objects import compare_by_value, restore_state
 from ..materials.color import srgb_decode
@@ -77,12 +77,7 @@ class Image:
         except ValueError:
             raise ValueError(f"Image: array must have rows of equal length, got {format_value(array)}") from None
         if values.dtype.kind not in "fiub":
-            hint = (
-                "; a picture in a file is np.asarray(PIL.Image.open(path))"
-                if isinstance(array, str | os.PathLike)
-                else ""
-            )
-            raise ValueError(f"Image: array must hold real numbers, got {values.dtype}{hint}")
+            raise ValueError(f"Image: array must hold real numbers, got {values.dtype}")
         if values.size == 0 or not (values.ndim == 2 or (values.ndim == 3 and values.shape[2] == 3)):
             raise ValueError(f"Image: array must have shape (height, width, 3) or (height, width), got {values.shape}")
         name = _named_map(colormap)
@@ -270,12 +265,7 @@ def _named_map(colormap: Any) -> str:
         return next(iter(COLORMAPS))
     name = "grey" if isinstance(colormap, str) and colormap == "gray" else colormap
     if not isinstance(name, str) or name not in COLORMAPS:
-        close = closest_name(name, COLORMAPS) if isinstance(name, str) else ""
-        meant = f" (did you mean {close!r}?)" if close else ""
-        other = "" if meant else "; Matplotlib shows others, plt.imshow(image.values, cmap=...)"
-        raise ValueError(
-            f"Image: colormap must be one of {', '.join(COLORMAPS)}, got {format_value(colormap)}{meant}{other}"
-        )
+        check_choice("Image", "colormap", colormap, COLORMAPS)
     return name
 
 

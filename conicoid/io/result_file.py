@@ -59,26 +59,11 @@ def read_arrays(
         if missing:
             there = [printable(name) for name in archive.members]
             lacks = f"it lacks {', '.join(missing[:5])} and holds {format_list(there, 5)}"
-            raise ValueError(f"is not a file of {what}: {lacks}{_guess_reader(archive.members, what)}")
+            raise ValueError(f"is not a file of {what}: {lacks}")
         others = [printable(name) for name in archive.members if name not in names]
         if others:
-            extra = f"it also holds {format_list(others, 5)}{_guess_reader(archive.members, what)}"
-            raise ValueError(f"is not a file of {what}: {extra}")
+            raise ValueError(f"is not a file of {what}: it also holds {format_list(others, 5)}")
         return dict(archive.arrays(names, flags))
-
-
-_MARKER_FIELDS = {"crossings": ("offsets", "point"), "spans": ("offsets", "ends"), "hits": ("t", "local_point")}
-
-
-def _guess_reader(members: Collection[str], what: str) -> str:
-    """Return a hint for a message: the function that reads a file with these arrays, unless it belongs to `what`."""
-    for kind, marks in _MARKER_FIELDS.items():
-        if set(marks) <= set(members):
-            return f"; co.{kind.capitalize()}.load reads it" if what != f"{kind}.save" else ""
-    if {"origins", "directions"} <= set(members):
-        intervals = "; rays have no intervals: numpy.load reads them, and first_hit(rays, t_min=...) takes them"
-        return intervals if what == "rays.save" else "; co.Rays.load reads it"
-    return "; numpy.load reads any .npz file"
 
 
 @contextlib.contextmanager

@@ -22,7 +22,7 @@ from .._util.validation import (
     optional,
     warn,
 )
-from .color import BRIGHT, BYTE, Color, bytes_hint, check_color, grey_hint, linear_rgb, look_like_bytes, srgb_decode
+from .color import BRIGHT, BYTE, Color, check_color, linear_rgb, look_like_bytes, srgb_decode
 from .image_file import image_array, read_pixels
 from .texture import ImagePath
 
@@ -32,10 +32,8 @@ def _light(owner: str, field: str, value: Any) -> Color:
     color = check_color(owner, field, value, most=float("inf"))
     if not isinstance(color, str) and look_like_bytes(color):
         # Three whole numbers up to 255 are most likely bytes.
-        brighter = "for light brighter than white use co.Sky(zenith, horizon, ground, intensity)"
-        raise ValueError(
-            f"{owner}: {field} must be linear light, where 1 is white, got {color}; {bytes_hint(color)}; {brighter}"
-        )
+        expected = "linear light, where 1 is white, or a Sky with an intensity"
+        raise ValueError(f"{owner}: {field} must be {expected}, got {color}")
     if not isinstance(color, str) and BRIGHT < max(color) <= BYTE:
         warn(
             f"{owner}: {field} {color} is linear light, {max(color):g} times white; co.Sky(..., intensity=...) says so"
@@ -157,9 +155,8 @@ def as_background(value: Any) -> Background | None:
     if value is None or isinstance(value, Sky | Environment):
         return value
     if not isinstance(value, str) and not hasattr(value, "__len__"):
-        grey = grey_hint(value) if isinstance(value, int | float) and not isinstance(value, bool) else ""
         raise TypeError(
-            f"Scene: background must be a colour, a Sky, an Environment or None, got {describe_kind(value)}{grey}"
+            f"Scene: background must be a colour, a Sky, an Environment or None, got {describe_kind(value)}"
         )
     return _light("Scene", "background", value)
 

@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from .._util.arrays import FloatArray, Vector
-from .._util.text import closest_name
+from .._util.text import near_name
 from .._util.validation import check_number, check_numbers, format_value
 from ..numerics.portable_math import odd_root
 
@@ -71,25 +71,16 @@ def _parse_bytes(owner: str, field: str, text: str) -> tuple[int, int, int]:
 
     # The lookup comes first, as `getrgb` accepts more forms than CSS names.
     if text.lower() not in ImageColor.colormap:
-        raise ValueError(f"{owner}: {field} must be {_EXPECTED}, got {format_value(text)}{color_hint(text)}")
+        raise ValueError(f"{owner}: {field} must be {_EXPECTED}, got {format_value(text)}{near_color(text)}")
     red, green, blue = ImageColor.getrgb(text)[:3]
     return red, green, blue
 
 
-def color_hint(text: str) -> str:
-    """Explain the error in a text that is no colour: the number of digits, a letter, or a name close to a known one."""
+def near_color(text: str) -> str:
+    """Return the name of a colour that was probably meant in brackets; "" if there is none."""
     from PIL import ImageColor
 
-    if not text.startswith("#"):
-        if len(text) in (3, 6) and all(c in _HEX for c in text):
-            return f" (did you mean '#{text}'?)"
-        close = closest_name(text, ImageColor.colormap)
-        return f" (did you mean {close!r}?)" if close else ""
-    digits = text[1:]
-    if strange := [c for c in digits[:40] if c not in _HEX]:
-        return f" ({strange[0]!r} is no hexadecimal digit)"
-    count = f"{len(digits)} digit{'' if len(digits) == 1 else 's'}"
-    return f" ({count} after #: there must be 6, or 3 as in '#rgb')"
+    return near_name(text, ImageColor.colormap)
 
 
 def check_color(owner: str, field: str, value: Any, *, most: float = 1.0) -> Color:
@@ -98,34 +89,16 @@ def check_color(owner: str, field: str, value: Any, *, most: float = 1.0) -> Col
         linear_rgb(value, owner, field)
         return value
     if isinstance(value, int | float | np.number) and not isinstance(value, bool):
-        raise ValueError(f"{owner}: {field} must be 3 numbers, got the number {format_value(value)}{grey_hint(value)}")
+        raise ValueError(f"{owner}: {field} must be 3 numbers, got the number {format_value(value)}")
     rgb = check_numbers(owner, field, value, 3)
-    # Without an upper bound a byte is a valid brightness, so no hint.
-    hint = f"; {bytes_hint(rgb)}" if most == 1 and look_like_bytes(rgb) else ""
     for i, channel in enumerate(rgb):
-        _check_range(owner, f"{field}[{i}]", channel, most, hint)
+        _check_range(owner, f"{field}[{i}]", channel, most)
     return rgb[0], rgb[1], rgb[2]
 
 
 def look_like_bytes(rgb: Sequence[float], bright: float = 1.0) -> bool:
     """Return whether the numbers of a colour are most likely bytes: whole, 0 to 255, and one above `bright`."""
     return bright < max(rgb) <= BYTE and min(rgb) >= 0 and all(channel.is_integer() for channel in rgb)
-
-
-def bytes_hint(rgb: Sequence[float]) -> str:
-    """Explain how to write a colour of three bytes."""
-    red, green, blue = (int(channel) for channel in rgb)
-    return f"a colour from 0 to 255 is '#{red:02x}{green:02x}{blue:02x}' here, or divided by 255 for linear light"
-
-
-def grey_hint(value: Any) -> str:
-    """Return a hint for one number in place of a colour: a grey, or all its bytes in one number."""
-    if not -1 < value <= 0xFFFFFF:  # integers beyond float64 among them
-        return ""
-    if 0 <= value <= 1:
-        return f"; that grey is [{value:g}, {value:g}, {value:g}]"
-    whole = float(value).is_integer() and value > BYTE
-    return f"; that colour is '#{int(value):06x}'" if whole else ""
 
 
 def check_amount(owner: str, field: str, value: Any, *, most: float = 1.0) -> Amount:
@@ -142,9 +115,9 @@ def amount_rgb(amount: Amount) -> Vector:
     return linear_rgb(amount)
 
 
-def _check_range(owner: str, field: str, value: float, most: float, hint: str = "") -> float:
+def _check_range(owner: str, field: str, value: float, most: float) -> float:
     """Return a number in [0, most]."""
     if not 0 <= value <= most:
         expected = f"in [0, {most:g}]" if most < float("inf") else ">= 0"
-        raise ValueError(f"{owner}: {field} must be {expected}, got {value}{hint}")
+        raise ValueError(f"{owner}: {field} must be {expected}, got {value}")
     return value

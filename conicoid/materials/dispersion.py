@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from .._util.dataclass import dataclass
-from .._util.text import closest_name
+from .._util.text import near_name
 from .._util.validation import check_number, format_value, is_complex, real_array
 
 LINE_D, LINE_F, LINE_C = 0.5875618, 0.4861327, 0.6562725
@@ -53,7 +53,7 @@ class Dispersion:
             if bad.size:
                 raise ValueError(
                     f"{self._label}: wavelength must be in [{low:g}, {high:g}] μm, where its index was measured, "
-                    f"got {bad.flat[0]:g}{_other_unit(bad.flat[0])}"
+                    f"got {bad.flat[0]:g}"
                 )
         return np.asarray(self._index_at(w))[()]
 
@@ -341,15 +341,8 @@ def check_light(owner: str, wavelength: Any) -> Any:
     strange = w[(w < 1e-5) | (w >= 100)]
     if strange.size:
         wanted = "wavelength must be in μm, 0.5876 for the line d"
-        raise ValueError(f"{owner}: {wanted}, got {strange.flat[0]:g}{_other_unit(strange.flat[0])}")
+        raise ValueError(f"{owner}: {wanted}, got {strange.flat[0]:g}")
     return w
-
-
-def _other_unit(wavelength: float) -> str:
-    """Return a hint if a wavelength is most likely in nm or m."""
-    if wavelength >= 100:
-        return f"; {wavelength:g} nm are {wavelength / 1000:g}"
-    return f"; {wavelength:g} m are {wavelength * 1e6:g}" if wavelength < 1e-5 else ""
 
 
 def check_index(owner: str, value: Any) -> Index:
@@ -359,8 +352,12 @@ def check_index(owner: str, value: Any) -> Index:
     """
     if isinstance(value, FORMULAS):
         return value
-    # An unknown name falls through to `check_number`, whose error gets a hint by the caller.
-    if isinstance(value, str) and value in glasses:
+    if isinstance(value, str):
+        if value not in glasses:
+            found = f"{format_value(value)}{_near_glass(value)}"
+            raise ValueError(
+                f"{owner}: refractive_index must be a number, a formula or the name of a glass, got {found}"
+            )
         return value
     # A constant n + ik: a table of one wavelength is constant.
     if is_complex(value) and np.ndim(value) == 0 and complex(value).real > 0 and complex(value).imag > 0:
@@ -558,8 +555,7 @@ class Glasses(Mapping[str, Dispersion]):
     def __getitem__(self, name: str) -> Dispersion:
         if name not in self._by_name:
             if not isinstance(name, str) or name not in self._factories:
-                close = closest_name(name, list(self._factories)) if isinstance(name, str) else ""
-                raise KeyError(f"unknown name {format_value(name)}{f' (did you mean {close!r}?)' if close else ''}")
+                raise KeyError(f"unknown name {format_value(name)}{_near_glass(name)}")
             self._by_name[name] = self._factories[name]()
         return self._by_name[name]
 
@@ -602,14 +598,10 @@ def glass(name: str) -> Dispersion:
     """
     if isinstance(name, str) and name in glasses:
         return glasses[name]
-    raise ValueError(f"glass: name must be one of co.optics.glasses, got {format_value(name)}{glass_hint(name)}")
+    found = f"{format_value(name)}{_near_glass(name)}"
+    raise ValueError(f"glass: name must be one of co.optics.glasses, got {found}")
 
 
-def glass_hint(name: object) -> str:
-    """Return a hint with the glass most like an unknown name, "" if none is close."""
-    if not isinstance(name, str):
-        return ""
-    # Newer versions of a glass have these prefixes: "N-BK7" of "BK7".
-    newer = [f"{first}{name}" for first in ("N-", "S-", "H-") if f"{first}{name}" in glasses]
-    close = newer[0] if newer else closest_name(name, list(glasses))
-    return f"; {close!r} is a glass of the catalogue, co.optics.glasses" if close else ""
+def _near_glass(name: object) -> str:
+    """Return the glass most like an unknown name in brackets; the newer version of one begins with N-."""
+    return near_name(f"N-{name}" if f"N-{name}" in glasses else name, glasses)

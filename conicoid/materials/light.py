@@ -10,7 +10,7 @@ from typing import Any, Literal, TypeAlias, get_args
 from .._util.arrays import VectorLike
 from .._util.dataclass import dataclass
 from .._util.validation import check_degrees, check_fields, check_list, check_vector, format_value, warn
-from .color import BRIGHT, Amount, bytes_hint, check_amount, look_like_bytes
+from .color import BRIGHT, Amount, check_amount, look_like_bytes
 
 Falloff: TypeAlias = Literal["none", "inverse_square"]
 """none: the same at any distance; inverse_square: intensity / distance², so intensity at distance 1."""
@@ -128,7 +128,9 @@ def _warn_of_bytes(light: Light, owner: str, intensity: Amount) -> None:
     # Near an inverse square light, intensities of hundreds are normal.
     fades = getattr(light, "falloff", "none") == "inverse_square"
     if isinstance(intensity, tuple) and not fades and look_like_bytes(intensity, BRIGHT):
-        warn(f"{owner}: intensity {intensity} is linear light, {max(intensity):g} times white; {bytes_hint(intensity)}")
+        warn(
+            f"{owner}: intensity {intensity} is linear light, {max(intensity):g} times white; bytes are divided by 255"
+        )
 
 
 def _check(light: Light, *fields: str) -> None:

@@ -6,7 +6,7 @@ import dataclasses
 import functools
 import inspect
 from collections.abc import Callable, Mapping
-from typing import Any, Literal, NoReturn, TypeAlias, get_args
+from typing import Any, Literal, TypeAlias, get_args
 
 from .._util.arrays import Vector
 from .._util.dataclass import dataclass
@@ -21,7 +21,7 @@ from .._util.validation import (
 )
 from .coating import Coating
 from .color import Amount, Color, check_amount, check_color
-from .dispersion import Index, check_index, glass_hint
+from .dispersion import Index, check_index
 from .properties import NO_PROPERTIES, Properties
 from .texture import PATTERNS, TEXTURES, ImageTexture, Pattern, Texture, mean_grey
 
@@ -192,7 +192,7 @@ class Material:
             object.__setattr__(self, field, _amount(self, field, infinity))
         vars(self).update(_checked_transport(self))
         check_fields(self, ambient=check_nonnegative, diffuse=check_nonnegative, shininess=check_positive)
-        object.__setattr__(self, "refractive_index", _checked_refractive_index(self))
+        object.__setattr__(self, "refractive_index", check_index("Material", self.refractive_index))
         if not isinstance(self.highlight, str) or self.highlight not in get_args(Highlight):
             raise ValueError(f"{name}: highlight must be 'phong' or 'blinn_phong', got {format_value(self.highlight)}")
         if self.coating is not None and not isinstance(self.coating, Coating):
@@ -247,13 +247,6 @@ def _checked_metal(material: Material) -> dict[str, Any]:
     return checked
 
 
-def _refuse_items(material: Material, name: object) -> NoReturn:
-    """Raise TypeError: a material has no items, its properties have."""
-    raise TypeError(
-        f"'Material' object has no items: material.properties[{format_value(name)}] is the user's value of that name"
-    )
-
-
 def _warn_and_compare(material: Material, other: object) -> Any:
     """Compare all fields. Warn if the other is a text, as the user may mean the material's name."""
     if isinstance(other, str):
@@ -265,38 +258,11 @@ def _warn_and_compare(material: Material, other: object) -> Any:
 _equal_fields = Material.__eq__
 # Set here, not in the class: `_warn_and_compare` calls the method that dataclass generates.
 setattr(Material, "__eq__", _warn_and_compare)  # noqa: B010
-# Type checkers must not see this method, or they would accept material[name].
-setattr(Material, "__getitem__", _refuse_items)  # noqa: B010
 
 
 def _amount(material: Material, field: str, most: float) -> Amount:
-    """Return an amount in [0, most]; the error of a text says how to name a material."""
-    value = getattr(material, field)
-    try:
-        return check_amount("Material", field, value, most=most)
-    except ValueError as error:
-        raise ValueError(f"{error}{_name_hint(material, value)}") from None
-
-
-def _checked_refractive_index(material: Material) -> Index:
-    """Return the refractive index: one number, or a function of the wavelength."""
-    value = material.refractive_index
-    try:
-        return check_index("Material", value)
-    except ValueError as error:
-        # A list of indices is most likely meant for several wavelengths, a text for a glass or for the material's name.
-        several = isinstance(value, list | tuple | dict) or bool(getattr(value, "ndim", 0))
-        hint = "; a scene is of one wavelength: make one for each, scene.replace(name, material=co.glass(index))"
-        hint += "; or co.optics.Tabulated(wavelengths, n) is a table of them"
-        name = _name_hint(material, value) + glass_hint(value)
-        raise ValueError(f"{error}{hint if several else name}") from None
-
-
-def _name_hint(material: Material, value: Any) -> str:
-    """Return a hint for a text that is no colour and no number, "" for other values."""
-    if not isinstance(value, str) or value.startswith("#") or material.name is not None:
-        return ""
-    return f"; pass a name by its keyword, name={format_value(value)}"
+    """Return an amount in [0, most]."""
+    return check_amount("Material", field, getattr(material, field), most=most)
 
 
 # The constructor of a material, for its repr and for scene files.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import lru_cache
-from types import FunctionType
 from typing import Any
 
 import numpy as np
@@ -579,7 +578,7 @@ CONSTRUCTORS = {f.__name__: f for f in _PRESETS}
 """Name -> constructor, for scene files that name a look instead of a list of fields."""
 
 
-def as_material(owner: str, value: Any, hint: str = "") -> Material:
+def as_material(owner: str, value: Any) -> Material:
     """Return `value` as a material: a Material, or the matte one of a colour, a Checker or a texture.
 
     Parameters
@@ -588,8 +587,6 @@ def as_material(owner: str, value: Any, hint: str = "") -> Material:
         Name of the object, for messages.
     value
         The value of the user.
-    hint : str
-        Added to the message for a text that is no colour.
 
     Raises
     ------
@@ -603,31 +600,18 @@ def as_material(owner: str, value: Any, hint: str = "") -> Material:
     if isinstance(value, PATTERNS):
         return matte(value)
     if isinstance(value, str):
-        return _material_of_color(owner, value, hint)
+        return _material_of_color(owner, value)
     if isinstance(value, (tuple, list, np.ndarray)):
         return matte(check_color(owner, "material", value))
     raise TypeError(
-        f"{owner}: material must be a Material such as matte('red'), or a colour, got {describe_non_material(value)}"
+        f"{owner}: material must be a Material such as matte('red'), or a colour, got {describe_kind(value)}"
     )
 
 
 @lru_cache(maxsize=256)
-def _material_of_color(owner: str, color: str, hint: str) -> Material:
+def _material_of_color(owner: str, color: str) -> Material:
     """Return the matte material of a colour's name.
 
     "gold" and "silver" are CSS colours: only a call makes the metals of these names.
     """
-    try:
-        return matte(check_color(owner, "material", color))
-    except ValueError as error:
-        if color in CONSTRUCTORS:
-            expected = f"materials are made by functions: co.{color}(...), without quotes"
-            raise ValueError(f"{owner}: material must be a Material or a colour, got {color!r}; {expected}") from None
-        raise ValueError(f"{error}{hint if not color.startswith('#') else ''}") from None
-
-
-def describe_non_material(value: Any) -> str:
-    """Describe a value that is no material, for a message; a constructor gets the hint to call it."""
-    # A constructor without a call is a common mistake.
-    makes_materials = isinstance(value, type | FunctionType) and value in (Material, *_PRESETS)
-    return describe_kind(value) + (f"; call it: {value.__name__}(...)" if makes_materials else "")
+    return matte(check_color(owner, "material", color))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import numbers
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any
 
 import numpy as np
 
@@ -58,19 +58,6 @@ class Properties(Mapping[str, Any]):
         except (KeyError, TypeError):
             names = ", ".join(map(repr, self._values)) or "none"
             raise KeyError(f"no property {format_value(name)}; properties: {names}") from None
-
-    # Type checkers must not see these methods, or they would accept every attribute and every assignment.
-    if not TYPE_CHECKING:
-
-        def __setitem__(self, name: str, value: Any) -> NoReturn:
-            """Raise TypeError, and show how to make another material."""
-            another = f"properties={{{{**material.properties, {name!r}: ...}}}}".replace("{{", "{").replace("}}", "}")
-            raise TypeError(f"properties never change: dataclasses.replace(material, {another}) is another material")
-
-        def __getattr__(self, name: str) -> Any:
-            """Raise AttributeError; a hint points to the property of this name."""
-            hint = f": use properties[{name!r}]" if not name.startswith("_") and name in self else ""
-            raise AttributeError(f"properties have no {name[:80]!r}{hint}", name=name, obj=self)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._values)

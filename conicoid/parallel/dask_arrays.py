@@ -8,7 +8,7 @@ nothing is scattered.
 from __future__ import annotations
 
 import math
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 
@@ -57,10 +57,6 @@ class LazyHits:
             return _field(self.blocks, name, float, _VECTORS[name])
         fields = ", ".join([*_SCALARS, *_VECTORS])
         raise AttributeError(f"LazyHits has no field {name[:80]!r}; it has {fields}")
-
-    def __getitem__(self, index: Any) -> NoReturn:
-        hint = "its fields are arrays of Dask, which select, such as hits.t[hits.hit]"
-        raise TypeError(f"LazyHits: hits that are not computed yet have no items; {hint}")
 
     def __dir__(self) -> list[str]:
         return [*_SCALARS, *_VECTORS, "blocks", "shape"]

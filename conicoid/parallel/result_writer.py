@@ -44,7 +44,6 @@ from ..io.result_file import (
 )
 from ..kernels.threads import Progress
 from ..queries.hits import Hits
-from ..queries.ray_queries import refuse_no_rays
 from ..queries.rays import ArrayRays, LazyRays, Rays
 from ..queries.scene_protocol import SceneLike
 from ..queries.spans import Crossings, Spans
@@ -429,11 +428,7 @@ def stream(
     scene: Any, rays: Any, query: str, chunk: int | None, executor: Any, out: Any, options: dict[str, Any]
 ) -> Any:
     """Run `scene.stream`."""
-    if not isinstance(query, str):
-        hint = "rays are one argument: stream(co.Rays(origins, directions)), or (origins, directions) in brackets"
-        raise TypeError(f"stream: query must be the name of a query, got {describe_kind(query)}; {hint}")
     check_choice("stream", "query", query, QUERIES)
-    refuse_no_rays("stream", rays)
     if query == "line_integral" and "values" not in options:
         raise TypeError("stream: line_integral needs values=")
     limits = options.pop("t_min", _LIMITS[0]), options.pop("t_max", _LIMITS[1])

@@ -205,20 +205,10 @@ def flat_rest(lowered: LoweredScene) -> RoundingRest:
 
 # --- The memory of a scene, as `conicoid info` prints it
 
-_HINTS = {
-    **dict.fromkeys(("total", "bytes", "nbytes", "size", "all"), "memory.tables + memory.tree are all bytes"),
-    "cells": "it is called primitives",
-}
 _TREE = (NODE_CHILDREN, TREE_ORDER, TREE_ROOT, ROOTS, TREE_DEPTH)
 
 
-class _Sizes(NamedTuple):
-    primitives: int
-    tables: int
-    tree: int
-
-
-class Memory(_Sizes):
+class Memory(NamedTuple):
     """Bytes of the arrays that hold a prepared scene.
 
     Attributes
@@ -231,13 +221,9 @@ class Memory(_Sizes):
         Bytes of the tree of boxes over them.
     """
 
-    __slots__ = ()
-
-    if not TYPE_CHECKING:  # type checkers would accept any name otherwise
-
-        def __getattr__(self, name: str) -> Any:
-            hint = f": {_HINTS[name]}" if name in _HINTS else ""
-            raise AttributeError(f"'Memory' object has no attribute {name[:80]!r}{hint}", name=name, obj=self)
+    primitives: int
+    tables: int
+    tree: int
 
 
 def measure_memory(scene: PreparedScene) -> Memory:

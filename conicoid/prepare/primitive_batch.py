@@ -418,7 +418,7 @@ class PrimitiveBatch:
         every = np.arange(len(of.chosen))
         if kind == UNKNOWN_MOTION:
             return [], every
-        if not of.like.of(int(of.chosen[0]))[0]._support_is_apart:  # type: ignore[attr-defined]
+        if not of.like.of(int(of.chosen[0]))[0]._has_batch_support:  # type: ignore[attr-defined]
             return self._play_kind(key, kind, of, every, np.zeros((len(every), 0)))
         reaches, which, left = self._reaches(key, kind, of)
         results = []

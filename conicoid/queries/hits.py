@@ -475,9 +475,7 @@ def spawned_shape(mine: tuple[int, ...], directions: tuple[int, ...]) -> tuple[i
         shape = ()
     if shape == mine or (shape == expected and shape):
         return shape
-    many = f"; for several of each hit, (many, {', '.join(map(str, (*mine, 3)))})"
-    hint = f"{many}, or hits[..., None].spawn(directions)" if len(expected) > len(mine) else ""
-    raise ValueError(f"spawn: directions must broadcast to {(*mine, 3)}, got {directions}{hint}")
+    raise ValueError(f"spawn: directions must broadcast to {(*mine, 3)}, got {directions}")
 
 
 def _keep_call_of_hit(scene: PreparedScene) -> None:

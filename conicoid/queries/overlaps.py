@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .._util.text import closest_name, format_count
+from .._util.text import format_count, near_name
 from .._util.validation import format_value
 from ..geometry.labels import Labels
 from ..kernels.crossings import ROUNDING_OVERLAP, count_overlaps, row_owners
@@ -24,9 +24,8 @@ _THIN_OVERLAP = 1e-5
 def check_overlaps(owner: str, overlaps: Any) -> str | None:
     """Return `overlaps`. Raise ValueError unless it is "both", "error" or None."""
     if overlaps is not None and overlaps not in (COUNT_BOTH, REFUSE_OVERLAPS):
-        close = closest_name(overlaps, (COUNT_BOTH, REFUSE_OVERLAPS)) if isinstance(overlaps, str) else ""
-        hint = f" (did you mean {close!r}?)" if close else ""
-        raise ValueError(f"{owner}: overlaps must be 'both', 'error' or None, got {format_value(overlaps)}{hint}")
+        found = f"{format_value(overlaps)}{near_name(overlaps, (COUNT_BOTH, REFUSE_OVERLAPS))}"
+        raise ValueError(f"{owner}: overlaps must be 'both', 'error' or None, got {found}")
     return overlaps
 
 
@@ -51,15 +50,13 @@ def report_overlaps(owner: str, spans: Any, overlaps: str | None, kinds: Any, co
         return
     if overlaps == REFUSE_OVERLAPS:
         raise ValueError(_overlap_message(owner, spans, *pairs) + "; co.check(scene) finds all")
-    log_once(spans._labels, lambda: _overlap_message(owner, spans, *pairs) + _OVERLAP_HINT)
+    options = "; overlaps='both' says that it is meant, and overlaps='error' refuses it"
+    log_once(spans._labels, lambda: _overlap_message(owner, spans, *pairs) + options)
 
 
 def is_silent(labels: Labels, overlaps: str | None) -> bool:
     """Return whether nobody hears of overlaps any more."""
     return overlaps == COUNT_BOTH or (overlaps is None and has_note(labels))
-
-
-_OVERLAP_HINT = "; overlaps='both' says that it is meant, and overlaps='error' refuses it"
 
 
 def _find_overlaps(spans: Any, rows: Any, kinds: Any = None) -> tuple[Any, Any]:

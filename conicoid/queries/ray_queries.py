@@ -356,79 +356,28 @@ def _lists_of_single(
 
 
 def as_rays(query: str, origins: Any, directions: Any, keep: bool = True) -> Rays:
-    """Return the rays of a query's first two arguments: arrays, or a `Rays` alone. Raise TypeError with a hint.
+    """Return the rays of a query's first two arguments: arrays, or a `Rays` alone. Raise TypeError for others.
 
     keep: whether the answer holds the rays, so that they must be copies.
     """
     if isinstance(origins, Rays):
         if directions is not None:
-            numbers = np.ndim(directions) == 0 and isinstance(directions, int | float | np.number)
-            hint = f"; intervals are named: {query}(rays, t_min={directions}, t_max=...)" if numbers else ""
-            if isinstance(directions, str):
-                hint = f"; what follows has a name: {query}(rays, by={directions!r})" if query == "lengths" else ""
-            raise TypeError(f"{query}: directions must be left out where a Rays is given{hint}")
+            found = describe_kind(directions)
+            raise TypeError(f"{query}: directions must be left out where a Rays is given, got {found}")
         return origins
     if isinstance(origins, LazyRays):
         return as_rays(query, origins.to_rays(), directions)
     if directions is None:
-        refuse_no_rays(query, origins)
-    if directions is None and isinstance(origins, list | tuple) and any(isinstance(ray, Rays) for ray in origins):
-        raise TypeError(
-            f"{query}: rays of a list are joined by co.Rays.concatenate(rays), got {describe_kind(origins)}"
-        )
-    if directions is None:
-        raise TypeError(
-            f"{query}: directions are missing: pass origins and directions, or a Rays "
-            f"(which unpacks to these two arrays: one of its rays is rays[i]){_pair_hint(query, origins)}"
-        )
+        found = describe_kind(origins)
+        raise TypeError(f"{query}: origins must be a Rays, or an array with directions beside it, got {found} alone")
     return Rays(origins, directions) if keep else checked_rays(origins, directions)
 
 
-def refuse_no_rays(query: str, value: Any) -> None:
-    """Raise TypeError for an object of this package other than rays, such as a result, a camera or a shape."""
-    if isinstance(value, Rays | LazyRays) or not type(value).__module__.startswith("conicoid."):
-        return
-    hint = ""
-    if isinstance(value, QueryResult):
-        hint = "; use its .rays, or hits.spawn(...)"
-    elif callable(getattr(value, "rays", None)):
-        hint = "; its rays are those of a picture: .rays(width, height)"
-    elif hasattr(value, "lazy_rays"):
-        hint = "; co.Rays.from_scan(geometry) are its rays"
-    raise TypeError(f"{query}: origins must be arrays or a Rays, got {describe_kind(value)}{hint}")
-
-
-def _pair_hint(query: str, value: Any) -> str:
-    """Return a hint for origins and directions passed as one argument."""
-    if (
-        isinstance(value, tuple | list)
-        and len(value) == 2
-        and all(np.ndim(part) and np.shape(part)[-1] == 3 for part in value)
-    ):
-        return f"; a pair of arrays is passed as two, {query}(*pair)"
-    shape = getattr(value, "shape", ())
-    return f"; an array of both is two, {query}(a[..., :3], a[..., 3:])" if shape and shape[-1] == 6 else ""
-
-
 def rays_after_values(values: Any, origins: Any, directions: Any) -> Rays:
-    """Return the rays of a line integral. Raise TypeError or ValueError if the values do not come first."""
-    order = "line_integral: values come first, and then the rays: line_integral(values, rays)"
+    """Return the rays of a line integral. Raise TypeError if the values do not come first."""
     if isinstance(values, Rays | QueryResult):
-        raise TypeError(f"{order} or line_integral(values, origins, directions); got {describe_kind(values)} first")
-    try:
-        return as_rays("line_integral", origins, directions, keep=False)
-    except ValueError as error:
-        if not _looks_like_points(values) or _looks_like_points(directions):
-            raise
-        raise ValueError(f"{error}; values come first: line_integral(values, origins, directions)") from None
-
-
-def _looks_like_points(values: Any) -> bool:
-    """Return True for an array of shape (..., 3), which may be origins or directions."""
-    try:
-        return bool(np.shape(values)[-1:] == (3,))
-    except ValueError:
-        return False
+        raise TypeError(f"line_integral: values come before the rays, got {describe_kind(values)} first")
+    return as_rays("line_integral", origins, directions, keep=False)
 
 
 def limits_of(query: str, rays: Rays, name: str, value: Any) -> FloatArray:

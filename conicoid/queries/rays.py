@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterable, Iterator
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -52,15 +52,8 @@ def points_array(owner: str, field: str, values: Any, keep_single: bool = False)
         array = array.reshape(0, 3)
     refuse_columns(owner, field, values)
     if array.ndim == 0 or array.shape[-1] != 3:
-        raise ValueError(f"{owner}: {field} must have shape (..., 3), got {array.shape}{_shape_hint(array.shape)}")
+        raise ValueError(f"{owner}: {field} must have shape (..., 3), got {array.shape}")
     return array
-
-
-def _shape_hint(shape: tuple[int, ...]) -> str:
-    """Return a hint for an array of another shape: origins beside directions, or a transposed array."""
-    if shape[-1:] == (6,):
-        return "; origins and directions are two arrays, a[..., :3] and a[..., 3:]"
-    return f"; its transpose, .T, has shape {shape[::-1]}" if len(shape) == 2 and shape[0] == 3 else ""
 
 
 def find_invalid_ray(origins: FloatArray, directions: FloatArray) -> tuple[int, str] | None:
@@ -288,10 +281,8 @@ class Rays(ArrayRecord):
         """
         make = getattr(camera, "lazy_rays", None)
         if not callable(make):
-            hint = "; scene.rays(width, height) are those of the camera that fits, scene.fitting_camera() is that one"
-            hint = hint if camera is None or hasattr(camera, "fitting_camera") else ""
             raise TypeError(
-                f"from_camera: camera must be a Camera or an OrthographicCamera, got {describe_kind(camera)}{hint}"
+                f"from_camera: camera must be a Camera or an OrthographicCamera, got {describe_kind(camera)}"
             )
         rays = make(width, height)
         assert isinstance(rays, LazyRays)
@@ -467,16 +458,6 @@ class LazyRays(ArrayRecord):
 
     def __len__(self) -> int:
         return self.shape[0]
-
-    if not TYPE_CHECKING:  # a type checker that saw these would accept indexing and loops
-
-        def __getitem__(self, index: Any) -> NoReturn:
-            hint = "rays.part(begin, end) returns some of them, and rays.to_rays()[...] any"
-            raise TypeError(f"{type(self).__name__}: rays are made where they are traced: {hint}")
-
-        def __iter__(self) -> NoReturn:
-            hint = "origins, directions = rays.to_rays() are two arrays of all"
-            raise TypeError(f"{type(self).__name__}: rays are made where they are traced: {hint}")
 
     def to_rays(self) -> Rays:
         """Return all rays as `Rays`, 48 bytes each. These have no interval of their own: queries of them start at 0."""

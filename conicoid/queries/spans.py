@@ -220,13 +220,7 @@ class RayLists:
         return part
 
     def _which(self, index: Any) -> Any:
-        """Return the numbers of the rays that an index selects, scalar for one ray. Raise IndexError with a hint."""
-        if np.asarray(index).dtype == np.bool_ and np.shape(index) == (int(self.offsets[-1]),) != (len(self),):
-            name, field = type(self).__name__.lower(), self._columns[0]
-            raise IndexError(
-                f"{type(self).__name__}: a mask selects rays and must have {len(self)} items, got one of "
-                f"{int(self.offsets[-1])} rows: {name}.{field}[mask] has the rows of a field"
-            )
+        """Return the numbers of the rays that an index selects, scalar for one ray. Raise IndexError for others."""
         if np.shape(index) == self._rays.shape != () and np.asarray(index).dtype == np.bool_:
             index = np.ravel(index)
         is_flat = np.ndim(index) < 2 and not (isinstance(index, tuple) and len(index) != 1)
@@ -234,21 +228,9 @@ class RayLists:
         if which is None or which.ndim > 1:
             raise IndexError(
                 f"{type(self).__name__}: index must be a number, a slice, a list of numbers or a mask over the "
-                f"{format_count(len(self), 'ray', 'rays')}, got {format_value(index)}{self._index_hint(index)}"
+                f"{format_count(len(self), 'ray', 'rays')}, got {format_value(index)}"
             )
         return which
-
-    def _index_hint(self, index: Any) -> str:
-        """Return a hint for several numbers as an index: a ray of a picture by its axes, or one row of a ray."""
-        if not isinstance(index, tuple) or not all(isinstance(i, int) for i in index):
-            return ""
-        name, shape = type(self).__name__.lower(), self._rays.shape
-        if len(index) == len(shape) > 1 and all(-n <= i < n for i, n in zip(index, shape, strict=True)):
-            flat = int(np.arange(len(self)).reshape(shape)[index])
-            return f"; rays are counted flat: that of the index {index} is {name}[{flat}]"
-        if len(index) == 2 and len(shape) < 2:
-            return f"; one row of one ray is {name}[{index[0]}].{self._columns[0]}[{index[1]}]"
-        return ""
 
 
 # Spans and crossings

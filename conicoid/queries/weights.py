@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from .._util.arrays import FloatArray
 from .._util.dataclass import dataclass
-from .._util.text import closest_name, describe_names
+from .._util.text import check_choice, describe_names
 from .._util.validation import format_value, real_array
 from ..materials.properties import Properties
 
@@ -18,7 +18,6 @@ LineValues: TypeAlias = "npt.ArrayLike | Mapping[str, npt.ArrayLike] | str"
 """Values of line integrals: an array by body, a mapping from names of materials, or the name of a property."""
 
 BODY, MATERIAL = "body", "material"
-BY_BODY = "names are those of materials, and values by body are an array in the order of their numbers"
 _MOST = 5  # materials that a message names
 
 DistinctMaterials = Sequence[tuple[Any, bool]]
@@ -40,11 +39,7 @@ class Weights:
 
 def check_by(owner: str, by: Any) -> str:
     """Return `by`. Raise ValueError unless it is "body" or "material"."""
-    if not isinstance(by, str) or by not in (BODY, MATERIAL):
-        close = closest_name(by, (BODY, MATERIAL)) if isinstance(by, str) else ""
-        hint = f" (did you mean {close!r}?)" if close else ""
-        raise ValueError(f"{owner}: by must be 'body' or 'material', got {format_value(by)}{hint}")
-    return by
+    return check_choice(owner, "by", by, (BODY, MATERIAL))
 
 
 def weights_of(values: Any, otherwise: Any, bodies: int, distinct: DistinctMaterials) -> Weights:
@@ -68,9 +63,8 @@ def weights_of(values: Any, otherwise: Any, bodies: int, distinct: DistinctMater
     expected = f"an array ({bodies},) or ({bodies}, energies), a mapping from materials' names, or a property's name"
     array = real_array("line_integral", "values", values, expected)
     if array.ndim not in (1, 2) or len(array) != bodies:
-        hint = f"; one number for all is np.full({bodies}, ...)" if array.ndim == 0 else ""
         raise ValueError(
-            f"line_integral: values must have shape ({bodies},) or ({bodies}, energies), got {array.shape}{hint}"
+            f"line_integral: values must have shape ({bodies},) or ({bodies}, energies), got {array.shape}"
         )
     return Weights(BODY, array)
 
@@ -104,8 +98,8 @@ def _entries(values: Mapping[Any, Any], distinct: DistinctMaterials) -> Iterator
     names = dict.fromkeys(material.name for material, _ in distinct if material is not None and material.name)
     for name, value in values.items():
         if name not in names:
-            hint = describe_names(name, "materials", list(names)) + "; " + BY_BODY
-            raise ValueError(f"line_integral: values: no material is called {format_value(name)}; {hint}")
+            named = describe_names(name, "materials", list(names))
+            raise ValueError(f"line_integral: values: no material is called {format_value(name)}; {named}")
         yield name, _numbers(f"values[{name!r}]", value)
 
 

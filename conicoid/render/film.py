@@ -10,13 +10,13 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 import numpy.typing as npt
 
 from .._util.arrays import FloatArray
-from .._util.text import check_choice, closest_name
+from .._util.text import check_choice, near_name
 from .._util.validation import format_value
 from ..numerics.portable_math import portable_cos, portable_exp, portable_interp
 from .options import FILTERS, LAYERS, Filter
@@ -203,12 +203,6 @@ class Layers(dict[str, Any]):
             f"the picture was rendered without {format_value(name)}: scene.render(layers=[{format_value(name)}]) has it"
         )
 
-    if not TYPE_CHECKING:  # type checkers would accept any attribute otherwise
-
-        def __getattr__(self, name: str) -> Any:
-            hint = f": image.layers[{name!r}] is that" if name in LAYERS else ""
-            raise AttributeError(f"'Layers' object has no attribute {name[:80]!r}{hint}", name=name, obj=self)
-
 
 def check_layers(value: Any) -> tuple[str, ...]:
     """Return the names of layers in their order, all of them for True, none for None or False.
@@ -224,7 +218,6 @@ def check_layers(value: Any) -> tuple[str, ...]:
         raise TypeError(f"render: layers must be names of layers, or True for all, got {format_value(value)}")
     for name in names:
         if not isinstance(name, str) or name not in LAYERS:
-            close = closest_name(name, LAYERS) if isinstance(name, str) else ""
-            meant = f" (did you mean {close!r}?)" if close else ""
-            raise ValueError(f"render: layers must be of {', '.join(LAYERS)}, got {format_value(name)}{meant}")
+            found = f"{format_value(name)}{near_name(name, LAYERS)}"
+            raise ValueError(f"render: layers must be of {', '.join(LAYERS)}, got {found}")
     return tuple(name for name in LAYERS if name in names)

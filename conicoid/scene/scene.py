@@ -15,7 +15,7 @@ import math
 import os
 from collections.abc import Callable, Iterable, Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal, NoReturn, SupportsIndex, overload
+from typing import TYPE_CHECKING, Any, Literal, SupportsIndex, overload
 
 import numpy as np
 
@@ -52,7 +52,6 @@ from ..geometry.entries import (
     insert_entries,
     one_entry,
     refuse_same_names,
-    refuse_second,
     refuse_unknown_tracks,
     remove_entries,
     replace_entry,
@@ -63,7 +62,6 @@ from ..geometry.labels import count_bodies, distinct_materials, first_numbers, s
 from ..geometry.shape import Shape, Solid
 from ..materials.background import Background, as_background
 from ..materials.light import Light, as_lights
-from ..materials.material import Material
 from ..queries.result import extension
 
 if TYPE_CHECKING:
@@ -144,7 +142,6 @@ class Scene:
         animation: Iterable[Track] = (),
         unit: str | None = None,
     ) -> None:
-        refuse_second(lights)
         self._bodies: Bodies = as_bodies(items)
         refuse_same_names(self._bodies)
         self._lights: tuple[Light, ...] = as_lights(lights)
@@ -168,15 +165,8 @@ class Scene:
 
         def __setattr__(self, name: str, value: Any) -> None:
             if not name.startswith("_") and (type(self) is Scene or hasattr(Scene, name)):
-                hint = f": scene.replace({name}=...) is one with another" if name in _PARTS else ""
-                raise AttributeError(f"a Scene is read-only, {name[:80]} cannot be set{hint}")
+                raise AttributeError(f"a Scene is read-only, {name[:80]} cannot be set; scene.replace makes another")
             object.__setattr__(self, name, value)
-
-        def __setitem__(self, which: Any, item: Any) -> NoReturn:
-            raise TypeError("a Scene is read-only: scene.replace(which, shape or Body) is one with another entry")
-
-        def __delitem__(self, which: Any) -> NoReturn:
-            raise TypeError("a Scene is read-only: scene.without(which) is one with fewer entries")
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _rebuild_scene, (type(self), *self._parts), {"_notes": self._notes} if self._notes else None
@@ -310,8 +300,7 @@ class Scene:
             return any(item == body.shape for body in self._bodies)
         if isinstance(item, Body):
             return item in self._bodies
-        hint = "; scene.materials has the materials" if isinstance(item, Material) else ""
-        raise TypeError(f"Scene: `in` asks for a name, a shape or a Body, got {describe_kind(item)}{hint}")
+        raise TypeError(f"Scene: `in` asks for a name, a shape or a Body, got {describe_kind(item)}")
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Scene):
@@ -1182,9 +1171,7 @@ def as_scene(owner: str, scene: Any) -> Scene:
         return scene
     if isinstance(scene, (Shape, Body)):
         return Scene(scene)
-    hint = "; co.load(path) reads a scene file" if isinstance(scene, str | os.PathLike) else ""
-    hint = "; co.Scene([...]) is one of several" if isinstance(scene, list | tuple) else hint
-    raise TypeError(f"{owner}: scene must be a Scene, a shape or a Body, got {describe_kind(scene)}{hint}")
+    raise TypeError(f"{owner}: scene must be a Scene, a shape or a Body, got {describe_kind(scene)}")
 
 
 def _rebuild_scene(kind: type[Scene], *parts: Any) -> Scene:

@@ -104,7 +104,7 @@ TEXTS = co.Scene(co.Body(co.Sphere(), kind("x", mu="much", table=[[1, 2]])))
 
 
 @pytest.mark.parametrize(("call", "message"), [
-    (lambda: PENCIL.lengths(*ALONG, by="name"), "lengths: by must be 'body' or 'material', got 'name'"),
+    (lambda: PENCIL.lengths(*ALONG, by="name"), "lengths: by must be one of body, material, got 'name'"),
     (lambda: PENCIL.line_integral(np.zeros(7), *ALONG, otherwise=0), "line_integral: otherwise goes with values by name"),
     (lambda: TEXTS.line_integral("mu", *ALONG), "property 'mu' of material 'x' must be a number or an array"),
     (lambda: TEXTS.line_integral("table", *ALONG), "property 'table' of material 'x' must be a number or an array"),

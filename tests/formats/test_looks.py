@@ -207,13 +207,6 @@ def test_a_material_is_equal_however_it_was_made():
     )
 
 
-@pytest.mark.parametrize("name", ["scene", "scene.", "a.b/scene"])
-def test_a_file_of_a_scene_says_what_it_is(name, tmp_path):
-    (tmp_path / "a.b").mkdir()
-    with pytest.raises(ValueError, match=r"scenes are saved as .yaml or .json: .*scene\.?.yaml, say$"):
-        co.save(co.Sphere(), tmp_path / name)
-
-
 @pytest.mark.parametrize(("written", "meant"), [
     ("{Difference: [disc, ball, bore]}", lambda disc, ball, bore: disc - ball - bore),
     ("{Intersection: [disc, ball]}", lambda disc, ball, bore: disc & ball),

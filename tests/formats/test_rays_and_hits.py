@@ -364,16 +364,14 @@ def test_rays_load_what_trace_reads(tmp_path):
     assert co.Rays.load(tmp_path / "rays.npy") == co.Rays.load(tmp_path / "rays.npz") == FEW_RAYS
     assert co.Rays.load(tmp_path / "rays.csv") == co.Rays(table.reshape(-1, 6)[:, :3], table.reshape(-1, 6)[:, 3:])
     np.savez(tmp_path / "rays.npz", origins=FEW_RAYS.origins, directions=FEW_RAYS.directions, t_min=0.5)
-    with pytest.raises(
-        ValueError, match=r"rays.npz: .* also holds t_min; rays have no intervals: numpy.load reads them"
-    ):
+    with pytest.raises(ValueError, match=r"rays.npz: .* also holds t_min$"):
         co.Rays.load(tmp_path / "rays.npz")
     np.save(tmp_path / "rays.npy", [[0, 0, 0, 0, 0, 0.0]])
     with pytest.raises(ValueError, match=r"rays.npy: ray 0: direction must not be zero"):
         co.Rays.load(tmp_path / "rays.npy")
 
 
-def test_other_files_are_told_what_reads_them(tmp_path):
+def test_files_of_other_results_are_refused(tmp_path):
     answers = {
         "hits": SHELLS.first_hit(FEW_RAYS),
         "spans": SHELLS.spans(FEW_RAYS),
@@ -387,8 +385,7 @@ def test_other_files_are_told_what_reads_them(tmp_path):
         load = getattr(co, kind.capitalize()).load
         for other in answers:
             if other != kind:
-                with pytest.raises(ValueError, match=rf"{other}.npz: is not a file of {kind}.save: .*; co.{other.capitalize()}"
-                                   r".load reads it$"):  # fmt: skip
+                with pytest.raises(ValueError, match=rf"{other}.npz: is not a file of {kind}.save: it "):
                     load(tmp_path / f"{other}.npz")
-        with pytest.raises(ValueError, match=rf"is not a file of {kind}.save: .*; numpy.load reads any .npz file$"):
+        with pytest.raises(ValueError, match=rf"is not a file of {kind}.save: it lacks .* and holds lengths$"):
             load(tmp_path / "lengths.npz")

@@ -187,11 +187,6 @@ def test_hits_of_different_scenes_are_not_joined():
             call()
 
 
-def test_a_loop_over_rays_is_told_what_it_has():
-    with pytest.raises(TypeError, match=r"unpacks to these two arrays: one of its rays is rays\[i\]"):
-        [SCENE.first_hit(ray) for ray in RAYS]
-
-
 # --- Numbers of bodies, surfaces, faces and materials are plain integers of NumPy; names are arrays of objects
 
 

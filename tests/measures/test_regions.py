@@ -183,7 +183,7 @@ def test_a_scene_body_by_body_and_by_material():
     assert calls[-1] == (6, 6)
     assert "material 'steel'" in str(found)
     assert "body 0 'block'" in str(found)
-    with pytest.raises(KeyError, match="no material is called 'steal'; materials: 'steel', 'water'"):
+    with pytest.raises(KeyError, match="no material and no body is called 'steal'; names: 'steel', 'water'"):
         found["steal"]
 
 

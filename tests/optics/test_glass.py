@@ -46,9 +46,7 @@ def test_metals_are_complex():
 
 
 def test_outside_of_its_range_there_is_no_index():
-    with pytest.raises(
-        ValueError, match=r"'N-BK7': wavelength must be in \[0.3, 2.5\] μm.*got 587.6; 587.6 nm are 0.5876"
-    ):
+    with pytest.raises(ValueError, match=r"'N-BK7': wavelength must be in \[0.3, 2.5\] μm.*got 587.6$"):
         co.optics.glass("N-BK7")(587.6)
     with pytest.raises(ValueError, match="finite and > 0"):
         co.optics.glass("N-BK7")(-1)
@@ -56,9 +54,9 @@ def test_outside_of_its_range_there_is_no_index():
 
 def test_names_that_there_are_not():
     for call, error, told in (
-        (lambda: co.optics.glass("BK7"), ValueError, "'N-BK7' is a glass of the catalogue"),
+        (lambda: co.optics.glass("BK7"), ValueError, "got 'BK7' .did you mean 'N-BK7'"),
         (lambda: co.optics.glasses["N-SF-11"], KeyError, "did you mean 'N-SF11'"),
-        (lambda: co.glass("BK7"), ValueError, "refractive_index must be a number, got 'BK7'.*'N-BK7' is a glass"),
+        (lambda: co.glass("BK7"), ValueError, "the name of a glass, got 'BK7' .did you mean 'N-BK7'"),
     ):
         with pytest.raises(error, match=told):
             call()
@@ -273,12 +271,12 @@ def test_wavelengths_in_nanometres_are_refused():
         lambda: coat.at([0.5, 550]),
         lambda: co.optics.Coating.quarter_wave([1.38], 550),
     ):
-        with pytest.raises(ValueError, match="Coating: wavelength must be in μm.*550 nm are 0.55"):
+        with pytest.raises(ValueError, match="Coating: wavelength must be in μm.*got 550$"):
             call()
     for index in (1.5, co.optics.Cauchy((1.5, 0.004)), lambda w: 1.5 + 0 * w):
-        with pytest.raises(ValueError, match="wavelength must be in μm.*550 nm are 0.55"):
+        with pytest.raises(ValueError, match="wavelength must be in μm.*got 550$"):
             co.optics.index_at(index, [0.5, 550])
-        with pytest.raises(ValueError, match="wavelength must be in μm.*5.5e-07 m are 0.55"):
+        with pytest.raises(ValueError, match="wavelength must be in μm.*got 5.5e-07$"):
             co.optics.index_at(index, 5.5e-7)
     lens = co.optics.prescription([(50, 5, (1.5, 40)), (-50,)], 10)
     tables = (
@@ -288,7 +286,7 @@ def test_wavelengths_in_nanometres_are_refused():
         lambda: co.optics.Cauchy((1.5,), range=(550, 700)),
     )
     for table in tables:
-        with pytest.raises(ValueError, match="wavelength must be in μm.*550 nm are 0.55"):
+        with pytest.raises(ValueError, match="wavelength must be in μm.*got 550$"):
             table()
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from ..._util.arrays import FloatArray
 from ..._util.dataclass import dataclass
@@ -59,11 +59,6 @@ class Finding:
         return f"{self.kind}: {self.message}; ray from ({origin}) along ({direction})"
 
 
-_LIST_HINT = (
-    "they are a list, empty where nothing was found: `if not findings`, and each has kind, bodies, message, size"
-)
-
-
 class Findings(list[Finding]):
     """The findings of `check`: a list, equal to a plain list of the same findings.
 
@@ -85,11 +80,6 @@ class Findings(list[Finding]):
     def __init__(self, found: Iterable[Finding] = (), omissions: Iterable[str] = ()) -> None:
         super().__init__(found)
         self.omissions = tuple(omissions)
-
-    if not TYPE_CHECKING:  # else type checkers would accept any name
-
-        def __getattr__(self, name: str) -> Any:
-            raise AttributeError(f"'Findings' object has no attribute {name[:80]!r}: {_LIST_HINT}", name=name, obj=self)
 
     def __repr__(self) -> str:
         skipped = f", not looked for: {'; '.join(self.omissions)}" if self.omissions else ""

@@ -388,8 +388,7 @@ def _turns(owner: str, angles: Any) -> FloatArray:
     """Return (sin, cos) of angles in degrees, each rounded once."""
     degrees = real_array(owner, "angles", angles, "numbers (views,)")
     if degrees.ndim != 1:
-        hint = "; for a number of views use np.linspace(0, 180, views, endpoint=False)" if degrees.ndim == 0 else ""
-        raise ValueError(f"{owner}: angles must be finite numbers of shape (views,), got shape {degrees.shape}{hint}")
+        raise ValueError(f"{owner}: angles must be finite numbers of shape (views,), got shape {degrees.shape}")
     if not np.isfinite(degrees).all():
         raise ValueError(
             f"{owner}: angles must be finite numbers of shape (views,), got {degrees[~np.isfinite(degrees)][0]}"

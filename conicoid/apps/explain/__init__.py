@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..._util.lazy_names import lazy_names, refuse_calls
+from ..._util.lazy_names import lazy_names
 
 _HOMES = {
     "Explanation": ".explanation",
@@ -22,4 +22,3 @@ if TYPE_CHECKING:
     from .explanation import Explanation as Explanation, SceneSurface as SceneSurface
 else:  # type checkers would accept any name otherwise
     __getattr__, __dir__ = lazy_names(__name__, _HOMES)
-    refuse_calls(__name__, "a scene has it, scene.explain(origin, direction)")

@@ -9,13 +9,13 @@ import dataclasses
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NoReturn, overload
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
 from ..._util.arrays import FloatArray, ignore_fp_errors
 from ..._util.dataclass import dataclass
-from ..._util.text import NameTuple, closest_name, describe_names, html_table
+from ..._util.text import NameTuple, describe_names, html_table
 from ..._util.validation import check_callback, check_integer, describe_kind, format_value
 from ..._util.value_objects import compare_by_value
 from ...geometry.body import Body
@@ -163,15 +163,8 @@ def measure(
     scene = shape if is_scene(shape) else None
     shape = shape.shape if isinstance(shape, Body) else shape
     if scene is None and not isinstance(shape, Shape):
-        hint = "; co.load(path) reads a scene file" if isinstance(shape, str) else ""
-        raise TypeError(
-            f"measure: shape must be a shape or a Body, got {describe_kind(shape)}; "
-            f"a Scene is measured body by body{hint}"
-        )
+        raise TypeError(f"measure: shape must be a shape, a Body or a Scene, got {describe_kind(shape)}")
     check_callback("measure", "progress", progress)
-    if isinstance(rays, str) and scene is not None:
-        hint = f"got {rays!r}; measure(scene)[{rays!r}] has one body"
-        raise ValueError(f"measure: rays must be an integer >= {FEWEST_RAYS}, {hint}")
     rays = None if rays is None else check_integer("measure", "rays", rays, FEWEST_RAYS, _MOST_RAYS)
     seed = check_integer("measure", "seed", seed, 0)
     if scene is not None:
@@ -414,11 +407,6 @@ class SceneMeasures(Sequence[Measures]):
     def __len__(self) -> int:
         return len(self.bodies)
 
-    if not TYPE_CHECKING:  # else type checkers would accept assignments to items
-
-        def __setitem__(self, index: Any, value: Any) -> NoReturn:
-            raise TypeError("SceneMeasures are read-only: results do not change")
-
     def __iter__(self) -> Iterator[Measures]:
         return iter(self.bodies)
 
@@ -446,10 +434,9 @@ class SceneMeasures(Sequence[Measures]):
             )
         if places or own:
             return of_material or own
-        names = [m.name for m in self.materials if m is not None and m.name]
-        close = closest_name(name, [body for body in dict.fromkeys(self.names) if body][:_LISTED])
-        meant = f"; a body is called {format_value(close)}" if close else ""
-        raise KeyError(f"no material is called {format_value(name)}; {describe_names(name, 'materials', names)}{meant}")
+        known = dict.fromkeys([*(m.name for m in self.materials if m is not None), *self.names])
+        names = describe_names(name, "names", [one for one in known if one])
+        raise KeyError(f"no material and no body is called {format_value(name)}; {names}")
 
     @property
     def volume(self) -> FloatArray:

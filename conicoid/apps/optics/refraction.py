@@ -127,8 +127,7 @@ def _broadcast(owner: str, *arrays: FloatArray) -> tuple[FloatArray, ...]:
 def _no_column(rays: tuple[int, ...], ratio: FloatArray) -> None:
     """Raise ValueError for a column of etas beside a row of rays: each ray would be paired with all of them."""
     if rays and ratio.size > 1 and ratio.shape in ((*rays, 1), (*rays, 3)):
-        hint = "; eta[..., 0] is one for each ray" if ratio.shape == (*rays, 1) else ""
-        raise ValueError(f"refract: eta must be a number or have the rays' shape {rays}, got shape {ratio.shape}{hint}")
+        raise ValueError(f"refract: eta must be a number or have the rays' shape {rays}, got shape {ratio.shape}")
 
 
 def _vectors(owner: str, name: str, value: Any) -> FloatArray:

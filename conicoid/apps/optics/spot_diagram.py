@@ -230,10 +230,7 @@ def ray_fan(
 def _field(system: Any, owner: str, field: Any) -> float:
     """Check the system and the field. Return the field."""
     if not isinstance(system, Prescription):
-        hint = (
-            "co.optics.prescription(rows) makes one" if not isinstance(system, str) else "co.optics.load_zmx reads it"
-        )
-        raise TypeError(f"{owner}: system must be a Prescription, got {describe_kind(system)}; {hint}")
+        raise TypeError(f"{owner}: system must be a Prescription, got {describe_kind(system)}")
     angle = check_number(owner, "field", field)
     if math.isinf(system.object_distance) and abs(angle) >= 90:
         raise ValueError(f"{owner}: field must be below 90 degrees, got {angle:g}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..._util.lazy_names import lazy_names, refuse_calls
+from ..._util.lazy_names import lazy_names
 
 _HOMES = {
     "Outline": ".outline",
@@ -21,4 +21,3 @@ if TYPE_CHECKING:
     from .voxels import Voxels as Voxels
 else:  # type checkers would accept any name otherwise
     __getattr__, __dir__ = lazy_names(__name__, _HOMES)
-    refuse_calls(__name__, "a scene has it, scene.section(plane)")

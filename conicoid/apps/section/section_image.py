@@ -96,8 +96,7 @@ def _camera(plane: Any, at: Any, extent: BoxEnds, aspect: float) -> Orthographic
         return plane
     if not isinstance(plane, str) or plane not in AXES:
         value = format_value(plane) if isinstance(plane, str) else describe_kind(plane)
-        hint = "; the second argument is its place, section('z', 0.5)"
-        raise ValueError(f"section: plane must be 'x', 'y', 'z' or an OrthographicCamera, got {value}{hint}")
+        raise ValueError(f"section: plane must be 'x', 'y', 'z' or an OrthographicCamera, got {value}")
     axis, (low, high) = AXES.index(plane), extent
     position = (low + high) / 2
     position[axis] = check_number("section", "at", 0.0 if at is None else at)

@@ -8,17 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ..._util.arrays import BoxEnds, FloatArray
+from ..._util.text import unknown_attribute
 from ..._util.value_objects import equal_values
-
-_BOUNDS_HINTS = {
-    **dict.fromkeys(("min", "lower", "minimum", "lo", "mins"), "it is called low"),
-    **dict.fromkeys(("max", "upper", "maximum", "hi", "maxs"), "it is called high"),
-    **dict.fromkeys(
-        ("size", "sizes", "extent", "extents", "diagonal", "dimensions"), "bounds.high - bounds.low is that"
-    ),
-    **dict.fromkeys(("center", "centre", "mid", "middle"), "(bounds.low + bounds.high) / 2 is that"),
-    **dict.fromkeys(("contains", "volume", "corners"), "they are two arrays (3,), bounds.low and bounds.high"),
-}
 
 
 class _BoundsEnds(NamedTuple):
@@ -44,8 +35,7 @@ class Bounds(_BoundsEnds):
     if not TYPE_CHECKING:  # type checkers would otherwise accept any name
 
         def __getattr__(self, name: str) -> Any:
-            hint = f": {_BOUNDS_HINTS[name]}" if name in _BOUNDS_HINTS else ""
-            raise AttributeError(f"'Bounds' object has no attribute {name[:80]!r}{hint}", name=name, obj=self)
+            raise unknown_attribute(self, name)
 
     def __repr__(self) -> str:
         return repr(tuple(self))

@@ -35,14 +35,14 @@ _FULL_TURN_ERROR = Fraction(28, 10**9)
 _ZERO = Fraction(0)
 
 
-def read_angles(values: GdmlValues, start: str = "startphi", delta: str = "deltaphi") -> AngleRange:
+def read_angles(values: GdmlValues) -> AngleRange:
     """Return the azimuths at which a solid begins and ends, in degrees; (0, 360) for a full turn."""
-    width = values.angle(delta, 360)
+    width = values.angle("deltaphi", 360)
     if width <= 0:
-        raise GdmlError(values.element, f"{delta} must be > 0, got {float(width):g} degrees")
+        raise GdmlError(values.element, f"deltaphi must be > 0, got {float(width):g} degrees")
     if width > 360 - _FULL_TURN_ERROR:
         return _FULL_TURN
-    first = values.angle(start, 0)
+    first = values.angle("startphi", 0)
     return float(first), float(first + width)
 
 

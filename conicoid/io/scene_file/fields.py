@@ -22,16 +22,15 @@ from ...geometry.registry import REGISTRY
 from ...geometry.shape import REGISTERED, Shape
 from ...geometry.tracks import TRACKS
 from ...materials.background import Background, as_background
-from ...materials.color import color_hint
+from ...materials.color import near_color
 from ...materials.light import LIGHTS
 from ...materials.material import Material
 from ...materials.presets import CONSTRUCTORS, matte
 from ...materials.texture import ImagePath
 from ..data_files import resolve_data_file
-from .nodes import MappingNode, Node, ScalarNode, SequenceNode, describe_node, is_text, shorten
+from .nodes import MappingNode, Node, ScalarNode, SequenceNode, describe_node, is_text
 from .value_types import (
     BAD,
-    NO_MISPLACED_KEYS,
     BoolType,
     ChoiceType,
     FixedListType,
@@ -45,14 +44,8 @@ from .value_types import (
     TextType,
     UnionType,
     ValueType,
-    comment_hint,
 )
 
-_KEYS_BESIDE_SHAPES = {
-    **dict.fromkeys(("material", "name"), "a body has it, beside its shape"),
-    **dict.fromkeys(("color", "colour"), "a body has a material, beside its shape"),
-}
-"""Hints for keys that are no fields of a shape."""
 REQUIRED = inspect.Parameter.empty
 # A number, or nested lists of numbers up to two deep: any array of a field.
 NUMBERS = UnionType((NumberType(), ListType(UnionType((NumberType(), ListType(NumberType()))))))
@@ -93,10 +86,7 @@ class ArgumentsType(_MappingType):
     def read(self, node: Node, reader: NodeReader, where: str) -> Any:
         where = f"{where}: {self.make.__name__}" if where else self.make.__name__
         required = [name for name, field in self.fields.items() if field.is_required]
-        is_shape = isinstance(self.make, type) and issubclass(self.make, Shape)
-        entries = reader.entries(
-            node, where, self.fields, required, _KEYS_BESIDE_SHAPES if is_shape else NO_MISPLACED_KEYS
-        )
+        entries = reader.entries(node, where, self.fields, required)
         present = node.entries if isinstance(node, MappingNode) else {}
         values = {
             name: field.kind.read(present[name], reader, f"{where}: {name}")
@@ -127,26 +117,11 @@ class TaggedType(_MappingType):
     def read(self, node: Node, reader: NodeReader, where: str) -> Any:
         entry = reader.only_entry(node)
         if entry is None:
-            return reader.report(node, where, f"must be {self.phrase}, got {describe_node(node)}{self._inside(node)}")
+            return reader.report_mismatch(node, where, self.phrase)
         name, key, value = entry
         if name not in self.makers:
-            if (
-                maker := next((one for one, make in self.makers.items() if name in argument_fields(make)), None)
-            ) is None:
-                return reader.unknown(key, where, self.what, name, self.makers)
-            message = f"unknown {self.what} {name!r}: it stands among the fields of one, {{{maker}: {{{name}: ...}}}}"
-            return reader.report(key, where, message)
+            return reader.unknown(key, where, self.what, name, self.makers)
         return ArgumentsType(self.makers[name]).read(value, reader, where)
-
-    def _inside(self, node: Node) -> str:
-        """Return a hint for fields that stand beside the name of their class, rather than in it."""
-        names = [key.text for key in node.heads] if isinstance(node, MappingNode) else []
-        makers = [name for name in names if name in self.makers]
-        if len(makers) != 1:
-            return ""
-        fields = [name for name in names if name in argument_fields(self.makers[makers[0]])]
-        listed = " and ".join(fields)
-        return f"; {listed} goes among its fields, {{{makers[0]}: {{{fields[0]}: ...}}}}" if fields else ""
 
     def schema(self) -> Schema:
         return {
@@ -193,24 +168,10 @@ class MaterialType(ValueType):
                 return reader.colors[node.text]
             with contextlib.suppress(ValueError):  # materials of the file come before names of colours
                 return reader.colors.setdefault(node.text, matte(node.text))
-            if node.text.startswith("#"):
-                message = f"unknown material {shorten(node.text)!r}{color_hint(node.text)}"
-                return reader.report(node, where, message)
-            if node.text in CONSTRUCTORS:
-                message = (
-                    f"unknown material {node.text!r}: a look is a mapping, {{{node.text}: {{}}}} with its arguments"
-                )
-                return reader.report(node, where, message)
-            hint = reader.suggestions(node.text, reader.materials) or color_hint(node.text)
-            return reader.report(node, where, f"unknown material {shorten(node.text)!r}{hint}")
+            near = reader.suggestions(node.text, reader.materials) or near_color(node.text)
+            return reader.report(node, where, f"must be {self.phrase}, got {describe_node(node)}{near}")
         if reader.only_entry(node) is None:
-            numbers = isinstance(node, SequenceNode) and len(node.items) == 3
-            hint = (
-                f"; a colour of three numbers is {{matte: {{color: {describe_node(node)}}}}}"
-                if numbers
-                else comment_hint(node)
-            )
-            return reader.report(node, where, f"must be {self.phrase}, got {describe_node(node)}{hint}")
+            return reader.report_mismatch(node, where, self.phrase)
         return self.value_type.read(node, reader, where)
 
     def schema(self) -> Schema:

@@ -152,7 +152,7 @@ def _pieces(node: Node, budget: int) -> Iterator[str]:
     """Yield pieces of the description of a node: at most `budget` items, and a quarter as many in each of them."""
     if isinstance(node, ScalarNode):
         text = shorten(node.text)
-        yield (text or "nothing") if is_null(node) or not is_text(node) else repr(text)
+        yield (text or "nothing (# begins a comment)") if is_null(node) or not is_text(node) else repr(text)
     elif budget <= 1:
         yield "..."
     elif isinstance(node, SequenceNode):

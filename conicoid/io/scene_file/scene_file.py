@@ -23,7 +23,6 @@ from ..._util.value_objects import construct_many
 from ...geometry.body import Body, check_materials
 from ...geometry.entries import LENGTH_UNITS
 from ...geometry.instances import InstanceList
-from ...geometry.registry import REGISTRY
 from ...geometry.shape import Shape, Solid
 from ...geometry.tracks import BodyTrack, LightTrack
 from ...materials.material import Material, rename_material
@@ -222,7 +221,7 @@ class SceneReader:
         name = node.entries.get("name") if isinstance(node, MappingNode) else None
         if isinstance(name, ScalarNode) and is_text(name):
             where = f'body "{shorten(name.text)}"'
-        self.reader.entries(node, where, BODY_KEYS, ("shape",), _MISPLACED_IN_BODIES)
+        self.reader.entries(node, where, BODY_KEYS, ("shape",))
         if not isinstance(node, MappingNode) or "shape" not in node.entries:
             return BAD
         entries = node.entries
@@ -239,7 +238,7 @@ class SceneReader:
 
     def _row_bodies(self, node: MappingNode, where: str, shapes: ShapeReader) -> list[Body]:
         """Return a body for each row of `columns`; none after a report of each problem."""
-        entries = self.reader.entries(node, where, BODY_KEYS[1:], ("shape",), _MISPLACED_WITH_COLUMNS)
+        entries = self.reader.entries(node, where, BODY_KEYS[1:], ("shape",))
         if "shape" not in node.entries:
             return []
         template = self.reader.build(node, where, lambda: Template(node))
@@ -301,31 +300,6 @@ def _has_name_argument(material: Node) -> bool:
 def _is_null(node: Node) -> bool:
     """Return True if null is written; an empty place does not count."""
     return is_null(node) and not is_empty_node(node)
-
-
-class _MisplacedKeys(dict[str, str]):
-    """Hints for keys that are no entries of a body. Names of shapes are looked up in the registry on a mistake only."""
-
-    def get(self, name: str, default: Any = None) -> Any:
-        if name not in self and name in REGISTRY:
-            return "known: material, move, name, shape; write {shape: {Name: {...}}}"
-        return super().get(name, default)
-
-
-_MISPLACED_WITH_COLUMNS = {"name": "names are unique, and each row of the columns is a body"}
-_MISPLACED_IN_BODIES = _MisplacedKeys(
-    {
-        **dict.fromkeys(("color", "colour"), "its material may be a colour"),
-        **dict.fromkeys(
-            ("type", "kind", "radius", "center"),
-            "known: material, move, name, shape; write {shape: {Sphere: {radius: 2}}}",
-        ),
-        **dict.fromkeys(
-            ("translate", "rotate", "scale", "transform", "position", "rotation", "translation"),
-            "motions are a list: {move: [{translate: [0, 0, 1]}]}",
-        ),
-    }
-)
 
 
 # From files to parts of a scene, and back.
@@ -453,9 +427,7 @@ def write_scene(
         not become a scene file.
     """
     if not os.fspath(path).lower().endswith(SCENE_SUFFIXES):
-        ending = os.path.splitext(path)[1]
-        hint = "" if len(ending) > 1 else f": {os.fspath(path).rstrip('.')}.yaml, say"
-        raise ValueError(f"{os.fspath(path)}: scenes are saved as .yaml or .json{hint}")
+        raise ValueError(f"{os.fspath(path)}: scenes are saved as .yaml or .json")
     final = resolve_links(path)
     with pause_gc():
         _write(scene, path, final, material_names, progress)
@@ -524,16 +496,16 @@ def _count_values(data: Any) -> int:
 
 
 def scene_data(
-    scene: WritableScene, keep: Any, defaults: bool = False, material_names: Mapping[Material, str] | None = None,
+    scene: WritableScene, keep: Any, material_names: Mapping[Material, str] | None = None,
     folder: Path | None = None, progress: SceneProgress | None = None,
 ) -> dict[str, Any]:  # fmt: skip
     """Return the sections of a scene file without empty ones.
 
-    `keep` writes a table and returns the name of its file. With `defaults` fields at their defaults are written too.
+    `keep` writes a table and returns the name of its file.
     `folder` is that of the file; without it images are replaced by their mean colours, and environments by their
     pixels.
     """
-    writer = ShapeWriter(_scene_shapes(scene), keep, defaults, material_names, folder)
+    writer = ShapeWriter(_scene_shapes(scene), keep, material_names, folder)
     domain = {} if scene.domain is None else {"domain": writer.data(scene.domain)}
     bodies = []
     for number, body in enumerate(scene.bodies):

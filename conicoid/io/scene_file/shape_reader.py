@@ -438,10 +438,8 @@ class ShapeReader:
         heads = [key for key in node.heads if key.text != "move"]
         if len(heads) != 1:
             found = f"{len(heads)}: {', '.join(key.text for key in heads[:4])}" if heads else "none"
-            body_keys = [key.text for key in heads if key.text in ("name", "material", "materials", "material_index")]
-            hint = f"; {' and '.join(body_keys)} of a body stand beside `shape:`, not in it" if body_keys else ""
             return self.reader.report(
-                node, where, f"must have one shape as its key (and `move` beside it), got {found}{hint}"
+                node, where, f"must have one shape as its key (and `move` beside it), got {found}"
             )
         shape = self.shape_of_key(heads[0], node.entries[heads[0].text], where)
         return self.moved(shape, node.entries.get("move"), where)
@@ -453,7 +451,7 @@ class ShapeReader:
         cls = self.classes.get(key.text)
         if cls is None:
             if key.text not in REGISTRY:
-                return self._unknown(key, where)
+                return self.reader.unknown(key, where, "shape", key.text, [*REGISTRY, "shape"])
             cls = self.classes[key.text] = REGISTRY[key.text]
         if issubclass(cls, Bulk):
             return read_bulk_shape(cls, value, self.reader, f"{where}: {cls.__name__}")
@@ -462,17 +460,6 @@ class ShapeReader:
         where = f"{where}: {cls.__name__}"
         operands = self._operands(value, where, isinstance(field, ListType))
         return operands if operands is BAD else self.reader.build(value, where, lambda: build_boolean(cls, operands))
-
-    def _unknown(self, key: ScalarNode, where: str) -> BadValue:
-        """Report an unknown name of a shape: a motion, a name from another program, or a typo."""
-        if key.text.lower() in ("translate", "rotate", "scale", "transform"):
-            message = f"unknown shape {key.text!r}: motions stand beside a shape, move: [{{{key.text.lower()}: ...}}]"
-            return self.reader.report(key, where, message)
-        if key.text in ("Torus", "Obj", "Stl", "STL", "OBJ"):
-            message = f"unknown shape {key.text!r}: bodies are of planes and quadrics; "
-            message += "a mesh is {Mesh: ...} or {Triangles: ...}"
-            return self.reader.report(key, where, message)
-        return self.reader.unknown(key, where, "shape", key.text, [*REGISTRY, "shape"])
 
     def _operands(self, value: Node, where: str, several: bool) -> Any:
         """Return the operands of a Boolean, one shape or a tuple, or BAD after a report."""

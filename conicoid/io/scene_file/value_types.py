@@ -5,17 +5,14 @@ A `ValueType` reads its value from a node and describes itself by JSON Schema. `
 
 from __future__ import annotations
 
-import contextlib
 import math
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
 from ..._util.files import MAX_PROBLEMS, Problem, Suggestions
-from ..._util.text import known_alias
-from ...materials.color import grey_hint
 from .nodes import (
     HasPosition,
     MappingNode,
@@ -35,7 +32,6 @@ from .nodes import (
 # Problems.
 
 Value = TypeVar("Value")
-NO_MISPLACED_KEYS: Mapping[str, str] = {}
 
 
 class BadValue:
@@ -81,13 +77,11 @@ class NodeReader:
         return self.report(node, where, f"unknown {what} {shorten(name)!r}{self.suggestions(name, known)}")
 
     def entries(
-        self, node: Node, where: str, known: Iterable[str], required: Iterable[str] = (),
-        misplaced: Mapping[str, str] = NO_MISPLACED_KEYS,
-    ) -> dict[str, Node] | BadValue:  # fmt: skip
+        self, node: Node, where: str, known: Iterable[str], required: Iterable[str] = ()
+    ) -> dict[str, Node] | BadValue:
         """Return the known entries of a mapping; null counts as an empty mapping.
 
-        Report unknown and missing keys, and return BAD then. `misplaced` maps some unknown keys to hints where they
-        belong.
+        Report unknown and missing keys, and return BAD then.
         """
         if is_null(node):  # `{Box:}` without fields
             node = MappingNode(node.line, node.column)
@@ -100,18 +94,7 @@ class NodeReader:
         for key in () if good else node.heads:  # suggestions cost time, and nearly all mappings are good
             if key.text not in found:
                 left = [other for other in names if other not in node.entries]
-                moved = misplaced.get(key.text)
-                meant = known_alias(key.text, left)
-                hint = (
-                    f" ({moved})"
-                    if moved
-                    else f" (did you mean {meant!r}?)"
-                    if meant
-                    else " (a comma ends a value: 1.5 is written with a point)"
-                    if key.text.isdigit()
-                    else self.suggestions(key.text, left)
-                )
-                self.report(key, where, f"unknown key {shorten(key.text)!r}{hint}")
+                self.unknown(key, where, "key", key.text, left)
         if missing := [name for name in required if name not in node.entries]:
             good = False
             self.report(node, where, f"{' and '.join(missing)} must be given")
@@ -191,10 +174,7 @@ class NumberType(ValueType):
         except OverflowError:
             return reader.report_mismatch(node, where, "a number that float64 can hold")
         if value is None:
-            quoted = isinstance(node, ScalarNode) and not node.plain
-            return reader.report(
-                node, where, f"must be {self.phrase}, got {describe_node(node)}{' in quotes' if quoted else ''}"
-            )
+            return reader.report_mismatch(node, where, self.phrase)
         return reader.report_mismatch(node, where, "a number, not NaN") if math.isnan(value) else value
 
     def schema(self) -> Schema:
@@ -241,7 +221,7 @@ class TextType(ValueType):
     def read(self, node: Node, reader: NodeReader, where: str) -> Any:
         if isinstance(node, ScalarNode) and is_text(node) and node.text:
             return node.text
-        return reader.report(node, where, f"must be {self.phrase}, got {describe_node(node)}{quotes_hint(node)}")
+        return reader.report_mismatch(node, where, self.phrase)
 
     def schema(self) -> Schema:
         return {"type": "string", "minLength": 1}
@@ -340,7 +320,7 @@ class OptionalType(ValueType):
 
     def read(self, node: Node, reader: NodeReader, where: str) -> Any:
         if is_empty_node(node):
-            return reader.report(node, where, f"must be {self.phrase}, or null, got nothing{comment_hint(node)}")
+            return reader.report_mismatch(node, where, f"{self.phrase}, or null")
         return None if is_null(node) else self.item.read(node, reader, where)
 
     def schema(self) -> Schema:
@@ -361,31 +341,10 @@ class UnionType(ValueType):
         for item in self.items:
             if item.fits(node):
                 return item.read(node, reader, where)
-        texts = any(isinstance(item, TextType) for item in self.items)
-        colors = texts and any(isinstance(item, FixedListType) and item.count == 3 for item in self.items)
-        hint = comment_hint(node) if texts else ""
-        with contextlib.suppress(OverflowError):  # a number that float64 cannot hold
-            value = (parse_int(node) if parse_int(node) is not None else parse_float(node)) if colors else None
-            hint += grey_hint(value) if value is not None else ""
-        return reader.report(node, where, f"must be {self.phrase}, got {describe_node(node)}{hint}")
+        return reader.report_mismatch(node, where, self.phrase)
 
     def schema(self) -> Schema:
         return {"anyOf": [item.schema() for item in self.items]}
 
     def fits(self, node: Node) -> bool:
         return any(item.fits(node) for item in self.items)
-
-
-def quotes_hint(node: Node) -> str:
-    """Return a hint for a node that should be a text."""
-    if isinstance(node, ScalarNode) and node.plain and node.text:
-        return " (quote it)"
-    if isinstance(node, ScalarNode) and not node.plain and not node.text:
-        return ", which is empty (leave it out where there is none)"
-    return comment_hint(node)
-
-
-def comment_hint(node: Node) -> str:
-    """Return a hint for an empty place, which a colour such as #ff0000 without quotes leaves."""
-    hint = " (# begins a comment: put a text that begins with it in quotes; what has no value is left out)"
-    return hint if is_empty_node(node) else ""

@@ -219,13 +219,11 @@ class ShapeWriter:
         self,
         shapes: Iterable[Shape],
         keep_table: KeepTable,
-        defaults: bool = False,
         material_names: Mapping[Material, str] | None = None,
         folder: Path | None = None,
     ) -> None:
         self.keep_table = keep_table
         self.folder = folder  # of the file; images are named relative to it, without it mean colours are written
-        self.defaults = defaults  # True if fields at their defaults are written too
         self.named_nodes: dict[str, Any] = {}
         self.names: dict[ShapeIdentity, str] = {}
         self.materials: dict[str, Any] = {}
@@ -273,16 +271,13 @@ class ShapeWriter:
         return {"file": self.keep_table("materials", values)} if len(values) > INLINE_BODIES else values.tolist()
 
     def record(self, item: Any) -> dict[str, Any]:
-        """Return the arguments that rebuild a dataclass, without those at their defaults.
-
-        With `defaults` only arguments at a default of None are left out.
-        """
+        """Return the arguments that rebuild a dataclass, without those at their defaults."""
         cls: Any = type(item)
         values = {name: (getattr(item, name), field) for name, field in argument_fields(cls).items()}
         return {
             name: self.value(value)
             for name, (value, field) in values.items()
-            if field.is_required or repr(value) != repr(field.default) or (self.defaults and value is not None)
+            if field.is_required or repr(value) != repr(field.default)
         }
 
     def surroundings(self, environment: Environment) -> Any:

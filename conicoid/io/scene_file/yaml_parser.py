@@ -108,10 +108,9 @@ def parse_document(text: str, progress: Callable[[int], Any] | None = None, firs
         mark = error.problem_mark or error.context_mark
         line, column = (mark.line + 1, mark.column + 1) if mark else (0, 0)
         reason = " ".join(part for part in (error.context, error.problem) if part)
-        hint = " (indent with spaces, not tabs)" if mark and text[mark.index : mark.index + 1] == "\t" else ""
-        if not hint and mark and _COLON.search(text[: mark.index + 1]):
-            hint = " (a blank follows a colon: {radius: 1}, and {Sphere: {radius: 1}})"
-        raise YamlError(line, column, f"not YAML: {reason or 'cannot be read'}{hint}") from None
+        found = text[mark.index : mark.index + 1] if mark else ""
+        place = f" at {found!r}" if found else ""
+        raise YamlError(line, column, f"not YAML: {reason or 'cannot be read'}{place}") from None
     except yaml.reader.ReaderError as error:
         line, column = line_and_column(text, error.position)
         raise YamlError(line, column, f"not YAML: {error.reason} (character U+{_code(error.character):04X})") from None

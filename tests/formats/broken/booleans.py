@@ -73,7 +73,7 @@ CASES = [
         "unknown paint",
         "materials: {copper: {metal: {}}}\nbodies:\n  - shape: {Painted: {operand: {Sphere: {}},\n     material: coper}}\n",
         4,
-        "Painted: material: unknown material 'coper'",
+        "Painted: material: must be a material such as",
         "did you mean 'copper'?",
     ),
     broken(

@@ -15,7 +15,7 @@ CASES = [
     broken("utf-16", "bodies: []\n".encode("utf-16"), 0, "UTF-16", "UTF-8"),
     broken("half a character", b"bodies: []  # \xc3", 1, "UTF-8", "0xc3"),
     broken("control character", b"bodies:\n - \x07\n", 2, "control characters", "U+0007"),
-    broken("tab as indent", "bodies:\n\t- name: a\n", 2, "not YAML", "indent with spaces, not tabs"),
+    broken("tab as indent", "bodies:\n\t- name: a\n", 2, "not YAML", r"cannot start any token at '\t'"),
     broken("open bracket", "bodies: [\n", 2, "not YAML", "flow"),
     broken("open quote", 'bodies: "abc\n', 2, "not YAML", "quoted scalar"),
     broken("wrong indent", "bodies:\n  - name: a\n shape: b\n", 3, "not YAML"),
