@@ -468,6 +468,7 @@ def _concatenate_distances(parts: Any) -> Distances:
 
 # The query: certified bounds for packets of points, or the nearest wall of each point
 
+_NO_SIDES = np.zeros(1, np.int32)
 _BOUND_CHUNK, _EXACT_CHUNK = 64, 256  # packets, points
 
 
@@ -558,7 +559,7 @@ def exact_distances(
     after = (*after, away, lower, upper, found.point, doubts)
     work = KernelRange(nearest_walls, (flat, reach, known_sides(scene)), after)
     run_on(scene.geometry, work, count, chunk_size(count, _EXACT_CHUNK), count, progress)
-    while len(which := np.flatnonzero((doubts[:, 0] > 0) & (lower < upper))) and learn_sides(scene, doubts[which]):
+    while doubts[:, 0].any() and learn_sides(scene, doubts[which := np.flatnonzero(doubts[:, 0])]):
         again = tuple(array[which] for array in after)
         work = KernelRange(nearest_walls, (flat[which], reach[which], known_sides(scene)), again)
         run_on(scene.geometry, work, len(which), chunk_size(len(which), _EXACT_CHUNK), len(which))
@@ -584,6 +585,8 @@ def exact_distances(
 
 def known_sides(scene: PreparedScene) -> Ints:
     """Return what is known of sides that occur, as a `Neighbourhood` has it."""
+    if not scene.sides:
+        return _NO_SIDES
     rows = [(len(key), len(sides), *key, *sides) for key, sides in tuple(scene.sides.items())]  # other threads add
     return np.array([*chain.from_iterable(rows), 0], np.int32)
 
