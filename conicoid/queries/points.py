@@ -593,7 +593,7 @@ def known_sides(scene: PreparedScene) -> Ints:
 
 def learn_sides(scene: PreparedScene, doubts: Ints) -> bool:
     """Find which sides occur of the surfaces of some rows of doubts, in exact arithmetic; False if all were known."""
-    from ..geometry.occurring_sides import occurring_sides
+    from ..geometry.exact_crossings import occurring_sides
 
     before = len(scene.sides)
     for count, *surfaces in np.unique(doubts, axis=0).tolist():

@@ -191,10 +191,10 @@ def test_a_spawned_ray_knows_where_it_starts():
 @pytest.mark.parametrize(("call", "error", "message"), [
     (lambda: SCENE.explain([[0, 0, 0]], [[1, 0, 0]]), ValueError, r"explain: origin and direction must be one ray, got rays of shape \(1,\); rays\[i\] is one of them"),
     (lambda: SCENE.explain((0, 0, 0), (0, 0, 0)), ValueError, "direction must not be zero"),
-    (lambda: SCENE.explain((0, 0, 0)), TypeError, "explain: directions are missing"),
+    (lambda: SCENE.explain((0, 0, 0)), TypeError, "explain: origins must be a Rays, or an array with directions beside it, got tuple alone"),
     (lambda: SCENE.explain(*RAY, math.nan), ValueError, "explain: t_min must not be NaN"),
     (lambda: SCENE.explain(*RAY, body="bal"), KeyError, "no body named 'bal'"),
-    (lambda: SCENE.explain(*RAY, body=-1), IndexError, "-1 stands for a miss"),
+    (lambda: SCENE.explain(*RAY, body=-1), IndexError, "body: number must be at least 0 and below 4, got -1"),
     (lambda: SCENE.explain(*RAY)["bal"], LookupError, "no step of body 'bal'; there are 'ball', 'Box 1'"),
     (lambda: SCENE.explain(*RAY).save("why.pdf"), ValueError, r"must end with \.html, \.svg or \.txt, got '.*why\.pdf'"),
 ])  # fmt: skip

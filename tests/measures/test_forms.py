@@ -186,7 +186,7 @@ def test_empty_solids_measure_nothing(shape: co.Shape):
             "rays must be an integer <= 1,000,000,000,000, got 1000000000001",
         ),
         (lambda: co.measure(co.Sphere(), seed=-1), ValueError, "measure: seed must be an integer >= 0, got -1"),
-        (lambda: co.measure([co.Sphere()]), TypeError, "measure: shape must be a shape or a Body, got list"),
+        (lambda: co.measure([co.Sphere()]), TypeError, "measure: shape must be a shape, a Body or a Scene, got list"),
         (
             lambda: co.measure(co.EllipticCylinder(1, 1)),
             ValueError,

@@ -253,7 +253,7 @@ def test_fields_shapes_and_drawing():
 def test_refusals():
     scene = slab(co.glass("N-BK7"))
     for keywords, told in (
-        (dict(wavelength=588.0), r"trace_paths: wavelength must be in μm.*588 nm are 0.588"),
+        (dict(wavelength=588.0), r"trace_paths: wavelength must be in μm, 0.5876 for the line d, got 588"),
         (dict(wavelength=5.88), r"'N-BK7': wavelength must be in \[0.3, 2.5\] μm"),
         (dict(wavelength=-1), "trace_paths: wavelength must be in μm"), (dict(weight=-1), "weight must be finite and >= 0"),
         (dict(depth=-1), "trace_paths: depth must be"), (dict(wavelength=[0.5, 0.6]), "wavelength must be one number, or one"),

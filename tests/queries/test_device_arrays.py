@@ -271,7 +271,7 @@ def test_refusals_of_arrays_on_the_card(card):
     wrong = [
         (lambda: scene.crossings(good, lines), "crossings: directions must be an array on the card"),
         (lambda: scene.lengths(good, good, t_min=good), "lengths: t_min must be a number or an array of NumPy's"),
-        (lambda: scene.lengths(good, good, by="atom"), "lengths: by must be 'body' or 'material', got 'atom'"),
+        (lambda: scene.lengths(good, good, by="atom"), "lengths: by must be one of body, material, got 'atom'"),
         (lambda: scene.line_integral(good, good, good), "line_integral: values must be .* got one on a card"),
         (lambda: scene.line_integral([1, 2], spawned), r"line_integral: values must have shape \(1,\)"),
         (lambda: scene.spans(spawned, good), "spans: directions must be left out where a DeviceRays is given"),

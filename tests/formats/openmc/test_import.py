@@ -212,7 +212,7 @@ def test_materials_of_one_name_are_kept_apart(tmp_path: Path) -> None:
     assert scene.line_integral("density", rays) == 2 * 8 + 2 * 1 + 2 * 7
     volume = co.measure(scene)["steel (material 7)"].volume
     assert np.isclose(volume, 4 / 3 * np.pi * (27 - 8), rtol=1e-14)
-    with pytest.raises(KeyError, match="materials with it in their names: 'steel .material 1.', 'steel .material 7.'"):
+    with pytest.raises(KeyError, match="names with it in their names: 'steel .material 1.', 'steel .material 7.'"):
         co.measure(scene)["steel"]
     assert [entry.name for entry in imported.legend] == ["steel (material 1)", "water", "steel (material 7)"]
     assert "material 1 'steel': is called 'steel (material 1)', since another has its name" in imported.notes
