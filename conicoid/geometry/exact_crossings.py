@@ -343,9 +343,9 @@ def _sides_left_out_by_planes(planes: dict[int, _Row], zero: Fraction) -> Iterat
         for some in combinations(planes, size):
             factors = _dependence([planes[k][:3] for k in some], zero)
             level = _sign(sum((f * planes[k][3] for f, k in zip(factors, some, strict=False)), Fraction(0)), zero)
-            for sign in (1, -1):
-                if factors and sign * level >= 0:
-                    yield {k: -sign * _sign(f, zero) for f, k in zip(factors, some, strict=True)}
+            for turn in (1, -1):
+                if factors and turn * level >= 0:
+                    yield {k: -turn * _sign(f, zero) for f, k in zip(factors, some, strict=True)}
 
 
 def _dependence(rows: list[_Row], zero: Fraction) -> _Row:
@@ -369,10 +369,10 @@ def _sides_left_out_by_quadric(k: int, matrix: list[_Row], planes: dict[int, _Ro
         product = [[u[a] * v[b] + u[b] * v[a] for b in range(4)] for a in range(4)]
         factor = _middle_factor(matrix, product, zero)
         total = _plus(matrix, product, factor)
-        for sign in (1, -1) if _sign(factor, zero) else ():
-            if _is_nonnegative([[sign * x for x in row] for row in total], zero):
+        for turn in (1, -1) if _sign(factor, zero) else ():
+            if _is_nonnegative([[turn * x for x in row] for row in total], zero):
                 for side in (1, -1):
-                    sides = {k: -sign, i: -sign * side * _sign(factor, zero), j: side}
+                    sides = {k: -turn, i: -turn * side * _sign(factor, zero), j: side}
                     if sides.pop(_INFINITY, 1) == 1:
                         yield sides
 
