@@ -629,3 +629,33 @@ def test_neighbours_that_are_there_are_averaged(example):
     values = np.array([[1.0, 2.0, np.nan], [3.0, np.nan, np.nan]])
     expected = [[2.0, 2.0, np.nan], [2.0, np.nan, np.nan]]
     np.testing.assert_array_equal(example.smoothed(values), expected)
+
+
+def _to_segment(points, start, end):
+    """Return the distances of points (n, 2) to a segment."""
+    along = end - start
+    share = np.clip((points - start) @ along / (along @ along), 0, 1)
+    return np.linalg.norm(points - start - share[:, None] * along, axis=1)
+
+
+@pytest.mark.parametrize("seed", [1, 7, 14, 20, 33, 37, 54])
+def test_about_tips_of_moved_cones(seed):
+    """Where the foot on a ruling is near the tip, the tip was reported; the plane that touches the tip left it open."""
+    rng = np.random.default_rng(seed)
+    radius, height, axis = rng.uniform(0.1, 2), rng.uniform(0.3, 3), rng.normal(size=3)
+    shift, degrees = rng.normal(size=3) * 10 ** rng.uniform(-1, 2), rng.uniform(0, 180)
+    cone = co.Cone((0, 0, 0), (0, 0, height), radius, 0).rotate(tuple(axis), degrees).translate(tuple(shift))
+    own = rng.normal(size=(400, 3)) * height
+    own[:200] = (0, 0, height) + rng.normal(size=(200, 3)) * 10 ** rng.uniform(-3, 0, (200, 1))
+    # Rodrigues' rotation
+    x, y, z = axis / np.linalg.norm(axis)
+    cross, angle = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]), np.radians(degrees)
+    turn = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+    flat = np.column_stack([np.hypot(own[:, 0], own[:, 1]), own[:, 2]])
+    rim, tip = np.array([radius, 0]), np.array([0, height])
+    expected = np.minimum(_to_segment(flat, np.zeros(2), rim), _to_segment(flat, rim, tip))
+    expected[(own[:, 2] > 0) & (flat[:, 0] < radius * (1 - own[:, 2] / height))] *= -1
+    found = co.Scene([cone]).distance(own @ turn.T + shift, exact=True)
+    size = 1 + np.abs(shift).max()
+    np.testing.assert_allclose(found.distance, expected, rtol=0, atol=1e-14 * size)
+    assert found.error.max() < 1e-12 * size

@@ -31,7 +31,7 @@ NEAR_POLE = 2.0**-50
 """Least g_i at the largest pole, as a share of the value that moving the point by its distance would give it."""
 _STEPS = 200
 _CLOSE = 1.0 + 2.0**-50
-NONE = -1.0  # in place of a root w: no root
+NONE, OPEN = -1.0, -2.0  # in place of a root w: no root; a search that ended too early
 
 
 class Secular(NamedTuple):
@@ -169,7 +169,7 @@ def _sums(e: Secular, w: float) -> tuple[float, float, float, float]:
 
 @helper
 def next_root(e: Secular, start: float) -> tuple[float, float]:
-    """Return (w of the next root s = -a0 - w beyond `start` where F rises with w, or NONE; start of the next search).
+    """Return (w of the next root s = -a0 - w beyond `start` where F rises with w, NONE or OPEN; next `start`).
 
     Between the poles F is the difference of two rising functions, so its range over an interval follows from both ends:
     intervals grow while F is certainly not zero or certainly monotonic, and shrink where neither is certain.
@@ -178,9 +178,15 @@ def next_root(e: Secular, start: float) -> tuple[float, float]:
     # The second pole itself, where F has no value, is left out
     last = end * (1.0 - 2.0**-40)
     a, more = start, 2.0
-    for _ in range(4 * _STEPS):
+    if is_cone(e) and e.a1 > 0.0:
+        # F has the sign of F / s², which falls in s; its own slope vanishes with s, at the apex
+        t0, u0, _, _ = _sums(e, a)
+        t1, u1, _, _ = _sums(e, last)
+        found = (a < last) & (e.constant - t0 - u0 < 0.0) & (e.constant - t1 - u1 >= 0.0)
+        return (_between(e, a, last), end) if found else (NONE, end)
+    for _ in range(40 * _STEPS):
         if a >= last:
-            break
+            return NONE, end
         b = max(min(a * more, end - 0.25 * (end - a)), a * (1.0 + 2.0**-45))
         t0, u0, _, _ = _sums(e, a)
         t1, u1, _, _ = _sums(e, b)
@@ -194,7 +200,13 @@ def next_root(e: Secular, start: float) -> tuple[float, float]:
             return a, b  # a double root, or nearly one
         else:
             more = 1.0 + 0.25 * (b / a - 1.0)
-    return NONE, end
+    return OPEN, end
+
+
+@inline
+def is_cone(e: Secular) -> bool:
+    """Return whether f is a cone with its apex at the origin, or two planes through it."""
+    return (e.constant == 0.0) & (e.b0 == 0.0) & (e.b1 == 0.0) & (e.b2 == 0.0)
 
 
 @inline

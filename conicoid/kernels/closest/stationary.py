@@ -29,7 +29,9 @@ from .neighbourhood import LOWER, Neighbourhood, WallQuery, limit
 from .projection import settle_point
 from .secular import (
     NONE,
+    OPEN,
     Secular,
+    is_cone,
     least_bend,
     negate_secular,
     next_root,
@@ -150,14 +152,16 @@ def _try_below(
         room.best[LOWER] = min(room.best[LOWER], room.bound[frame.curved])
     # F vanishes at s = 0 as well, at the apex, which is tried itself. Any other stationary point is the foot on a
     # ruling: one at h from the apex and d from the query point is nearer than the apex by h² / 2d
-    cone = (e.constant == 0.0) & (e.b0 == 0.0) & (e.b1 == 0.0) & (e.b2 == 0.0)
+    cone = is_cone(e)
     if room_left < math.inf and room_left > 0.0:
         start = max(start, abs(e.g0) / room_left * (1.0 - 2.0**-20))
     for _ in range(_ROOTS):
         if not start < pole - max(0.0, -e.a1):
             return
         w, start = next_root(e, start)
-        if w != NONE:
+        if w == OPEN:
+            room.best[LOWER] = min(room.best[LOWER], room.bound[frame.curved])
+        elif w != NONE:
             v0, v1, v2 = place_below(e, w)
             x, y, z = _place(frame, v0, v1, v2)
             h = length_of(v0 - _center(e.g0, e.a0), v1 - _center(e.g1, e.a1), v2 - _center(e.g2, e.a2))

@@ -499,9 +499,14 @@ def try_point(geometry: Geometry, room: Neighbourhood, at: WallQuery, count: int
         return NO_WALL
     if room.sizes[WITHIN] > 0 and not is_within(geometry, whole(room.sizes[WITHIN]) - 1, x, y, z):
         return NO_WALL
+    slack = max(v.slack, 0.0)
     if v.slack == UNSETTLED and slant(one, two, x - at.x, y - at.y, z - at.z) > _STILL * distance + off:
-        return SLANTED
-    least = max(distance - off - max(v.slack, 0.0), min(v.least, distance))
+        if count == 1 or not _is_at_apex(geometry, room, count, x, y, z, off):
+            return SLANTED
+        # A plane through an apex: points about the apex, and feet on rulings at h from it, nearer by h² / 2d
+        h = length_of(x - (at.x + v.x), y - (at.y + v.y), z - (at.z + v.z))
+        slack = 8.0 * off + h * h / distance
+    least = max(distance - off - slack, min(v.least, distance))
     for i in range(count):  # however uncertain the point is
         least = max(least, min(room.bound[room.chosen[i]], distance))
     # At a tip of n planes the corners of each three are one point: a proof of each would take its time n³ times. Those
