@@ -42,8 +42,10 @@ class Entries(tuple[Body, ...]):
         if isinstance(index, slice) or (type(index) is int and index >= 0):
             return super().__getitem__(index)
         number = as_index(index)
+        if number is None:
+            raise TypeError(f"Scene: bodies[...] takes an integer or a slice, got {format_value(index)}")
         # Without bulk entries before it, the number of a body is the index of its entry
-        if number is None or (number >= 0 and not any(isinstance(body.shape, Bulk) for body in self[:number])):
+        if number >= 0 and not any(isinstance(body.shape, Bulk) for body in self[:number]):
             return super().__getitem__(index)
         if number < 0:
             raise IndexError(f"Scene: bodies[...] takes an integer >= 0 (-1 is a miss), got {number}")

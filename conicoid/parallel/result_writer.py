@@ -45,6 +45,7 @@ from ..io.result_file import (
 from ..kernels.threads import Progress
 from ..queries.hits import Hits
 from ..queries.rays import ArrayRays, LazyRays, Rays
+from ..queries.result import QueryResult
 from ..queries.scene_protocol import SceneLike
 from ..queries.spans import Crossings, Spans
 from ..queries.weights import BODY
@@ -435,6 +436,8 @@ def stream(
     base = workers_of("stream", executor)
     # The user's workers keep their own size of tasks
     workers = base if chunk is None else base.changed(chunk=check_integer("stream", "chunk", chunk, 1))
+    if isinstance(rays, QueryResult):
+        raise TypeError(f"stream: rays must be Rays, arrays or an iterable of such, got {describe_kind(rays)}")
     if isinstance(rays, str | os.PathLike):
         # The file's own interval must not conflict with an explicit one.
         file = RayFile(rays)

@@ -76,7 +76,9 @@ def write_tables(
     Raise OSError if there is no room.
     """
     # Without the state of edits
-    plain = replace(prepared, edit_state=EditState(), forms={}, lowered=replace(prepared.lowered, layout=None))
+    plain = replace(
+        prepared, edit_state=EditState(), forms={}, sides={}, lowered=replace(prepared.lowered, layout=None)
+    )
     vars(plain)["key"] = prepared.key
     buffers: list[pickle.PickleBuffer] = []
     pickles = {

@@ -177,13 +177,14 @@ class _BoundNode:
     """A node of a plan: its boxes (None for all of space), and for which bodies they are right.
 
     `hole`: nothing bounds the outside of the node. `parts`: the primitives whose intersection holds the node; None for
-    a union.
+    a union. `is_common`: an intersection or difference, whose outside is a union.
     """
 
     boxes: Floats | None
     known: Mask
     hole: bool = False
     parts: tuple[_BoundPart, ...] | None = ()
+    is_common: bool = False
 
 
 def _simple_boxes(
@@ -227,24 +228,24 @@ def _combine_bounds(kind: Hashable, parts: Sequence[_BoundNode]) -> _BoundNode:
     is_common = kind is Intersection
     inside, outside = (parts, ()) if is_common else ((), parts) if kind is Complement else (parts[:1], parts[1:])
     # The outside of an intersection is a union: where one of its parts is unbounded, so is all of it
-    hole = any(part.hole for part in inside)
-    nowhere = _BoundNode(None, ~every, hole, None)
+    hole, is_both = any(part.hole for part in inside), kind is not Complement
+    nowhere = _BoundNode(None, ~every, hole, None, is_both)
     if not (is_common or kind in (Difference, Complement)) or not all(part.hole for part in outside):
         return nowhere
     known = np.asarray(np.logical_and.reduce([every, *(part.known for part in inside)]))
     bounded = [part for part in inside if part.boxes is not None]
     # `region_bounds` passes planes on to the parts of a union
-    is_cut = any(part.parts is None for part in (*bounded, *outside))
+    is_cut = any(part.parts is None for part in (*inside, *outside)) or any(part.is_common for part in outside)
     if len(bounded) < 2:
         one = bounded[0] if bounded else _BoundNode(None, known)
         if is_cut and len(one.parts or ()) > 1:
             return nowhere
-        return _BoundNode(one.boxes, known, hole, None if is_cut else one.parts)
+        return _BoundNode(one.boxes, known, hole, None if is_cut else one.parts, is_both)
     if is_cut:
         return nowhere
     common = tuple(each for part in bounded for each in part.parts or ())
     boxes_in_common, good = _intersect_boxes(common)
-    return _BoundNode(boxes_in_common, known & good, hole, common)
+    return _BoundNode(boxes_in_common, known & good, hole, common, is_both)
 
 
 def _union_boxes(boxes: Sequence[Floats]) -> Floats:

@@ -151,13 +151,14 @@ def list_forms(leaves: Sequence[Any], leaf_of: Longs, own: Longs) -> Floats:
     solid_of, number = np.divmod(which, count)
     forms = np.full((len(which), _FORM_NUMBERS), np.nan)
     for group in flatten_all(solids) if len(which) >= recordings.FEWEST else ():
+        if solids[group.which[0]]._face_count:
+            continue
         row_of = np.full(len(solids), -1)
         row_of[group.which] = np.arange(len(group.which))
-        for one in (
-            unique_sorted(number[row_of[solid_of] >= 0]).tolist() if not solids[group.which[0]]._face_count else ()
-        ):
-            some = np.flatnonzero((row_of[solid_of] >= 0) & (number == one))
-            _play_forms(group, one, [solids[k] for k in solid_of[some].tolist()], row_of[solid_of[some]], forms, some)
+        rows = row_of[solid_of]
+        for one in unique_sorted(number[rows >= 0]).tolist():
+            some = np.flatnonzero((rows >= 0) & (number == one))
+            _play_forms(group, one, [solids[k] for k in solid_of[some].tolist()], rows[some], forms, some)
     numbers: dict[Surface, int] = {}
     for row in np.flatnonzero(np.isnan(forms[:, 0])).tolist():
         leaf, one = solids[solid_of[row]], int(number[row])

@@ -557,11 +557,17 @@ def exact_distances(
     doubts = np.empty((count, 1 + MOST_IN_DOUBT), np.int32)
     after: tuple[npt.NDArray[Any], ...] = (found.body, found.entry, found.place, found.turn)
     after = (*after, away, lower, upper, found.point, doubts)
-    work = KernelRange(nearest_walls, (flat, reach, known_sides(scene)), after)
+    known = known_sides(scene)
+    work = KernelRange(nearest_walls, (flat, reach, known), after)
     run_on(scene.geometry, work, count, chunk_size(count, _EXACT_CHUNK), count, progress)
-    while doubts[:, 0].any() and learn_sides(scene, doubts[which := np.flatnonzero(doubts[:, 0])]):
+    while doubts[:, 0].any():
+        which = np.flatnonzero(doubts[:, 0])
+        learn_sides(scene, doubts[which])
+        before, known = known, known_sides(scene)
+        if len(known) == len(before):  # it only grows, also by other threads
+            break
         again = tuple(array[which] for array in after)
-        work = KernelRange(nearest_walls, (flat[which], reach[which], known_sides(scene)), again)
+        work = KernelRange(nearest_walls, (flat[which], reach[which], known), again)
         run_on(scene.geometry, work, len(which), chunk_size(len(which), _EXACT_CHUNK), len(which))
         for array, part in zip(after, again, strict=True):
             array[which] = part
@@ -591,16 +597,14 @@ def known_sides(scene: PreparedScene) -> Ints:
     return np.array([*chain.from_iterable(rows), 0], np.int32)
 
 
-def learn_sides(scene: PreparedScene, doubts: Ints) -> bool:
-    """Find which sides occur of the surfaces of some rows of doubts, in exact arithmetic; False if all were known."""
+def learn_sides(scene: PreparedScene, doubts: Ints) -> None:
+    """Find which sides occur of the surfaces of some rows of doubts, in exact arithmetic, unless they are known."""
     from ..geometry.exact_crossings import occurring_sides
 
-    before = len(scene.sides)
     for count, *surfaces in np.unique(doubts, axis=0).tolist():
         key = tuple(sorted(surfaces[:count]))
         if key not in scene.sides:
             scene.sides[key] = occurring_sides([exact_form(scene, surface) for surface in key])
-    return len(scene.sides) > before
 
 
 def _sign_distances(scene: PreparedScene, flat: FloatArray, distances: FloatArray) -> FloatArray:

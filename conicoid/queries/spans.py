@@ -224,7 +224,8 @@ class RayLists:
         if np.shape(index) == self._rays.shape != () and np.asarray(index).dtype == np.bool_:
             index = np.ravel(index)
         is_flat = np.ndim(index) < 2 and not (isinstance(index, tuple) and len(index) != 1)
-        which = np.arange(len(self))[index] if is_flat else None
+        is_other_mask = np.asarray(index).dtype == np.bool_ and np.shape(index) != (len(self),)
+        which = np.arange(len(self))[index] if is_flat and not is_other_mask else None
         if which is None or which.ndim > 1:
             raise IndexError(
                 f"{type(self).__name__}: index must be a number, a slice, a list of numbers or a mask over the "

@@ -348,7 +348,7 @@ def localize(leaf: Any, frame: LocalFrame, cut: bool, bounded: bool = False) -> 
 
 
 def has_face_shifts(leaf: Any) -> bool:
-    """Return whether a shape has bounds of all changes together: the parts of most models, which have digits enough."""
+    """Return whether a shape has bounds of all changes together: flat solids, polyhedra and whole cylinders have."""
     whole = isinstance(leaf, Cylinder) and leaf.end_angle - leaf.start_angle == 360
     return whole or isinstance(leaf, (FlatSolid, Polyhedron))
 

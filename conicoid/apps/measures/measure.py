@@ -196,6 +196,10 @@ def measure_shape(
     return _in_units(_measure_primitives(shape, box, rays, by_form, seed, progress, workers), exponent)
 
 
+_LEAST_FACTOR = 2.0**-60
+"""Under smaller and larger scales, powers of the size may leave float64."""
+
+
 def _shared_form(shape: Boolean) -> tuple[Moments | None, float | None] | None:
     """Return the closed form of a combination, moved from that without its motion, which its copies share.
 
@@ -204,7 +208,7 @@ def _shared_form(shape: Boolean) -> tuple[Moments | None, float | None] | None:
     """
     matrix, cache = shape.motion.matrix, shape.own_cache
     factor = similarity(matrix[:3, :3])
-    if factor is None:
+    if factor is None or not _LEAST_FACTOR < factor < 1 / _LEAST_FACTOR:
         return None
     if "form" not in cache:
         # A shape without a motion caches what rays need
@@ -217,7 +221,10 @@ def _shared_form(shape: Boolean) -> tuple[Moments | None, float | None] | None:
             return None
         cache["form"] = box_grid(own) or closed_region(own, box) or (None, None)
     moments, area = cache["form"]
-    return moments and moments.moved(matrix), area and area * factor * factor
+    if moments is None:
+        return None, area and area * factor * factor
+    moved = moments.moved(matrix)  # whose determinant would lose digits of the volume
+    return Moments(moments.volume * factor**3, moved.centroid, moved.spread), area and area * factor * factor
 
 
 def _sheet_measures(

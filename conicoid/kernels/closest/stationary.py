@@ -178,7 +178,7 @@ def _center(g: float, a: float) -> float:
 
 
 @inline
-def _is_cone(e: Secular) -> bool:
+def _has_apex(e: Secular) -> bool:
     """Return whether f vanishes, but for rounding, where its gradient does."""
     f0, f1, f2 = e.b0 * _center(e.b0, e.a0), e.b1 * _center(e.b1, e.a1), e.b2 * _center(e.b2, e.a2)
     return abs(e.constant + (f0 + f1 + f2)) <= _POINT_SHARE * (abs(e.constant) + abs(f0) + abs(f1) + abs(f2))
@@ -268,7 +268,7 @@ def try_stationary(
         return
     _try_below(geometry, room, at, count, plain, frame)
     _try_below(geometry, room, at, count, other, back)
-    if count == 1 and not _is_cone(e):
+    if count == 1 and not _has_apex(e):
         return
     x, y, z = _place(frame, _center(e.g0, e.a0), _center(e.g1, e.a1), _center(e.g2, e.a2))
     # Values about the query point are rounded by more than the surface is wide where it is far

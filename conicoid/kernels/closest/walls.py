@@ -444,7 +444,8 @@ def _wall_beside(
 def _wall_of_sides(geometry: Geometry, room: Neighbourhood, many: int, least: float) -> int:
     """Return NO_WALL if the body has one value for all sides of the first `many` of room.chosen that occur.
 
-    Surfaces of which nothing is known become room.doubt, for the least lower bound of the distance: POSSIBLE_WALL.
+    Surfaces of which nothing is known become room.doubt, for the least lower bound of the distance: POSSIBLE_WALL. More
+    than `MOST_IN_DOUBT`, and sheets, are not asked for: CERTAIN_WALL. room.sign of the chosen surfaces is lost.
     """
     if many > MOST_IN_DOUBT or room.sizes[SHEET_OF] == 1:
         return CERTAIN_WALL
