@@ -338,7 +338,7 @@ def _sign(value: Fraction, zero: Fraction) -> int:
 
 
 def _sides_left_out_by_planes(planes: dict[int, _Row], zero: Fraction) -> Iterator[_Sides]:
-    """Yield sides of two to four planes of which some sum is constant."""
+    """Yield sides of two to four planes that no point has: times some factors, the planes add up to a constant."""
     for size in (2, 3, 4):
         for some in combinations(planes, size):
             factors = _dependence([planes[k][:3] for k in some], zero)

@@ -251,15 +251,9 @@ def farthest_point(rows: FloatArray, direction: FloatArray) -> FloatArray | None
 def points_near(bounds: FloatArray, planes: FloatArray) -> FloatArray:
     """Return points (n, 3) near polyhedra and their planes: about the middles of bounds; zeros for empty ones.
 
-    Ends that are infinite, or much farther than every plane, do not count. Planes that are parallel but for a last
-    digit meet there, and an anchor there would lose as many digits of all planes.
-
-    Parameters
-    ----------
-    bounds : array (n, 2, 3)
-        Lower and upper ends.
-    planes : array (n, p, 4)
-        Normals, of any length, and offsets.
+    `bounds` (n, 2, 3) are lower and upper ends, `planes` (n, p, 4) normals and offsets. Ends that are infinite, or much
+    farther than every plane, do not count: planes that are parallel but for a last digit meet there, and an anchor
+    there would lose as many digits of all planes.
     """
     with np.errstate(over="ignore"):
         far = _FAR_CORNER * (np.abs(planes[..., 3]) / np.abs(planes[..., :3]).max(axis=2)).max(axis=1)

@@ -591,10 +591,12 @@ def exact_distances(
 
 def known_sides(scene: PreparedScene) -> Ints:
     """Return what is known of sides that occur, as a `Neighbourhood` has it."""
-    if not scene.sides:
-        return _NO_SIDES
-    rows = [(len(key), len(sides), *key, *sides) for key, sides in tuple(scene.sides.items())]  # other threads add
-    return np.array([*chain.from_iterable(rows), 0], np.int32)
+    count, kept = len(scene.sides), vars(scene).get("known_sides", (0, _NO_SIDES))
+    if kept[0] != count:
+        rows = [(len(key), len(sides), *key, *sides) for key, sides in tuple(scene.sides.items())]  # other threads add
+        kept = vars(scene)["known_sides"] = count, np.array([*chain.from_iterable(rows), 0], np.int32)
+    found: Ints = kept[1]
+    return found
 
 
 def learn_sides(scene: PreparedScene, doubts: Ints) -> None:

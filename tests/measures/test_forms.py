@@ -76,7 +76,7 @@ ROUND = {
     "paraboloid": (co.EllipticParaboloid(1, 1, (-math.inf, 2)), PI / 6 * 26 + 2 * PI),
     "ball": (co.Ellipsoid((2, 2, 2), (1, 2, 3), (-1, 0.5)), 2 * PI * 2 * 1.5 + PI * (3 + 3.75)),
     "bow tie": (co.DoubleCone(2, (-1, 0.5)), PI * math.sqrt(5) * (2 + 0.5) + PI * (4 + 1)),
-    # r = cosh v, z = sinh v: 2 π ∫ √(1 + 2 z²) dz, an antiderivative of which is z √(1 + 2 z²) / 2 + asinh(√2 z) / √8
+    # r = cosh v, z = sinh v: the area is 2 π ∫ √(1 + 2 z²) dz = 2 π [z √(1 + 2 z²) / 2 + asinh(√2 z) / √8]
     "hyperboloid": (
         co.OneSheetHyperboloid(1, 1, 1, (-1, 1)),
         2 * PI * (math.sqrt(3) + math.asinh(math.sqrt(2)) / math.sqrt(2)) + 2 * PI * 2,

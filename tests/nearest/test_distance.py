@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
+from conicoid.queries import points as queries
 
 from ..samples import deeper, sampled
 from .bodies import BODIES, random_body
@@ -629,6 +630,16 @@ def test_neighbours_that_are_there_are_averaged(example):
     values = np.array([[1.0, 2.0, np.nan], [3.0, np.nan, np.nan]])
     expected = [[2.0, 2.0, np.nan], [2.0, np.nan, np.nan]]
     np.testing.assert_array_equal(example.smoothed(values), expected)
+
+
+def test_sides_that_another_thread_learned_count(monkeypatch):
+    """It may learn them between the first search and its end: no error stays wide for that."""
+    scene = co.Scene([NOTHING["planes along a line"] | co.Box((2, 2, 2), (4, 4, 4))])
+    points = np.array([(0.1, 0.2, 0.3), (-1, 0.5, 0.25)])
+    expected, known, first = scene.distance(points, exact=True), queries.known_sides, [np.zeros(1, np.int32)]
+    monkeypatch.setattr(queries, "known_sides", lambda scene: first.pop() if first else known(scene))
+    assert scene.distance(points, exact=True) == expected
+    assert not first
 
 
 def _to_segment(points, start, end):

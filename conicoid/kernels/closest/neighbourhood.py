@@ -287,7 +287,7 @@ wall; the search radius; the distance of that point; the distance beyond which t
 bound of the point, as a candidate, if many surfaces pass through it, else infinity; a lower bound of the distance to
 the point of `doubt`."""
 MOST_IN_DOUBT = 8
-"""Most surfaces through a point whose occurring sides are asked for."""
+"""Exact arithmetic decides which sides occur of at most so many surfaces through a point."""
 BODY, ENTRY, PLACE, SENSE = 0, 1, 2, 3
 """Elements of `Neighbourhood.who`: the body, entry, place and sense of the best wall."""
 SURFACES, LEAVES, LINKS, PROGRAM, SHEET_OF, WITHIN = 0, 1, 2, 3, 4, 5

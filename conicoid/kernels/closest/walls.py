@@ -444,8 +444,8 @@ def _wall_beside(
 def _wall_of_sides(geometry: Geometry, room: Neighbourhood, many: int, least: float) -> int:
     """Return NO_WALL if the body has one value for all sides of the first `many` of room.chosen that occur.
 
-    Surfaces of which nothing is known become room.doubt, for the least lower bound of the distance: POSSIBLE_WALL. More
-    than `MOST_IN_DOUBT`, and sheets, are not asked for: CERTAIN_WALL. room.sign of the chosen surfaces is lost.
+    Return POSSIBLE_WALL for surfaces that room.known lacks; the nearest of them become room.doubt. Return CERTAIN_WALL
+    for sheets and for more than `MOST_IN_DOUBT` surfaces. Signs of the chosen surfaces in room.sign are lost.
     """
     if many > MOST_IN_DOUBT or room.sizes[SHEET_OF] == 1:
         return CERTAIN_WALL
@@ -473,11 +473,10 @@ def _known_row(room: Neighbourhood, many: int) -> int:
     """Return where room.known has the first `many` of room.chosen, -1 for nowhere."""
     row = 0
     while room.known[row] > 0:
-        alike = 0
-        for i in range(many if room.known[row] == many else 0):
-            for j in range(many):
-                alike += 1 if room.known[row + 2 + j] == room.surface[room.chosen[i]] else 0
-        if alike == many:
+        left = many if room.known[row] == many else -1  # surfaces that this row lacks
+        for pair in range(many * many if left == many else 0):
+            left -= 1 if room.known[row + 2 + pair % many] == room.surface[room.chosen[pair // many]] else 0
+        if left == 0:
             return row
         row += 2 + room.known[row] + room.known[row + 1]
     return -1
@@ -524,12 +523,11 @@ def try_point(geometry: Geometry, room: Neighbourhood, at: WallQuery, count: int
     off = _proved_error(geometry, room, count, many, sine, x, y, z, off, distance)
     proved = off <= max(max(_VAGUE * size, _FAR * (size + distance)), _OFFSET * _reach(geometry, room, x, y, z))
     for i in range(count):
-        moved = 2.0**-50 * (size + distance)
-        proved = proved and _passes_near(geometry, room.surface[room.chosen[i]], x, y, z, moved)
-    known = CERTAIN_WALL
+        surface = room.surface[room.chosen[i]]
+        proved = proved and _passes_near(geometry, surface, x, y, z, 2.0**-50 * (size + distance))
     # Two planes and an apex: their sides need not all occur, whatever their angles
-    if not proved or (many == 3 and _is_at_apex(geometry, room, many, x, y, z, point_off)):
-        known = _wall_of_sides(geometry, room, many, least)
+    unsure = not proved or (many == 3 and _is_at_apex(geometry, room, many, x, y, z, point_off))
+    known = _wall_of_sides(geometry, room, many, least) if unsure else CERTAIN_WALL
     if known == NO_WALL:
         return NO_WALL
     room.best[LOWER] = min(room.best[LOWER], least)
