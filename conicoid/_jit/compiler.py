@@ -56,7 +56,7 @@ def require_tested_version(version: str, wish: str) -> None:
 require_tested_version(numba.__version__, read_jit_mode())
 
 # The passes that inner functions need: they have no closures, no `with`, no literal arguments and no arithmetic on
-# whole arrays
+# whole arrays, inline no overloads, and own no memory that the end of a variable's life would free
 _PASSES = (
     untyped_passes.TranslateByteCode,
     untyped_passes.FixupArgs,
@@ -65,9 +65,6 @@ _PASSES = (
     untyped_passes.ReconstructSSA,
     typed_passes.NopythonTypeInference,
     typed_passes.PreLowerStripPhis,
-    typed_passes.InlineOverloads,
-    typed_passes.IRLegalization,
-    typed_passes.AnnotateTypes,
     typed_passes.NativeLowering,
     typed_passes.NoPythonBackend,
 )
