@@ -48,7 +48,7 @@ def test_no_hits_have_no_names():
     assert co.Scene([]).first_hit((0, 0, 0), DOWN).name is None
 
 
-def test_spans_and_crossings_say_the_same_names():
+def test_spans_and_crossings_have_the_same_names():
     origin, along = (-9, 0, 0), (1, 0, 0)
     assert SCENE.spans(origin, along).name.tolist() == NAMES[:-1]
     assert SCENE.spans(origin, along).material.tolist() == MATERIALS[:-1]
@@ -85,7 +85,7 @@ BEYOND, NO_NUMBER = "body: number must be at least 0 and below 5", "body: number
     (SCENE.first_hit((20, 0, 5), DOWN).body, IndexError, "got -1$"),
     *((number, TypeError, NO_NUMBER) for number in (1.0, None, True, np.array([1, 2]), [1])),
 ])  # fmt: skip
-def test_what_is_no_number_of_a_body(ask, number, error, message):
+def test_invalid_body_numbers_are_refused(ask, number, error, message):
     with pytest.raises(error, match=message if ask == SCENE.body or error is IndexError else "Scene: index must be"):
         ask(number)
 

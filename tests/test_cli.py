@@ -52,7 +52,7 @@ def test_help_has_an_example(command):
     assert f"conicoid {command} " in " ".join(result.stdout.split("Example")[1].split())
 
 
-def test_help_lists_what_there_is_and_no_more():
+def test_help_lists_the_commands():
     commands = "render turntable view playground export info trace import schema"
     words = re.findall(rf"^\W*({commands.replace(' ', '|')}) ", run("--help").stdout, re.MULTILINE)
     assert words == commands.split()
@@ -91,7 +91,7 @@ def test_broken_scenes(case, tmp_path):
 
 
 @pytest.mark.parametrize("command", ["render", "info", "trace"])
-def test_a_scene_that_is_none(command, tmp_path, scene):
+def test_files_that_are_no_scenes_are_refused(command, tmp_path, scene):
     rest = {
         "render": ["-o", tmp_path / "x.png"],
         "info": [],
@@ -176,13 +176,13 @@ NOT_PLAIN = (
 
 
 @pytest.mark.parametrize("words", PLAIN, ids=" ".join)
-def test_what_is_plain(words):
+def test_plain_words_take_the_short_route(words):
     assert parse_plain_render(["render", *words]) is not None
     assert parse_plain_render(["turntable", *words]) is None
 
 
 @pytest.mark.parametrize("words", NOT_PLAIN, ids=lambda words: " ".join(words) or "nothing")
-def test_what_is_left_to_the_command_line(words):
+def test_options_of_the_command_line_alone(words):
     assert parse_plain_render(["render", *words]) is None
 
 
@@ -220,7 +220,7 @@ def test_the_same_picture_and_the_same_words(tmp_path: Path):
         (["scene.yaml", "-o", "p.png", "--samples", "9999999"], "samples must be a whole number"),
     ],
 )
-def test_mistakes_are_told_alike(words, told, tmp_path, monkeypatch, capsys):
+def test_mistakes_have_the_same_message_on_every_route(words, told, tmp_path, monkeypatch, capsys):
     written(tmp_path)
     monkeypatch.chdir(tmp_path)
     command = parse_plain_render(["render", *words])
@@ -366,7 +366,7 @@ def test_turntable_without_its_encoder(scene, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("work", ["reading {} ...", "preparing 4 entries ..."])
-def test_what_takes_long_is_told(scene, monkeypatch, work):
+def test_long_work_shows_progress(scene, monkeypatch, work):
     assert work.format(scene) not in run("info", scene).stderr
     monkeypatch.setattr(resources, "PATIENCE", -1.0)
     assert run("info", scene).stderr.count(f"{work.format(scene)}\n") == 1
@@ -393,7 +393,7 @@ def test_progress_has_rate_and_time_left(monkeypatch):
     assert re.search(r"\d:\d\d:\d\d", text)
 
 
-def test_no_progress_where_nobody_watches(monkeypatch):
+def test_no_progress_without_a_terminal(monkeypatch):
     assert bar_text(monkeypatch, is_terminal=False) == ""
 
 

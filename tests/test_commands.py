@@ -285,7 +285,7 @@ def test_no_option_counts_only_the_last_time(command, option, value):
     assert f"{option} is given twice" in " ".join(refused(command, option, *value, option, *value).split())
 
 
-def test_a_section_beside_everything_is_told_of(files, tmp_path):
+def test_a_section_beside_all_bodies_is_reported(files, tmp_path):
     small = ("--width", "40", "--height", "30", "--samples", "1")
     result = done("render", files[0], "-o", tmp_path / "x.png", "--section", "z=30", *small)
     assert (
@@ -302,7 +302,7 @@ def test_a_section_beside_everything_is_told_of(files, tmp_path):
         co.Scene(co.Disc((0, 0, 0), (0, 0, 1), 1)).section("x", 0, 8, 6)
 
 
-def test_a_view_of_nothing_is_told_of(files, tmp_path):
+def test_an_empty_view_is_reported(files, tmp_path):
     view = ("render", files[0], "-o", tmp_path / "x.png", "--width", "40", "--height", "30", "--samples", "1")
     result = done(*view, "--position", "0,0,9", "--look-at", "0,0,10")
     assert "note: no body is in view; --fit takes a camera that sees all that is bounded" in result.stderr
@@ -340,7 +340,7 @@ def test_info_lists_materials(path):
     (co.Box((-1, -2, -3), (1, 2, 3)), []),
     (co.Box() & co.Box((2, 2, 2), (3, 3, 3)), ["not looked for: undefined regions (the scene's domain is empty)"]),
 ])  # fmt: skip
-def test_info_check_says_what_it_could_not_look_for(domain, told, path):
+def test_info_check_names_omitted_checks(domain, told, path):
     SCENE.replace(domain=domain).save(path)
     result = done("info", path, "--check", "--rays", "300")
     assert [line for line in result.stdout.splitlines() if line.startswith("not looked for")] == told
@@ -360,7 +360,7 @@ def test_standard_input_is_refused(arguments, what, path, tmp_path, monkeypatch)
     )
 
 
-def test_trace_tells_what_it_does_not_read(path, tmp_path):
+def test_trace_names_columns_that_it_does_not_read(path, tmp_path):
     np.savez(tmp_path / "rays.npz", origins=[[0, 0, 9.5]], directions=[[0, 0, -1.0]], wavelength=[5.0])
     result = done("trace", path, tmp_path / "rays.npz", "-o", tmp_path / "hits.csv")
     assert "rays.npz: not read: wavelength; arrays of rays are" in " ".join(result.stderr.split())

@@ -63,7 +63,7 @@ def worked_out(monkeypatch):
     return seen
 
 
-def test_only_what_is_new_is_lowered(worked_out):
+def test_only_new_bodies_are_lowered(worked_out):
     scene = co.Scene(_things())
     scene.prepare()
     assert len(worked_out) == 6
@@ -167,7 +167,7 @@ def test_refusals_of_edits(edit, error, message):
         edit(co.Scene(_things()))
 
 
-def test_a_scene_takes_what_is_equal_in_one_that_is_prepared(monkeypatch):
+def test_a_scene_shares_equal_parts_of_a_prepared_one(monkeypatch):
     scene = co.Scene(_things())
     scene.prepare()
     again = co.Scene(_things())._reuse(scene)
@@ -203,7 +203,7 @@ def test_a_slider_changes_one_number_of_one_body():
             assert changed._previous is scene._prepared
 
 
-def test_preparing_tells_of_its_progress(worked_out):
+def test_preparing_reports_progress(worked_out):
     told: list[tuple[int, int]] = []
     scene = co.Scene(_things())
     scene.prepare(lambda done, count: told.append((done, count)))

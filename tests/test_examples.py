@@ -65,7 +65,7 @@ def test_the_ball_lens_has_its_paraxial_focus(load):
     assert errors[1] / errors[2] == pytest.approx(100, rel=1e-2)
 
 
-def test_the_ray_that_is_explained_goes_through_the_bore(load, tmp_path, capsys):
+def test_the_explained_ray_goes_through_the_bore(load, tmp_path, capsys):
     """The bore of radius 1/2 about z is left and entered at x = −4 + t = ∓1/2; the lens's balls of radius 2.2 follow."""
     example = load("explained")
     example.main(tmp_path)
@@ -125,7 +125,7 @@ def table() -> list[list[float]]:
     return [[float(x) for x in line.split(",")] for line in lines if line[0] in "-01"]
 
 
-def test_tracks_cross_what_the_detector_is_made_of(load, capsys):
+def test_tracks_cross_all_parts_of_the_detector(load, capsys):
     """Straight up, a track crosses the thickness of each tube; tubes are cut open towards -y and +z."""
     example = load("detector_tracks")
     found = example.parts().lengths((0, 0, 0), (0, 1, 0))

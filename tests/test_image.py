@@ -38,11 +38,11 @@ def test_bytes_survive_a_png():
     assert (co.Image(again).pixels == co.Image(pixels).pixels).all()
 
 
-def test_png_says_that_it_is_srgb():
+def test_png_is_marked_as_srgb():
     assert PIL.Image.open(io.BytesIO(co.Image(np.zeros((2, 2, 3)))._repr_png_())).info["srgb"] == 0
 
 
-def test_png_cuts_what_cannot_be_shown():
+def test_png_clips_light_beyond_white():
     pixels = np.array([[[-1, 2, math.nan], [math.inf, -math.inf, 1]]])
     seen = np.asarray(PIL.Image.open(io.BytesIO(co.Image(pixels)._repr_png_())))
     assert seen.tolist() == [[[0, 255, 0], [255, 0, 255]]]

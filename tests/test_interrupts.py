@@ -91,13 +91,13 @@ def _stopped_in_time(*names: str) -> None:
         assert running.end(300) == (0, "", "")
 
 
-def test_queries_of_dear_rays_stop_and_can_be_asked_again():
+def test_queries_of_slow_rays_stop_and_can_be_repeated():
     """Each of the rays crosses six thousand surfaces of one body: many minutes, in chunks of many seconds."""
     _stopped_in_time("one tile", "spans", "integral")
 
 
 @pytest.mark.deep
-def test_whatever_takes_long_stops_and_can_be_asked_again():
+def test_long_work_stops_and_can_be_repeated():
     _stopped_in_time(
         "one tile", "in order", "in no order", "doubtful", "occluded", "spans", "doubtful spans", "integral", "crossings",
         "contains", "render", "measure", "check", "lower", "build",
@@ -142,7 +142,7 @@ def test_the_compiler_is_not_waited_for(call, monkeypatch):
 
 
 @needs_compiler
-def test_what_was_being_compiled_can_be_asked_for_again(monkeypatch):
+def test_interrupted_compilations_can_be_repeated(monkeypatch):
     monkeypatch.setenv("CONICOID_JIT", "own")
     again = f"except KeyboardInterrupt:\n    print('stopped', flush=True)\ngo_on.set()\nprint(len({RAYS}.origins))"
     with child(f"{UNTIL_TOLD}\ntry:\n    {RAYS}\n{again}") as running:

@@ -34,7 +34,7 @@ def sum_of_halves(values: np.ndarray) -> float:
     return half_of_element(values, 0) + half_of_element(values, np.int32(1)) + half_of_element(values, len(values) - 1)
 
 
-def test_njit_finds_what_an_inner_function_calls():
+def test_njit_finds_the_callees_of_an_inner_function():
     @numba.njit
     def outer(values):
         return sum_of_halves(values) + half_of_element(values, 0)
@@ -101,7 +101,7 @@ def note(monkeypatch: pytest.MonkeyPatch, stream: io.StringIO) -> str:
     return stream.getvalue()
 
 
-def test_a_terminal_shows_what_is_compiled(monkeypatch):
+def test_a_terminal_shows_the_kernel_being_compiled(monkeypatch):
     first, *others, last, end = note(monkeypatch, Terminal()).split("\r")[1:]
     assert first == "compiling halves in this process: 0 functions, 0 s"
     assert others
@@ -112,7 +112,7 @@ def test_a_terminal_shows_what_is_compiled(monkeypatch):
     assert len(last) >= len(first)
 
 
-def test_nothing_is_shown_where_nobody_watches(monkeypatch):
+def test_no_line_is_shown_without_a_terminal(monkeypatch):
     assert note(monkeypatch, io.StringIO()) == ""
 
 

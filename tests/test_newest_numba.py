@@ -18,7 +18,7 @@ def script():
     return module
 
 
-def test_it_reads_what_is_tested(script):
+def test_the_tested_versions_are_read(script):
     assert script.last_tested() == compiler.TESTED[1]
 
 

@@ -123,7 +123,7 @@ def test_scenes(way):
         assert_same(answer, same)
 
 
-def test_a_pickled_scene_holds_what_the_user_said_and_nothing_more():
+def test_a_pickled_scene_holds_the_arguments_of_the_user_alone():
     def scene():
         turned = co.Cylinder((0, 0, 0), (1, 2, 3), 1).rotate((1, 2, 3), 33)
         return co.Scene(
@@ -159,7 +159,7 @@ def test_images(way, array):
     assert again._repr_png_() == image._repr_png_()
 
 
-def test_everything_else_that_is_public(way):
+def test_all_other_public_classes(way):
     things = [
         *PUBLIC.values(),
         co.Sky("red", "blue"),
@@ -225,7 +225,7 @@ def test_many_hits_are_pickled_as_arrays_and_not_one_by_one():
     assert len(pickled(12_000)) - len(pickled(12)) < 230 * 12_000
 
 
-def test_what_only_the_scene_knew_is_said():
+def test_detached_results_name_their_missing_scene():
     hits = SCENE.first_hit(ORIGINS, DOWN).detached()
     with pytest.raises(ValueError, match="detached from its scene, or pickled"):
         hits._scene.geometry  # noqa: B018

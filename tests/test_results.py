@@ -476,7 +476,7 @@ def test_measures_by_name():
     assert co.measure(co.Scene(both.bodies[:1]))["water"].volume == 8
 
 
-def test_check_says_what_it_has_not_looked_for(tmp_path):
+def test_check_names_omitted_checks(tmp_path):
     found = co.check(co.Sphere(), rays=500)
     assert found == []
     assert found.omissions == ("undefined regions (the scene has no domain for its bodies to fill)",)

@@ -188,7 +188,7 @@ def test_load_openmc_refuses_negative_values(tmp_path, part, told):
 EMPTY_CELL = '<cell id="2" name="gone" region="-1 2" material="1"/>'
 
 
-def test_load_openmc_says_what_the_command_says(tmp_path, caplog):
+def test_load_openmc_and_the_command_report_the_same(tmp_path, caplog):
     path = model(tmp_path, DENSITY.format("10.5", "g/cm3"), EMPTY_CELL)
     with caplog.at_level(logging.WARNING, "conicoid"):
         scene = co.load_openmc(path)

@@ -91,7 +91,7 @@ def test_streams(folder, command, streams, code, said):
 @pytest.mark.deep
 @posix
 @full
-def test_what_is_read_is_whole_whoever_closes_what(folder):
+def test_read_output_is_whole_whichever_end_closes(folder):
     """The table of bodies is the same without a stderr; and nothing that is said goes into the file."""
     _, usual, _ = shell(folder, "info scene.yaml", "")
     assert shell(folder, "info scene.yaml", "2>&-")[1] == usual
@@ -258,7 +258,7 @@ def test_a_program_that_runs_it_goes_on() -> None:
     assert "ended with 0" in printed("-c", BY_ANOTHER)
 
 
-def test_what_is_printed_at_the_end_is_written() -> None:
+def test_output_at_the_end_is_written() -> None:
     assert printed("-c", LATE).endswith("late\n")
 
 

@@ -19,7 +19,7 @@ def by_name(text: str) -> dict[str, str]:
     return {line.partition(" ")[0]: line.partition(" ")[2].strip() for line in text.splitlines()}
 
 
-def test_it_tells_versions_and_places():
+def test_the_report_has_versions_and_places():
     lines = by_name(run("info", "--system").stdout)
     assert lines["conicoid"] == co.__version__
     assert f"{platform.python_version()}, numpy {metadata.version('numpy')}" in lines["python"]

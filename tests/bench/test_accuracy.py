@@ -141,7 +141,7 @@ def _absent():
 SYSTEM = systems.System(Peer("Somebody", "float64", lambda: "Somebody 1"), 53, 53, ("sphere",), shifted(0.0))
 
 
-def test_systems_are_measured_with_what_they_have(monkeypatch):
+def test_systems_are_measured_by_the_queries_they_have(monkeypatch):
     single = systems.System(Peer("Single", "", lambda: ""), 24, 24, ("sphere", "box"), shifted(2.0**-20))
     absent = systems.System(Peer("Nobody", "", _absent), 53, 53, ("sphere",), shifted(0.0))
     monkeypatch.setattr(suite, "SYSTEMS", (SYSTEM, single, absent))
@@ -314,13 +314,13 @@ def test_the_measured_rays_have_the_answers_of_the_reference(shape, family, prec
         (ExactBall((0, 0, 0), 5.0), (3, 4, 0), (1, 0, 0)),  # starts on it
     ],
 )
-def test_what_only_touches_has_no_agreed_answer(body, origin, direction):
+def test_grazing_rays_have_no_agreed_answer(body, origin, direction):
     found = first_crossings(body, *(np.array([x], float) for x in (origin, direction)))
     assert found.tie.tolist() == [True]
 
 
 @pytest.mark.parametrize("name", REFERENCE_BODIES)
-def test_inside_is_where_the_line_says(name):
+def test_points_inside_are_where_the_line_has_them(name):
     """A point is inside if the ray from it leaves an odd number of times: here, of convex bodies, if it hits at all both ways."""
     body, random = REFERENCE_BODIES[name], np.random.default_rng(6)
     points = random.uniform(-1.5, 1.5, (300, 3))

@@ -79,7 +79,7 @@ def test_bored_blocks_are_five_leaves():
     assert np.array_equal(co.Scene(scenes.bored_blocks(each)).contains(points), inside)
 
 
-def test_ratios_are_told_with_what_is_asked():
+def test_ratios_are_printed_beside_their_aims():
     measured = Measured(60.0, 30.0, 2.0, "Mray/s")
     outcomes = harness.run(
         [row("a", lambda size: measured), row("b", lambda size: measured, Peer("X", "y", _absent))],
@@ -122,7 +122,7 @@ SMALL = Size(runs=1, balls=1000)
 
 
 @pytest.mark.parametrize("name", sampled(["latency", "latency-spans", "latency-1000", "import", "command"], 3))
-def test_what_is_around_the_rays_takes_time(name):
+def test_work_around_the_rays_takes_time(name):
     """No limit is asserted: this may run beside anything."""
     measured = {row.name: row for row in limits.ROWS}[name].measure(SMALL)
     assert measured.ours > 0
@@ -135,7 +135,7 @@ def test_the_serial_share_is_the_intercept_of_amdahls_law():
     assert arrays.serial_share({1: 6.0, 2: 2.0}) == 0
 
 
-def test_the_kernel_alone_is_what_the_query_gave_to_threads():
+def test_the_time_of_the_kernel_is_that_of_the_threads():
     ran = []
     geometry = co.Scene()._prepared.geometry
     again = arrays.kernel_of(lambda: arrays.ray_queries.run_on(geometry, lambda _, a, b: ran.append((a, b)), 3, 3, 0))
@@ -183,7 +183,7 @@ def test_a_picture_is_that_of_the_bodies_povray_gets():
 
 
 @pytest.mark.parametrize("programs", [preparation.LISTS, preparation.MOVED])
-def test_our_programs_tell_seconds_and_the_hit(programs, tmp_path, monkeypatch, capsys):
+def test_our_programs_print_seconds_and_the_hit(programs, tmp_path, monkeypatch, capsys):
     each = scenes.balls(50)
     np.save(tmp_path / "balls.npy", np.column_stack([each.centers, each.radii]).astype(float))
     monkeypatch.chdir(tmp_path)
@@ -249,14 +249,14 @@ def test_caches_of_the_user_are_not_found():
 
 @pytest.mark.deep
 @pytest.mark.parametrize(("program", "check"), [(HITS[OURS], fresh.check_hit), (PICTURES[OURS], fresh.check_picture)])
-def test_our_programs_answer_what_they_must(program, check):
+def test_our_programs_give_the_expected_answers(program, check):
     ours = fresh._python(program)
     found = fresh.compare_processes(ours, ours, check, cold=False)(Size(runs=1))
     assert found.apart == ""
     assert found.ratio == found.theirs / found.ours
 
 
-def test_wrong_answers_are_told(tmp_path):
+def test_wrong_answers_are_reported(tmp_path):
     assert fresh.check_hit("2.0\n", tmp_path) == ""
     assert fresh.check_hit("inf\n", tmp_path) == "the hit is at inf, not at 2"
     picture = np.zeros((48, 64), np.uint8)

@@ -48,7 +48,7 @@ CLEAN = {
 
 
 @pytest.mark.parametrize("name", CLEAN)
-def test_nothing_is_found_where_nothing_is_wrong(name: str):
+def test_sound_scenes_have_no_findings(name: str):
     assert co.check(co.Scene(CLEAN[name]), rays=2000) == []
 
 
@@ -198,7 +198,7 @@ def test_progress():
     assert calls[-1] == (6, 6)
 
 
-def test_the_command_line_says_the_same(tmp_path: Path):
+def test_the_command_line_prints_the_same(tmp_path: Path):
     path = tmp_path / "scene.yaml"
     path.write_text(
         "bodies:\n  - {name: ball, shape: {Sphere: {radius: 1}}}\n  - {shape: {Box: {low: [0.5, -1, -1], high: [4, 1, 1]}}}\n"

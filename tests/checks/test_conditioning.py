@@ -152,7 +152,7 @@ def test_bodies_without_anything_to_look_at_are_missing():
     assert [one.body for one in conditioning(scene, below=5)] == []
 
 
-def test_endless_bodies_are_measured_by_what_is_there():
+def test_endless_bodies_are_measured_by_their_finite_walls():
     assert kept(co.HalfSpace((1, 2, 3), 5)) > 14
     assert kept(co.Plane((0, 0, 1), 1e9)) > 14
     tube = co.Quadric(coefficients=dict(xx=1, yy=1, x=-2e5, constant=1e10 - 1))  # (x - 1e5)² + y² <= 1

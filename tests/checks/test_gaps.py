@@ -67,7 +67,7 @@ def test_beyond_a_lattice_without_an_outer_universe(tmp_path):
 
 @pytest.mark.parametrize("material", ["void", "3"])
 @pytest.mark.parametrize("reach", [0.9, 3.0])
-def test_what_is_void_is_defined(material, reach, tmp_path):
+def test_void_regions_count_as_defined(material, reach, tmp_path):
     """Universe 2 is void or matter, in the lattice and around it."""
     scene = co.load_openmc(model(tmp_path, reach=reach, material=material))
     assert scene.domain is not None
@@ -81,7 +81,7 @@ def test_the_examples_are_whole():
         assert undefined_regions(scene, ProbeTargets.of(scene._prepared.lowered), 1000, np.random.default_rng(0)) == []
 
 
-def test_void_that_is_left_out_is_not_looked_for(tmp_path):
+def test_omitted_void_is_not_searched(tmp_path):
     scene = co.load_openmc(model(tmp_path), void=False)
     assert scene.domain is None
     assert undefined(scene) == []
@@ -119,12 +119,12 @@ def test_a_gap_between_cells_of_the_root(tmp_path):
         ("white", '<cell id="3" material="void" region="1 -2 3 -4"/>'),  # the gap is filled
     ],
 )
-def test_nothing_is_said_of_what_boundaries_do_not_tell(top, more, tmp_path):
+def test_no_gap_is_reported_without_boundaries(top, more, tmp_path):
     path = put(BARE.format(top, more), tmp_path)
     assert undefined(co.load_openmc(path)) == []
 
 
-def test_any_scene_may_say_what_is_to_be_filled():
+def test_any_scene_may_name_the_region_to_be_filled():
     box = co.Box((0, 0, 0), (3, 1, 1))
     scene = co.Scene([co.Box((0, 0, 0), (1, 1, 1)), co.Box((2, 0, 0), (3, 1, 1))], domain=box)
     (found,) = undefined(scene)
@@ -170,7 +170,7 @@ def apart(*gaps: tuple[float, float], wide: float = 1.0) -> co.Scene:
     return co.Scene(rest, domain=co.Box((0, 0, 0), (10, wide, 1)))
 
 
-def test_gaps_beside_one_wall_are_told_apart():
+def test_gaps_beside_one_wall_are_distinguished():
     """Three holes with the same floor and the same ceiling are three regions, and each has its own volume."""
     holes = (1.0, 2.0), (4.0, 4.5), (7.0, 9.0)
     found = undefined(apart(*holes))

@@ -328,7 +328,7 @@ def test_every_query_streams(query, options, processes):
         assert np.array_equal(joined, whole) if isinstance(whole, np.ndarray) else joined == whole
 
 
-def test_what_cannot_be_streamed():
+def test_unstreamable_files_are_refused():
     scene = subject.scene()
     for call, error, told in (
         (

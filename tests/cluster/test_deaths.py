@@ -37,7 +37,7 @@ def hunted(pool, times, signals, done):
         pytest.param(20, (signal.SIGSTOP, signal.SIGCONT), marks=pytest.mark.deep),
     ],
 )
-def test_nothing_is_lost(times, signals):
+def test_no_result_is_lost(times, signals):
     scene, rays = subject.scene(), subject.rays(3000)
     wanted, left, done = scene.first_hit(rays), [times], threading.Event()
     with co.parallel.Processes(2, retries=20) as pool:

@@ -115,7 +115,7 @@ class Waiting(ThreadPoolExecutor):
         return self.futures[-1]
 
 
-def test_what_is_queued_is_cancelled():
+def test_queued_tasks_are_cancelled():
     def interrupted(done, count):
         raise KeyboardInterrupt
 
@@ -133,7 +133,7 @@ def test_closed_executors_are_named(processes):
 
 
 @pytest.mark.parametrize("wrong", [3, "tcp://here:1", ThreadPoolExecutor, object()])
-def test_what_is_no_executor(wrong):
+def test_other_objects_are_refused_as_executors(wrong):
     with pytest.raises(TypeError, match=r"first_hit: executor must be a concurrent.futures.Executor"):
         subject.scene().first_hit(subject.rays(5), executor=wrong)
 
@@ -332,7 +332,7 @@ def logged(caplog):
 
 
 @pytest.mark.parametrize("kind", ["processes", "threads", "none"])
-def test_overlaps_are_told_once(kind, processes, logged):
+def test_overlaps_are_reported_once(kind, processes, logged):
     scene, rays = subject.scene(), subject.rays(200)  # whose ball and corners overlap
     pool = dict(processes=processes, threads=ThreadPoolExecutor(2), none=None)[kind]
     how = None if pool is None else co.parallel.Workers(pool, chunk=20)

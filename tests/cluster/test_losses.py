@@ -57,7 +57,7 @@ def test_a_worker_dies_while_its_result_is_fetched(client, tmp_path):
         done_by(client, tasks.dies_when_asked, tmp_path / "counts")
 
 
-def test_a_client_that_is_closed_meanwhile(client):
+def test_a_client_may_be_closed_during_the_work(client):
     second = distributed.Client(client.scheduler.address)
     closing = threading.Timer(1.0, second.close)
     closing.start()

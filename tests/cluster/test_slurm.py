@@ -55,7 +55,7 @@ def test_a_picture_of_two_jobs(tmp_path, slurm):
     assert set((tmp_path / "cancelled").read_text().split()) == jobs
 
 
-def test_what_a_job_takes_must_be_said(tmp_path, slurm):
+def test_the_resources_of_a_job_are_required(tmp_path, slurm):
     co.save(subject.scene(), tmp_path / "scene.yaml")
     (tmp_path / "dask" / "jobqueue.yaml").unlink()
     command = [sys.executable, "-m", "conicoid", "render", tmp_path / "scene.yaml", "-o", tmp_path / "x.png"]

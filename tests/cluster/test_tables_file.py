@@ -54,7 +54,7 @@ def test_a_file_that_others_can_write_to_is_not_unpickled(tmp_path):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="files have no modes")
-def test_workers_do_not_unpickle_what_others_could_write(processes, tmp_path):
+def test_workers_do_not_unpickle_files_that_others_can_write(processes, tmp_path):
     """By the whole route: who can write to the store plants a file under the name that the next run looks for."""
     how, rays = co.parallel.Workers(processes, chunk=50, store=tmp_path), subject.rays(100)
     wanted = crowd(303).first_hit(rays, executor=how)
@@ -68,7 +68,7 @@ def test_workers_do_not_unpickle_what_others_could_write(processes, tmp_path):
     assert os.stat(path).st_mode & 0o022 == 0
 
 
-def test_what_is_opened_answers_the_same(kept):
+def test_opened_tables_give_the_same_answers(kept):
     scene, path, digest = kept
     again, rays = open_scene_tables(path, source_version(), digest), subject.rays(5, 40)
     local, far = (

@@ -69,7 +69,7 @@ def test_a_shape_whose_file_another_thread_imports_is_waited_for(tmp_path):
     assert (code, out.strip()) == (0, "True"), errors
 
 
-def test_what_is_no_name_is_in_no_registry():
+def test_objects_that_are_no_names_are_in_no_registry():
     assert None not in REGISTRY
     assert REGISTRY.get(5) is None
 

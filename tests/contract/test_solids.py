@@ -31,7 +31,7 @@ def test_ends_lie_within_the_bounds(solid):
     assert (points <= high + slack).all()
 
 
-def test_nothing_is_inside_beyond_the_bounds(solid):
+def test_no_point_beyond_the_bounds_is_inside(solid):
     low, high = solid.shape.bounds
     points = solid.random.uniform(solid.low - solid.size, solid.high + solid.size, (2000, 3))
     outside = ((points < low) | (points > high)).any(axis=1)

@@ -429,6 +429,6 @@ def test_parallel_rays_and_cylinders_of_rtk():
         ),
     ],
 )
-def test_what_makes_no_scan(make, message):
+def test_invalid_scans_are_refused(make, message):
     with pytest.raises(ValueError, match=re.escape(message)):
         make()

@@ -104,7 +104,7 @@ def test_shapes_of_rays_are_kept():
     assert scene.first_hit(np.zeros((0, 3)), (0, 0, 1)).jvp().normal.shape == (0, 3)
 
 
-def test_where_walls_tie_there_is_no_derivative():
+def test_tied_walls_have_no_derivative():
     boxes = co.Scene([co.Box((0, 0, 0), (1, 1, 1)), co.Box((1, 0, 0), (2, 1, 1))])
     # The common wall, an edge, a corner; a wall of one alone has a derivative
     hits = boxes.first_hit([(0.5, 0.5, 0.5), (-1, -1, 0.5), (-1, -1, -1), (-1, 0.5, 0.5)],
@@ -148,7 +148,7 @@ def test_u_jumps_only_by_numbers_that_tilt_an_axis():
         assert np.isnan(moved(scene, ray, **{f"rod__{number}": 1}).uv[0])
 
 
-def test_v_of_a_bowl_that_is_cut_at_its_vertex_has_a_kink():
+def test_v_of_a_bowl_cut_at_its_vertex_has_a_kink():
     """v = z / 2 counts from the cut or the vertex, whichever is higher."""
     for low in (0.0, -1.0):
         scene, ray = co.Scene([co.Body(co.EllipticParaboloid(1, 1, (low, 2)), name="bowl")]), ((5, 0, 1), (-1, 0, 0))
@@ -162,14 +162,14 @@ def test_an_apex_has_no_derivative():
     assert math.isnan(hit.jvp(d_origins=(1, 0, 0)).t)
 
 
-def test_misses_are_nan_and_cannot_be_asked():
+def test_misses_are_nan_and_take_no_cotangents():
     hits = co.Scene([co.Sphere()]).first_hit([(0, 0, 5), (9, 0, 5)], (0, 0, -1))
     assert np.isnan(hits.jvp(d_origins=(0, 0, 1)).t).tolist() == [False, True]
     with pytest.raises(ValueError, match=r"0 for rays that hit nothing, as the ray \[1\] does"):
         hits.vjp(t=[1, 1])
 
 
-def test_what_is_refused():
+def test_invalid_calls_are_refused():
     scene, other = co.Scene([co.Sphere()]), co.Scene([co.Box()])
     hits = scene.first_hit((0, 0, 5), (0, 0, -1))
     for call, error, told in (

@@ -79,19 +79,19 @@ def test_refraction(some):
     assert (of_d * dd + of_n * dn).sum() + of_eta @ de == pytest.approx((w * found).sum(), rel=1e-12)
 
 
-def test_what_broadcasts():
+def test_arguments_broadcast():
     assert refract_jvp((0, 0, -1), np.ones((4, 3)), 1.5, d_eta=1.0).shape == (4, 3)
     assert refract_vjp((0, 0, -1), np.ones((4, 3)), 1.5, (1, 0, 0))[2].shape == (4,)
 
 
-def test_at_the_critical_angle_there_is_no_derivative():
+def test_the_critical_angle_has_no_derivative():
     # sin θ = 0.6, eta = 5 / 3 in floats that make s exactly 0
     directions, eta = np.array([0.0, 0.0, -1.0]), 1.0
     found = refract_jvp(directions, (1, 0, 0), eta, d_eta=1.0)
     assert np.isnan(found).any()
 
 
-def test_what_is_refused():
+def test_invalid_calls_are_refused():
     for call, told in (
         (
             lambda: reflect_jvp((0, 0, 1), (0, 0, 1), d_normals=np.zeros((2, 3))),
@@ -110,7 +110,7 @@ def test_what_is_refused():
 EXAMPLES = dict(every_example())
 
 
-def test_names_say_where_a_number_stands():
+def test_names_of_parameters_give_their_places():
     scene = co.Scene([co.Body(co.Sphere(2, (1, 2, 3)).rotate("z", 30), name="ball"), co.Box() - co.Sphere()])
     found = co.parameters(scene)
     assert found.names[:5] == ("ball.radius", "ball.center[0]", "ball.center[1]", "ball.center[2]",
@@ -177,7 +177,7 @@ def test_some_of_them():
         found.index("a.radios")
 
 
-def test_what_a_shape_cannot_be_is_refused():
+def test_impossible_shapes_are_refused():
     found = co.parameters(co.Scene([co.Sphere(), co.Box()]))
     for call, error, told in (
         (lambda: found.scene(found.vector({"bodies[0].radius": -1.0})), ValueError, "Sphere: radius must be > 0"),

@@ -143,7 +143,7 @@ def site(tmp_path: Path) -> Path:
         '<a href="mailto:a@example.org">',
     ],
 )
-def test_what_is_right(site: Path, link: str):
+def test_correct_pages_pass(site: Path, link: str):
     (site / "index.html").write_text(f'<p id="here">{link}')
     assert problems(site) == []
 
@@ -162,7 +162,7 @@ def test_what_is_right(site: Path, link: str):
         ('<img src="https://example.org/x.png">', "another host"),
     ],
 )
-def test_what_is_wrong(site: Path, link: str, why: str):
+def test_wrong_pages_fail(site: Path, link: str, why: str):
     (site.parent / "outside.html").write_text("")
     (site / "index.html").write_text(f'<p id="here">{link}')
     (found,) = problems(site)

@@ -31,7 +31,7 @@ def area(loop):
 
 @pytest.mark.parametrize("loop", [ARROW, COMB, ROUND, ARROW[::-1]], ids=["arrow", "comb", "round", "clockwise"])
 @pytest.mark.parametrize("axes", [(0, 1, 2), (1, 2, 0), (2, 0, 1)])
-def test_all_of_the_area(loop, axes):
+def test_origins_cover_all_of_the_area(loop, axes):
     points = np.zeros((len(loop), 3))
     points[:, axes[0]], points[:, axes[1]], points[:, axes[2]] = *np.array(loop, float).T, 7
     cut = triangulate(points)
@@ -59,7 +59,7 @@ def _drawn(image, numbers, out):
         out[k, 4] = environment_density(image, d[0], d[1], d[2])
 
 
-def test_directions_are_as_dense_as_is_said():
+def test_directions_have_the_stated_density():
     """χ² over the pixels: the density is even within each, so its share is density times solid angle."""
     count = 40_000
     numbers, out = np.random.default_rng(1).random((count, 2)), np.empty((count, 5))
@@ -123,7 +123,7 @@ def test_solid_angles(corners, angle):
         ((5, 0, 1), (5, 1, 1), (-9, 0, 1)),
     ],
 )
-def test_directions_have_the_mean_that_stokes_says(corners, turned):
+def test_directions_have_the_mean_of_stokes_theorem(corners, turned):
     """∫ ω dω over a spherical polygon is Σ θ n / 2 over its edges, of angle θ and unit normal n inwards (Lambert)."""
     corners = corners[::-1] if turned else corners
     f = row(*corners)

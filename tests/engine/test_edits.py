@@ -77,7 +77,7 @@ OLD, NEW = 0, 1
     ([A, B, C], [D, A, B, C, E], [(NEW, 0, 1), (OLD, 0, 3), (NEW, 1, 2)], [0, 4]), ([A, A, A], [A, A], [(OLD, 0, 2)], []),
     ([A, B, C, D], [B, E, D], [(OLD, 1, 2), (NEW, 0, 1), (OLD, 3, 4)], [1]), ([], [A], [(NEW, 0, 1)], [0]), ([A], [], [], []),
 ])  # fmt: skip
-def test_what_runs_are_kept(before, after, runs, changed):
+def test_equal_runs_are_kept(before, after, runs, changed):
     assert find_runs(before, after) == (runs, changed)
 
 

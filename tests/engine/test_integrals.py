@@ -94,7 +94,7 @@ def test_a_zero_stays_zero_on_infinite_spans():
         (np.zeros((6, 2)), r"values must have shape \(7,\) or \(7, energies\), got \(6, 2\)"),
     ],
 )
-def test_what_is_missing_is_told(values, message):
+def test_missing_values_are_named(values, message):
     for ask in (PENCIL.spans(*ALONG).line_integral, lambda v: PENCIL.line_integral(v, *ALONG)):
         with pytest.raises(ValueError, match="line_integral: .*" + message):
             ask(values)

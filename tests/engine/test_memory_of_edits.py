@@ -36,7 +36,7 @@ def taken(monkeypatch):
     return note_memory_taken(monkeypatch)
 
 
-def test_the_memory_of_a_scene_that_is_gone_is_taken_again(taken):
+def test_the_memory_of_a_deleted_scene_is_reused(taken):
     scene = bodies(30)
     places, hits = [scene._prepared.geometry.floats.ctypes.data], None
     for number in range(6):  # nobody else has it, so each is written over
@@ -68,7 +68,7 @@ def test_the_memory_of_a_scene_that_is_gone_is_taken_again(taken):
     lambda scene: memoryview(scene._prepared.lowered.frames), lambda scene: scene.replace(background="red"),
     lambda scene: np.asarray(scene._prepared.rest.planes).reshape(-1, 7).T,
 ])  # fmt: skip
-def test_whatever_is_left_of_a_scene_keeps_its_memory(holder):
+def test_any_part_of_a_scene_keeps_its_memory(holder):
     first = bodies(30)
     first.prepare()
     scene = first.moved("1", (0, 0, 0.1)).moved("2", (0, 0, 0.1))
@@ -86,7 +86,7 @@ def test_whatever_is_left_of_a_scene_keeps_its_memory(holder):
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="there are no forks")
-def test_a_fork_edits_what_its_parent_edits():
+def test_a_fork_edits_the_scene_of_its_parent():
     scene = bodies(30).moved("0", (0, 0, 0.1)).moved("1", (0, 0, 0.1)).moved("2", (0, 0, 0.1))
     scene.prepare()
     before = content(scene)
@@ -129,7 +129,7 @@ def test_pickles_and_files_of_tables(tmp_path):
     assert sizes[0] < 1.2 * sizes[1]
 
 
-def test_what_is_pickled_or_copied_has_stamps_of_its_own(monkeypatch):
+def test_pickles_and_copies_have_stamps_of_their_own(monkeypatch):
     """Stamps of another process are other edits', though they be the same numbers."""
     scene = bodies(30)
     for number in range(4):
@@ -167,7 +167,7 @@ def of(prepared):
     return scene
 
 
-def test_numbers_of_what_was_edited_in_the_same_way_are_equal_in_any_memory(taken):
+def test_equal_edits_have_equal_numbers_in_any_memory(taken):
     """Those between tables, behind them and of places in no leaf, too, as they go into files."""
     first = bodies(300, 3, (co.Plane((0, 0, 1), -3), co.HalfSpace((1, 0, 0), -20)))
     first.prepare()
@@ -292,7 +292,7 @@ def test_trees_that_grow_out_of_the_memory(monkeypatch, holds):
     assert sum(grown) > 3
 
 
-def test_one_without_an_end_in_memory_that_is_written_over(taken):
+def test_an_endless_body_in_reused_memory(taken):
     """The limits of what has no end depend on how large the scene is, though it is others that move."""
     ball, valley = co.Ellipsoid((1, 2, 3)), co.Quadric(np.diag([1.0, 2, -1, -1]))
     assert np.isinf(valley.bounds).any()
@@ -427,7 +427,7 @@ def test_threads_that_trace_see_the_scene_that_they_took():
     assert [reader.result() for reader in readers] == [200, 200]
 
 
-def test_memory_that_is_asked_for_by_name_is_not_taken_for_another():
+def test_memory_is_taken_by_its_own_name_alone():
     stores = BufferPool()
     first, second = (SceneBuffer(np.zeros(1, np.int32), np.zeros(1)) for _ in range(2))
     stores.give(first)
@@ -437,7 +437,7 @@ def test_memory_that_is_asked_for_by_name_is_not_taken_for_another():
     assert stores.take(first) is None
 
 
-def test_a_claim_keeps_memory_that_somebody_held_from_others():
+def test_a_claim_keeps_borrowed_memory_from_others():
     """Who holds an array of the scene may let it go while the scene is read by which another one is made from it."""
     scene = after(1)
     memory, boxes = scene._prepared.edit_state.memory, scene._prepared.lowered.boxes

@@ -122,7 +122,7 @@ def scene_of(kind):
 
 
 @pytest.mark.parametrize("bodies", ["balls", "others"])
-def test_samples_of_a_picture_meet_what_each_meets_alone(bodies):
+def test_samples_of_a_picture_hit_as_single_rays_do(bodies):
     """Normals in a picture by a pinhole are the means of those that first hits of the same rays have."""
     width, height, count, seed, eye, scene = 64, 48, 9, 3, (0.1, 0.2, -3.0), scene_of(bodies)
     camera = co.Camera(eye, (0.1, 0.2, 1), up=(0, 1, 0), field_of_view=40)
@@ -210,7 +210,7 @@ OTHERS = {
 
 
 @pytest.mark.parametrize("name", OTHERS)
-def test_what_is_no_picture_in_scan_order_has_no_rows(name):
+def test_rays_out_of_scan_order_have_no_rows(name):
     assert row_length(OTHERS[name]()) == 0
 
 

@@ -62,7 +62,7 @@ def test_numbers_of_python_are_rounded_as_alone(number: Any) -> None:
 
 
 @pytest.mark.parametrize("values", [(10**400, 0.0, 0.0), [0, 0, -(10**310)], 10**400])
-def test_integers_beyond_floats_are_told(values: Any) -> None:
+def test_integers_beyond_floats_are_refused(values: Any) -> None:
     with pytest.raises(ValueError, match=r"^Rays: origins must be numbers, got "):
         real_array("Rays", "origins", values, "numbers")
 

@@ -57,7 +57,7 @@ def test_every_form_of_array_gives_the_same_rays(form, other):
 @pytest.mark.parametrize("query", ["first_hit", "occluded"])
 @pytest.mark.parametrize("form", ["picture", "list", "in no order"])
 @pytest.mark.parametrize("own", [frozen, np.copy])
-def test_rays_are_checked_before_there_is_an_answer(query, form, own):
+def test_rays_are_checked_before_the_answer(query, form, own):
     """The kernel reads them first: it ends, whatever they are, and the refusal is that of other arrays."""
     scene, shape = crowded_scene(), (120, 120, 3)
     origins, directions = (part.copy() for part in scene.rays(120, 120))

@@ -161,7 +161,7 @@ def test_they_are_rows_of_each_body_in_a_bulk() -> None:
     assert (tables.map_rows.reshape(50, 3, 4)[:, :, :3] != 0).sum() == 150
 
 
-def test_one_object_that_is_used_twice_is_two() -> None:
+def test_an_object_used_twice_is_two_bodies() -> None:
     """How many there are does not tell whether a shape was made twice, or copied, or is one of many."""
     one, other, box = co.Cylinder((0, 0, 0), (0, 0, 1), 2), co.Cylinder((0, 0, 0), (0, 0, 1), 2), co.Box()
     twice, apart = (one | box) & (one | co.Sphere(2)), (one | box) & (other | co.Sphere(2))
@@ -228,7 +228,7 @@ def test_limits_are_those_of_their_formulas(name: str) -> None:
         np.testing.assert_allclose(getattr(tables, f"{kind}_limits"), rows, rtol=1e-8, err_msg=kind)
 
 
-def test_a_use_of_what_is_not_there_is_refused():
+def test_a_use_of_a_missing_prototype_is_refused():
     """Its owner would have no limit, and be trusted."""
     lowered = lower([co.Body(co.Box()), co.Body(co.Sphere())])
     tables = lowered.tables
@@ -252,7 +252,7 @@ EDGES = 32
 """Bytes for each place along an axis; there are as many places as the square root of the pins."""
 
 
-def test_a_pin_takes_what_tells_it_from_others(tmp_path: Path) -> None:
+def test_a_pin_stores_only_its_differences(tmp_path: Path) -> None:
     scenes = []
     for across in (2, 4):
         path = tmp_path / f"{across}.xml"

@@ -66,5 +66,5 @@ def test_the_loop_over_balls_is_vectors(code, processor, wide):
         deep(("x86-64-v4", r"\bvfn?m(add|sub)\d+pd\s.*zmm")),
     ],
 )
-def test_there_is_code_for_other_processors(code, processor, fused):
+def test_other_processors_have_code(code, processor, fused):
     assert len(re.findall(fused, assembly(code, processor, optimized=False))) > 20

@@ -189,7 +189,7 @@ def test_a_kernel_does_its_whole_range_on_threads_of_the_extension(count):
 
 
 @needs_machine_code
-def test_what_cannot_be_divided_is_refused():
+def test_indivisible_work_is_refused():
     found = np.zeros((POINTS, 3)), np.zeros(1, np.int8)
     good = (*LINES, LENGTHS_ALONG, 0, POINTS, *found)
     refused = [
@@ -434,7 +434,7 @@ def test_bodies_of_a_scene_with_many_gates_are_met_in_turn():
 
 
 @pytest.mark.parametrize(("rays", "elsewhere"), [(1, False), ((1 << 24) // STEPS_OF_SCENE + 1, True)])
-def test_what_may_take_long_is_not_done_by_the_thread_that_hears_of_control_c(rays, elsewhere):
+def test_long_work_leaves_the_main_thread_free_for_control_c(rays, elsewhere):
     workers = []
     threads.run_on(SCENE._prepared.geometry, lambda *_: workers.append(threading.current_thread()), 1, 1, rays)
     assert (workers[0] is not threading.main_thread()) == elsewhere

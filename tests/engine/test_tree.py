@@ -72,7 +72,7 @@ def test_every_entry_stands_in_one_leaf_within_the_boxes_over_it(name):
 
 
 @pytest.mark.parametrize("name", ["one", "two", "five", "hundred", "one center", "on a line", "on a plane"])
-def test_hits_are_those_of_every_ball_asked_by_itself(name):
+def test_hits_equal_those_of_each_ball_alone(name):
     centers, radii = SCENES[name]
     origins, directions = rays(3000)
     found = co.Scene([co.Spheres(centers, radii)]).first_hit(origins, directions).t
@@ -104,7 +104,7 @@ def test_a_large_tree_is_the_same_on_any_number_of_threads():
     Nodes(built[0]).check()
 
 
-def test_a_large_tree_finds_what_a_small_one_does():
+def test_a_large_tree_finds_the_hits_of_a_small_one():
     """Each of six parts of a large scene by itself; the nearest of all."""
     centers, radii = balls(30_000)
     origins, directions = rays(5000)
@@ -155,7 +155,7 @@ def endless():
     return cylinders, co.Scene([*items, *extra])
 
 
-def test_what_is_endless_along_some_axes_stands_in_trees(endless):
+def test_bodies_endless_along_some_axes_are_in_trees(endless):
     """Those endless along x, y, z each have a tree; half-spaces are endless along all three."""
     cylinders, scene = endless
     nodes = Nodes(scene)

@@ -341,7 +341,7 @@ def test_a_cone_is_met_through_its_rim(degrees):
 
 
 @pytest.mark.parametrize(("item", "degrees"), in_turn(ROUND, [15.0, 105.0]))
-def test_touching_what_is_turned_about_its_own_axis(item, degrees):
+def test_grazing_a_body_turned_about_its_own_axis(item, degrees):
     """The ray (5, -1, 0) -> (-1, 0, 0) and others like it touch the shape or run along it."""
     turned = item.moved(("rotate", (0.0, 0.0, 1.0), degrees))
     for height in (0.0, 0.5, 1.0, -1.0):
@@ -384,7 +384,7 @@ def test_any_turn_about_the_own_axis_leaves_a_cylinder_as_it_is(degrees):
     ],
     ids=["apex", "cap", "bound", "asymptote", "patch", "a wall that rounding takes beyond all sizes"],
 )  # fmt: skip
-def test_what_is_rational_on_paper(item, origin, direction):
+def test_rational_cases(item, origin, direction):
     check([item], origin, direction)
 
 
@@ -438,7 +438,7 @@ def test_an_empty_interval_is_never_doubtful():
             assert not np.any(hits.doubtful)
 
 
-def test_streams_doubt_what_a_ray_alone_does_in_an_interval_below_every_number():
+def test_streams_and_single_rays_doubt_alike_below_every_number():
     scene = co.Scene([co.Disc((1, 0, -0.5), (-1, 1, -2), 3)])
     origins, directions = np.tile((1.0, 0.0, -0.5), (33 * 64, 1)), np.tile((0.0, -1.0, -1.0), (33 * 64, 1))
     origins[1::2] += (0.0, 50.0, 0.0)  # in no order, so that they make a stream

@@ -46,7 +46,7 @@ def line_at(numerator: int, bits: int, off: int) -> Root:
 
 
 @pytest.mark.parametrize("sense", [1, -1])
-def test_a_rounded_root_is_the_exact_one_that_it_cannot_be_told_from(sense: int) -> None:
+def test_a_rounded_root_stands_for_the_exact_root_nearby(sense: int) -> None:
     low, high = exact_real_roots(IntegerQuadratic(1, 0, -2))
     exact = high if sense > 0 else low
     assert compare_roots(exact, line_at(sense * ROOT_2, BITS, 2)) == 0

@@ -59,7 +59,7 @@ def test_two_roots_that_are_one():
     assert found.hit.body == 0
 
 
-def test_what_comes_after_the_first_hit_may_be_in_doubt():
+def test_crossings_after_the_first_hit_may_be_in_doubt():
     """A plate is hit first; beyond it a ball is grazed."""
     scene = co.Scene([co.Box((-3, -1, -1), (-2, 2, 1)), co.Sphere(1)])
     found = scene.explain((-5, 1 - 2.0**-44, 0), (1, 0, 0))

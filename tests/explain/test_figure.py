@@ -62,7 +62,7 @@ def test_sections_along_the_axis(shape, kind, pieces):
     (co.EllipticParaboloid(1, 1, z_range=(0, 1)), {"line", "parabola"}),
 ])  # fmt: skip
 @pytest.mark.parametrize("degrees", sampled([17.0, 40.0, 61.0], 3))
-def test_sections_along_an_axis_that_is_rounded(shape, kinds, degrees):
+def test_sections_along_a_rounded_axis(shape, kinds, degrees):
     """The plane through a turned axis misses it by rounding: a cylinder's sides are lines, and no long ellipse."""
     turned = shape.rotate((1, 2, 3), degrees)
     axis = np.array(co.Scene([turned]).surface(0).classification.axes[2])
@@ -100,7 +100,7 @@ def test_walls_lie_on_their_surfaces_and_end_at_crossings(shape):
             assert min(near) <= 2e-3 * made.plane.reach
 
 
-def test_the_picture_shows_t_and_asks_nobody():
+def test_the_picture_shows_t_without_network_access():
     found = co.Scene([co.Body(co.Sphere(1), name="<ball>")]).explain((-3, 0.6, 0), (1, 0, 0))
     root = ET.fromstring(found.svg)
     texts = [node.text for node in root.iter(f"{SVG}text")]
@@ -111,7 +111,7 @@ def test_the_picture_shows_t_and_asks_nobody():
         assert [part for part in text.split('"') if part.startswith("http")] in ([], ["http://www.w3.org/2000/svg"])
 
 
-def test_marks_are_where_t_says():
+def test_marks_are_at_t():
     """2.2 and 3.8 along the ray, in pixels of the drawing: their distance is 1.6 of its scale, that of o and 2.2 is 2.2."""
     root = ET.fromstring(co.Scene([co.Sphere(1)]).explain((-3, 0.6, 0), (1, 0, 0)).svg)
     xs = [float(node.get("cx")) for node in root.iter(f"{SVG}circle")]
@@ -143,7 +143,7 @@ ODD = {  # bodies, a ray, and what the text says
 
 
 @pytest.mark.parametrize("name", ODD)
-def test_odd_scenes_are_drawn_and_told(name):
+def test_odd_scenes_are_drawn_and_described(name):
     bodies, ray, words = ODD[name]
     found = co.Scene(bodies).explain(*ray)
     ET.fromstring(found.svg)
@@ -198,7 +198,7 @@ def test_a_spawned_ray_knows_where_it_starts():
     (lambda: SCENE.explain(*RAY)["bal"], LookupError, "no step of body 'bal'; there are 'ball', 'Box 1'"),
     (lambda: SCENE.explain(*RAY).save("why.pdf"), ValueError, r"must end with \.html, \.svg or \.txt, got '.*why\.pdf'"),
 ])  # fmt: skip
-def test_what_is_refused(call, error, message):
+def test_invalid_calls_are_refused(call, error, message):
     with pytest.raises(error, match=message):
         call()
 
@@ -228,7 +228,7 @@ def test_html_stands_by_itself():
     assert "<svg" in text
 
 
-def test_text_has_no_line_that_is_only_blanks_at_its_end():
+def test_text_has_no_blank_lines_at_its_end():
     lines = SCENE.explain(*RAY).text.split("\n")
     assert lines[-1] == ""
     assert [line for line in lines if line != line.rstrip()] == []

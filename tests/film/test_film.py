@@ -72,7 +72,7 @@ def test_a_stop_is_twice_as_bright(stops):
     assert np.abs(np.asarray(co.Image(light).developed(stops)).astype(int) - np.asarray(again)).max() <= 1
 
 
-def test_what_is_shown_is_saved_and_light_stays(tmp_path):
+def test_saved_pictures_equal_the_screen_and_keep_light(tmp_path):
     pytest.importorskip("OpenEXR")
     image = co.Image(np.random.default_rng(4).random((5, 6, 3)).astype(np.float32) * 3)
     shown = image.developed(-0.5, "filmic")
@@ -353,7 +353,7 @@ def test_exposure_and_tone(scene, tmp_path):
         (["-o", "a.png", "--section", "z=0", "--filter", "tent"], "--filter goes with a view"),
     ],
 )
-def test_what_would_be_ignored_is_refused(scene, options, message):
+def test_ineffective_options_are_refused(scene, options, message):
     options[1] = str(scene.parent / options[1])
     assert message in refused("render", scene, *options, *(SMALL if "--section" not in options else ()))
 
@@ -389,7 +389,7 @@ def test_a_preview_in_the_terminal(scene, tmp_path, monkeypatch):
     assert not (tmp_path / "-").exists()
 
 
-def test_pictures_outside_of_the_folder_are_taken_when_that_is_said(tmp_path):
+def test_pictures_outside_of_the_folder_need_an_option(tmp_path):
     (tmp_path / "scenes").mkdir()
     PIL.Image.new("RGB", (2, 2), "red").save(tmp_path / "red.png")
     text = "bodies: [{shape: {Sphere: {radius: 1}}, material: {matte: {color: {ImageTexture: {image: ../red.png}}}}}]"

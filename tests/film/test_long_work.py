@@ -72,7 +72,7 @@ def test_workers_continue_too(whole, tmp_path):
 
 
 @pytest.mark.parametrize("at", [1, 7, 20])
-def test_ctrl_c_loses_nothing_that_is_whole(whole, tmp_path, at):
+def test_ctrl_c_loses_no_whole_sample(whole, tmp_path, at):
     calls = []
 
     def stop(done, count):
@@ -124,7 +124,7 @@ def test_the_error_of_a_pixel_is_the_standard_error():
     assert error == pytest.approx(np.full(9, 0.2 / np.sqrt(12 * 2000)), rel=0.1)  # of an even distribution
 
 
-def test_squares_at_the_edges_count_what_there_is():
+def test_squares_at_the_edges_count_their_pixels():
     values = np.arange(35.0).reshape(5, 7)
     found = square_means(values, 4)
     assert found == pytest.approx(
@@ -132,7 +132,7 @@ def test_squares_at_the_edges_count_what_there_is():
     )
 
 
-def test_what_is_quiet_is_done():
+def test_pixels_below_the_noise_limit_are_done():
     sums = np.zeros((8, 16, 5))
     sums[..., COUNT], sums[..., :3], sums[..., SQUARES] = LEAST_SAMPLES, LEAST_SAMPLES * 0.5, LEAST_SAMPLES * 0.25
     sums[:, 8:, SQUARES] += LEAST_SAMPLES * 0.04
@@ -234,5 +234,5 @@ def _kill(times, tmp_path, samples, integrator):
 @pytest.mark.parametrize(
     ("times", "samples", "integrator"), [(1, 64, NAME), *deeper([(20, 400, "path"), (20, 400, "direct")])]
 )
-def test_a_process_that_is_killed(tmp_path, times, samples, integrator):
+def test_a_killed_process_loses_no_stored_light(tmp_path, times, samples, integrator):
     _kill(times, tmp_path, samples, integrator)

@@ -195,7 +195,7 @@ def test_motions_that_leave_the_domain():
         check(SHAPES + "\n".join(listed))
 
 
-def test_what_a_file_may_grow_to_is_counted_alike():
+def test_limits_of_expansion_are_the_same_for_all_groups():
     """Parts and steps of all bodies, up to the body where there are too many."""
     deep = ", ".join(["{Sphere: {}}"] * 400)
     steps = ", ".join(["{translate: [1, 0, 0]}"] * 300)
@@ -431,7 +431,7 @@ def test_items_below_their_dashes():
     assert check_pattern("bodies:\n" + "".join(many) + below) == 0
 
 
-def test_mistakes_are_told_in_their_places(tmp_path):
+def test_mistakes_are_reported_with_their_places(tmp_path):
     listed = rows(60)
     listed[20] = ("-1", *listed[20][1:])
     listed[30] = (*listed[30][:4], "w7")

@@ -98,7 +98,7 @@ def test_every_shape_stands_in_it():
 
 @given(scenes())
 @settings(max_examples=15, deadline=None, suppress_health_check=list(HealthCheck))
-def test_what_is_saved_is_valid(scene):
+def test_saved_files_are_valid(scene):
     with tempfile.TemporaryDirectory() as folder:
         co.save(scene, Path(folder) / "scene.yaml")
         VALIDATOR.validate(tree((Path(folder) / "scene.yaml").read_text(encoding="utf-8")))

@@ -245,7 +245,7 @@ def test_an_alias_stands_for_the_same_shape(tmp_path):
     assert bodies[2].shape is bodies[3].shape
 
 
-def test_what_may_stand_in_a_file_can_be_saved_and_loaded(tmp_path):
+def test_scenes_within_limits_can_be_saved_and_loaded(tmp_path):
     """2^12 balls in a kilobyte are borne; 2^16, with as many unions and steps that count twice, are not written."""
 
     def balls(levels: int) -> co.Scene:
@@ -328,7 +328,7 @@ def test_kinds_of_files_are_known_in_linear_time():
 @pytest.mark.parametrize(
     "suffix", ["yaml", "json", "gdml", "xml", "csg", "scad", "mcnp", "zmx", "xyz", "pdb", "cif", "none"]
 )
-def test_what_is_no_plain_file_is_refused(suffix, tmp_path):
+def test_special_files_are_refused(suffix, tmp_path):
     os.mkfifo(tmp_path / f"pipe.{suffix}")
     (tmp_path / f"zeros.{suffix}").symlink_to("/dev/zero")
     for path in tmp_path.iterdir():

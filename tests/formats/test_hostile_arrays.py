@@ -146,7 +146,7 @@ def test_arrays_in_archives(name, tmp_path):
     assert "origins" in refusal(tmp_path / "rays.npz", packed(origins=ARRAYS[name][0], directions=GOOD))
 
 
-def test_what_numpy_writes_is_read(tmp_path):
+def test_arrays_of_numpy_are_read(tmp_path):
     for kind in ("<f8", ">f8", "<f4", "<i8", "|u1", "<f2", ">i2"):
         for version in ((1, 0), (2, 0), (3, 0)):
             for values in (RAYS, np.asfortranarray(RAYS), RAYS[:0], RAYS[0], RAYS.reshape(5, 1, 6)):
@@ -175,7 +175,7 @@ def test_small_files_do_not_unpack_to_large_ones(tmp_path, monkeypatch):
     assert "unpacks to" in refusal(tmp_path / "rays.npz", packed(origins=zeros, directions=ones))
 
 
-def test_what_is_announced_is_refused_before_memory_is_taken(tmp_path):
+def test_announced_sizes_are_refused_before_memory_is_taken(tmp_path):
     """24 GB that the archive, the header and the sizes of the member all agree on."""
     claim = plain(shape="(1000000000, 3)")
     tracemalloc.start()
@@ -259,7 +259,7 @@ def test_files_of_balls_that_cannot_be_read(name, tmp_path):
         co.load(tmp_path / "scene.yaml")
 
 
-def test_little_memory_is_told(tmp_path):
+def test_little_memory_is_reported(tmp_path):
     """Where an array does not fit, the file is named; in a process of its own, whose memory is bounded."""
     np.save(tmp_path / "rays.npy", np.ones((5_000_000, 6)))
     child = os.fork()

@@ -35,7 +35,7 @@ def test_a_scene_file_names_a_picture(folder):
     assert found == co.Environment(folder / "sky.exr", 2)
 
 
-def test_what_is_saved_names_it_too(folder):
+def test_saved_files_name_the_preset(folder):
     scene = co.load(folder / "scene.yaml")
     co.save(scene, folder / "again.yaml")
     assert "pixels: sky.exr" in (folder / "again.yaml").read_text()
@@ -69,7 +69,7 @@ def test_a_large_one_is_to_be_put_into_a_file(folder):
     ("../sky.exr", "Environment: pixels: must stay inside the scene's folder"),
     ("sky.txt", "Environment: pixels: .*file must be a picture"),
 ])  # fmt: skip
-def test_mistakes_are_told_with_their_place(folder, name, told):
+def test_mistakes_are_reported_with_their_place(folder, name, told):
     (folder / "sky.txt").write_text("blue")
     inner = folder / "inner"
     inner.mkdir()
@@ -111,7 +111,7 @@ def test_bytes_are_the_formula_rounded():
     assert np.array_equal(srgb_bytes(values)[clear], np.rint(exact[clear]))
 
 
-def test_each_byte_begins_where_the_formula_says():
+def test_each_byte_begins_at_the_threshold_of_the_formula():
     _, thresholds = _srgb_table()
     wanted = np.arange(256)[1:] - 0.5  # rounding turns up there
     assert np.abs(by_formula(thresholds[:-1]) - wanted).max() < 1e-9
@@ -119,7 +119,7 @@ def test_each_byte_begins_where_the_formula_says():
     assert srgb_bytes(np.nextafter(thresholds[:-1], 0)).tolist() == list(range(255))
 
 
-def test_what_is_no_light_is_black_and_too_much_is_white():
+def test_missing_light_is_black_and_excess_is_white():
     values = np.array([[np.nan, -np.inf, -1.0, -0.0], [1.0, 1.5, np.inf, 1e30]])
     assert srgb_bytes(values).tolist() == [[0] * 4, [255] * 4]
     assert srgb_bytes(values.astype(np.float32)[:, ::2]).tolist() == [[0, 0], [255, 255]]
@@ -159,7 +159,7 @@ def test_the_key_is_the_name_unless_another_is_given():
 
 
 @pytest.mark.parametrize("suffix", [".yaml", ".json"])
-def test_what_is_saved_has_the_names_and_kinds_that_were_loaded(suffix, tmp_path):
+def test_saved_materials_keep_loaded_names_and_kinds(suffix, tmp_path):
     scene = co.Scene(parse_scene(TEXT, "x.yaml").bodies)
     path, again = tmp_path / f"scene{suffix}", tmp_path / f"again{suffix}"
     scene.save(path)
@@ -183,7 +183,7 @@ def test_what_is_saved_has_the_names_and_kinds_that_were_loaded(suffix, tmp_path
 @pytest.mark.parametrize("made", [
     lambda m: pickle.loads(pickle.dumps(m)), lambda m: m,
 ])  # fmt: skip
-def test_materials_made_in_python_keep_what_they_were_made_by(made, tmp_path):
+def test_materials_made_in_python_keep_their_presets(made, tmp_path):
     scene = co.Scene([
         co.Body(co.Sphere(), made(co.metal("gold", 90, 1 / 3, name="gold"))), co.Body(co.Box(), "red"),
         co.Body(co.Sphere(2), made(co.metal("gold", 90, 1 / 3, name="other"))), co.Sphere(3).painted(co.mirror(name="m")),
@@ -229,6 +229,6 @@ def test_sheets_are_clipped_by_booleans(written, meant, tmp_path):
 
 @pytest.mark.parametrize("written", ["{Union: [{Disc: &d {center: [0, 0, 0], normal: [0, 0, 1], radius: 3}}, {Sphere: {}}]}",
     "{Difference: [{Sphere: {}}, {Disc: {center: [0, 0, 0], normal: [0, 0, 1], radius: 3}}]}"])  # fmt: skip
-def test_other_booleans_of_sheets_are_told(written):
+def test_other_booleans_of_sheets_are_refused(written):
     with pytest.raises(co.SceneFileError, match="Disc is a sheet: only `sheet & solid` and `sheet - solid` clip it"):
         parse_scene(f"bodies: [{{shape: {written}}}]", "x.yaml")

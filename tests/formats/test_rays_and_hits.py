@@ -356,7 +356,7 @@ def test_hits_of_no_rays_and_of_one(rays, scene, tmp_path):
     assert len(co.Spans.load(tmp_path / "spans.npz").body) == 0
 
 
-def test_rays_load_what_trace_reads(tmp_path):
+def test_rays_load_the_files_of_trace(tmp_path):
     table = np.concatenate([FEW_RAYS.origins, FEW_RAYS.directions], axis=-1)
     np.save(tmp_path / "rays.npy", table)
     (tmp_path / "rays.csv").write_text("\n".join(",".join(map(repr, row)) for row in table.reshape(-1, 6).tolist()))

@@ -88,7 +88,7 @@ def test_names_that_mean_something_in_yaml(name):
     (co.Ellipsoid(z_range=(0, math.inf)), "scene.json", "JSON has no infinite numbers"),
     (co.Body(co.Sphere(), name="\ud800"), "scene.yaml", "not Unicode"),
 ])  # fmt: skip
-def test_what_no_file_can_hold(body, name, message, tmp_path):
+def test_unsavable_scenes_are_refused(body, name, message, tmp_path):
     with pytest.raises(ValueError, match=message):
         co.save(co.Scene([body]), tmp_path / name)
     assert not list(tmp_path.iterdir())
@@ -221,7 +221,7 @@ bodies:
     assert again(expected) == expected
 
 
-def test_what_could_not_be_loaded_is_not_saved(tmp_path, monkeypatch):
+def test_unloadable_scenes_are_not_saved(tmp_path, monkeypatch):
     monkeypatch.setattr(yaml_parser, "MAX_NODES", 100)
     small, large = (
         co.Scene([co.Sphere(center=(k, 0, 0)) for k in range(5)]),

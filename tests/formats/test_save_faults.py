@@ -63,7 +63,7 @@ def test_saving_again_leaves_the_balls_of_copies(tmp_path):
     assert {file: file.stat().st_mtime_ns for file in path.parent.glob("*.npy")} == before, "nothing to write again"
 
 
-def test_a_file_of_balls_is_named_by_what_it_holds(tmp_path):
+def test_a_file_of_balls_is_named_by_its_content(tmp_path):
     path = prepared(tmp_path / "a")
     for file in path.parent.glob("*.npy"):
         assert file.name == f"st-spheres-{hashlib.sha256(file.read_bytes()).hexdigest()[:32]}.npy"
@@ -72,7 +72,7 @@ def test_a_file_of_balls_is_named_by_what_it_holds(tmp_path):
         assert found.dtype == np.dtype("<f8")
 
 
-def test_a_file_that_somebody_wrote_into_is_not_overwritten(tmp_path):
+def test_a_file_edited_by_others_is_not_overwritten(tmp_path):
     path = prepared(tmp_path / "a")
     co.save(NEW, tmp_path / "a" / "st.yaml")
     names = {hashlib.sha256(file.read_bytes()).hexdigest(): file for file in path.parent.glob("*.npy")}
@@ -352,7 +352,7 @@ for folder in sorted(Path(sys.argv[1]).iterdir()):
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGXFSZ"), reason="a disk is made small by a limit of the process")
-def test_one_line_and_nothing_else(tmp_path):
+def test_errors_are_one_line(tmp_path):
     paths = [tmp_path / str(number) / name for number, name in enumerate(WRITERS)]
     for path in paths:
         path.parent.mkdir()
@@ -376,7 +376,7 @@ def test_one_line_and_nothing_else(tmp_path):
         ("something of its own\nand more", "cannot be written: something of its own"),
     ],
 )
-def test_whatever_the_library_says_is_an_os_error(text, reason, tmp_path, monkeypatch):
+def test_errors_of_libraries_become_os_errors(text, reason, tmp_path, monkeypatch):
     def fail(self: object, path: str) -> None:
         raise RuntimeError(text)
 
@@ -387,6 +387,6 @@ def test_whatever_the_library_says_is_an_os_error(text, reason, tmp_path, monkey
     assert not list(tmp_path.iterdir())
 
 
-def test_where_there_is_room_it_is_written(tmp_path):
+def test_files_are_written_where_room_is_left(tmp_path):
     co.Image(np.zeros((2, 2))).save(tmp_path / "x.exr")
     assert (tmp_path / "x.exr").read_bytes()[:4] == b"\x76\x2f\x31\x01"  # the format's magic number

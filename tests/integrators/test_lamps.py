@@ -77,7 +77,7 @@ def test_lamps_and_lights_add_up():
     assert seen == pytest.approx([0.25 + 2 * 0.8 + 0.1] * 3, rel=3e-3)
 
 
-def test_lamps_are_seen_in_mirrors_and_light_what_is_seen_there():
+def test_lamps_in_mirrors_are_seen_and_light_mirrored_bodies():
     """A mirror at 45° over the camera's ray: beyond it is a wall, that a disc lights as it does the floor."""
     wall = co.Body(co.Plane((-1, 0, 0), -2), co.matte(WHITE))
     mirror = co.Body(co.Disc((0, 0, 5), (1, 0, -1), 0.01), co.mirror(1.0))
@@ -95,7 +95,7 @@ def test_a_pane_dims_a_lamp_as_it_does_a_light():
     assert dimmed / clear == pytest.approx([1, 0.5, 0.25], rel=1e-3)
 
 
-def test_where_a_scene_has_no_lights_its_lamps_stand_for_them():
+def test_lamps_replace_missing_lights():
     lamp = co.Body(co.Disc((0, 0, 4), (0, 0, 1), 1), co.glow(1))
     hides = co.Body(co.Disc((0, 0, 2), (0, 0, 1), 3), co.matte(BLACK))
     dark, lit = (color(items, samples=256, lights=[]) for items in ([lamp, hides], [lamp]))
@@ -104,7 +104,7 @@ def test_where_a_scene_has_no_lights_its_lamps_stand_for_them():
     assert lit - dark == pytest.approx([1 / 17] * 3, rel=5e-3)
 
 
-def test_the_same_to_the_bit_whatever_is_asked_at_once(tmp_path):
+def test_pictures_are_equal_to_the_bit_in_any_combination(tmp_path):
     scene = co.Scene(
         [FLOOR, co.Sphere(0.6, (0, 0, 0.6)), co.Body(co.Sphere(0.7, (1, -2, 3)), co.glow(5))],
         NO_LIGHT, co.Camera((0, -6, 3), (0, 0, 0.5)), BLACK,
@@ -115,7 +115,7 @@ def test_the_same_to_the_bit_whatever_is_asked_at_once(tmp_path):
     assert len(np.unique(one)) > 500
 
 
-def test_what_glows_and_is_no_lamp_that_is_drawn_from_gives_no_light():
+def test_glowing_bodies_that_are_no_lamps_give_no_light():
     """As it says in docs/pictures.md: a box shines and lights nothing."""
     assert color([co.Body(co.Box((-1, -1, 2), (1, 1, 3)), co.glow(1))], samples=4).max() == 0
 

@@ -61,7 +61,7 @@ def test_spot_and_its_soft_edge(aim, share):
 # Lamps
 
 
-def test_what_glows_is_seen():
+def test_glowing_bodies_are_seen():
     """Its emission, whatever light there is; it lights nothing here."""
     lamp = co.Body(co.Box((-1, -1, 0), (1, 1, 1)), co.glow((3, 2, 0.5)))
     assert color([lamp]).tolist() == [3, 2, 0.5]
@@ -78,7 +78,7 @@ def test_opaque_bodies_cast_shadows_and_those_behind_the_light_do_not():
     assert color([floor(co.matte(WHITE)), behind], [lit]) == pytest.approx([0.8] * 3, rel=1e-6)
 
 
-def test_a_sheet_is_lit_on_the_side_that_is_seen():
+def test_a_sheet_is_lit_on_its_visible_side():
     sheet = co.Body(co.Disc((0, 0, 0), (0, 0, -1), 5), co.matte(WHITE))
     assert color([sheet], [co.DirectionalLight((0, 0, -1))]) == pytest.approx([1] * 3, rel=1e-6)
     assert (color([sheet], [co.DirectionalLight((0, 0, 1))]) == 0).all()
@@ -245,7 +245,7 @@ def test_air_in_glass_and_glass_around_air():
     assert np.abs(with_body - with_hole).max() < 1e-6
 
 
-def test_what_stands_behind_glass_that_touches_it_is_seen():
+def test_bodies_that_touch_glass_are_seen_through_it():
     """A wall of glass against an opaque wall: equal t, whichever is listed first."""
     plate = co.Body(co.Box((-1, -1, -1), (1, 1, -0.5)), GREEN)
     first = co.Scene([plate, GROUND], lights=LIGHTS, camera=CAMERA).render(72, 54, 2).pixels

@@ -274,7 +274,7 @@ def test_intervals_refuse_truth_values(interval, value):
             query(RAYS, **{interval: value})
 
 
-def test_what_messages_advise_works(tmp_path):
+def test_advice_of_messages_works(tmp_path):
     np.save(tmp_path / "rays.npy", np.concatenate([*RAYS], axis=-1))
     np.savetxt(tmp_path / "rays.csv", np.concatenate([*RAYS], axis=-1), delimiter=",")
     assert co.Rays.load(tmp_path / "rays.npy") == co.Rays.load(tmp_path / "rays.csv") == RAYS
@@ -633,6 +633,6 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("call", "error", "message"), REFUSED)
-def test_what_is_refused(call, error, message):
+def test_invalid_arguments_are_refused(call, error, message):
     with pytest.raises(error, match=message):
         call()

@@ -49,7 +49,7 @@ def test_bytes_are_no_linear_light(color, take):
         take(color)
 
 
-def test_light_that_is_brighter_than_white_is_said_so():
+def test_light_brighter_than_white_is_reported():
     """A sky of the intensity 8 is eight times as bright, in every direction, and comes back from files."""
     plain, bright = (
         co.Scene([], background=co.Sky("navy", "tomato", "gray", i), camera=co.Camera((0, 0, 0), (1, 0, z)))
@@ -90,7 +90,7 @@ def test_numbers_of_answers_are_not_counted_as_entries():
 
 
 @pytest.mark.parametrize("vector", [(math.nan, 0, 1), (math.nan,) * 3])
-def test_what_has_a_nan_is_nan_and_no_total_reflection(vector):
+def test_nan_is_nan_and_no_total_reflection(vector):
     for d, n in ((vector, (0, 0, 1)), ((0, 0, 1), vector)):
         assert np.isnan(co.reflect(d, n)).all()
         refracted, total = co.refract(d, n, 1.5)
@@ -172,7 +172,7 @@ BLOCKS = [co.Body(co.Box((0, 0, 0), (2, 1, 1)), STEEL, "one"), co.Body(co.Box((1
 THROUGH = co.Rays([(-1, 0.5, 0.5), (-1, 0.4, 0.5), (-1, 9, 9)], (2, 0, 0))
 
 
-def test_overlaps_are_told_of_by_what_adds_them_up(caplog):
+def test_overlaps_are_reported_by_sums(caplog):
     """From 1 to 2 steel and lead are both there, from 2.5 to 3 lead twice: 2 + 2 + 1.5 where there are 4."""
     scene = co.Scene(BLOCKS)
     assert scene.line_integral([1, 1, 1], THROUGH).tolist() == [5.5, 5.5, 0]
@@ -202,7 +202,7 @@ def test_overlaps_are_told_of_by_what_adds_them_up(caplog):
         lambda scene: scene.line_integral("mu", (0, 5, 0), (0, 0, 1)),
     ],
 )
-def test_what_counts_nothing_twice_is_quiet(ask, caplog):
+def test_queries_that_count_nothing_twice_report_no_overlaps(ask, caplog):
     ask(co.Scene(BLOCKS))
     assert caplog.records == []
 
@@ -220,7 +220,7 @@ def test_neighbours_do_not_overlap(shapes):
     co.Scene(shapes).line_integral([1, 1], origins, aims - origins, overlaps="error")
 
 
-def test_overlaps_are_refused_where_that_is_asked():
+def test_overlaps_are_refused_on_request():
     scene = co.Scene(BLOCKS)
     for ask in (scene.line_integral, scene.spans(THROUGH).line_integral):
         rest = (THROUGH,) if ask == scene.line_integral else ()

@@ -88,7 +88,7 @@ def test_normals_of_crossings_of_a_hollow_point_out_of_the_body():
     assert shell.crossings((0, 0, -5), (0, 0, 1)).normal.tolist() == [[0, 0, -1], [0, 0, 1], [0, 0, -1], [0, 0, 1]]
 
 
-def test_an_image_is_an_array_of_what_is_seen(tmp_path):
+def test_an_image_is_an_array_of_its_displayed_bytes(tmp_path):
     pixels = np.random.default_rng(0).random((4, 5, 3))
     image = co.Image(pixels)
     image.save(tmp_path / "x.png")
@@ -139,7 +139,7 @@ def test_axes_by_name(name, axis):
     assert co.Box().rotate(name, 30) == co.Box().rotate(axis, 30)
 
 
-def test_dir_is_what_is_public():
+def test_dir_lists_public_names():
     packages = "checks ct derivatives explain io materials measures optics parallel scene section".split()
     assert dir(co) == sorted([*co.__all__, *packages])
 
@@ -209,6 +209,6 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("call", "error", "message"), REFUSED)
-def test_what_is_refused(call, error, message):
+def test_invalid_conversions_are_refused(call, error, message):
     with pytest.raises(error, match=message):
         call()

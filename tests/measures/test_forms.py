@@ -136,7 +136,7 @@ def test_solids_of_revolution_of_any_size(size: float):
         assert measures.centroid / size == pytest.approx([0.0, 0.0, 1.5])
 
 
-def test_what_is_alone_in_a_combination_keeps_its_closed_form():
+def test_a_single_part_of_a_combination_keeps_its_closed_form():
     box = co.Box().translate((1, 0, 0))
     for shape in (co.Union((box,)), co.Intersection((co.Union((box,)),)), box.painted(co.mirror())):
         found = co.measure(shape.rotate((0, 0, 1), 90))

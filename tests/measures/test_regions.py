@@ -84,7 +84,7 @@ def few_rays(monkeypatch):
 
 
 @pytest.mark.usefixtures("few_rays")
-def test_spheres_cones_and_what_is_between_them(tmp_path):
+def test_spheres_cones_and_the_regions_between_them(tmp_path):
     spheres = "".join(surface(k, "sphere", 1.0, 2.0, 3.0, float(k)) for k in (1, 2))
     cone = surface(3, "z-cone", 0.0, 0.0, 0.0, 0.25) + surface(4, "z-plane", 1.0) + surface(5, "z-plane", 3.0)
     quadric = surface(6, "quadric", 1.0, 1.0, 4.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -4.0)
@@ -147,7 +147,7 @@ def test_walls_that_are_all_but_the_same_are_left_to_rays():
     assert found.volume == pytest.approx(1, abs=5 * found.volume_error + 1e-12)
 
 
-def test_rays_that_are_asked_for_are_followed():
+def test_the_requested_number_of_rays_is_used():
     shape = co.Box() - co.Cylinder((0, 0, -2), (0, 0, 2), 0.5)
     assert co.measure(shape).rays == 0
     assert 3000 < co.measure(shape, rays=6000).rays < 9000

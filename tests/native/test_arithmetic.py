@@ -35,7 +35,7 @@ def made(folder, instruction, function="llvm.sqrt.f64"):
     "instruction",
     ["fadd double %a, 1.0", "fdiv double 1.0, %a", "fneg double %a", "call double @llvm.sqrt.f64(double %a)"],
 )
-def test_what_ieee_decides_is_built(tmp_path, instruction):
+def test_ieee_arithmetic_is_built(tmp_path, instruction):
     assert made(tmp_path, instruction).stat().st_size > 0
 
 
@@ -50,7 +50,7 @@ def test_what_ieee_decides_is_built(tmp_path, instruction):
         "frem double %a, 0.1",
     ],
 )
-def test_what_may_be_reordered_is_refused(tmp_path, instruction):
+def test_reorderable_arithmetic_is_refused(tmp_path, instruction):
     with pytest.raises(ValueError, match="kernels have arithmetic that may be reordered"):
         made(tmp_path, instruction)
     assert not (tmp_path / "object").exists()

@@ -131,7 +131,7 @@ def test_wheels_for_all_systems_take_the_levels_that_are_theirs(monkeypatch):
         ([(sys, "platform", "sunos5")], "there is no target sunos5-"),
     ],
 )
-def test_where_no_kernels_can_be_made_the_message_names_the_way_out(monkeypatch, patches, reason):
+def test_the_message_without_kernels_names_the_remedy(monkeypatch, patches, reason):
     advice = r"CONICOID_KERNELS=none makes a wheel without machine code"
     with monkeypatch.context() as patch:
         patch.setattr(importlib.util, "find_spec", lambda name: None)  # a build's own environment is empty at first
@@ -141,6 +141,6 @@ def test_where_no_kernels_can_be_made_the_message_names_the_way_out(monkeypatch,
             backend.get_requires_for_build_wheel()
 
 
-def test_a_numba_that_is_there_will_do(monkeypatch):
+def test_an_installed_numba_is_used(monkeypatch):
     monkeypatch.setattr(build, "host", lambda: TARGETS["musl-x86_64"])
     assert "numba" in names(backend.get_requires_for_build_wheel())

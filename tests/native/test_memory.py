@@ -58,7 +58,7 @@ def rendered(folder: Path, mebibytes: int, jit: str) -> subprocess.CompletedProc
     "mebibytes",
     [150, 330, 430, *map(deep, drawn(range(140, 801, 20), 6))],
 )
-def test_a_command_with_little_memory_says_so(tmp_path, mebibytes, jit):
+def test_a_command_reports_little_memory(tmp_path, mebibytes, jit):
     run = rendered(tmp_path, mebibytes, jit)
     if run.returncode != 0:
         assert run.returncode == 1, run.stderr

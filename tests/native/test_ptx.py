@@ -62,7 +62,7 @@ def test_registers_and_spills_are_within_bounds(tmp_path, name):
     assert max(stores, loads) < 512
 
 
-def test_a_scene_has_the_smallest_size_that_is_enough():
+def test_a_scene_has_the_smallest_sufficient_size():
     for needed, name in (
         (ScratchSize(1, 1, 40, BALL), "balls"), (ScratchSize(1, 1, 40, CELL), "cells"), (ScratchSize(1, 1, 40), "few"),
         (ScratchSize(8, 3, 40), "few"), (ScratchSize(3, 9, 40), "many"), (ScratchSize(65, 9, 40), SHARED),

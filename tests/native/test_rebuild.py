@@ -60,7 +60,7 @@ def content_of(edit: str) -> str:
     return done.stdout
 
 
-def test_what_a_function_depends_on() -> None:
+def test_dependencies_of_a_function() -> None:
     before = content_of("")
     for name, (edit, same) in EDITS.items():
         assert (content_of(edit) == before) == same, name

@@ -20,7 +20,7 @@ def of_tables(geometry: Geometry, bodies: Ints) -> int: ...
 def without_tables(bodies: Ints) -> int: ...
 
 
-def test_every_kernel_says_enough():
+def test_every_kernel_has_a_complete_signature():
     assert len(declared()) > 40
 
 
@@ -64,7 +64,7 @@ def test_a_table_of_any_length_has_a_reason():
     assert found == OF_ANY_LENGTH.keys()
 
 
-def test_a_kernel_of_somebody_else_is_none_of_ours():
+def test_foreign_kernels_are_ignored():
     kernel()(without_tables)  # says too little for a door
     assert without_tables.__name__ not in DECLARED
 
@@ -78,7 +78,7 @@ def test_a_kernel_of_somebody_else_is_none_of_ours():
         (of_tables, dict(bodies="out body_face")),
     ],
 )
-def test_enough_is_said(function, shapes):
+def test_a_complete_signature_is_accepted(function, shapes):
     assert signature(function, shapes).name == function.__name__
 
 
@@ -96,6 +96,6 @@ def test_enough_is_said(function, shapes):
         (without_tables, dict(bodies="body_face"), "without_tables: no argument says what body_face is"),
     ],
 )  # fmt: skip
-def test_what_the_door_could_not_test_is_refused(function, shapes, message):
+def test_untestable_arguments_are_refused(function, shapes, message):
     with pytest.raises(ValueError, match=re.escape(message)):
         signature(function, shapes)

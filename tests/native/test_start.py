@@ -63,7 +63,7 @@ def imported(work: str, folder, *words: object) -> set[str]:
         (f"{PICTURE}; co.Image(numpy.zeros((2, 2, 3))).save('o.png')", (COMPILING, TERMINAL, "yaml PIL OpenEXR multiprocessing", NUMBERS)),
     ],
 )  # fmt: skip
-def test_nothing_that_is_not_needed(tmp_path, work, without):
+def test_unneeded_modules_are_not_imported(tmp_path, work, without):
     found = imported(work, tmp_path)
     assert found & set(" ".join(without).split()) == set()
 
@@ -74,7 +74,7 @@ def test_a_command_draws_no_bar_before_a_second_is_over(tmp_path):
     assert (tmp_path / "o.png").exists()
 
 
-def test_an_angle_that_is_no_multiple_of_a_right_one_wants_no_mpmath(tmp_path):
+def test_odd_angles_import_no_mpmath(tmp_path):
     there = imported(MOVED.replace("90", "10"), tmp_path)
     assert "conicoid.numerics.bigfloat" in there
     assert "mpmath" not in there

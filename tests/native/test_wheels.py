@@ -54,7 +54,7 @@ def test_some_arrive_alone(monkeypatch, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("error", "status"), [(KeyboardInterrupt("interrupted"), 130), (ValueError("conicoid.whl: has no licence"), 1)]
 )
-def test_one_that_is_interrupted_or_faulty_keeps_all_from_arriving(error, status, monkeypatch, tmp_path, capsys):
+def test_an_interrupted_or_faulty_wheel_withholds_all(error, status, monkeypatch, tmp_path, capsys):
     def faulty(target, folder: Path) -> Path:
         if target.name == "windows-x86_64":
             raise error

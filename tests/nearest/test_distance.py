@@ -142,7 +142,7 @@ def test_the_edges_of_equal_pipes_that_cross():
     assert found.error < 1e-11
 
 
-def test_of_points_that_are_as_near_one_is_told():
+def test_one_of_several_nearest_points_is_reported():
     tube = exact(co.Cylinder((0, 0, -9), (0, 0, 9), 2), (0, 0, 1))
     assert np.hypot(*tube.point[:2]) == pytest.approx(2, rel=1e-15)
     assert tube.point[2] == pytest.approx(1, abs=1e-14)
@@ -476,7 +476,7 @@ def test_pictures_are_as_lists():
     assert (EVERY.distance(points).lower.ravel() == EVERY.distance(points.reshape(-1, 3)).lower).all()
 
 
-def test_all_at_one_point_and_too_many_entries():
+def test_many_entries_at_one_point():
     rng = np.random.default_rng(4)
     balls = co.Scene([co.Spheres(rng.uniform(-20, 20, (4000, 3)), rng.uniform(0.1, 0.3, 4000))])
     x = points_of(640, 20)  # no two in the same part of the scene
@@ -540,7 +540,7 @@ def test_many_bounds_in_lanes_and_alone(seed):
 # --- Distances against force in extended precision, which shares no code with them
 
 
-def test_force_knows_what_is_known():
+def test_force_finds_known_distances():
     # From the middle of an ellipsoid with the radii 1, 2 and 1/2 its wall is 1/2 away.
     least, point, sure = Walls(BODIES["ellipsoid"][1], np.random.default_rng(5)).nearest((0.0, 0.25, 0.125))
     assert sure

@@ -45,7 +45,7 @@ def test_metals_are_complex():
     assert np.iscomplexobj(co.optics.glass("Al")([0.5, 0.6]))
 
 
-def test_outside_of_its_range_there_is_no_index():
+def test_a_glass_has_no_index_outside_of_its_range():
     with pytest.raises(ValueError, match=r"'N-BK7': wavelength must be in \[0.3, 2.5\] μm.*got 587.6$"):
         co.optics.glass("N-BK7")(587.6)
     with pytest.raises(ValueError, match="finite and > 0"):
@@ -111,7 +111,7 @@ def test_pictures_take_n_d_and_the_slope_between_blue_and_red():
     assert rows["dispersion"][2] == rows["dispersion"][3] == 0
 
 
-def test_what_is_no_formula():
+def test_invalid_formulas_are_refused():
     for make, told in (
         (lambda: co.optics.Sellmeier((1, 2), (1,)), "b and c must be as many, got 2 and 1"),
         (lambda: co.optics.Schott((1, 2)), "coefficients must be a list of 6 numbers, got 2"),
@@ -242,7 +242,7 @@ def test_films_that_do_not_absorb_keep_the_light_and_pass_it_both_ways_alike():
     assert there.transmittance_p == pytest.approx(back.transmittance_p, rel=1e-12)
 
 
-def test_a_film_may_be_split_and_thick_metal_hides_what_it_lies_on():
+def test_a_film_may_be_split_and_thick_metal_hides_its_substrate():
     one, two = co.optics.Coating([("Ag", 0.04)]), co.optics.Coating([("Ag", 0.01), ("Ag", 0.03)])
     a, b = one.at(0.6, COS, 1, 1.5), two.at(0.6, COS, 1, 1.5)
     assert a.t_p == pytest.approx(b.t_p, rel=1e-12)
@@ -253,7 +253,7 @@ def test_a_film_may_be_split_and_thick_metal_hides_what_it_lies_on():
     assert (thick.transmittance == 0).all()
 
 
-def test_what_is_no_coat():
+def test_invalid_coats_are_refused():
     for layers, told in (
         ([(1.38, -1)], r"layers\[0\]: Layer: thickness must be > 0"), ([1.38], r"layers\[0\] must be a pair"),
         ([(1.38, 99.6)], r"layers\[0\]: Layer: thickness must be in μm.*99.6 nm are 0.0996"),

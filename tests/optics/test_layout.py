@@ -115,7 +115,7 @@ def test_sheets_are_open_lines():
     assert (y.min(), y.max()) == (2, 10)
 
 
-def test_rays_go_where_the_trace_says():
+def test_drawn_rays_follow_the_trace():
     system = co.optics.prescription([(50, 6, 1.5168, 20), (-50, None, 1, 20)], 12, fields=(0, 3), name="a <lens>")
     drawing = co.optics.layout(system, rays=3)
     root = ET.fromstring(drawing.svg)

@@ -90,7 +90,7 @@ def test_a_doublet_and_a_mirror_of_optilands_are_traced_alike():
     same(*both(made))
 
 
-def test_a_lens_said_by_conicoid_is_the_lens_of_optiland():
+def test_a_lens_written_for_optiland_is_equal():
     """One closed solid in place of three surfaces."""
     built, said = scene(50), scene(50)
     built.add_lens("lens", CoordinateSystem(z=3), LensConfig(50, -60, 6, "N-BK7", 10))
@@ -125,7 +125,7 @@ def test_booleans_that_optiland_refuses():
     assert len(focused) > 0.9 * RAYS
 
 
-def test_where_three_parts_touch_no_light_leaks():
+def test_no_light_leaks_between_three_touching_parts():
     """Half a ball on a plate, flush: their union is one body, the shared wall is no surface."""
     made = scene(30, radius=3, detector=200)
     dome = (co.Sphere(6) & co.HalfSpace((0, 0, 1), 0)) | co.Cylinder((0, 0, 0), (0, 0, 2), 6)
@@ -153,7 +153,7 @@ def test_light_from_within_and_thin_walls():
     assert result.diagnostics.medium_stack_underflows == 0
 
 
-def test_what_is_no_solid_is_refused():
+def test_lenses_that_are_no_solids_are_refused():
     with pytest.raises(TypeError, match="optiland_component: solid must be a solid, got Disc"):
         co.optics.optiland_component(co.Disc((0, 0, 0), (0, 0, 1), 1), "N-BK7")
     with pytest.raises(ValueError, match="optiland_component: solid must be of finite size"):

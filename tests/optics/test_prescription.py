@@ -33,7 +33,7 @@ def test_rows_may_be_written_in_three_ways():
     assert (lens.name, lens.material.refractive_index) == ("lens 1", 1.5168)
 
 
-def test_the_image_is_where_paraxial_rays_meet_if_nobody_says():
+def test_the_default_image_is_at_the_paraxial_focus():
     system = co.optics.prescription([(50, 6, 1.5168, 20), (-50, None)], 10)
     assert system.image == pytest.approx(first_order(SINGLET)["rear_focus"], rel=1e-14)
     near = co.optics.prescription([(50, 6, 1.5168, 20), (-50, None)], 10, object_distance=100)
@@ -207,7 +207,7 @@ def test_no_module_hides_a_function():
     )
 
 
-def test_optiland_is_asked_for_by_name():
+def test_a_missing_optiland_is_named():
     try:
         import optiland.nonsequential  # noqa: F401
     except ImportError:
@@ -242,7 +242,7 @@ REFUSED = [
 
 
 @pytest.mark.parametrize("case", range(len(REFUSED)))
-def test_what_is_no_prescription_is_refused(case):
+def test_invalid_prescriptions_are_refused(case):
     make, error, told = REFUSED[case]
     with pytest.raises(error, match=told):
         make()
@@ -302,7 +302,7 @@ LENSES_OF_GLASS = [name for name, lens in LENSES.items() if all(row[2] != "mirro
 
 
 @pytest.mark.parametrize("name", LENSES_OF_GLASS)
-def test_the_scene_alone_says_the_same(name):
+def test_the_scene_alone_gives_the_same_rays(name):
     """Without the prescription: bodies and refractive indices of materials. The stop is left out, it has no index."""
     system = system_of(name)
     glass = co.Scene([body for body in system.bodies if body.name != "stop"])

@@ -86,7 +86,7 @@ DOWN = co.Rays((0.1, 0.2, 5), (0, 0, -1))
 
 
 @pytest.mark.parametrize("absorption", [0.0, 0.7])
-def test_a_plate_passes_what_its_beams_add_up_to(absorption):
+def test_a_plate_passes_the_sum_of_its_beams(absorption):
     # Without interference, and with Beer's law within: T = (1 - R)² e / (1 - R² e²), e = exp(-α d)
     fade, share = math.exp(-absorption * 2.5), 0.04
     paths = co.optics.trace_paths(slab(co.glass(1.5, absorption=absorption), 2.5), DOWN, depth=60)
@@ -109,7 +109,7 @@ def test_a_complex_index_absorbs_in_the_unit_of_the_scene():
     assert float(stated.arriving[inside][0] / stated.weight[inside][0]) == pytest.approx(found["mm"], rel=1e-12)
 
 
-def test_mirrors_panes_and_what_lets_nothing_through():
+def test_mirrors_panes_and_opaque_bodies():
     scene = co.Scene([
         co.Body(co.Disc((0, 0, 3), (0, 0, 1), 1), co.Material(reflectivity=0.5, transparency=0.9)),
         co.Body(co.Disc((0, 0, 1), (0, 0, 1), 1), co.mirror(0.8)), co.Body(co.Disc((0, 0, 9), (0, 0, 1), 1), co.matte("red")),
@@ -167,7 +167,7 @@ def test_choosing_is_right_on_average_and_comes_again():
     assert (np.bincount(chosen.parent[chosen.parent >= 0]) <= 1).all()  # one follows each
 
 
-def test_light_that_is_too_weak_is_not_followed():
+def test_weak_light_is_not_followed():
     all_of_it = co.optics.trace_paths(slab(co.glass(1.5)), DOWN, depth=20)
     most = co.optics.trace_paths(slab(co.glass(1.5)), DOWN, depth=20, least=0.01, weight=5.0)
     assert len(most) < len(all_of_it)
@@ -220,7 +220,7 @@ def test_cemented_and_immersed_bodies_have_one_wall():
         assert paths.length[chain[:-1]].tolist() == lengths
 
 
-def test_what_stands_on_something_opaque_ends_there():
+def test_paths_end_at_opaque_neighbours():
     scene = co.Scene([co.Body(co.Box((-1, -1, 0), (1, 1, 1)), co.glass(1.5)),
                       co.Body(co.Box((-1, -1, -1), (1, 1, 0)), co.matte("black"))])  # fmt: skip
     for listed in (scene, co.Scene(list(scene.bodies)[::-1])):

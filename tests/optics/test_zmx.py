@@ -239,7 +239,7 @@ REFUSED = [
 
 
 @pytest.mark.parametrize("case", range(len(REFUSED)))
-def test_what_is_no_such_lens_is_refused(case):
+def test_invalid_lens_files_are_refused(case):
     make, told = REFUSED[case]
     with pytest.raises(co.SceneFileError, match=told):
         co.optics.read_zmx(make())
@@ -336,7 +336,7 @@ def test_a_lens_file_is_a_scene(tmp_path, name, encoding):
         co.load(path, depth=2)
 
 
-def test_what_is_left_out_is_refused_where_that_is_asked(tmp_path):
+def test_omissions_are_refused_on_request(tmp_path):
     path = tmp_path / "lens.zmx"
     obscured = [SINGLET[0] | dict(more=["STOP", "OBSC 0 1 2"]), SINGLET[1]]
     path.write_text(file(obscured), encoding="utf-8")
@@ -457,7 +457,7 @@ def test_an_extended_asphere_has_its_terms_beside():
     assert co.optics.read_zmx(file(rows)).bodies[0].shape == co.Lens(50, -50, 6, 20)
 
 
-def test_a_file_without_bodies_says_so():
+def test_a_file_without_bodies_is_reported():
     assert "there are no bodies" in co.optics.read_zmx(file([dict(), dict()])).omissions[0]
 
 

@@ -34,7 +34,7 @@ def _changed(**options: bool) -> np.ndarray:
     return (drawn != PLAIN).any(axis=2)
 
 
-def test_nothing_asked_for_changes_nothing():
+def test_an_empty_overlay_changes_no_pixel():
     assert not _changed().any()
     assert not _changed(axes=False, labels=False, normals=False).any()
 
@@ -79,7 +79,7 @@ def test_normals_point_outward():
     assert distance.max() > 30
 
 
-def test_what_hides():
+def test_bodies_hide_lines_behind_them():
     camera = co.Camera((0, -9, 0), (0, 0, 0))
     scene = co.Scene(co.Box((-1, -1, -1), (1, 1, 1)))
     points = np.array([(0, -1, 0), (0, 0, 0), (0, 2, 0), (0, 2, 3), (0, -8, 0), (0, -10, 0)], float)

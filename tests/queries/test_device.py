@@ -153,7 +153,7 @@ def test_copies_that_share_their_tables(card):
 
 
 @pytest.mark.deep
-def test_what_llvm_optimises_for_a_gpu(monkeypatch):
+def test_llvm_optimises_for_a_gpu(monkeypatch):
     """The last form of the code before PTX."""
     module, target = device_module(), objects.machine_for(ptx.TRIPLE, ptx.LEVEL)
     names = "shorten_nodes_each", "first_hits_few", "any_hits_few", "list_rows_few"
@@ -176,7 +176,7 @@ def test_what_llvm_optimises_for_a_gpu(monkeypatch):
     assert there.t_enter.tobytes() == here.t_enter.tobytes()
 
 
-def test_what_is_said_of_overlaps(card, caplog):
+def test_overlaps_are_reported(card, caplog):
     """As on the CPU: an error or a note where spans overlap that count, by material or at all."""
     iron, gold = co.Material(name="iron"), co.Material(name="gold")
     bodies = [co.Body(co.Sphere(1), iron), co.Body(co.Sphere(1).translate((1, 0, 0)), gold)]
@@ -222,7 +222,7 @@ def test_against_exact_arithmetic(card, kind):
     assert used >= {"first_hits", "any_hits", "first_bodies", "list_rows"}
 
 
-def test_a_scene_without_bodies_and_what_is_pickled(card):
+def test_an_empty_scene_and_pickles(card):
     empty, scene, rays = co.Scene([]), co.Scene([co.Sphere()]), camera(16)
     for each in (empty, scene):
         same_answers(each, rays)
@@ -265,7 +265,7 @@ def test_a_body_beyond_the_memory_of_a_card_is_traced_here(kernels, card, monkey
     assert card.launches == []
 
 
-def test_a_card_without_memory_says_how_many_bytes(card):
+def test_a_card_without_memory_names_the_bytes(card):
     card._size = 4096
     with pytest.raises(MemoryError, match=r"bytes are needed, [\d,]+ are free on emulation"):
         crowded_scene(301).first_hit(camera(8), device="cuda")
@@ -425,7 +425,7 @@ class NumPy:
         return self.array.__dlpack__()
 
 
-def test_what_arrays_on_a_card_must_be(card):
+def test_invalid_arrays_on_a_card_are_refused(card):
     scene, lines = co.Scene([co.Sphere()]), np.ones((4, 3))
     good = OnCard(card, lines)
     wrong = [
@@ -646,7 +646,7 @@ def ptx_files(monkeypatch, tmp_path):
     monkeypatch.setattr(device, "CHUNK", 300)
 
 
-def test_what_is_missing_is_named(nvidia, monkeypatch):
+def test_missing_parts_are_named(nvidia, monkeypatch):
     monkeypatch.setitem(sys.modules, "cuda", None)
     with pytest.raises(
         ImportError, match=r"device='cuda' needs NVIDIA's cuda-bindings: pip install 'conicoid\[cuda\]'"
@@ -692,7 +692,7 @@ def test_what_is_missing_is_named(nvidia, monkeypatch):
         ("cuStreamQuery", 700, RuntimeError, "cuStreamQuery: an illegal memory access; this process cannot use"),
     ],
 )
-def test_what_fails_on_the_way_is_named(nvidia, ptx_files, kernels, monkeypatch, name, state, kind, text):
+def test_failing_driver_calls_are_named(nvidia, ptx_files, kernels, monkeypatch, name, state, kind, text):
     made, rays = Driver(Card(kernels)), camera(24)
     nvidia(made)
     scene = crowded_scene.__wrapped__(60)

@@ -199,7 +199,7 @@ def outcome_in_arrays(scene, ask):
     return found
 
 
-def test_whatever_is_not_plain_is_answered_or_refused_as_in_arrays():
+def test_odd_arguments_are_answered_or_refused_as_in_arrays():
     scene = ready_scene()
     for odd in VECTORS:
         cases = [(query, arguments) for query in RAYS for arguments in ((odd, (0, 0.5, 1)), ((0.5, 0.2, -9), odd))]

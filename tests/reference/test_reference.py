@@ -216,7 +216,7 @@ def test_misses_and_touches(item, origin, direction):
     assert found(item, origin, direction) == []
 
 
-def test_sheets_say_which_side_is_met():
+def test_sheets_give_the_side_that_was_hit():
     sheet = Item("Plane", {"normal": (0, 0, 2), "offset": 4})
     assert found(sheet, (0, 0, 0), (0, 0, 1)) == [(2, False, 0)]
     assert found(sheet.moved(("scale", -1)), (0, 0, 0), (0, 0, -1)) == [(2, False, 0)]

@@ -168,7 +168,7 @@ def test_points_of_a_disc_and_of_a_polygon_are_even():
     assert np.abs(six.mean(axis=0)).max() < 0.03
 
 
-def test_what_is_in_focus_stays_and_what_is_not_is_blurred():
+def test_points_out_of_focus_alone_are_blurred():
     def edge(depth, aperture):
         wall = co.Body(co.Polygon([(0, depth, -50), (50, depth, -50), (50, depth, 50), (0, depth, 50)]), "white")
         camera = co.Camera((0, 0, 0), (0, 4, 0), aperture=aperture)
@@ -254,7 +254,7 @@ def test_project_is_the_way_back(camera, width, height):
 
 
 @pytest.mark.parametrize("camera", CAMERAS, ids=repr)
-def test_pictures_see_what_the_rays_meet(camera):
+def test_pictures_show_the_hits_of_camera_rays(camera):
     scene = co.Scene([co.Sphere(1.0), co.Sphere(0.5, (3, 3, 3)), co.Box((-9, -9, -2), (9, 9, -1))], camera=camera)
     pinhole = camera if not isinstance(camera, co.Camera) else co.Camera((1, 2, 3), (4, 0, 1), field_of_view=70)
     pixels = scene.render(24, 16, 1, integrator="normals", camera=pinhole).pixels
@@ -270,14 +270,14 @@ def test_pictures_see_what_the_rays_meet(camera):
 
 
 @pytest.mark.parametrize("camera", FLAT_CAMERAS)
-def test_what_is_not_in_front_is_nowhere(camera):
+def test_points_behind_the_camera_have_no_pixel(camera):
     back = np.subtract(camera.position, camera.look_at)
     behind = camera.project(np.array([camera.position, camera.position + 0.1 * back, camera.look_at]), 5, 3)
     assert np.isnan(behind[:2]).all()
     assert behind[2] == pytest.approx((2.5, 1.5), abs=1e-6)
 
 
-def test_what_lies_beside_the_picture_is_beyond_its_edges():
+def test_points_beside_the_picture_are_beyond_its_edges():
     """A view from above, 4 high: a unit is half of 100 pixels, y is up."""
     camera = co.OrthographicCamera((0, 0, 9), (0, 0, 0), height=4)
     assert camera.project((0, 0, 0), 200, 200).tolist() == [100, 100]

@@ -201,7 +201,7 @@ def interrupt(card, monkeypatch, at):
 
 
 @pytest.mark.parametrize("at", [5, 150, 400])
-def test_ctrl_c_loses_nothing_that_is_whole(card, monkeypatch, tmp_path, at):
+def test_ctrl_c_loses_no_whole_sample(card, monkeypatch, tmp_path, at):
     """The rest is computed on the CPU, or on the card, to the same bits."""
     scene, options = lamps(), dict(width=70, height=70, samples=20, integrator="path", resume=tmp_path / "film")
     expected = scene.render(**options | dict(resume=None), device="cpu")
@@ -225,7 +225,7 @@ def test_progress_may_ask_the_card(card):
     assert asked[0].pixels.any()
 
 
-def test_what_the_cpu_renders(card, monkeypatch):
+def test_pictures_equal_those_of_the_cpu(card, monkeypatch):
     """Deep trees of mirrored rays, many lights, bodies beyond the card's memory: the same pictures."""
     lights = [co.PointLight((k, -3, 4), 0.02) for k in range(whitted.MOST_LIGHTS + 1)]
     for scene, depth in ((materials(LIGHTS), whitted.MOST_TURNS + 1), (materials(lights), 2)):

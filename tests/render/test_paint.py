@@ -104,7 +104,7 @@ def test_a_picture_round_trips_to_the_bit(tmp_path):
     assert (again.render(48, 36, 4).pixels == scene.render(48, 36, 4).pixels).all()
 
 
-def test_what_paint_is_refused_on():
+def test_invalid_paint_is_refused():
     assert co.Sphere().painted("red") == co.Sphere().painted(co.matte("red"))
     assert co.Painted(co.Sphere(), np.array([1, 0, 0.5])).material == co.matte((1, 0, 0.5))
     for call, told in (

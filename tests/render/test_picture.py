@@ -203,7 +203,7 @@ def test_groups_are_layers_of_an_exr(tmp_path):
     assert (channels["light.key.G"].pixels == image.layers["light.key"][..., 1]).all()
 
 
-def test_previews_tell_their_noise():
+def test_previews_report_their_noise():
     seen = []
     image = LIT.render(16, 12, 32, "path", preview=seen.append, layers="error")
     noises = [one.noise for one in seen]

@@ -35,7 +35,7 @@ def test_an_even_slope_tilts_the_normal(integrator, height):
 
 
 @pytest.mark.parametrize("integrator", ["whitted", "path"])
-def test_a_mirror_with_a_slope_mirrors_elsewhere(integrator):
+def test_a_sloped_mirror_reflects_by_its_slope(integrator):
     """The sky is linear in √z; the ray that comes straight down goes on along 2 (n·z) n - z."""
     n = np.array((-0.2, 0, 1)) / math.hypot(0.2, 1)
     z = 2 * n[2] * n[2] - 1
@@ -85,7 +85,7 @@ ROUGH = co.materials.Noise((0, 0, 0), WHITE, scale=0.15)
     ],
     ids=["matte bumps", "mirror bumps", "glass bumps", "matte", "glass", "plastic", "plastic bumps", "all of glass"],
 )
-def test_what_absorbs_nothing_is_invisible_in_a_white_furnace(material):
+def test_bodies_without_absorption_are_invisible_in_a_white_furnace(material):
     view = co.OrthographicCamera((0, 0, 5), (0, 0, 0), up=(0, 1, 0), height=1.6)
     scene = co.Scene([co.Body(co.Sphere(1), material)], [], view, WHITE)
     image = scene.render(16, 16, 256, "path", depth=100, layers="error")

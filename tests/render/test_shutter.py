@@ -55,7 +55,7 @@ def test_a_body_that_turns():
     assert pixels[inside].mean() == pytest.approx(0.5, abs=0.01)
 
 
-def test_what_stands_still_is_as_without_a_shutter():
+def test_still_bodies_look_as_without_a_shutter():
     scene = co.Scene(
         [co.Body(co.Sphere(0.5), "red"), co.Body(co.Sphere(0.1, (0, 0, 2)), co.glow(9), "lamp")], [], VIEW, (0.1,) * 3,
         animation=co.scene.BodyTrack("lamp", (5, 6), translate=((0, 0, 0), (1, 0, 0))),
@@ -122,7 +122,7 @@ animation:
 """
 
 
-def test_a_file_that_moves_what_is_not_there(tmp_path):
+def test_a_file_that_moves_a_missing_body_is_refused(tmp_path):
     path = tmp_path / "scene.yaml"
     path.write_text(FILE % "top")
     assert co.load(path).animation[0].degrees == (0, 90)
@@ -228,7 +228,7 @@ def test_progress_goes_forward_where_some_are_done():
     assert len(told) > 14
 
 
-def test_moments_write_what_is_new(tmp_path):
+def test_moments_write_their_changes(tmp_path):
     """Not every tile after every moment: it is written when it is time, and in the end."""
     moving_ball().render(**UNTIL, samples=3 * ROUND, resume=tmp_path / "file")
     assert (tmp_path / "file").stat().st_size < 1.5 * 70 * 40 * SUMS * 8 + 10_000

@@ -102,7 +102,7 @@ def test_a_seam_is_no_line():
     assert np.abs(found[..., 0] - expected)[np.asarray(hits.hit)].max() < 3e-3
 
 
-def test_what_is_far_away_is_read_from_smaller_pictures():
+def test_far_textures_are_read_from_smaller_levels():
     """A checkerboard of texels far beyond a pixel's size is grey, and the mean of the picture is kept."""
     board = np.indices((256, 256)).sum(axis=0) % 2 * np.ones((3, 1, 1))
     texture = co.materials.ImageTexture(np.moveaxis(board, 0, -1), mapping="box", scale=1.0, wrap="repeat")
@@ -238,7 +238,7 @@ PATTERNS = [
 
 
 @pytest.mark.parametrize("texture", PATTERNS, ids=lambda each: type(each).__name__)
-def test_textures_stay_what_they_are(texture, tmp_path):
+def test_textures_survive_repr_pickles_and_files(texture, tmp_path):
     assert eval(repr(texture), vars(co) | vars(co.materials)) == texture
     assert pickle.loads(pickle.dumps(texture)) == texture
     scene = co.Scene([co.Body(co.Sphere(), co.matte(texture))])

@@ -104,7 +104,7 @@ ROUND = [name for name in SPREADING if name != "sharp half-vector"]  # whose den
 @pytest.mark.parametrize(("cosine", "count", "fine", "sigmas", "slack"), [
     (0.6, 20_000, 16, 5, 0.01), *deeper((cosine, 200_000, 64, 6, 0.05) for cosine in (0.1, 0.3, 0.6, 0.95)),
 ])  # fmt: skip
-def test_directions_are_as_dense_as_is_said(name, cosine, count, fine, sigmas, slack):
+def test_directions_have_the_stated_density(name, cosine, count, fine, sigmas, slack):
     square, cells, share, integral = chi_square(name, towards(cosine, 0.15), count, fine=fine)
     assert cells > 10
     assert square < cells + sigmas * math.sqrt(2 * cells) + slack * cells
@@ -112,7 +112,7 @@ def test_directions_are_as_dense_as_is_said(name, cosine, count, fine, sigmas, s
 
 
 @pytest.mark.parametrize("name", SPREADING)
-def test_what_is_drawn_is_weighed_by_its_density(name):
+def test_samples_are_weighted_by_their_density(name):
     bench, o = Bench(*ALL[name]), towards(0.45)
     draws = bench.draw(o, 500)
     spread = draws.how == 0

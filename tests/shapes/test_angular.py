@@ -67,7 +67,7 @@ def agrees(shape, inside):
 
 @pytest.mark.parametrize("turn", TURNS)
 @pytest.mark.parametrize("bore", [0, 0.5, 0.97])
-def test_tubes_hold_what_their_formula_says(turn, bore):
+def test_tubes_equal_their_formula(turn, bore):
     def inside(p):
         r, angle, z = cylindrical(p)
         return (r >= bore) & (r <= 1) & (z >= -1) & (z <= 2) & within(angle, turn)
@@ -77,7 +77,7 @@ def test_tubes_hold_what_their_formula_says(turn, bore):
 
 @pytest.mark.parametrize("turn", TURNS)
 @pytest.mark.parametrize("radii", [(2, 0.5), (0, 1.5), (1, 1)])
-def test_cones_with_angles_hold_what_their_formula_says(turn, radii):
+def test_cones_with_angles_equal_their_formula(turn, radii):
     def inside(p):
         r, angle, z = cylindrical(p)
         return (r <= radii[0] + (radii[1] - radii[0]) * z / 3) & (z >= 0) & (z <= 3) & within(angle, turn)
@@ -86,7 +86,7 @@ def test_cones_with_angles_hold_what_their_formula_says(turn, radii):
 
 
 @pytest.mark.parametrize(("polar", "turn"), sampled(itertools.product(POLAR, TURNS), 7))
-def test_parts_of_balls_hold_what_spherical_coordinates_say(turn, polar):
+def test_parts_of_balls_equal_ranges_of_spherical_coordinates(turn, polar):
     low, high = polar or (0, 180)
     for inner in (0, 0.6):
         shape = co.SphereSection(2, inner, polar, *turn)
@@ -103,7 +103,7 @@ STACK = [(-3, 0, 2), (-1, 0.5, 2), (-1, 1, 3), (0, 1, 1), (1, 0.5, 1.5), (1, 0, 
 
 
 @pytest.mark.parametrize("turn", TURNS)
-def test_polycones_hold_what_lies_between_their_sections(turn):
+def test_polycones_lie_between_their_sections(turn):
     def inside(p):
         r, angle, z = cylindrical(p)
         found = np.zeros(len(p), bool)
@@ -257,7 +257,7 @@ def test_the_volume_of_a_parallelepiped_is_the_triple_product():
     ],
     ids=lambda shape: type(shape).__name__,
 )  # fmt: skip
-def test_closed_forms_are_what_rays_find(shape):
+def test_closed_forms_equal_sums_of_rays(shape):
     """Centroid and inertia as well, moved; within five standard errors of chords."""
     moved = shape.rotate((1, 2, 3), 40).translate((1, 2, 3))
     closed, sampled = co.measure(moved), co.measure(moved & co.Sphere(60), rays=6_000)

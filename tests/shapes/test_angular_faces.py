@@ -261,7 +261,7 @@ def test_shells_touch_the_ball_within_and_the_one_beside():
         (lambda: co.Parallelepiped((0, 0, 0), (1, 0, 0), (0, 1, 0), (2, 3, 0)), "must not lie in one plane"),
     ],
 )
-def test_what_cannot_be_is_refused(make, told):
+def test_impossible_angles_are_refused(make, told):
     with pytest.raises(ValueError, match=told):
         make()
 

@@ -436,7 +436,7 @@ def extreme_points(pair: Item, there: Any, r: Random) -> list[list[float]]:
 
 @pytest.mark.parametrize("bounds", [exact_bounds, prepared_bounds])
 @pytest.mark.parametrize("seed", sampled(range(11), 11))
-def test_bounds_hold_what_is_inside(seed: int, bounds: Callable[[Any], Any]) -> None:
+def test_bounds_contain_all_points_inside(seed: int, bounds: Callable[[Any], Any]) -> None:
     count = many(FAST, DEEP)
     assert check_pairs(seed, count, bounds) > count
 
@@ -488,7 +488,7 @@ ENDLESS = {
 
 
 @pytest.mark.parametrize("name", ENDLESS)
-def test_floats_bound_what_planes_quadrics_and_unions_bound_together(name: str, monkeypatch: Any) -> None:
+def test_floats_bound_planes_quadrics_and_unions_together(name: str, monkeypatch: Any) -> None:
     """z <= 4, or z <= 2 r where |x|, |y| <= 2: exact bounds of such nodes of decks took 80 ms a body."""
     monkeypatch.setattr(shape_module, "region_bounds", None)
     solid, low, high = ENDLESS[name]

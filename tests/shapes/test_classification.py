@@ -168,7 +168,7 @@ def test_a_plane_has_its_normal_towards_the_inside():
 
 @pytest.mark.parametrize(("constant", "kind"), [(14.0, "elliptic cone"), (13.999999999999998, "one-sheet hyperboloid"),
                                                 (14.000000000000002, "two-sheet hyperboloid")])  # fmt: skip
-def test_the_last_bit_tells_a_cone_from_hyperboloids(constant, kind):
+def test_the_last_bit_separates_a_cone_from_hyperboloids(constant, kind):
     # (x - 1)² + (y - 2)² - 9 (z - 1)² about its apex has the constant 1 + 4 - 9 = -4; shifted here to 14 - 18
     values = dict(xx=1, yy=1, zz=-9, x=-2, y=-4, z=18)
     found = co.Quadric(coefficients=values | dict(constant=constant - 18)).classification
@@ -248,7 +248,7 @@ def test_inertia_is_that_of_the_eigenvalues(entries):
         assert rational.inertia([[Fraction(c) for c in row] for row in q.tolist()]) == expected
 
 
-def test_it_is_said_in_one_line():
+def test_the_description_is_one_line():
     text = str(co.Quadric(coefficients=dict(xx=1, yy=0.25, zz=-1, constant=-1)).classification)
     assert text == (
         "one-sheet hyperboloid; center (0, 0, 0); semi-axes 2, 1, 1; axes (0, 1, 0) (-1, 0, 0) (0, 0, 1); "

@@ -41,7 +41,7 @@ def apart(heights, *walls, by=1e-9):
 
 @pytest.mark.parametrize("conic", CONSTANTS)
 @pytest.mark.parametrize("radius", [2.0, -2.0])
-def test_a_sheet_is_met_where_the_sag_says_and_nowhere_else(radius, conic):
+def test_a_sheet_is_hit_at_its_sag_alone(radius, conic):
     """Along z through a disc wider than the aperture: one crossing within it, none beyond, no other half."""
     sheet = co.ConicSheet(radius, conic, 2.4, hole=0.5)
     rng = np.random.default_rng(5)
@@ -57,7 +57,7 @@ def test_a_sheet_is_met_where_the_sag_says_and_nowhere_else(radius, conic):
 
 @pytest.mark.parametrize("conic", CONSTANTS)
 @pytest.mark.parametrize("radius", [1.5, -1.5])
-def test_a_conic_holds_what_lies_between_the_sag_and_the_rim(radius, conic):
+def test_a_conic_lies_between_the_sag_and_the_rim(radius, conic):
     solid = co.Scene([co.Conic(radius, conic, 1.8)])
     xyz = points(1, 1.0, -6, 6)
     r = np.hypot(xyz[:, 0], xyz[:, 1])
@@ -82,7 +82,7 @@ LENSES = {
     ("name", "aperture"),
     [(name, aperture) for name in LENSES for aperture in (None, 9.0) if name != "ball" or not aperture],
 )
-def test_a_lens_is_what_lies_between_its_faces(name, aperture):
+def test_a_lens_lies_between_its_faces(name, aperture):
     front, back, thickness, diameter, k1, k2 = LENSES[name]
     lens = co.Lens(front, back, thickness, diameter, k1, k2, aperture, aperture)
     xyz = points(2, 6.5, -12, thickness + 12)
@@ -172,7 +172,7 @@ REFUSED = [
 
 
 @pytest.mark.parametrize("case", range(len(REFUSED)))
-def test_what_is_no_lens_is_refused(case):
+def test_invalid_lenses_are_refused(case):
     make, told = REFUSED[case]
     with pytest.raises(ValueError, match=told):
         make()
@@ -377,7 +377,7 @@ def test_a_face_on_several_surfaces_is_no_wall():
         co.Wall(Slab(), 0)
 
 
-def test_what_has_no_such_wall_is_refused():
+def test_missing_walls_are_refused():
     for call, error, told in (
         (lambda: co.Wall(co.Box(), 6), ValueError, r"Wall: face must be one of Box's, 0, 1, 2, 3, 4, 5, got 6"),
         (

@@ -108,7 +108,7 @@ def test_faces_of_a_turned_solid_are_recorded(axis, degrees, monkeypatch):
         computed.clear()
 
 
-def test_a_prism_without_ends_contains_what_its_half_spaces_contain():
+def test_a_prism_without_ends_equals_its_half_spaces():
     points = np.random.default_rng(3).uniform(-1.5, 1.5, (5000, 3))
     x, y, _ = (points - (0.1, 0.2, 0.3)).T
     reach = (np.cos(_TURNS)[:, None] * x + np.sin(_TURNS)[:, None] * y).max(axis=0)

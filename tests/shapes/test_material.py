@@ -107,7 +107,7 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("call", "error", "message"), REFUSED)
-def test_what_is_refused(call, error, message):
+def test_invalid_materials_are_refused(call, error, message):
     with pytest.raises(error, match=message):
         call()
 
@@ -156,7 +156,7 @@ def test_colours_stay_as_written():
 @pytest.mark.parametrize(
     "bad", ["reddish", "#12345", "#gggggg", "", "hsl(0, 0%, 0%)", (1, 0), (1, 0, 2), (0, math.nan, 0), None, 1]
 )
-def test_what_is_no_colour_is_refused_by_name(bad):
+def test_invalid_colours_are_refused_by_name(bad):
     with pytest.raises(ValueError, match="Material: color"):
         check_color("Material", "color", bad)
 

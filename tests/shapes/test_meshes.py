@@ -41,7 +41,7 @@ PROFILES = [[(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 3)], FLANGE, star(5, 1,
 
 @pytest.mark.parametrize("count", [3, 5, 9, 24])
 @pytest.mark.parametrize("scale", [1.0, 0.0, 0.5])
-def test_extrusions_hold_what_their_outline_does(count, scale):
+def test_extrusions_contain_the_points_of_their_outline(count, scale):
     outline = star(count, count)
     shape = co.Extrusion(outline, (-1, 2), scale)
     points = np.random.default_rng(1).uniform(-1.6, 2.2, (4000, 3))
@@ -67,7 +67,7 @@ def test_faces_of_an_extrusion_are_its_edges():
 
 @pytest.mark.parametrize("profile", PROFILES)
 @pytest.mark.parametrize("angles", [(0, 360), (20, 90), (30, 300), (10, 190)])
-def test_revolutions_hold_what_their_profile_does(profile, angles):
+def test_revolutions_contain_the_points_of_their_profile(profile, angles):
     shape = co.Revolution(profile, *angles)
     points = np.random.default_rng(1).uniform(-3.2, 3.2, (4000, 3))
     turned = (np.degrees(np.arctan2(points[:, 1], points[:, 0])) - angles[0]) % 360
@@ -134,7 +134,7 @@ def test_a_cube_of_triangles_is_a_box():
         assert set(hits.face[hits.hit].tolist()) <= set(range(0, len(faces), len(faces) // 6))
 
 
-def test_a_face_that_is_not_flat_is_cut_into_triangles():
+def test_a_face_out_of_plane_is_cut_into_triangles():
     """A cube of which one corner is pulled out: each of its three faces there becomes two triangles."""
     corners = [(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
     corners[7] = (1.25, 1.5, 1.125)
@@ -161,7 +161,7 @@ def test_a_face_that_is_not_flat_is_cut_into_triangles():
         (lambda: co.Revolution([(1, 0), (2, 0), (2, 1)], 0, 400), r"Revolution: end_angle - start_angle must be in \(0, 360\]"),
     ],
 )  # fmt: skip
-def test_what_there_is_not(make, message):
+def test_impossible_meshes_are_refused(make, message):
     with pytest.raises(ValueError, match=message):
         make()
 
@@ -180,7 +180,7 @@ def touches(a, b, c, d, neighbours):
 
 
 @pytest.mark.parametrize("size", [1.0, 1e-160, 1e150])
-def test_outlines_touch_themselves_where_fractions_say_so(size):
+def test_outlines_touch_themselves_exactly(size):
     """Corners lie on a small grid, some a unit in the last place beside it: thousands of edges nearly touch."""
     rng = np.random.default_rng(8)
     for count in [4] * 300 + [6] * 200:

@@ -206,7 +206,7 @@ def test_moving_asks_for_no_exact_arithmetic():
     assert not {"affine", "inverse"} & set(vars(moved.motion))
 
 
-def test_a_long_chain_keeps_nothing_of_what_came_before():
+def test_a_long_chain_keeps_no_earlier_shapes():
     shape = co.Sphere()
     for k in range(50):
         shape = shape.rotate("z", 7.0 + k)
@@ -215,7 +215,7 @@ def test_a_long_chain_keeps_nothing_of_what_came_before():
     assert not any(isinstance(part, Motion) and len(part.steps) > 1 for part in parts)
 
 
-def test_what_was_worked_out_for_a_shape_is_not_that_of_the_moved_one():
+def test_a_moved_shape_does_not_share_cached_results():
     ball = co.Sphere(2)
     assert ball.bounds[1].tolist() == [2, 2, 2]
     moved = ball.translate((1, 0, 0))

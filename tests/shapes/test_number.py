@@ -130,7 +130,7 @@ def test_floats_sums_and_products_are_exact():
     assert exact(Fraction(1, 3)).off > 0
 
 
-def test_what_may_be_zero_or_short_is():
+def test_possible_zeros_and_short_numbers_are_settled():
     s, c = sin_cos_degrees(16)
     assert settled(s * s + c * c) == 1
     assert ex.dot((s, c), (c, -s)) == 0
@@ -142,7 +142,7 @@ def test_what_may_be_zero_or_short_is():
     assert fraction(settled(sqrt(1 + hair) - 1)) != 0
 
 
-def test_an_interval_that_is_too_wide_tells_nothing():
+def test_a_wide_interval_decides_nothing():
     vague = BigFloat(1 << 400, -400, 1)
     assert settled(vague) is vague
     assert simplest_ratio(vague, 1024) is None
@@ -156,7 +156,7 @@ def test_fractions_are_recognised(ratio):
     assert simplest_ratio(blurred, 1024) == ratio
 
 
-def test_what_is_no_fraction_is_not():
+def test_inexact_numbers_are_no_fractions():
     for value in (sqrt(2), sin_cos_degrees(20)[0], sqrt(3) / 7, exact(Fraction(3**900, 7**800)) * sqrt(5) / sqrt(5)):
         assert simplest_ratio(value, 1024) is None
 
@@ -176,7 +176,7 @@ def test_floats_are_the_nearest():
     assert fraction(cut(exact(0b10111), 3)) == 0b11000
 
 
-def test_what_may_be_zero_does_not_divide():
+def test_possible_zeros_do_not_divide():
     with pytest.raises(ZeroDivisionError):
         exact(1.0) / (sqrt(2) * sqrt(2) - 2)
     with pytest.raises(ValueError, match="negative"):
@@ -223,7 +223,7 @@ def test_threads_do_not_share_a_precision():
     assert not wrong
 
 
-def test_nothing_divided_by_what_is_not_known_exactly_is_nothing():
+def test_zero_divided_by_an_inexact_number_is_zero():
     root = sqrt(2)
     for zero in (exact(0), exact(0.0)):
         assert zero / root == 0

@@ -178,7 +178,7 @@ def test_answers_give_the_material_back():
     assert scene.body(1).material.name == "lead"
 
 
-def test_long_arrays_are_told_in_short():
+def test_long_arrays_are_abbreviated():
     long = Properties({"mu": np.arange(10_000.0)})
     assert repr(long) == "{'mu': <array of 10000 numbers>}"
     assert repr(Properties({"mu": [1, 2]})) == "{'mu': [1.0, 2.0]}"

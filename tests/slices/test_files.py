@@ -68,7 +68,7 @@ def test_svg_has_true_curves(tmp_path):
         assert 1 - b == pytest.approx((a + 2) ** 2 + 0.125**2, abs=1e-12)
 
 
-def test_svg_says_what_colours_mean(tmp_path):
+def test_svg_has_a_legend_of_colours(tmp_path):
     assert [text.text for text in svg_of(tmp_path).iter(f"{SVG}text")] == ["ball & all", "body 1", "body 2", "body 3"]
     by_material = [text.text for text in svg_of(tmp_path, by="material").iter(f"{SVG}text")]
     assert by_material == ["red <one>", "blue", "no material"]
@@ -308,7 +308,7 @@ def test_an_oblique_slice_as_a_picture(scene, tmp_path):
     assert np.pi / (4 * np.sqrt(32)) == pytest.approx(min(seen, key=lambda n: abs(n - 1957)) / 14100, abs=0.01)
 
 
-def test_what_the_command_refuses(scene, tmp_path):
+def test_invalid_options_are_refused(scene, tmp_path):
     out = tmp_path / "cut.svg"
     for arguments, told in (
         (("--by", "colour"), "--by must be one of body, material"),

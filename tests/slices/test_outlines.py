@@ -159,7 +159,7 @@ def test_planes_through_an_apex_and_along_rulings_cut_lines():
     assert sorted(one.start[0] for one in pipe.outlines) == pytest.approx([-0.8, 0.8], rel=1e-15)
 
 
-def test_what_a_plane_only_touches_has_no_outline():
+def test_touched_bodies_have_no_outline():
     assert co.Scene([BALL]).slice(origin=(-2, -2, 1), u=(4, 0, 0), v=(0, 4, 0), pixels=8).outlines == ()
     assert (
         co.Scene([co.EllipticCylinder(1, 1)]).slice(origin=(-2, 1, -2), u=(4, 0, 0), v=(0, 0, 4), pixels=8).outlines
@@ -295,7 +295,7 @@ def test_walls_that_coincide_are_one_outline():
     assert between[0].bodies == (0, 1)
 
 
-def test_hidden_walls_are_told_apart():
+def test_hidden_walls_are_distinguished():
     scene = co.Scene([co.Box((-1, -1, -1), (1, 1, 1)), co.Sphere(1, (1, 0, 0))])
     cut = scene.slice("z", pixels=64)
     hidden = [one for one in cut.outlines if one.left[:1] == one.right[:1]]
@@ -319,7 +319,7 @@ def test_a_far_center_costs_no_digit():
     assert x == pytest.approx(y * y / 2.0**41, abs=1e-15)
 
 
-def test_what_slices_are_asked_for():
+def test_invalid_slices_are_refused():
     scene = co.Scene([BALL])
     for arguments, message in (
         (dict(plane="w"), "plane must be 'x', 'y' or 'z', got 'w'"),

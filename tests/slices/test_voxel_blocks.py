@@ -86,7 +86,7 @@ def test_fractions_are_those_in_memory(path, axis, room, monkeypatch):
     assert alike(kept.fractions, SCENE.voxels(WINDOW, SHAPE, **asked).fractions)
 
 
-def test_files_say_where_they_are(path):
+def test_files_hold_their_window(path):
     SCENE.voxels(WINDOW, SHAPE, path=path, fractions="body")
     if path.suffix == ".npy":
         shares, bounds = np.load(path, mmap_mode="r")
@@ -100,7 +100,7 @@ def test_files_say_where_they_are(path):
     assert group["fractions"].chunks[0] == 1
 
 
-def test_what_ends_early_leaves_nothing_behind(path):
+def test_interrupted_work_leaves_no_files(path):
     def stop(done, count):
         if done > count / 2:
             raise KeyboardInterrupt

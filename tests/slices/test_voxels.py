@@ -137,7 +137,7 @@ def test_ids_are_those_of_the_centres():
     assert co.Scene([]).voxels(WINDOW, 4).body.max() == -1
 
 
-def test_parts_elsewhere_are_the_same_to_the_bit():
+def test_parts_computed_by_workers_are_equal_to_the_bit():
     scene = co.Scene([CLOSED["bored across"][0], co.Body(BALL, name="ball")])
     seen = []
     here = scene.voxels(WINDOW, 20, fractions="body", progress=lambda done, count: seen.append((done, count)))
@@ -149,7 +149,7 @@ def test_parts_elsewhere_are_the_same_to_the_bit():
     assert here.names == ("body 0", "ball")
 
 
-def test_what_voxels_are_asked_for():
+def test_invalid_voxels_are_refused():
     scene = co.Scene([BALL])
     for arguments, message in (
         (dict(bounds=(0, 1)), "bounds"),

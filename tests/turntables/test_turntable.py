@@ -69,7 +69,7 @@ def test_time_adds_up(tmp_path):
         assert movie.streams.video[0].codec_context.name == "h264"
 
 
-def test_the_camera_goes_around_what_it_looks_at():
+def test_the_camera_goes_around_its_target():
     """About `up` through the point, at one distance and height, clockwise from above; a quarter turn by hand."""
     camera = co.Camera((3, -4, 2), (3, 0, 0))
     views = list(_views(SCENE, camera, 4, 1))
@@ -174,7 +174,7 @@ def test_refusals(tmp_path, path, options, error, message):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_without_the_encoder_there_is_a_word_before_the_work(tmp_path, monkeypatch):
+def test_a_missing_encoder_is_reported_before_the_work(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "av", None)
     with pytest.raises(
         ImportError, match=r"a .mp4 is written by PyAV: pip install 'conicoid\[video\]'; .gif and .webp"
@@ -211,7 +211,7 @@ co.turntable(scene, sys.argv[1], frames=3, width=320, height=240, samples=256, f
 
 
 @needs_signals
-def test_what_is_interrupted_goes_on(tmp_path):
+def test_interrupted_films_are_resumed(tmp_path):
     """The file of before stays as it was, frames are whole, and the first is not made again."""
     path, folder = tmp_path / "a.gif", tmp_path / "frames"
     with child(INTERRUPTED, path, tmp_path / "small", folder, cwd=ROOT) as running:
@@ -267,7 +267,7 @@ def test_frames_that_are_there_are_not_made_again(tmp_path):
     assert co.animate(other, path, frames=4, shutter=0, keep=False, **TINY) == 4
 
 
-def test_only_what_moves_is_prepared_for_each_frame(monkeypatch):
+def test_only_moving_bodies_are_prepared_for_each_frame(monkeypatch):
     """Every other shape of a moment is the very one that was prepared before."""
     moved = BALL.at(0.4)
     assert moved.bodies[1].shape is BALL.bodies[1].shape
@@ -289,7 +289,7 @@ def test_the_command_animates(tmp_path):
     assert (np.asarray(PIL.Image.open(tmp_path / "b.png")) == np.asarray(BALL.at(0.5).render(32, 24, 2))).all()
 
 
-def test_what_has_no_animation(tmp_path):
+def test_scenes_without_animation_are_refused(tmp_path):
     co.save(BALL.replace(animation=()), tmp_path / "scene.yaml")
     assert "has no animation" in refused("animate", tmp_path / "scene.yaml", "-o", tmp_path / "film.gif")
     with pytest.raises(ValueError, match="shutter must be in"):
@@ -370,7 +370,7 @@ def test_a_worker_that_dies_costs_its_frame(tmp_path):
     assert (tmp_path / "far.gif").read_bytes() == (tmp_path / "near.gif").read_bytes()
 
 
-def test_what_was_done_stays_when_one_cannot_be_made(tmp_path):
+def test_finished_frames_stay_after_a_failure(tmp_path):
     class Stopping(Exception):
         pass
 

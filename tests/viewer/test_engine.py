@@ -150,7 +150,7 @@ def test_a_page_has_the_memory_that_the_kernels_declare():
 
 @needs_node
 @needs_engine
-def test_what_takes_exact_arithmetic_is_left_to_the_desktop(tmp_path):
+def test_exact_arithmetic_is_left_to_the_desktop(tmp_path):
     """Both balls are entered at t = 5 - sqrt(3)/2, which no float is: only exact arithmetic says at the same t."""
     scene = co.Scene([co.Sphere(1.0), co.Sphere(1.0, (1.0, 0.0, 0.0))])
     ray = {"origin": [0.5, 0.0, 5.0], "direction": [0.0, 0.0, -1.0], "hidden": [], "section": None}
@@ -277,7 +277,7 @@ def test_a_browser_has_the_bits_of_the_desktop(browser, tmp_path):
 
 @needs_browser
 @needs_engine
-def test_where_the_engine_may_not_run_that_is_said(browser, tmp_path):
+def test_a_blocked_engine_is_reported(browser, tmp_path):
     path = tmp_path / "strict.html"
     html.export(SCENE, path)
     path.write_text(path.read_text(encoding="utf-8").replace(" 'wasm-unsafe-eval'", ""), encoding="utf-8")
@@ -289,7 +289,7 @@ def test_where_the_engine_may_not_run_that_is_said(browser, tmp_path):
 
 @needs_browser
 @needs_engine
-def test_what_the_engine_leaves_open_is_said(browser, tmp_path):
+def test_undecided_answers_are_shown(browser, tmp_path):
     """Where it has no answer the shader's is shown, with the reason."""
     with opened(browser, SCENE, tmp_path, WIDE) as page:
         page.ask(
@@ -302,7 +302,7 @@ def test_what_the_engine_leaves_open_is_said(browser, tmp_path):
 
 @needs_browser
 @needs_engine
-def test_a_bound_that_the_engine_leaves_open_is_said(browser, tmp_path):
+def test_undecided_bounds_are_shown(browser, tmp_path):
     """As of a distance along an asymptote. Everything else of the answer is shown."""
     without = "const answer = exact.pick(...asked); answer.found.t_error = null; return answer;"
     with opened(browser, SCENE, tmp_path, WIDE) as page:

@@ -49,7 +49,7 @@ def test_the_page_asks_for_nothing(browser, tmp_path):
 
 
 @needs_browser
-def test_without_webgl_there_is_a_picture(playwright_tool, tmp_path):
+def test_a_picture_replaces_missing_webgl(playwright_tool, tmp_path):
     browser = launch(playwright_tool, "--disable-gpu", "--disable-software-rasterizer", "--disable-3d-apis")
     size = "(async () => { const i = document.querySelector('img'); await i.decode(); return i.naturalWidth; })()"
     with opened(browser, co.Scene([co.Sphere()]), tmp_path, NARROW) as shown:
@@ -59,7 +59,7 @@ def test_without_webgl_there_is_a_picture(playwright_tool, tmp_path):
 
 
 @needs_browser
-def test_what_the_browser_cannot_hold_is_refused_with_its_limit(browser, tmp_path):
+def test_scenes_too_large_for_browsers_are_refused_with_the_limit(browser, tmp_path):
     export(co.Scene([co.Sphere()]), tmp_path / "scene.html")
     context = browser.new_context(viewport=NARROW)
     page = context.new_page()
@@ -98,7 +98,7 @@ def test_limits_are_named(monkeypatch, tmp_path, name, value, message):
     assert not (tmp_path / "scene.html").exists()
 
 
-def test_mistakes_are_told(tmp_path):
+def test_mistakes_are_reported(tmp_path):
     assert "pages are saved as .html" in refused("export", BARREL, tmp_path / "page.png")
 
 

@@ -50,7 +50,7 @@ def page(shared_page):
     assert shared_page.errors == []
 
 
-def test_a_page_forgets_what_was_chosen(page):
+def test_a_page_forgets_the_selection(page):
     """Which is what the tests that follow each other on it rely on."""
     page.page.mouse.move(*page.at(0.1, 0.9))
     before, panel = page.pixels(), page.text(".panel").partition(" samples")[2]
@@ -99,7 +99,7 @@ def test_dragging_turns_the_scene(page):
     assert (covered(after) == SCENE.occluded(turned.rays(width, height))).mean() >= 0.999
 
 
-def test_keys_do_what_the_mouse_does(page):
+def test_keys_match_the_mouse(page):
     page.page.locator("canvas").focus()
     before = covered(page.pixels())
     for _ in range(4):
@@ -189,7 +189,7 @@ def test_a_click_without_a_server_is_answered_by_the_shader(page):
     assert page.ask("conicoid.state.found.t") == pytest.approx(hit.t, rel=1e-5)
 
 
-def test_a_click_is_answered_by_the_engine_where_there_is_one(engine_page):
+def test_a_click_is_answered_by_the_engine_if_present(engine_page):
     engine_page.page.mouse.click(*engine_page.at(0.33))
     engine_page.page.wait_for_selector(".found:not([hidden]) table.hit")
     ray = engine_page.ray(0.33, 0.5)

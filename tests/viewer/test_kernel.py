@@ -99,7 +99,7 @@ def test_why_is_the_working_of_the_ray_with_the_body():
 
 
 @needs_browser
-def test_a_pick_says_why(browser, tmp_path):
+def test_a_pick_explains_itself(browser, tmp_path):
     """The ball's front is met where t² − 16 t + 63 = 0 for a ray through its middle; here beside it."""
     page, _ = opened(browser, tmp_path, "alive")
     click(page)
@@ -134,7 +134,7 @@ def test_a_click_is_answered_by_the_kernel(browser, tmp_path):
 
 
 @needs_browser
-def test_without_a_kernel_the_shader_answers_and_says_so(browser, tmp_path):
+def test_the_shader_answers_without_a_kernel_and_is_named(browser, tmp_path):
     """A notebook as HTML has the model, and nobody hears what it sends."""
     page, _ = opened(browser, tmp_path, None)
     rows = click(page)

@@ -166,7 +166,7 @@ MISTAKES = [
 """(group, case, piece, a text in it, what a slip of the pen would make of it)"""
 
 
-def test_the_mistakes_are_of_what_stands_there():
+def test_mistakes_are_in_the_shaders():
     """A shader that is rewritten takes its mistakes along."""
     for group, name, piece, right, _ in MISTAKES:
         assert name in TOGETHER[group], name

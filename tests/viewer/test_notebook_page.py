@@ -83,18 +83,18 @@ def test_a_large_scene_leaves_its_picture_only(monkeypatch):
     ({}, "", False),
     ({"allow_stdin": False}, "voila/0.5", False),
 ])  # fmt: skip
-def test_programs_are_told_from_people(monkeypatch, content, environment, expected):
+def test_programs_are_distinguished_from_people(monkeypatch, content, environment, expected):
     cell_run_by(monkeypatch, **content)
     monkeypatch.setenv("SERVER_SOFTWARE", environment)
     assert run_by_a_program() is expected
 
 
-def test_outside_of_notebooks_nobody_is_asked(monkeypatch):
+def test_no_question_is_asked_outside_of_notebooks(monkeypatch):
     monkeypatch.delitem(sys.modules, "IPython", raising=False)
     assert run_by_a_program() is False
 
 
-def test_run_by_a_program_there_is_no_widget(monkeypatch):
+def test_programs_get_no_widget(monkeypatch):
     cell_run_by(monkeypatch, allow_stdin=False)
     widget = SCENE.view()
     assert widget.comm is None

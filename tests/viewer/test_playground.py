@@ -55,7 +55,7 @@ def test_every_example_has_a_ray_that_meets_something():
         assert max(map(len, example["text"].splitlines())) < 100
 
 
-def test_what_the_example_of_touching_says():
+def test_the_example_of_touching_bodies():
     """Of the floats next to 0.28 and 0.96 the squares come to less than 1, of 0.6 and 0.8 to more."""
     from fractions import Fraction
 
@@ -126,7 +126,7 @@ def test_python_in_a_page_speaks_json():
     assert "error" in json.loads(ask_it("typed", "{}"))
 
 
-def test_a_served_playground_answers_what_it_has_and_no_more():
+def test_a_served_playground_serves_its_files_alone():
     with served(Playground()) as server:
         status, text = ask(server, "GET", "")
         assert (status, b'name="scene"' in text) == (200, True)
@@ -136,7 +136,7 @@ def test_a_served_playground_answers_what_it_has_and_no_more():
         assert (status, json.loads(told)) == (413, {"error": "at most 65536 bytes are taken"})
 
 
-def test_it_begins_with_a_file_and_what_that_names(tmp_path):
+def test_the_playground_begins_with_a_file_and_the_files_it_names(tmp_path):
     np.save(tmp_path / "balls.npy", np.array([[0.0, 0, 0, 1], [3, 0, 0, 1]]))
     co.save(co.Scene([co.Spheres(np.arange(600.0).reshape(200, 3), 1.0)]), tmp_path / "many.yaml")
     session = Playground(tmp_path / "many.yaml")
@@ -145,7 +145,7 @@ def test_it_begins_with_a_file_and_what_that_names(tmp_path):
     assert session.calls["pick"]({"origin": [0, 1, 9], "direction": [0, 0, -1], "number": number})["found"]["body"] == 0
 
 
-def test_a_page_with_python_in_it_names_where_that_is():
+def test_a_page_with_python_names_its_address():
     text = page(scene_of(BALL), None, python={"pyodide": "pyodide/", "packages": ["numpy"], "wheel": "x.whl"})
     assert "worker-src 'self'" in text
     assert '"wheel":"x.whl"' in text
@@ -189,7 +189,7 @@ def test_a_scene_that_had_to_wait_is_shown_when_its_promise_is_kept(browser, pla
 
 
 @needs_browser
-def test_a_change_is_read_and_the_ray_asked_anew(browser, playing):
+def test_a_change_is_read_and_the_ray_traced_again(browser, playing):
     """The ball of radius 1 is met at 2 from 3; of radius 0.5 at 2.5. A mistake keeps the last good scene."""
     with Page(browser, playing.url, WIDE) as found:
         found.wait("window.playground && playground.brain.number > 0")

@@ -64,7 +64,7 @@ def test_mistakes_are_those_of_the_desktop(browser, address):
         assert got == TextScenes().typed({"text": WRONG})
 
 
-def test_where_python_does_not_come_that_is_said(browser, address):
+def test_a_failed_python_is_reported(browser, address):
     context = browser.new_context(viewport=WIDE)
     context.route("**/*.whl", lambda route: route.fulfill(status=404))
     page = context.new_page()

@@ -60,7 +60,7 @@ def test_it_serves_the_page_and_the_scene(server):
     assert json.loads(ask(server, "GET", "scene")[1])["item_count"] == 2
 
 
-def test_why_is_told_by_the_engine(server):
+def test_the_engine_explains_picks(server):
     status, text = ask(server, "POST", "why", json.dumps(RAY | {"body": 1}))
     assert (status, json.loads(text)) == (200, {"text": SCENE.explain(*RAY.values(), body=1).text})
     assert ask(server, "POST", "why", json.dumps(RAY | {"body": -1}))[0] == 400
@@ -81,7 +81,7 @@ def test_picks_are_the_engines_to_the_last_digit(server):
     )
 
 
-def test_picks_pass_over_what_is_hidden_or_cut_away(server):
+def test_picks_pass_over_hidden_and_cut_bodies(server):
     hidden = json.loads(ask(server, "POST", "pick", json.dumps(RAY | {"hidden": [0]}))[1])["found"]
     assert hidden["name"] != "ball"
     assert hidden["t"] > 6
@@ -204,7 +204,7 @@ def test_the_file_is_followed(tmp_path):
         AssertionError(),
     ],
 )
-def test_whatever_goes_wrong_is_shown_until_it_is_mended(error, tmp_path, monkeypatch):
+def test_errors_are_shown_until_they_are_repaired(error, tmp_path, monkeypatch):
     path = tmp_path / "scene.yaml"
     co.save(SCENE, path)
     session = Session(co.load(path), "scene", path)
@@ -226,7 +226,7 @@ def test_whatever_goes_wrong_is_shown_until_it_is_mended(error, tmp_path, monkey
     assert session.scene()["item_count"] == 1
 
 
-def test_what_a_scene_lacks_is_waited_for(tmp_path, monkeypatch):
+def test_missing_files_of_a_scene_are_awaited(tmp_path, monkeypatch):
     """The scene itself does not change when the file of balls that it refers to comes at last."""
     monkeypatch.setattr("conicoid.viewer.session._PAUSE", 0.0)
     path = tmp_path / "scene.yaml"
@@ -318,6 +318,6 @@ def test_a_hidden_body_does_not_answer_for_the_wall_it_shares(order):
     assert [(row["name"], row["enter"], row["exit"]) for row in found["spans"]] == [("clad", 1.0, 2.0)]
 
 
-def test_nothing_is_found_where_everything_is_hidden():
+def test_hidden_bodies_are_not_picked():
     scene = co.Scene([FUEL, CLAD])
     assert pick(scene, {"origin": [0, 0, 0], "direction": [1, 0, 0], "hidden": [0, 1]}) == {"found": None}

@@ -93,7 +93,7 @@ def test_a_shader_that_the_driver_refuses_leaves_words_and_the_picture(browser, 
 
 
 @needs_browser
-def test_a_driver_that_stops_while_it_compiles_is_told_of(browser, tmp_path):
+def test_a_driver_that_stops_in_compiling_is_reported(browser, tmp_path):
     export(BALL, tmp_path / "scene.html")
     found = shown(browser, (tmp_path / "scene.html").as_uri(), SLOW)
     until(found, "window.conicoid.film?.compiling > 0")
@@ -144,7 +144,7 @@ def test_the_picture_stands_before_the_data_and_once():
     assert (kind, Image.open(io.BytesIO(base64.b64decode(data))).format) == ("image/webp", "WEBP")
 
 
-def test_the_small_picture_is_made_once_and_keeps_nobody_waiting(monkeypatch):
+def test_the_small_picture_is_made_once_without_waiting(monkeypatch):
     begun, go, calls = threading.Event(), threading.Event(), []
 
     def slowly(scene):

@@ -278,7 +278,7 @@ def test_a_body_that_cannot_be_recorded_leaves_the_others_of_its_kind(monkeypatc
     assert len(together([*shapes, *(co.Sphere(3.0, (k, 0, 0)) for k in range(30))], 30)) == 30
 
 
-def test_what_cannot_be_recorded_is_lowered_alone(monkeypatch):
+def test_unrecordable_shapes_are_lowered_alone(monkeypatch):
     monkeypatch.setattr(recordings, "RECORDINGS", recordings.RecordingCache())
     monkeypatch.setattr(co.Sphere, "support", lambda self, _: math.frexp(self.radius)[0] * 64.0)
     shapes = [co.Sphere(1.0 + k) for k in range(20)]
@@ -373,7 +373,7 @@ def rng_angle(rng: random.Random) -> float:
 
 
 @pytest.mark.parametrize(("kind", "motion"), in_turn(ANGULAR_KINDS, MOTIONS))
-def test_each_is_what_it_is_alone(kind, motion):
+def test_each_body_of_a_batch_equals_the_body_alone(kind, motion):
     rng = random.Random(f"{kind} {motion}")
     check([MOTIONS[motion](rng)(ANGULAR_KINDS[kind](rng)) for _ in range(16)], 16)
 

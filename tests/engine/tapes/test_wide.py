@@ -148,7 +148,7 @@ def test_multiples_of_thirty_degrees_have_recordings_of_their_own(turns):
     assert played.state.tolist() == [STATE_VALID, STATE_VALID, STATE_OTHER_BRANCH, STATE_OTHER_BRANCH]
 
 
-def test_what_is_exactly_halfway_goes_to_the_even_one_and_what_may_be_is_left_open():
+def test_exact_halves_round_to_even_and_possible_halves_stay_undecided():
     tape = Tape()
     a, b, c = (tape.input(x) for x in (1.0, 2.0**-53, 3.0))
     tape.write(number.rounded(a.exact() + b.exact()))
@@ -188,7 +188,7 @@ def test_differences_and_quotients_that_are_undone_are_exact():
     assert number.is_nothing(length + -length)
 
 
-def test_a_tape_that_speaks_of_what_is_not_there_leaves_all_open():
+def test_a_tape_with_invalid_operands_leaves_all_undecided():
     import dataclasses
 
     tape = Tape()

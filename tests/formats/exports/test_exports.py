@@ -119,7 +119,7 @@ def test_sheets_are_refused_by_name(suffix: str, tmp_path: Path) -> None:
         *((suffix, co.Sphere(1) & co.Sphere(1, (5, 0, 0)), None) for suffix in SOLID_FORMATS),
     ],
 )  # fmt: skip
-def test_solids_that_cannot_be_said(suffix: str, shape: co.Union, message: str | None, tmp_path: Path) -> None:
+def test_inexpressible_solids_are_refused(suffix: str, shape: co.Union, message: str | None, tmp_path: Path) -> None:
     path = tmp_path / f"out{suffix}"
     scene = co.Scene([co.Body(shape, name="thing"), co.Body(co.Sphere(0.5, (9, 0, 0)), name="ball")])
     if message is None:
@@ -137,7 +137,7 @@ def test_the_saddle_is_a_quadric_in_openmc(tmp_path: Path) -> None:
     assert_same_answers(co.Scene([SADDLE]), written_and_read(co.Scene([SADDLE]), tmp_path / "out.xml"))
 
 
-def test_what_is_narrowed_is_told(tmp_path: Path) -> None:
+def test_narrowed_bodies_are_reported(tmp_path: Path) -> None:
     turned = co.Body(co.Cylinder((0, 0, 0), (1, 2, 3), 1), "red", "rod")
     scene = co.Scene([turned], lights=[co.AmbientLight(1)], camera=co.Camera((9, 0, 0), (0, 0, 0)))
     told = {suffix: "\n".join(co.export(scene, tmp_path / f"out{suffix}")) for suffix in SOLID_FORMATS}
@@ -234,7 +234,7 @@ def test_names_of_many_volumes_are_found_in_few_steps(tmp_path: Path, monkeypatc
     assert len(looked_up) <= 3 * 40
 
 
-def test_names_with_what_xml_and_gdml_mean_otherwise(tmp_path: Path) -> None:
+def test_names_with_characters_special_to_xml_and_gdml(tmp_path: Path) -> None:
     names = ['a<b>&"c"\'', "x\ny", "ring[i]", "core/fuel[3]", "core/fuel[4]"]
     bodies = [co.Body(co.Sphere(1, (3 * k, 0, 0)), name=name) for k, name in enumerate(names)]
     for suffix in SOLID_FORMATS:
@@ -327,7 +327,7 @@ def test_mistakes_of_the_command(scene_file: Path, tmp_path: Path) -> None:
     assert (tmp_path / "in.gdml").read_bytes() == before
 
 
-def test_the_command_names_what_it_refuses(tmp_path: Path) -> None:
+def test_the_command_names_the_refused_body(tmp_path: Path) -> None:
     co.save(co.Scene([co.Body(co.Plane((0, 0, 1), 0), name="floor"), co.Sphere()]), tmp_path / "scene.yaml")
     assert "1 body cannot be written as GDML:\nfloor: Plane is a sheet" in refused(
         "export", str(tmp_path / "scene.yaml"), str(tmp_path / "x.gdml")
@@ -457,7 +457,7 @@ def test_moved_and_copied_solids_keep_their_element(tmp_path: Path) -> None:
     assert "sphere($fn = 7, $fa = 3, $fs = 0.01, r = 0.8);" in (tmp_path / "out.scad").read_text()
 
 
-def test_another_order_is_told(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+def test_another_order_is_reported(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     """A hole of the first body is the third, which a volume's daughter comes before the second."""
     hole = co.Box((-1, -1, -1), (1, 1, 1))
     whole = co.Difference((co.Box((-5, -5, -5), (5, 5, 5)), hole))
@@ -646,7 +646,7 @@ def test_importers_state_the_unit(tmp_path, name, text, unit):
 
 @pytest.mark.parametrize("name", ["a\x01b", "a\ud800b", "a\x1b[31m", "a\x7f\ufffe", "a\nb", "a\x00b"])
 @pytest.mark.parametrize("suffix", [".gdml", ".xml"])
-def test_xml_is_valid_whatever_a_name_holds(name, suffix, tmp_path):
+def test_xml_is_valid_for_any_name(name, suffix, tmp_path):
     """A reader of XML refuses control characters, lone surrogates and U+FFFE, which a name may hold."""
     bodies = [
         co.Body(co.Sphere(), co.matte("red", name=name, properties={"state": name, "macroscopic": name}), name),

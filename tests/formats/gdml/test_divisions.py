@@ -138,7 +138,7 @@ def test_points_are_in_their_slices(tmp_path, name):
         ('<orb name="m" r="3"/>', "kZAxis", 'number="2"', "divides what is no box, tube, cone"),
     ],
 )
-def test_what_is_not_divided_is_told(tmp_path, solid, axis, rule, told):
+def test_undivided_volumes_are_reported(tmp_path, solid, axis, rule, told):
     division = f'<divisionvol axis="{axis}" {rule} unit="mm"><volumeref ref="part"/></divisionvol>'
     solids = f'{solid}<box name="any" x="1" y="1" z="1"/>'
     structure = volume("part", "any") + volume("m", "m", division)

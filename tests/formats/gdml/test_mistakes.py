@@ -52,7 +52,7 @@ def test_functions(text, value):
         ("1e999999999", "1e300"), ("(-1)^0.5", "broken power"), ("exp(1e9)", "finite"), ("1;2", "in it"), ("9" * 400, "1e300"),
     ],
 )  # fmt: skip
-def test_what_is_no_expression(text, told):
+def test_invalid_expressions_are_refused(text, told):
     with pytest.raises(ExpressionError, match=".*" + told.replace("(", r"\(")):
         evaluate(text, UNIT_VALUES)
 
@@ -86,7 +86,7 @@ def test_numbers_do_not_grow_without_end():
         ('<reflectedSolid name="s" solid="w" sx="0"/>', "sx, sy and sz must not be 0"),
     ],
 )
-def test_mistakes_in_solids_are_told_with_their_line(tmp_path, solid, told):
+def test_mistakes_in_solids_are_reported_with_their_line(tmp_path, solid, told):
     define = '<constant name="height" value="3"/>'
     text = text_of(WORLD + "\n" + solid, volume("world", "s" if "name" in solid else "w"), define)
     line = text[: text.index(solid)].count("\n") + 1
@@ -188,7 +188,7 @@ def written(folder, declarations, materials="&parts;"):
     return path
 
 
-def test_files_in_the_folder_are_read_if_asked_for(tmp_path):
+def test_files_in_the_folder_are_read_on_request(tmp_path):
     (tmp_path / "materials.xml").write_text(MATERIALS.replace("<materials>", "<materials>&more;"))
     (tmp_path / "more.xml").write_text('<?xml version="1.0" encoding="utf-8"?><!-- none -->')
     path = written(tmp_path, '<!ENTITY parts SYSTEM "./materials.xml"><!ENTITY more SYSTEM "more.xml">')

@@ -235,7 +235,7 @@ def nested(rows: int, columns: int) -> str:
     return text_of(HALL, "".join(parts))
 
 
-def test_what_is_shared_answers_as_what_is_made_alone(tmp_path):
+def test_shared_solids_answer_as_separate_ones(tmp_path):
     shared = scene_of(tmp_path, nested(4, 10))
     bodies = [co.Body(body.shape, body.material, body.name) for body in shared.bodies]
     alone = co.Scene(bodies)
@@ -259,7 +259,7 @@ def test_bodies_have_the_names_of_their_ways(tmp_path):
     assert scene[names[number]].shape == scene.bodies[number].shape
 
 
-def test_memory_follows_what_is_written(tmp_path):
+def test_memory_follows_the_size_of_the_file(tmp_path):
     def peak(rows: int) -> int:
         text = nested(rows, 50)
         scene_of(tmp_path, text)
@@ -307,14 +307,14 @@ def test_colors_are_read_and_written(tmp_path, caplog, value, expected, kind):
 @pytest.mark.parametrize(
     "value", ["mauve", "", "#12345", "300", "1 2 3", "nan 0 0", "0.1 0.2", "(0,0,0,0,0)", "1e0 0 0"]
 )
-def test_what_is_not_understood_is_told(tmp_path, caplog, value):
+def test_unknown_elements_are_reported(tmp_path, caplog, value):
     material = loaded(tmp_path, value).bodies[0].material
     told = caplog.text
     assert material.color == loaded(tmp_path, "0", "SensDet").bodies[0].material.color
     assert f"has the colour {value!r}, which is not understood" in told
 
 
-def test_opacity_is_told(tmp_path, caplog):
+def test_opacity_is_reported(tmp_path, caplog):
     assert loaded(tmp_path, "#ff000080").bodies[0].material.color == "#ff0000"
     assert "has a colour of opacity 0.502, which is not read" in caplog.text
 

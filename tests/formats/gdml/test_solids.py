@@ -305,7 +305,7 @@ SOLIDS = {
 
 
 @pytest.mark.parametrize("name", SOLIDS)
-def test_a_solid_is_what_its_formula_says(tmp_path, name):
+def test_a_solid_equals_its_formula(tmp_path, name):
     text, inside = SOLIDS[name]
     scene = solid_scene(tmp_path, text, "s", DEFINE)
     assert not [note for note in scene.notes if "left out" in note]
@@ -372,7 +372,7 @@ def test_two_pi_of_ten_digits_is_a_full_turn(tmp_path, delta, count):
         ),
     ],
 )
-def test_what_cannot_be_is_left_out_and_told(tmp_path, text, told):
+def test_impossible_solids_are_left_out_and_reported(tmp_path, text, told):
     from .files import placed, scene_of, text_of, volume
 
     structure = volume("v", "s") + volume("world", "w", placed("v"))
@@ -454,7 +454,7 @@ TWISTED = {
 
 
 @pytest.mark.parametrize("name", TWISTED)
-def test_a_twisted_solid_is_what_its_sections_say(tmp_path, name):
+def test_a_twisted_solid_has_its_sections(tmp_path, name):
     text, inside = TWISTED[name]
     scene = solid_scene(tmp_path, text, "s")
     assert not [note for note in scene.notes if "left out" in note]
@@ -532,7 +532,7 @@ BOOLEANS = {"union": np.logical_or, "intersection": np.logical_and, "subtraction
 
 
 @pytest.mark.parametrize(("kind", "seed"), in_turn(KINDS, range(6)))
-def test_random_solids_are_what_their_formulas_say(tmp_path, kind, seed):
+def test_random_solids_equal_their_formulas(tmp_path, kind, seed):
     g = np.random.default_rng([seed, KINDS.index(kind)])
     (first, one), (second, other) = random_solid(g, kind), random_solid(g, g.choice(KINDS))
     shift, angles, scale = g.uniform(-3, 3, 3), g.uniform(-180, 180, 3), g.choice([-1, 1, 0.5], 3)

@@ -54,7 +54,7 @@ def test_a_placement_turns_the_other_way(tmp_path):
         assert at(scene, there, [-x for x in there]) == ["world/t", "world"]
 
 
-def test_a_boolean_turns_as_it_says(tmp_path):
+def test_a_boolean_turns_by_its_rotation(tmp_path):
     solids = (
         WORLD
         + BAR
@@ -103,7 +103,7 @@ def test_three_angles_and_a_scale(tmp_path):
         '<elcone name="s" dx="0.2" dy="0.1" zmax="4" zcut="2"/>',
     ],
 )  # fmt: skip
-def test_copies_of_a_profile_share_what_does_not_depend_on_their_place(tmp_path, solid):
+def test_copies_of_a_profile_share_their_walls(tmp_path, solid):
     copies = "".join(placed("v", f'<position x="{x}" y="{x / 3}" z="0"/>') for x in (-9, 0, 9))
     scene = scene_of(tmp_path, text_of(WORLD + solid, volume("v", "s") + volume("world", "w", copies)))
     leaves = [leaf for body in scene.bodies for leaf, _ in placed_primitives(body.shape)]
@@ -189,7 +189,7 @@ def test_flush_daughters_leave_no_gap(tmp_path):
     assert np.array_equal(spans.t_enter[1:], spans.t_exit[:-1])
 
 
-def test_an_operand_that_is_rotated_about_z_ends_at_its_height(tmp_path):
+def test_an_operand_rotated_about_z_ends_at_its_height(tmp_path):
     # Plates from -0.1 to 0.1, from 0.1 to 0.3, which is rotated, and from 0.3 to 0.5
     two = '<union name="two"><first ref="p"/><second ref="p"/><position z="0.2"/><rotation z="30" unit="deg"/></union>'
     third = placed("p", '<position z="0.4"/>')
@@ -488,7 +488,7 @@ def test_materials_of_all_modules_are_known_to_each(tmp_path):
     }  # fmt: skip
 
 
-def test_a_mistake_in_a_module_is_told_with_its_file(tmp_path):
+def test_a_mistake_in_a_module_is_reported_with_its_file(tmp_path):
     (tmp_path / "part.gdml").write_text(HEAD + "<solids><box name='b' x='nonsense'/></solids></gdml>")
     with pytest.raises(SceneFileError, match=r"part\.gdml:3.*'nonsense', which is not defined"):
         scene_of(tmp_path, text_of(WORLD, volume("world", "w", '<physvol><file name="part.gdml"/></physvol>')))

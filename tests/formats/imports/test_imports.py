@@ -54,14 +54,14 @@ def test_scene_files_are_of_no_other_format(tmp_path):
 
 
 @pytest.mark.parametrize("name", [each.name for each in IMPORT_FORMATS])
-def test_every_format_says_what_it_refuses_of_nothing(name, tmp_path):
+def test_every_format_refuses_empty_files_clearly(name, tmp_path):
     assert len({each.name for each in IMPORT_FORMATS}) == len(IMPORT_FORMATS)
     path = tmp_path / "empty"
     path.write_bytes(b"")
     assert detect_format(path) is None
 
 
-def test_only_what_is_named(pin):
+def test_only_named_parts_are_imported(pin):
     scene = co.load(pin, only="clad")
     assert [body.name for body in scene.bodies] == ["cell 2 'cladding'"]
     assert scene.notes[-1] == "1 body of 2 named by 'clad'"

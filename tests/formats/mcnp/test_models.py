@@ -22,7 +22,7 @@ POINTS = chosen(2, 10_000, 3.0)
 
 
 @pytest.mark.parametrize("name", MODELS)
-def test_every_point_is_in_the_cell_that_mcnp_says(tmp_path: Path, name: str) -> None:
+def test_every_point_is_in_the_cell_of_mcnp(tmp_path: Path, name: str) -> None:
     model = MODELS[name]
     expected = model.names(POINTS)
     assert len(set(expected)) > 3

@@ -168,7 +168,7 @@ COMPLEMENTS = "".join(f"{n} 0 #{n - 1} #{n - 1} -1 imp:n=1\n" for n in range(2, 
     ("t\n1 0 -1 fill=2\n2 0 -1 u=2 fill=3\n3 0 -1 u=3 fill=2\n\n1 so 1\n", "contain themselves: universe 2 → universe 3 → universe 2"),
     (f"t\n1 0 -1\n{COMPLEMENTS}\n1 so 1\n", "too many half-spaces|nests deeper"),
 ], ids=["universes in circles", "complements of complements"])  # fmt: skip
-def test_what_has_no_end(tmp_path: Path, deck: str, message: str) -> None:
+def test_cyclic_and_exploding_decks_are_refused(tmp_path: Path, deck: str, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         loaded(tmp_path, deck)
 

@@ -17,7 +17,7 @@ from ...command_line import done
 WATER = ([(0, 0, 0.1173), (0, 0.7572, -0.4692), (0, -0.7572, -0.4692)], ["O", "H", "H"])
 
 
-def test_tables_hold_what_was_published():
+def test_tables_hold_the_published_numbers():
     """Some of Cordero 2008, table 2, and of Alvarez 2013, table 1."""
     for symbol, bond, contact in (("H", 0.31, 1.20), ("C", 0.76, 1.77), ("S", 1.05, 1.89), ("U", 1.96, 2.71)):
         assert (COVALENT_RADII[SYMBOLS.index(symbol)], VAN_DER_WAALS_RADII[SYMBOLS.index(symbol)]) == (bond, contact)
@@ -156,7 +156,7 @@ def test_colours_and_radii_of_ones_own():
         (lambda: co.molecule(*WATER).scene(radii=dict(O=-1)), ValueError, r"radii\['O'\] must be > 0"),
     ],
 )
-def test_what_is_no_molecule(call, kind, message):
+def test_files_that_are_no_molecules_are_refused(call, kind, message):
     with pytest.raises(kind, match=message):
         call()
 
@@ -244,7 +244,7 @@ def test_no_atoms():
 # ---- Other libraries' objects, by what these have: the real ones are tried where they are installed ----
 
 
-def test_objects_of_other_libraries_by_what_they_have():
+def test_objects_of_other_libraries_are_read_by_their_attributes():
     places, numbers = np.array(WATER[0]), np.array([8, 1, 1])
     ase = SimpleNamespace(
         get_positions=lambda: places, get_atomic_numbers=lambda: numbers, cell=np.eye(3) * 9, pbc=[True] * 3

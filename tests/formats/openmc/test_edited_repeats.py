@@ -113,7 +113,7 @@ def test_edits_answer_as_bodies_written_out(name: str, scene: co.Scene) -> None:
     same_answers(edited, after)
 
 
-def test_what_is_edited_back_is_the_list_that_it_was(core: co.Scene) -> None:
+def test_a_reversed_edit_restores_the_list(core: co.Scene) -> None:
     assert core.added(PROBE, before=4).without("probe").bodies is core.bodies
     assert core.bodies != core.added(PROBE).bodies
     assert core.added(PROBE).bodies == core.added(PROBE).bodies
@@ -189,7 +189,7 @@ def test_names_stay_different(core: co.Scene) -> None:
             call()
 
 
-def test_some_of_the_bodies_of_a_list_keep_what_they_have_in_common(core: co.Scene) -> None:
+def test_some_bodies_of_a_list_keep_their_common_tables(core: co.Scene) -> None:
     """In any order, and with others among them."""
     bodies = [body for body in core.bodies if body.material != core.bodies[0].material]
     some = co.Scene([PROBE, *bodies[::-1]])

@@ -28,7 +28,7 @@ def assembly() -> openmc.ImportResult:
     return openmc.read(ASSEMBLY)
 
 
-def test_the_assembly_has_the_bodies_that_arithmetic_says() -> None:
+def test_the_assembly_has_the_expected_number_of_bodies() -> None:
     """264 rods of fuel, gap, cladding and water; 24 guide tubes of 3 cells; one instrument tube of 4; the gap outside."""
     imported = assembly()
     assert len(imported.bodies) == 264 * 4 + 24 * 3 + 4 + 1
@@ -37,7 +37,7 @@ def test_the_assembly_has_the_bodies_that_arithmetic_says() -> None:
     assert [entry.name for entry in imported.legend][:3] == ["uranium dioxide", "zirconium alloy, cladding", "water"]
 
 
-def test_names_say_the_way_and_are_unique() -> None:
+def test_names_give_the_path_and_are_unique() -> None:
     scene = loaded(ASSEMBLY)
     names = [body.name for body in scene.bodies]
     assert len(set(names)) == len(names)
@@ -83,7 +83,7 @@ def test_oklab_of_white_and_of_red_are_the_published_ones() -> None:
     assert oklch_to_linear(*red) == pytest.approx((1, 0, 0), abs=1e-5)
 
 
-def test_notes_say_what_was_found(tmp_path: Path) -> None:
+def test_notes_name_the_findings(tmp_path: Path) -> None:
     assert assembly().notes == (
         "13 cells, 17 surfaces, 5 universes, 1 lattice",
         "1,133 bodies",
@@ -137,7 +137,7 @@ def test_without_void(tmp_path: Path) -> None:
     assert len(co.load(tmp_path / "a.json").bodies) == 1133 - 264
 
 
-def test_limits_are_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_limits_are_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert "expands into 4 bodies" in refused("import", PIN, "-o", tmp_path / "out.yaml", "--max-bodies", 3)
     monkeypatch.setattr(yaml_parser, "MAX_NODES", 100)
     assert "a scene file holds at most 100 values, this scene takes" in refused(
@@ -235,7 +235,7 @@ def test_materials_that_no_cell_has_change_no_names(tmp_path: Path) -> None:
     assert [m.name for m in scene.materials] == ["a", "b", "c"]
 
 
-def test_misspelt_words_are_told(tmp_path: Path) -> None:
+def test_misspelt_words_are_reported(tmp_path: Path) -> None:
     model = THREE_CELLS.replace("boundary", "boundry").replace('<cell id="1"', '<cell id="1" temprature="600"')
     model = model.replace("<surface id=\"1\"", "<serface/><surface id=\"1\" ID=\"4\"").replace("region=\"1 -2\"/>", "region=\"1 -2\"><Volume>3</Volume></cell>")  # fmt: skip
     notes = openmc.read(
@@ -286,7 +286,7 @@ def test_sums_of_two_kinds_are_mistakes(tmp_path: Path) -> None:
         "</geometry>", '<cell id="9" universe="5" material="7"/></geometry>'), True,
      ["undefined regions (points in no cell) can be looked for in filled cells only: boundary conditions do not enclose the model"]),
 ])  # fmt: skip
-def test_an_import_says_where_undefined_regions_are_not_looked_for(spoil, void, told, tmp_path: Path) -> None:
+def test_an_import_reports_where_undefined_regions_are_not_searched(spoil, void, told, tmp_path: Path) -> None:
     path = put(tmp_path, named(1, "a"), named(2, "b"), named(7, "c"), model=spoil(THREE_CELLS))
     assert [note for note in openmc.read(path, void=void).notes if note.startswith("undefined")] == told
 
@@ -310,7 +310,7 @@ NAMED_MODEL = """<model><materials><material id="1" name="{0}"/><material id="2"
 
 
 @pytest.mark.parametrize("name", HOSTILE)
-def test_names_cannot_forge_what_is_printed(name: str, tmp_path: Path) -> None:
+def test_names_cannot_forge_printed_lines(name: str, tmp_path: Path) -> None:
     path = tmp_path / "model.xml"
     path.write_text(NAMED_MODEL.format(name), encoding="utf-8")
     imported = openmc.read(path)
@@ -375,7 +375,7 @@ def model(tmp_path: Path, *materials: str) -> Path:
     return path
 
 
-def test_what_the_file_says(tmp_path: Path) -> None:
+def test_attributes_of_the_file_are_kept(tmp_path: Path) -> None:
     scene = co.load_openmc(model(tmp_path, FUEL, WATER))
     fuel, void, water = (body.material for body in scene.bodies)
     assert (fuel.name, void.name, water.name) == ("fuel", "void", "material 2")
@@ -411,6 +411,6 @@ def test_without_a_list_the_number_is_known(tmp_path: Path) -> None:
         (FUEL.replace("600.5", "hot"), "material 1 'fuel': temperature must be a number, got 'hot'"),
     ],
 )
-def test_mistakes_are_told_with_the_material(wrong: str, message: str, tmp_path: Path) -> None:
+def test_mistakes_are_reported_with_the_material(wrong: str, message: str, tmp_path: Path) -> None:
     with pytest.raises(co.SceneFileError, match=message):
         co.load_openmc(model(tmp_path, wrong, WATER))

@@ -59,7 +59,7 @@ def told(text: str, path: Path) -> list[tuple[int, str]]:
     return [(problem.line, problem.message) for problem in refused(path).problems]
 
 
-def test_independent_mistakes_of_all_stages_are_told(tmp_path: Path) -> None:
+def test_independent_mistakes_of_all_stages_are_reported(tmp_path: Path) -> None:
     """In elements, between them, and in the file as a whole; what follows from another mistake is not."""
     text = geometry(
         "<surface id='8' type='x-torus' coeffs='0 0 0 1 2 3' boundary='sticky'/>",
@@ -78,7 +78,7 @@ def test_independent_mistakes_of_all_stages_are_told(tmp_path: Path) -> None:
     ]
 
 
-def test_several_mistakes_in_one_element_are_told(tmp_path: Path) -> None:
+def test_several_mistakes_in_one_element_are_reported(tmp_path: Path) -> None:
     text = geometry(
         "<surface id='8' type='plane' coeffs='0 0 0 1' boundary='sticky'/>",
         "<cell id='1' material='x' universe='y' region='(1' rotation='1 2' fill='2' translation='a b c'/>",
@@ -89,7 +89,7 @@ def test_several_mistakes_in_one_element_are_told(tmp_path: Path) -> None:
     assert [lines.count(line) for line in (3, 4, 5, 6)] == [2, 6, 4, 4]
 
 
-def test_mistakes_beside_a_broken_list_of_materials_are_told(tmp_path: Path) -> None:
+def test_mistakes_beside_a_broken_list_of_materials_are_reported(tmp_path: Path) -> None:
     (tmp_path / "materials.xml").write_text("<materials>\n<material/>\n<material id='x'/></materials>")
     path = put(geometry("<cell id='1' material='3' region='77'/>"), tmp_path)
     assert str(refused(path)).splitlines() == [
@@ -102,7 +102,7 @@ def test_mistakes_beside_a_broken_list_of_materials_are_told(tmp_path: Path) -> 
     assert [line for line, _ in told(inside, tmp_path / "model.xml")] == [3, 5]
 
 
-def test_all_that_floats_cannot_hold_is_told(tmp_path: Path) -> None:
+def test_numbers_beyond_floats_are_reported(tmp_path: Path) -> None:
     """Each cell once, however often it stands."""
     text = geometry(
         "<surface id='3' type='x-plane' coeffs='1.5e308'/>",
@@ -114,7 +114,7 @@ def test_all_that_floats_cannot_hold_is_told(tmp_path: Path) -> None:
     assert [line for line, _ in told(text, tmp_path / "geometry.xml")] == [4, 5]
 
 
-def test_materials_are_checked_where_there_is_a_list(tmp_path: Path) -> None:
+def test_materials_are_checked_against_their_list(tmp_path: Path) -> None:
     path = put(geometry("<cell id='1' material='void 3 4' region='-1'/>"), tmp_path)
     co.load_openmc(path)
     (tmp_path / "materials.xml").write_text("<materials>\n<material id='3'/></materials>")
@@ -210,7 +210,7 @@ WHOLE = {  # a file, options, and a part of the message
 
 
 @pytest.mark.parametrize("name", WHOLE)
-def test_what_cannot_be_as_a_whole(name: str, tmp_path: Path) -> None:
+def test_impossible_geometries_are_refused(name: str, tmp_path: Path) -> None:
     text, options_, phrase = WHOLE[name]
     path = put(text, tmp_path)
     assert phrase in str(refused(path, **options_))
@@ -348,7 +348,7 @@ def test_a_core_of_400000_pins_is_no_more_than_is_allowed(tmp_path: Path) -> Non
     assert 417_316 < read_openmc_geometry(tmp_path / "geometry.xml").body_count < options.DEFAULT_BODY_LIMITS.bodies
 
 
-def test_what_no_scene_file_holds_is_refused_before_its_bodies_are_made(
+def test_bodies_beyond_scene_files_are_refused_before_they_are_made(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A cylinder of a lattice's element is two primitives, each with its motion: four parts at least."""
@@ -373,7 +373,7 @@ def test_thirty_million_elements_are_refused_in_one_gibibyte(tmp_path: Path) -> 
     assert "expands into 30,006,000 bodies, at least 18 GB in memory" in done.stdout
 
 
-def test_many_lattices_of_which_one_is_used(tmp_path: Path) -> None:
+def test_one_of_many_lattices_is_used(tmp_path: Path) -> None:
     """The others are not written out."""
     lattices = [
         f'<{LATTICE.replace("4", str(i))} dimension="50 50" pitch="1 1" universes="{"1 " * 2500}"/>'

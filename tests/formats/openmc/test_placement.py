@@ -118,11 +118,11 @@ def check_cells_made_empty(name: str, folder: Path, step: int) -> None:
 @pytest.mark.parametrize(
     ("name", "step"), [("kinds", 3), ("nested", 3), ("pin", 3), *deeper((name, 1) for name in NAMES)]
 )
-def test_a_cell_that_is_made_empty_is_told(name: str, step: int, tmp_path: Path) -> None:
+def test_an_emptied_cell_is_reported(name: str, step: int, tmp_path: Path) -> None:
     check_cells_made_empty(name, tmp_path, step)
 
 
-def test_elements_beyond_the_cell_around_are_told(tmp_path: Path) -> None:
+def test_elements_beyond_the_surrounding_cell_are_reported(tmp_path: Path) -> None:
     """A ball of radius 1 about the corner of a lattice of 3 x 3 elements of size 1: it meets only that element."""
     text = geometry(
         '<cell id="1" universe="1" material="1"/>',
@@ -193,7 +193,7 @@ def inside(item: RegionPart, points: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("seed", sampled(range(150), 4))
-def test_what_is_left_says_the_same(seed: int) -> None:
+def test_the_remainder_is_equal_in_one_step_or_many(seed: int) -> None:
     """In one go and step by step, as a hierarchy does it; on points that are on no surface."""
     random = np.random.default_rng(seed)
     parts = [part(random, 2) for _ in range(random.integers(1, 9))]

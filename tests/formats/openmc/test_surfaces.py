@@ -78,7 +78,7 @@ def test_sides_are_those_of_the_equation_wherever_it_stands(
 
 
 @pytest.mark.parametrize(("kind", "coefficients"), KINDS.items())
-def test_what_is_said_of_a_box_is_true_of_its_points(kind: str, coefficients: str) -> None:
+def test_bounds_of_a_box_hold_for_its_points(kind: str, coefficients: str) -> None:
     item, values = surface(kind, coefficients), evaluator(kind, coefficients)
     random = np.random.default_rng(2)
     decided = 0
@@ -100,7 +100,7 @@ def test_what_is_said_of_a_box_is_true_of_its_points(kind: str, coefficients: st
     assert decided > 50 or kind.endswith("cone") or kind == "quadric"
 
 
-def test_what_is_written_is_what_stands_in_the_scene() -> None:
+def test_written_surfaces_equal_those_of_the_scene() -> None:
     """The user's numbers to the last bit, as fields of the shapes; a plane's as integers."""
     assert surface("plane", "1 -2 0.5 1.3").solid() == co.HalfSpace((2, -4, 1), 2.6)
     assert surface("plane", "0.123456789012345678 -2 0.5 1.3").solid() == co.HalfSpace(
@@ -295,7 +295,7 @@ texts = st.recursive(
 
 
 @given(texts)
-def test_any_region_means_what_the_precedence_says(text: str) -> None:
+def test_regions_follow_the_precedence_of_operators(text: str) -> None:
     assert table(text) == expected(text)
 
 
@@ -368,7 +368,7 @@ def test_points_are_located_by_few_nodes(lattices: dict[int, co.Scene]) -> None:
     assert mean[32] < 8
 
 
-def test_a_ray_meets_every_wall_that_arithmetic_says(lattices: dict[int, co.Scene]) -> None:
+def test_a_ray_crosses_every_expected_wall(lattices: dict[int, co.Scene]) -> None:
     """Along x through the middles of pins: water, pin, water in each element, without a gap, at any height."""
     for side, scene in lattices.items():
         spans = scene.spans((-1.0, 2.5, 123456.0), (1, 0, 0))

@@ -155,7 +155,7 @@ def test_cuts_have_the_colour_of_the_cutter(tmp_path):
     assert outside.values[0, 0, 0] > 0.9
 
 
-def test_what_is_left_out_is_told_with_its_line(tmp_path):
+def test_omissions_are_reported_with_their_line(tmp_path):
     scene = loaded(
         tmp_path, "cube(size = 1);\nhull() { sphere(r = 1); }\n%sphere(r = 2);\n*sphere(r = 3);\ncircle(r = 1);\n"
     )
@@ -214,7 +214,7 @@ def test_what_is_left_out_is_told_with_its_line(tmp_path):
         ("linear_extrude(height = 1) { intersection() { square(size = 3); text(text = \"A\"); } square(size = 1); }", "text is letters, and left out"),
     ],
 )  # fmt: skip
-def test_what_encloses_nothing_is_left_out(text, note, tmp_path):
+def test_empty_solids_are_left_out(text, note, tmp_path):
     # Whatever is left out, the unit cube remains, and nothing else
     scene = loaded(tmp_path, f"cube(size = 1);\n{text}")
     assert f"line 2: {note}" in scene.notes
