@@ -38,13 +38,13 @@ class Child:
         """
         timer = threading.Timer(bound, self.process.kill)
         timer.start()
-        said = b""
+        line = b""
         try:
-            while not said.endswith(b"\n") and (more := os.read(self.process.stdout.fileno(), 1)):
-                said += more
+            while not line.endswith(b"\n") and (more := os.read(self.process.stdout.fileno(), 1)):
+                line += more
         finally:
             timer.cancel()
-        return said.decode().strip()
+        return line.decode().strip()
 
     def interrupt(self) -> None:
         """Ctrl-C"""

@@ -146,18 +146,18 @@ def test_mistakes_in_rays(scene, tmp_path, rays, output, phrase):
 
 
 @pytest.mark.parametrize(
-    ("error", "code", "said"),
+    ("error", "code", "message"),
     [(KeyboardInterrupt(), 130, "interrupted"), (MemoryError(), 1, "memory"), (RuntimeError("a bug"), 1, "")],
 )
-def test_other_exit_codes(scene, monkeypatch, error, code, said):
+def test_other_exit_codes(scene, monkeypatch, error, code, message):
     def fail(path: object, **_: object) -> None:
         raise error
 
     monkeypatch.setattr("conicoid.scene.files.load", fail)
     result = run("info", scene)
     assert result.exit_code == code
-    assert said in result.stderr
-    assert said or result.exception is error  # a bug is not hidden
+    assert message in result.stderr
+    assert message or result.exception is error  # a bug is not hidden
 
 
 # --- Plain commands are understood without Typer, and do what the command line proper does
@@ -212,7 +212,7 @@ def test_the_same_picture_and_the_same_words(tmp_path: Path):
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "message"),
     [
         (["missing.yaml", "-o", "p.png"], "missing.yaml"),
         (["scene.yaml", "-o", "p.bmp"], "pictures are saved as"),
@@ -220,7 +220,7 @@ def test_the_same_picture_and_the_same_words(tmp_path: Path):
         (["scene.yaml", "-o", "p.png", "--samples", "9999999"], "samples must be a whole number"),
     ],
 )
-def test_mistakes_have_the_same_message_on_every_route(words, told, tmp_path, monkeypatch, capsys):
+def test_mistakes_have_the_same_message_on_every_route(words, message, tmp_path, monkeypatch, capsys):
     written(tmp_path)
     monkeypatch.chdir(tmp_path)
     command = parse_plain_render(["render", *words])
@@ -230,7 +230,7 @@ def test_mistakes_have_the_same_message_on_every_route(words, told, tmp_path, mo
     result = run("render", *words)
     assert end.value.code == result.exit_code != 0
     told_by_plain = capsys.readouterr().err
-    assert told in told_by_plain
+    assert message in told_by_plain
     assert told_by_plain == result.stderr
 
 
@@ -273,9 +273,9 @@ def test_options_that_would_be_ignored(arguments, message, scene, tmp_path, monk
 @pytest.mark.parametrize("command", ["info", "schema"])
 def test_variables_of_the_environment(command, variable, value, message, scene, monkeypatch):
     monkeypatch.setenv(variable, value)
-    told = refused(command, *([scene] if command == "info" else []))
-    assert re.search(message, told), told
-    assert len(told) < 600
+    error = refused(command, *([scene] if command == "info" else []))
+    assert re.search(message, error), error
+    assert len(error) < 600
 
 
 def test_a_picture_on_standard_output(scene, tmp_path):

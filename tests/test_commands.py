@@ -335,15 +335,15 @@ def test_info_lists_materials(path):
     ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("domain", "told"), [
+@pytest.mark.parametrize(("domain", "message"), [
     (None, ["not looked for: undefined regions (the scene has no domain for its bodies to fill)"]),
     (co.Box((-1, -2, -3), (1, 2, 3)), []),
     (co.Box() & co.Box((2, 2, 2), (3, 3, 3)), ["not looked for: undefined regions (the scene's domain is empty)"]),
 ])  # fmt: skip
-def test_info_check_names_omitted_checks(domain, told, path):
+def test_info_check_names_omitted_checks(domain, message, path):
     SCENE.replace(domain=domain).save(path)
     result = done("info", path, "--check", "--rays", "300")
-    assert [line for line in result.stdout.splitlines() if line.startswith("not looked for")] == told
+    assert [line for line in result.stdout.splitlines() if line.startswith("not looked for")] == message
 
 
 @pytest.mark.parametrize(("arguments", "what"), [

@@ -204,11 +204,11 @@ def test_a_slider_changes_one_number_of_one_body():
 
 
 def test_preparing_reports_progress(worked_out):
-    told: list[tuple[int, int]] = []
+    calls: list[tuple[int, int]] = []
     scene = co.Scene(_things())
-    scene.prepare(lambda done, count: told.append((done, count)))
-    assert told == [(i, 8) for i in range(1, 9)]
-    scene.prepare(lambda done, count: told.append((done, count)))
-    assert len(told) == 8
+    scene.prepare(lambda done, count: calls.append((done, count)))
+    assert calls == [(i, 8) for i in range(1, 9)]
+    scene.prepare(lambda done, count: calls.append((done, count)))
+    assert len(calls) == 8
     with pytest.raises(TypeError, match="prepare: progress must be a function or None, got int"):
         scene.prepare(3)

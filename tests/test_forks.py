@@ -114,15 +114,15 @@ print(os.waitpid(forked, 0)[1])
 """
 
 
-@pytest.mark.parametrize(("program", "said"), [
+@pytest.mark.parametrize(("program", "message"), [
     pytest.param(IMPORTING, "1", id="importing"), pytest.param(CACHING, "16", id="caching"),
     pytest.param(PREPARING, "1", id="preparing"), pytest.param(COMPILING, "2", id="compiling", marks=needs_compiler),
 ])  # fmt: skip
-def test_a_child_of_a_busy_process_works(program, said, monkeypatch):
+def test_a_child_of_a_busy_process_works(program, message, monkeypatch):
     if program == COMPILING:
         monkeypatch.setenv("CONICOID_JIT", "own")
     with child(program) as running:
-        assert running.line(120) == said
+        assert running.line(120) == message
         code, rest, errors = running.end(60)
     assert (code, rest) == (0, "0\n")
     assert "Traceback" not in errors

@@ -73,8 +73,8 @@ def test_bad_input(provoke):
 ])  # fmt: skip
 def test_bad_scene_files(content, tmp_path):
     (tmp_path / "scene.yaml").write_text(content)
-    told = refused("info", tmp_path / "scene.yaml")
-    assert "scene.yaml" in told
+    message = refused("info", tmp_path / "scene.yaml")
+    assert "scene.yaml" in message
     with pytest.raises(co.SceneFileError):
         co.load(tmp_path / "scene.yaml")
 
@@ -184,15 +184,15 @@ def test_attribute_error_of_a_property(monkeypatch):
             query()
 
 
-@pytest.mark.parametrize(("package", "name", "told"), [
+@pytest.mark.parametrize(("package", "name", "message"), [
     (co, "Ball", " (did you mean Sphere?)"), (co, "Halfspace", " (did you mean HalfSpace?)"), (co, "nonsense", ""),
     (co.materials, "Woood", " (did you mean Wood?)"), (co, "Fresnel", ": it is co.optics.Fresnel"),
     (co, "gold", ": it is co.materials.gold"), (co, "Slice", ": it is co.section.Slice"), (co, "Molecule", ": it is co.scene.Molecule"),
     (co, "trace_paths", ": it is co.optics.trace_paths"), (co.materials, "matte", ": it is co.matte"),
 ])  # fmt: skip
-def test_unknown_package_name(package, name, told):
+def test_unknown_package_name(package, name, message):
     with pytest.raises(
-        AttributeError, match=rf"^module '{package.__name__}' has no attribute '{name}'{re.escape(told)}$"
+        AttributeError, match=rf"^module '{package.__name__}' has no attribute '{name}'{re.escape(message)}$"
     ):
         getattr(package, name)
 
@@ -205,16 +205,16 @@ NAMED = co.Scene(
 )
 
 
-@pytest.mark.parametrize(("name", "told"), [
+@pytest.mark.parametrize(("name", "message"), [
     ("barel", r"named bodies: 'barrel', 'bung', .* \(did you mean 'barrel'\?\)$"),
     ("fuel", r"named bodies with it in their names: \"cell 5 'fuel' @ cell 9\", \"cell 5 'fuel' @ cell 10\"$"),
     ("Barrel", r"named bodies with it in their names: 'barrel'$"),
     ("quite other", r"named bodies: 'barrel', 'bung', [^(]*$"),
 ])  # fmt: skip
-def test_scene_names_are_suggested(name, told):
+def test_scene_names_are_suggested(name, message):
     with pytest.raises(KeyError) as error:
         NAMED[name]
-    assert re.search(told, error.value.args[0])
+    assert re.search(message, error.value.args[0])
 
 
 def test_material_names_are_suggested():

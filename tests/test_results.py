@@ -278,7 +278,7 @@ PAIR_HITS = PAIR.first_hit(PAIR_RAYS)
 
 
 @pytest.mark.parametrize(
-    ("answer", "told"),
+    ("answer", "message"),
     [
         (
             PAIR.first_hit((0, 0, 5), (0, 0, -1)),
@@ -300,8 +300,8 @@ PAIR_HITS = PAIR.first_hit(PAIR_RAYS)
         (PAIR_HITS, "Hits(shape=(2,), 2 of 2 rays hit)"),
     ],
 )
-def test_repr_of_results(answer, told):
-    assert repr(answer) == told
+def test_repr_of_results(answer, message):
+    assert repr(answer) == message
 
 
 # --- scenes and shapes
@@ -377,7 +377,7 @@ def test_rotate_and_scale_about_a_point():
 
 
 @pytest.mark.parametrize(
-    ("material", "told"),
+    ("material", "message"),
     [
         (co.Material(), "Material()"),
         (co.matte("red"), "matte(color='red')"),
@@ -391,10 +391,10 @@ def test_rotate_and_scale_about_a_point():
         (co.materials.conductor(roughness=0.2), "conductor(roughness=0.2)"),
     ],
 )
-def test_repr_of_materials(material, told):
-    assert repr(material) == told
+def test_repr_of_materials(material, message):
+    assert repr(material) == message
     names = {name: getattr(co, name) for name in ("matte", "glass", "metal", "Material")}
-    assert eval(told, vars(co) | vars(co.materials) | names) == material
+    assert eval(message, vars(co) | vars(co.materials) | names) == material
 
 
 @pytest.mark.parametrize("turn", [lambda s: s, lambda s: s.translate((0.5, -1, 0.1)), lambda s: s.rotate("z", 90)])

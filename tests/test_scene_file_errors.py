@@ -79,9 +79,9 @@ MISTAKES = [
 """(text, a part of the message; `$` where the message ends with it)"""
 
 
-@pytest.mark.parametrize(("text", "told"), MISTAKES)
-def test_mistakes_in_scene_files(text, told):
-    with pytest.raises(co.SceneFileError, match=re.escape(told.removesuffix("$")) + "$" * told.endswith("$")):
+@pytest.mark.parametrize(("text", "message"), MISTAKES)
+def test_mistakes_in_scene_files(text, message):
+    with pytest.raises(co.SceneFileError, match=re.escape(message.removesuffix("$")) + "$" * message.endswith("$")):
         parse_scene(text, "scene.yaml")
 
 
@@ -118,14 +118,14 @@ def test_a_body_is_read_and_saved(text, body, tmp_path):
     assert co.load(tmp_path / "scene.yaml") == scene
 
 
-@pytest.mark.parametrize(("rows", "told"), [
+@pytest.mark.parametrize(("rows", "message"), [
     ("x,y,z,radius\n0,0,0,1\n\n1,1,1,-2\n", r"balls\.csv:4: radii\[1\] must be > 0, got -2\.0"),
     ("x,y,z,diameter\n1,2,3,4\n", r"columns are read as x, y, z, radius, and 'diameter' is none of these"),
 ])  # fmt: skip
-def test_mistakes_in_files_of_balls(rows, told, tmp_path):
+def test_mistakes_in_files_of_balls(rows, message, tmp_path):
     (tmp_path / "balls.csv").write_text(rows)
     (tmp_path / "scene.yaml").write_text("bodies: [{shape: {Spheres: {file: balls.csv}}}]")
-    with pytest.raises(co.SceneFileError, match=told):
+    with pytest.raises(co.SceneFileError, match=message):
         co.load(tmp_path / "scene.yaml")
 
 
@@ -174,14 +174,14 @@ def test_load_openmc_densities_are_positive(tmp_path, units, value):
     assert max(good.materials[0].properties.values()) > 0
 
 
-@pytest.mark.parametrize(("part", "told"), [
+@pytest.mark.parametrize(("part", "message"), [
     ('<nuclide name="U235" ao="-0.04"/>', "nuclide: ao must be >= 0, got '-0.04'"),
     ('<nuclide name="U235" wo="-4"/>', "nuclide: wo must be >= 0, got '-4'"),
     ("<temperature>-20</temperature>", "temperature must be >= 0, got '-20'"),
     ('<volume>-1</volume>', "volume must be >= 0, got '-1'"),
 ])  # fmt: skip
-def test_load_openmc_refuses_negative_values(tmp_path, part, told):
-    with pytest.raises(co.SceneFileError, match=told):
+def test_load_openmc_refuses_negative_values(tmp_path, part, message):
+    with pytest.raises(co.SceneFileError, match=message):
         co.load_openmc(model(tmp_path, DENSITY.format("10.5", "g/cm3") + part))
 
 

@@ -76,14 +76,14 @@ FAST = {
 @posix
 @full
 @pytest.mark.parametrize(
-    ("command", "streams", "code", "said"),
+    ("command", "streams", "code", "message"),
     [pytest.param(*case, marks=[] if case[:2] in FAST else [pytest.mark.deep]) for case in CASES],
 )
-def test_streams(folder, command, streams, code, said):
+def test_streams(folder, command, streams, code, message):
     found, _, errors = shell(folder, command, streams)
     assert found == code, errors
-    if said:
-        assert errors == said
+    if message:
+        assert errors == message
     if code == 0 and command in WRITERS:
         assert list(folder.glob("x.*"))
 
@@ -128,8 +128,8 @@ def test_outputs_that_cannot_be(folder, monkeypatch, name, place):
     result = run(*command.format(output).split())
     assert result.exit_code == exit_codes.EXIT_USAGE
     assert isinstance(result.exception, SystemExit)
-    said = {"missing": "no such folder", "folder": "is a directory", "device": "is not a regular file"}
-    assert said[place] in result.stderr
+    reasons = {"missing": "no such folder", "folder": "is a directory", "device": "is not a regular file"}
+    assert reasons[place] in result.stderr
     assert len(result.stderr.splitlines()) == 1
 
 
@@ -194,8 +194,8 @@ def test_too_little_memory_is_one_line(folder, command, space):
     assert lines[0].startswith("error: ")
 
 
-@pytest.mark.parametrize(("text", "said"), [("", "not enough memory for this"), ("a mebibyte", "a mebibyte")])
-def test_too_little_memory_to_begin_with(monkeypatch, capsys, text, said):
+@pytest.mark.parametrize(("text", "message"), [("", "not enough memory for this"), ("a mebibyte", "a mebibyte")])
+def test_too_little_memory_to_begin_with(monkeypatch, capsys, text, message):
     """As it may be while modules are imported; Python's own error has no text."""
 
     def refuse() -> None:
@@ -203,14 +203,14 @@ def test_too_little_memory_to_begin_with(monkeypatch, capsys, text, said):
 
     monkeypatch.setattr("conicoid.cli.app.main", refuse)
     assert entry._command(False) == 1
-    assert capsys.readouterr().err == f"error: {said}\n"
+    assert capsys.readouterr().err == f"error: {message}\n"
 
 
 def test_exit_codes_are_documented():
     text = (ROOT / "docs" / "files.md").read_text(encoding="utf-8")
     table = text[text.index("| exit code |") :].split("\n\n")[0]
-    told = {int(line.split("|")[1]) for line in table.splitlines()[2:]}
-    assert told == {value for name, value in vars(exit_codes).items() if name.startswith("EXIT_")}
+    listed = {int(line.split("|")[1]) for line in table.splitlines()[2:]}
+    assert listed == {value for name, value in vars(exit_codes).items() if name.startswith("EXIT_")}
 
 
 # --- How the command ends: without freeing what was made, and without taking anything from whoever goes on or listens

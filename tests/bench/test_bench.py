@@ -243,8 +243,8 @@ def test_a_fresh_place_has_the_bytecode_of_the_standard_library_alone():
 def test_caches_of_the_user_are_not_found():
     program = "import os; print(os.listdir(os.path.expanduser('~')), os.environ['XDG_CACHE_HOME'])"
     with fresh.open_sandbox() as place:
-        said = place.run(fresh._python(program))[1].split()
-    assert said == ["[]", str(place.folder / "cache")]
+        printed = place.run(fresh._python(program))[1].split()
+    assert printed == ["[]", str(place.folder / "cache")]
 
 
 @pytest.mark.deep

@@ -150,9 +150,9 @@ def test_the_domain_is_kept(tmp_path):
         assert co.load(tmp_path / f"scene{suffix}") == scene
     output = tmp_path / "imported.yaml"
     assert run("import", tmp_path / "geometry.xml", "-o", output).exit_code == 0
-    told = run("info", output, "--check", "--rays", "6000")
-    assert told.exit_code == 3
-    assert told.stdout.count("undefined: (") == 2
+    result = run("info", output, "--check", "--rays", "6000")
+    assert result.exit_code == 3
+    assert result.stdout.count("undefined: (") == 2
 
 
 def test_a_domain_in_a_file_is_a_solid(tmp_path):

@@ -69,14 +69,14 @@ def test_mistakes(files, tmp_path):
     bad = np.load(files / "rays.npy")
     bad[300, 3:] = 0
     np.save(files / "bad.npy", bad)
-    for told, rays, output, *options in (
+    for message, rays, output, *options in (
         ("--resume goes with --chunk", "rays.npy", "x.csv", "--resume"),
         ("done.zarr: is a folder without parts to go on with", "rays.npy", "done.zarr", "--resume"),
         ("ray 300: direction must not be zero", "bad.npy", "x.csv", "--chunk", 64),
         ("--resume goes on with it", "bad.npy", "x.csv", "--chunk", 64),
         ("holds results of other rays", "rays.npy", "x.csv", "--chunk", 64, "--resume"),
     ):
-        assert told in refused("trace", scene, files / rays, "-o", files / output, *options)
+        assert message in refused("trace", scene, files / rays, "-o", files / output, *options)
     assert "give either --workers or --cluster" in refused(
         "render", scene, "-o", files / "x.png", "--workers", 2, "--cluster", "tcp://127.0.0.1:1"
     )
@@ -89,22 +89,22 @@ LENS = (co.Sphere(1) & co.Sphere(1, (0.5, 0.5, 0)) & co.Sphere(1, (0, 0.4, 0.3))
 FIELDS = "volume area centroid inertia volume_error area_error centroid_error inertia_error rays".split()
 
 
-def told(measures):
+def numbers(measures):
     return {name: np.asarray(getattr(measures, name)).tolist() for name in FIELDS}
 
 
 @pytest.mark.parametrize("count", [2, *(pytest.param(count, marks=pytest.mark.deep) for count in (1, 3, 4))])
 def test_the_rays_of_one_shape_are_shared_out(count, processes, monkeypatch):
     """Whatever the workers and their BLAS: each piece has sums of its own, which are added in order."""
-    done, near = [], told(co.measure(LENS, rays=200_000, seed=3))
+    done, near = [], numbers(co.measure(LENS, rays=200_000, seed=3))
     tasks, submit = [], co.parallel.Processes.submit
     monkeypatch.setattr(co.parallel.Processes, "submit", lambda *of, **more: tasks.append(of) or submit(*of, **more))
     with contextlib.nullcontext(processes) if count == 2 else co.parallel.Processes(count) as pool:
         far = co.measure(LENS, rays=200_000, seed=3, executor=pool, progress=lambda *step: done.append(step))
-    assert told(far) == near
+    assert numbers(far) == near
     assert near["volume_error"] > 0
     scene = subject.scene()
-    far, local = ([*map(told, co.measure(scene, rays=600, **how))] for how in (dict(executor=processes), {}))
+    far, local = ([*map(numbers, co.measure(scene, rays=600, **how))] for how in (dict(executor=processes), {}))
     assert far == local
     assert len(tasks) > 6
     assert done[-1] == (200_000, 200_000)
@@ -123,7 +123,7 @@ def test_a_worker_dies_while_it_measures():
 
         far = co.measure(LENS, rays=60_000, executor=pool, progress=kill)
     assert killed
-    assert told(far) == told(co.measure(LENS, rays=60_000))
+    assert numbers(far) == numbers(co.measure(LENS, rays=60_000))
 
 
 # --- Pictures in tiles on workers, and those that go on where a driver was stopped
@@ -132,12 +132,12 @@ def test_a_worker_dies_while_it_measures():
 def test_tiles_of_workers_to_the_bit(processes):
     scene = subject.scene()
     local = scene.render(100, 70, samples=2, axes=True)
-    told = []
+    calls = []
     for chunk in (1, 5, None):
         how = co.parallel.Workers(processes, chunk=chunk)
-        far = scene.render(100, 70, samples=2, axes=True, executor=how, progress=lambda *step: told.append(step))
+        far = scene.render(100, 70, samples=2, axes=True, executor=how, progress=lambda *step: calls.append(step))
         assert np.array_equal(far.pixels, local.pixels)
-    assert told[-1] == (4 * 3, 4 * 3)  # tiles of 32 pixels
+    assert calls[-1] == (4 * 3, 4 * 3)  # tiles of 32 pixels
 
 
 def test_a_picture_goes_on(tmp_path):
@@ -156,10 +156,10 @@ def test_a_picture_goes_on(tmp_path):
         scene.render(100, 70, samples=1, resume=file, executor=workers, progress=stop)
     with open(file, "ab") as cut:
         cut.write(b"what was being written when the power went")
-    told = []
-    image = scene.render(100, 70, samples=1, resume=file, executor=workers, progress=lambda *step: told.append(step))
+    calls = []
+    image = scene.render(100, 70, samples=1, resume=file, executor=workers, progress=lambda *step: calls.append(step))
     assert np.array_equal(image.pixels, local.pixels)
-    assert told[0][0] == 5  # tiles 0 to 3 were kept, and one is new
+    assert calls[0][0] == 5  # tiles 0 to 3 were kept, and one is new
     again = []
     image = scene.render(100, 70, samples=1, resume=file, progress=lambda *step: again.append(step))
     assert np.array_equal(image.pixels, local.pixels)
@@ -330,7 +330,7 @@ def test_every_query_streams(query, options, processes):
 
 def test_unstreamable_files_are_refused():
     scene = subject.scene()
-    for call, error, told in (
+    for call, error, message in (
         (
             lambda: scene.stream(subject.rays(3), "span"),
             ValueError,
@@ -340,5 +340,5 @@ def test_unstreamable_files_are_refused():
         (lambda: list(scene.stream(5)), TypeError, "stream: rays must be Rays, arrays or an iterable of such"),
         (lambda: list(scene.stream(np.zeros((4, 5)))), ValueError, r"rays: origins must be an array of shape \(n, 6\)"),
     ):
-        with pytest.raises(error, match=told):
+        with pytest.raises(error, match=message):
             call()

@@ -77,7 +77,7 @@ def test_spans_as_a_bag():
 def test_mistakes_are_named_before_anything_is_computed():
     scene, rays = subject.scene(), subject.rays(40)
     origins = da.from_array(rays.origins, chunks=10)
-    for call, error, told in (
+    for call, error, message in (
         (lambda: scene.first_hit(origins), TypeError, "first_hit: directions are missing"),
         (
             lambda: scene.occluded(origins, np.zeros((40, 2))),
@@ -96,7 +96,7 @@ def test_mistakes_are_named_before_anything_is_computed():
         ),
         (lambda: scene.first_hit(origins, rays.directions).normals, AttributeError, "LazyHits has no field 'normals'"),
     ):
-        with pytest.raises(error, match=told):
+        with pytest.raises(error, match=message):
             call()
 
 

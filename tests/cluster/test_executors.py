@@ -71,11 +71,11 @@ def test_damaged_recipes_are_not_unpickled(tmp_path):
 
 
 def test_progress_and_window(processes):
-    told = []
-    workers = co.parallel.Workers(processes, chunk=10, window=3, progress=lambda *step: told.append(step))
+    calls = []
+    workers = co.parallel.Workers(processes, chunk=10, window=3, progress=lambda *step: calls.append(step))
     subject.scene().occluded(subject.rays(100), executor=workers)
-    assert told[-1] == (100, 100)
-    assert [done for done, _ in told] == sorted(done for done, _ in told)
+    assert calls[-1] == (100, 100)
+    assert [done for done, _ in calls] == sorted(done for done, _ in calls)
 
 
 class Counting(ThreadPoolExecutor):
@@ -165,8 +165,8 @@ class Answering(ThreadPoolExecutor):
 
 
 def test_workers_of_another_version_are_refused():
-    told = f"first_hit: executor: its workers have conicoid 0.0.9, and this process has {co.__version__}"
-    with Answering("0.0.9") as pool, pytest.raises(ValueError, match=re.escape(told)):
+    message = f"first_hit: executor: its workers have conicoid 0.0.9, and this process has {co.__version__}"
+    with Answering("0.0.9") as pool, pytest.raises(ValueError, match=re.escape(message)):
         subject.scene().first_hit(subject.rays(5), executor=pool)
 
 
@@ -177,8 +177,8 @@ def test_workers_without_conicoid_are_refused():
 
 def test_a_worker_of_other_sources_refuses():
     asked = "0.1.0 (sources 12345678)"
-    told = f"has conicoid {source_version()}, and this process has {asked}"
-    with pytest.raises(ValueError, match=re.escape(told)):
+    message = f"has conicoid {source_version()}, and this process has {asked}"
+    with pytest.raises(ValueError, match=re.escape(message)):
         task.run_task(asked, (), 1, os.getpid)
 
 
@@ -282,7 +282,7 @@ def test_tasks_that_take_too_long_are_ended():
 def brought(thing):
     """A thing whose arrays are views of one message, each at an odd place."""
     buffers = []
-    told = pickle.dumps(thing, protocol=5, buffer_callback=buffers.append)
+    main = pickle.dumps(thing, protocol=5, buffer_callback=buffers.append)
     parts = [bytes(buffer.raw()) for buffer in buffers]
     message = b"".join(b"!" * (1 + len(part) % 2) + part for part in parts)
     views, at = [], 0
@@ -290,7 +290,7 @@ def brought(thing):
         at += 1 + len(part) % 2
         views.append(memoryview(message)[at : at + len(part)])
         at += len(part)
-    return pickle.loads(told, buffers=views)
+    return pickle.loads(main, buffers=views)
 
 
 class Messenger(Executor):

@@ -51,7 +51,7 @@ def faults(
     owner = names or getattr(function, "__name__", "")
     for field, value in good.items():
         for name, strange in replacements(value):
-            told = f"{owner}({field}={name})"
+            call = f"{owner}({field}={name})"
             try:
                 answer = function(**{**good, field: strange})
             except (ValueError, TypeError) as error:
@@ -59,13 +59,13 @@ def faults(
                 if owner.lower() not in message.lower() or not any(
                     word in message for word in fields.get(field, field).split("|")
                 ):
-                    yield f"{told} does not name both: {message[:150]}"
+                    yield f"{call} does not name both: {message[:150]}"
                 elif len(message) > 1000:
-                    yield f"{told} takes {len(message)} characters"
+                    yield f"{call} takes {len(message)} characters"
             except Exception as error:
-                yield f"{told}: {type(error).__name__}: {str(error)[:150]}"
+                yield f"{call}: {type(error).__name__}: {str(error)[:150]}"
             else:
-                yield from (f"{told} gives {part}" for part in unfinished(answer))
+                yield from (f"{call} gives {part}" for part in unfinished(answer))
 
 
 def unfinished(answer: Any) -> Iterator[str]:

@@ -179,14 +179,14 @@ def test_energies_files_and_lazy_arrays(tmp_path):
     local = co.ct.project(head(), scan, values)
     assert local.shape == (*scan.shape, 2)
     assert np.array_equal(local[..., 0], co.ct.project(head(), scan, HEAD[:, 0]))
-    told = []
+    calls = []
     with co.parallel.Processes(1) as pool:
         how = co.parallel.Workers(pool, chunk=77)
         kept = co.ct.project(head(), scan, values, executor=how, out=tmp_path / "sinogram.npy",
-                             progress=lambda *step: told.append(step))  # fmt: skip
+                             progress=lambda *step: calls.append(step))  # fmt: skip
     assert np.array_equal(kept, local)
     assert np.array_equal(np.load(tmp_path / "sinogram.npy"), local)
-    assert told[-1] == (local.size // 2, local.size // 2)
+    assert calls[-1] == (local.size // 2, local.size // 2)
     da = pytest.importorskip("dask.array")
     lazy = co.ct.project(head(), scan, values, chunks=4)
     assert isinstance(lazy, da.Array)

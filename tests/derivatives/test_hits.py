@@ -172,7 +172,7 @@ def test_misses_are_nan_and_take_no_cotangents():
 def test_invalid_calls_are_refused():
     scene, other = co.Scene([co.Sphere()]), co.Scene([co.Box()])
     hits = scene.first_hit((0, 0, 5), (0, 0, -1))
-    for call, error, told in (
+    for call, error, message in (
         (lambda: hits.jvp(co.parameters(other), np.zeros(6)), ValueError, "same shapes"),
         (
             lambda: hits.jvp(co.parameters(scene), np.zeros(3)),
@@ -184,7 +184,7 @@ def test_invalid_calls_are_refused():
         (lambda: hits.jvp(d_origins=np.zeros((2, 3))), ValueError, r"d_origins must broadcast to \(3,\)"),
         (lambda: hits.detached().jvp(), ValueError, "detached"),
     ):
-        with pytest.raises(error, match=told):
+        with pytest.raises(error, match=message):
             call()
 
 

@@ -92,7 +92,7 @@ def test_the_critical_angle_has_no_derivative():
 
 
 def test_invalid_calls_are_refused():
-    for call, told in (
+    for call, message in (
         (
             lambda: reflect_jvp((0, 0, 1), (0, 0, 1), d_normals=np.zeros((2, 3))),
             r"reflect_jvp: d_normals must broadcast to \(3,\), got \(2, 3\)",
@@ -100,7 +100,7 @@ def test_invalid_calls_are_refused():
         (lambda: refract_vjp((0, 0, 1), (0, 0, 1), 1.5, "x"), r"refract_vjp: cotangents must be an array of numbers"),
         (lambda: reflect_vjp((0, 0, 0), (0, 0, 1), (1, 0, 0)), "finite and not zero"),
     ):
-        with pytest.raises(ValueError, match=told):
+        with pytest.raises(ValueError, match=message):
             call()
 
 
@@ -179,12 +179,12 @@ def test_some_of_them():
 
 def test_impossible_shapes_are_refused():
     found = co.parameters(co.Scene([co.Sphere(), co.Box()]))
-    for call, error, told in (
+    for call, error, message in (
         (lambda: found.scene(found.vector({"bodies[0].radius": -1.0})), ValueError, "Sphere: radius must be > 0"),
         (lambda: found.scene([1, 2]), ValueError, r"vector must have shape \(10,\), got \(2,\)"),
         (lambda: co.parameters(co.Sphere()), TypeError, "must be a Scene, got Sphere"),
     ):
-        with pytest.raises(error, match=told):
+        with pytest.raises(error, match=message):
             call()
 
 

@@ -117,8 +117,8 @@ def follows(found: Any) -> None:
         assert found.decision.places or not rows
         return
     assert not any(step.doubtful for step in found.bodies if step.crossings)
-    told = (float(hit.t), int(hit.body), int(hit.face), int(hit.surface), bool(hit.entering)) if hit.hit else None
-    assert told == (rows[0] if rows else None)
+    first = (float(hit.t), int(hit.body), int(hit.face), int(hit.surface), bool(hit.entering)) if hit.hit else None
+    assert first == (rows[0] if rows else None)
     roots = {(t, number) for number, step in found.surfaces.items() for t in step.roots}
     assert {(t, surface) for t, _, _, surface, _ in rows} <= roots
     for step in found.bodies:
@@ -291,12 +291,12 @@ def test_degenerate_quadrics(matrix, kind):
 
 def test_numbers_that_are_none():
     scene = co.Scene([co.Sphere()])
-    for call, error, told in (
+    for call, error, message in (
         (lambda: scene.surface(-1), IndexError, "-1 stands for a miss"),
         (lambda: scene.surface(1), IndexError, "below 1, got 1"),
         (lambda: scene.surface(np.array([0, 0])), TypeError, "number must be one integer"),
     ):
-        with pytest.raises(error, match=told):
+        with pytest.raises(error, match=message):
             call()
     assert scene.surface(np.int32(0)).number == 0
 

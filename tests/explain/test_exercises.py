@@ -15,7 +15,7 @@ from ..seeds.test_shapes import CENTER, CORNERS, CYLINDER, DIRECTION, GENERAL, P
 CLOSE = dict(rel=1e-14, abs=1e-14)
 
 
-def told(shape: Any, origin: Any, direction: Any, **limits: float) -> Any:
+def explanation(shape: Any, origin: Any, direction: Any, **limits: float) -> Any:
     return co.Scene([shape]).explain([float(x) for x in origin], [float(x) for x in direction], **limits)
 
 
@@ -48,12 +48,12 @@ SPHERES = {
 
 @pytest.mark.parametrize("case", SPHERES)
 def test_sphere_by_both_methods(case):
-    before, algebraic, geometric, t, told_of, where, sign = SPHERES[case]
-    found = told(co.Sphere(RADIUS, CENTER), start(before), DIRECTION)
+    before, algebraic, geometric, t, line, where, sign = SPHERES[case]
+    found = explanation(co.Sphere(RADIUS, CENTER), start(before), DIRECTION)
     numbers = found.bodies[0].surface.board.numbers
     assert [numbers[k] for k in ("B", "C", "D", "t0", "t1")] == pytest.approx(algebraic, **CLOSE)
     assert [numbers[k] for k in ("OC2", "t_ca", "h2", "t_hc2")] == pytest.approx(geometric, **CLOSE)
-    has(found, "t² + 2 B t + C = 0", told_of)
+    has(found, "t² + 2 B t + C = 0", line)
     assert any(line.endswith(f"r² = 9: the origin is {where}") for line in lines(found))
     if t is None:
         has(found, "t_ca < 0 and the origin is outside: the ray misses")
@@ -69,7 +69,7 @@ def test_sphere_by_both_methods(case):
 
 def test_sphere_with_a_negative_discriminant():
     """4 beside the centre: B = −5, C = 16 + 25 − 9 = 32, D = 25 − 32 = −7; the chord: 9 − 16."""
-    found = told(co.Sphere(RADIUS, CENTER), (1, 2, -2), (0, 0, 1))
+    found = explanation(co.Sphere(RADIUS, CENTER), (1, 2, -2), (0, 0, 1))
     has(found, "center S = (1, −2, 3), r = 3", "t² + 2 B t + C = 0", "B = (d, o − S) = −5", "C = (o − S)² − r² = 32",
         "D = B² − C = −7 < 0: no real root", "OC² = 41, r² = 9: the origin is outside", "t_ca = (OC, d) = 5",
         "D² = OC² − t_ca² = 16, the squared distance of the line from S", "t_hc² = r² − D² = −7 < 0: no real root")  # fmt: skip
@@ -81,25 +81,28 @@ def test_sphere_with_a_negative_discriminant():
 
 def test_plane():
     """x + 2y + 2z = 6 from (1, 1, 8) along −z: v_d = −2, v_0 = 6 − 19 = −13, t = 6.5."""
-    found = told(co.Plane((1, 2, 2), 6), (1, 1, 8), (0, 0, -1))
+    found = explanation(co.Plane((1, 2, 2), 6), (1, 1, 8), (0, 0, -1))
     has(found, "surface 0, plane: x + 2 y + 2 z − 6 = 0",
         "n = (1, 2, 2), q = 6", "v_d = n·d = −2, v_0 = q − n·o = −13", "t = v_0 / v_d = 6.5")  # fmt: skip
 
 
 def test_plane_behind_parallel_and_one_sided():
-    has(told(co.Plane((1, 2, 2), 6), (1, 1, 8), (0, 0, 1)), "its crossings lie outside the interval of t",
+    has(explanation(co.Plane((1, 2, 2), 6), (1, 1, 8), (0, 0, 1)), "its crossings lie outside the interval of t",
         "t = v_0 / v_d = −6.5: not within 0 < t < ∞")  # fmt: skip
     has(
-        told(co.Plane((0, 0, 1), 1), (0, 0, 0), (1, 0, 0)),
+        explanation(co.Plane((0, 0, 1), 1), (0, 0, 0), (1, 0, 0)),
         "the ray is parallel to its plane",
         "v_d = 0: parallel, no crossing",
     )
-    has(told(co.Plane((0, 0, 1), 0, one_sided=True), (0, 0, -2), (0, 0, 1)), "it is one-sided and seen from behind")
+    has(
+        explanation(co.Plane((0, 0, 1), 0, one_sided=True), (0, 0, -2), (0, 0, 1)),
+        "it is one-sided and seen from behind",
+    )
 
 
 def test_polygon_exercise():
     """The plane is x + 2y + z + 2 = 0 (erratum); y is dropped; the edges cross at −1 + 3·6/4 = 3.5 and at 6: outside."""
-    found = told(co.Polygon(CORNERS), (-2, -7, 4), (0, 1, 0))
+    found = explanation(co.Polygon(CORNERS), (-2, -7, 4), (0, 1, 0))
     has(found, "nothing is hit: t = ∞", "the ray crosses its plane outside its outline", "surface 0, plane: x + 2 y + z + 2 = 0",
         "the ray crosses the plane at t = 5, at (−2, −2, 4)", "moved to the point: (−1, 3), (5, −1), (6, 0)",
         "edge 1 crosses the u axis at u = 3.5 > 0: counted", "edge 2 crosses the u axis at u = 6 > 0: counted",
@@ -117,7 +120,7 @@ def test_polygon_exercise():
 
 def test_a_point_within_the_polygon():
     """The middle of the corners, (4, −12, 14)/3, seen along the normal: α = β = γ = 1/3."""
-    found = told(co.Polygon(CORNERS), (F(4, 3) + 1, -4 + 2, F(14, 3) + 1), (-1, -2, -1))
+    found = explanation(co.Polygon(CORNERS), (F(4, 3) + 1, -4 + 2, F(14, 3) + 1), (-1, -2, -1))
     numbers = found.bodies[0].outline.board.numbers
     assert numbers["crossings"] == 1
     assert [numbers[k] for k in ("alpha", "beta", "gamma")] == pytest.approx([1 / 3] * 3, rel=1e-13)
@@ -126,7 +129,7 @@ def test_a_point_within_the_polygon():
 
 def test_box_exercise():
     """R₀ = (0, 4, 2), R_d = (0.213, −0.436, 0.873), B from (−1, 2, 1) to (3, 3, 3), in decimals to four digits."""
-    found = told(co.Box((-1, 2, 1), (3, 3, 3)), (0, 4, 2), (0.213, -0.436, 0.873))
+    found = explanation(co.Box((-1, 2, 1), (3, 3, 3)), (0, 4, 2), (0.213, -0.436, 0.873))
     numbers = found.bodies[0].box.board.numbers
     expected = {"x t1": -4.6948, "x t2": 14.0845, "y t1": 4.5872, "y t2": 2.2936, "z t1": -1.1455, "z t2": 1.1455,
                 "t_near": 2.2936, "t_far": 1.1455}  # fmt: skip
@@ -145,7 +148,7 @@ def test_box_exercise():
 
 def test_box_by_slabs():
     """From (0, 4, 2) along (1, −2, 0.5): x −1 to 3, y 0.5 to 1, z −2 to 2: inside from 0.5 to 1."""
-    found = told(co.Box((-1, 2, 1), (3, 3, 3)), (0, 4, 2), (1, -2, 0.5))
+    found = explanation(co.Box((-1, 2, 1), (3, 3, 3)), (0, 4, 2), (1, -2, 0.5))
     has(found, "x: −1 to 3, origin 0, direction 1: t₁ = −1, t₂ = 3", "t_near = −1, t_far = 3",
         "y: 2 to 3, origin 4, direction −2: t₁ = 1, t₂ = 0.5, swapped", "t_near = 0.5, t_far = 1",
         "z: 1 to 3, origin 2, direction 0.5: t₁ = −2, t₂ = 2", "t_near = 0.5, t_far = 1",
@@ -158,7 +161,7 @@ def test_box_by_slabs():
 
 def test_general_quadric():
     """x² + y² + z² + xy − 3 along (1, 1, 0): a = A + E + 2B = 3, b = 0, c = −3, b² − 4ac = 36, t = ∓6/6; gradient (3, 3, 0)."""
-    found = told(co.Quadric(coefficients=dict(xx=1, yy=1, zz=1, xy=1, constant=-3)), (0, 0, 0), (1, 1, 0))
+    found = explanation(co.Quadric(coefficients=dict(xx=1, yy=1, zz=1, xy=1, constant=-3)), (0, 0, 0), (1, 1, 0))
     gradient = next(line for line in lines(found) if line.startswith("half the gradient (Ax + By + Cz + D, Bx + Ey"))
     x, y, z = gradient.partition(" = (")[2].rstrip(")").split(", ")
     assert (float(x), float(y), float(z)) == pytest.approx((1.5, 1.5, 0), rel=1e-15)
@@ -169,7 +172,7 @@ def test_general_quadric():
 
 def test_step_1_of_the_algorithm_where_a_is_zero():
     """Along the axis of x² + y² − z = 0 from (1, 2, 0): a = 0, b = −1, c = 5, t = −c/b = 5."""
-    found = told(co.Quadric(coefficients=dict(xx=1, yy=1, z=-1)), (1, 2, 0), (0, 0, 1))
+    found = explanation(co.Quadric(coefficients=dict(xx=1, yy=1, z=-1)), (1, 2, 0), (0, 0, 1))
     has(found, "enters body 0 “Quadric 0” at t = 5, face 0, surface 0", "face 0, within surface 0, elliptic paraboloid: x² + y² − z = 0",
         "A = 1, E = 1, I = −0.5", "a t² + b t + c = 0: a = uᵗQu = 0, b = 2 uᵗQp = −1, c = pᵗQp = 5", "a = 0: t = −c / b = 5")  # fmt: skip
     assert found.surfaces[0].roots == (5.0, math.inf)
@@ -177,7 +180,7 @@ def test_step_1_of_the_algorithm_where_a_is_zero():
 
 @pytest.mark.parametrize(("x", "c", "where"), [(0.5, "−0.75", "inside"), (2.0, "3", "outside")])
 def test_a_and_b_zero_which_the_notes_leave_out(x, c, where):
-    found = told(co.Quadric(coefficients=dict(xx=1, yy=4, constant=-1)), (x, 0, 0), (0, 0, 1), t_min=-math.inf)
+    found = explanation(co.Quadric(coefficients=dict(xx=1, yy=4, constant=-1)), (x, 0, 0), (0, 0, 1), t_min=-math.inf)
     has(found, f"a = b = 0: the ray is {where} all along, as c = {c}")
     assert len(found.bodies[0].spans) == (where == "inside")
 
@@ -244,7 +247,7 @@ def test_sphere_of_radius_three():
 def test_cylinder_by_equations_2_to_12():
     """From (6, 1, 1) along (−1, 0, 0): locally (1, 5, 1) along (0, −1, 0); a = 1, b = −5, c = 1 + 25 − 4 = 22, D = 3,
     t = 5 ∓ √3, (X, Y, Z) = (1, ±√3, 1), θ = ±60°."""
-    found = told(co.Cylinder(P1, P2, 2, reference=P3), (6, 1, 1), (-1, 0, 0))
+    found = explanation(co.Cylinder(P1, P2, 2, reference=P3), (6, 1, 1), (-1, 0, 0))
     step = next(face.surface for face in found.bodies[0].cells[0].faces if face.face == 0)
     has(found, "p₁ = (1, 0, 0), r = 2", "(2) R_X = (0, 0, 1), R_Y = (1, 0, 0), R_Z = (0, 1, 0)",
         "(5) (X₀, Y₀, Z₀) = (1, 5, 1), (U, V, W) = (0, −1, 0)",
@@ -260,7 +263,7 @@ def test_cylinder_by_equations_2_to_12():
 def test_discriminant_of_equation_8():
     """At X = 2 the ray touches, D = 0; at X = 2.5 D = 4 − 6.25."""
     cylinder = co.Cylinder(P1, P2, 2, reference=P3)
-    touching, missing = told(cylinder, (6, 1, 2), (-1, 0, 0)), told(cylinder, (6, 1, 2.5), (-1, 0, 0))
+    touching, missing = explanation(cylinder, (6, 1, 2), (-1, 0, 0)), explanation(cylinder, (6, 1, 2.5), (-1, 0, 0))
     has(touching, "(8) D = 0 = 0: it only touches", "read as invisible: no crossing")
     has(missing, "(8) D = −2.25 < 0: no real root")
     assert not touching.hit.hit
@@ -272,14 +275,14 @@ def test_discriminant_of_equation_8():
 
 def test_kvadr():
     """t² − 3t + 2 = 0: the parabolic cylinder x² <= y along (1, 3, 0) from (0, −2, 0)."""
-    found = told(co.ParabolicCylinder(0.5), (0, -2, 0), (1, 3, 0))
+    found = explanation(co.ParabolicCylinder(0.5), (0, -2, 0), (1, 3, 0))
     has(found, "A = 1, G = −0.5", "a t² + b t + c = 0: a = uᵗQu = 1, b = 2 uᵗQp = −3, c = pᵗQp = 2", "b² − 4 a c = 1",
         "t₀ = (−b − √(b² − 4 a c)) / 2a = 1", "t₁ = (−b + √(b² − 4 a c)) / 2a = 2", "inside for t in [1, 2]")  # fmt: skip
 
 
 def test_allips():
     """x²/4 + y²/9 + z² = 1 along (1, 1, 0) from (−9, −9, 0): (1/4 + 1/9) (t − 9)² = 1: t = 9 ∓ 6/√13."""
-    found = told(co.Ellipsoid((2, 3, 1)), (-9, -9, 0), (1, 1, 0))
+    found = explanation(co.Ellipsoid((2, 3, 1)), (-9, -9, 0), (1, 1, 0))
     has(found, "face 0, within surface 0, ellipsoid: 0.25 x² + y²/9 + z² = 1")
     numbers, square = found.bodies[0].cells[0].faces[0].surface.board.numbers, F(13, 36)
     assert numbers["a"] == pytest.approx(float(square), rel=1e-15)
@@ -290,7 +293,7 @@ def test_allips():
 
 def test_false_intersections_of_figure_3_4_8():
     """Past the end of the cylinder its wall goes on: x = −1 is met at z = 3, t = 1; the caps z = 2 and 0 at t = 2 and 4."""
-    found = told(co.Cylinder((0, 0, 0), (0, 0, 2), 1), (-2, 0, 4), (1, 0, -1))
+    found = explanation(co.Cylinder((0, 0, 0), (0, 0, 2), 1), (-2, 0, 4), (1, 0, -1))
     cell = found.bodies[0].cells[0]
     assert [(c.t, c.face, c.entering, c.outside_of) for c in cell.candidates] == [
         (1, 0, True, 2), (2, 2, True, None), (3, 0, False, None), (4, 1, False, 0),
@@ -302,7 +305,7 @@ def test_false_intersections_of_figure_3_4_8():
 
 def test_pica_is_entered_beyond_its_roots():
     """x² + y² <= 4 z² along z at x = 6: a = −4, c = 36, t = ±3, and the inside is beyond."""
-    found = told(co.DoubleCone(slope=2), (6, 0, 0), (0, 0, 1), t_min=-math.inf)
+    found = explanation(co.DoubleCone(slope=2), (6, 0, 0), (0, 0, 1), t_min=-math.inf)
     has(
         found,
         "a t² + b t + c = 0: a = uᵗQu = −4, b = 2 uᵗQp = 0, c = pᵗQp = 36",
@@ -313,7 +316,7 @@ def test_pica_is_entered_beyond_its_roots():
 
 def test_bow_tie():
     """x² + y² <= z², −1 <= z <= 1, up at x = 1/2: caps at ∓1, body at ∓1/2: inside from −1 to −1/2 and from 1/2 to 1."""
-    found = told(co.DoubleCone(1, z_range=(-1, 1)), (0.5, 0, 0), (0, 0, 1), t_min=-math.inf)
+    found = explanation(co.DoubleCone(1, z_range=(-1, 1)), (0.5, 0, 0), (0, 0, 1), t_min=-math.inf)
     assert found.bodies[0].cells[0].slab == (-1, 1)
     has(found, "its planes leave t from −1 to 1", "inside, on the whole line: [−1, −0.5], [0.5, 1]")
 
@@ -321,7 +324,7 @@ def test_bow_tie():
 @pytest.mark.parametrize("shape", [co.Sphere(2, (0, 0, 1)), co.Ellipsoid((1, 2, 4)), co.EllipticCylinder(1, 0.25)])
 def test_tangency_is_invisibility(shape):
     """Along x at y = 2 the discriminant is zero."""
-    found = told(shape, (-5, 2, 1 if isinstance(shape, co.Sphere) else 0), (1, 0, 0))
+    found = explanation(shape, (-5, 2, 1 if isinstance(shape, co.Sphere) else 0), (1, 0, 0))
     assert found.bodies[0].outcome == "only touched"
     assert not found.hit.hit
     has(found, "the ray only touches it, which counts as a miss", "read as invisible: no crossing")
@@ -334,7 +337,7 @@ def test_tangency_is_invisibility(shape):
 
 def test_the_sweep_of_a_difference():
     """A drum z = 0 to 2 less a ball of radius 1/2 about z = 1, up its axis from z = −5: 5, 5.5, 6.5, 7."""
-    found = told(co.Cylinder((0, 0, 0), (0, 0, 2), 1) - co.Sphere(0.5, (0, 0, 1)), (0, 0, -5), (0, 0, 1))
+    found = explanation(co.Cylinder((0, 0, 0), (0, 0, 2), 1) - co.Sphere(0.5, (0, 0, 1)), (0, 0, -5), (0, 0, 1))
     sweep = found.bodies[0].sweep
     assert sweep.expression == "A ∩ ¬B"
     rows = [(row.t, row.letter, row.entering, row.inside, row.count, row.need, row.value) for row in sweep.rows]
@@ -347,7 +350,7 @@ def test_the_sweep_of_a_difference():
 
 def test_coincident_walls_act_together():
     """Two boxes that share the wall x = 0: at t = 1 one is left and the other entered; the union stays inside."""
-    found = told(co.Box((-1, -1, -1), (0, 1, 1)) | co.Box((0, -1, -1), (1, 1, 1)), (-1 - 1, 0, 0), (1, 0, 0))
+    found = explanation(co.Box((-1, -1, -1), (0, 1, 1)) | co.Box((0, -1, -1), (1, 1, 1)), (-1 - 1, 0, 0), (1, 0, 0))
     rows = [(row.t, row.letter, row.entering, row.value) for row in found.bodies[0].sweep.rows]
     assert rows == [(1, "A", True, True), (2, "A", False, True), (2, "B", True, True), (3, "B", False, False)]
     assert [c.t for c in found.crossings] == [1, 3]

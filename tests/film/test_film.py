@@ -369,8 +369,8 @@ def test_a_preview_is_written_again_and_again(scene, tmp_path, monkeypatch):
     done("render", scene, "-o", tmp_path / "a.png", *options, "--preview", tmp_path / "p.png")
     assert written.count(str(tmp_path / "p.png")) == 4
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "p.png").read_bytes()
-    told = refused("render", scene, "-o", tmp_path / "a.png", "--preview", tmp_path / "p.png")
-    assert "--preview goes with --integrator" in told
+    message = refused("render", scene, "-o", tmp_path / "a.png", "--preview", tmp_path / "p.png")
+    assert "--preview goes with --integrator" in message
 
 
 def test_a_preview_in_the_terminal(scene, tmp_path, monkeypatch):

@@ -50,10 +50,10 @@ def test_samples_are_continued(whole, tmp_path):
         image = scene().render(WIDTH, HEIGHT, samples, NAME, resume=tmp_path / "file", layers="samples")
         assert (image.layers["samples"] == samples).all()
     assert (image.pixels == whole.pixels).all()
-    told = []
-    again = scene().render(WIDTH, HEIGHT, 40, NAME, resume=tmp_path / "file", progress=lambda *step: told.append(step))
+    calls = []
+    again = scene().render(WIDTH, HEIGHT, 40, NAME, resume=tmp_path / "file", progress=lambda *step: calls.append(step))
     assert (again.pixels == whole.pixels).all()
-    assert told == []  # nothing was to be done
+    assert calls == []  # nothing was to be done
     fewer = scene().render(WIDTH, HEIGHT, 8, NAME, resume=tmp_path / "file")
     assert (fewer.pixels == whole.pixels).all()  # what there is is not thrown away
     with pytest.raises(ValueError, match="holds parts of other work"):

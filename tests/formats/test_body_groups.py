@@ -220,7 +220,7 @@ def test_each_alias_of_a_body_counts(tmp_path, monkeypatch):
 RELAXED = settings(max_examples=50, deadline=None, suppress_health_check=list(HealthCheck))
 
 
-def told(node: Node | None) -> Any:
+def message(node: Node | None) -> Any:
     """All that there is of a tree."""
     if node is None:
         return None
@@ -228,8 +228,12 @@ def told(node: Node | None) -> Any:
     if isinstance(node, ScalarNode):
         return (*where, node.text, node.plain)
     if isinstance(node, SequenceNode):
-        return (*where, [told(item) for item in node.items])
-    return (*where, {name: told(value) for name, value in node.entries.items()}, [told(key) for key in node.heads])
+        return (*where, [message(item) for item in node.items])
+    return (
+        *where,
+        {name: message(value) for name, value in node.entries.items()},
+        [message(key) for key in node.heads],
+    )
 
 
 def plain_document(text: str) -> Any:
@@ -250,16 +254,16 @@ def check_pattern(text: str) -> int:
     assert found.distinct == expected.distinct
     assert found.problems == expected.problems
     if found.bodies is None:
-        assert told(found.root) == told(expected.root)
+        assert message(found.root) == message(expected.root)
         return 0
     assert isinstance(found.root, MappingNode)
     assert isinstance(expected.root, MappingNode)
     whole = [item.parsed() if isinstance(item, PatternItem) else item for item in found.bodies]
-    assert [told(item) for item in whole] == [told(item) for item in expected.root.entries["bodies"].items]
-    assert [told(key) for key in found.root.heads] == [told(key) for key in expected.root.heads]
+    assert [message(item) for item in whole] == [message(item) for item in expected.root.entries["bodies"].items]
+    assert [message(key) for key in found.root.heads] == [message(key) for key in expected.root.heads]
     for name, value in expected.root.entries.items():
         if name != "bodies":
-            assert told(found.root.entries[name]) == told(value)
+            assert message(found.root.entries[name]) == message(value)
     return sum(isinstance(item, PatternItem) for item in found.bodies)
 
 

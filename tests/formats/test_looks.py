@@ -64,18 +64,18 @@ def test_a_large_one_is_to_be_put_into_a_file(folder):
     assert co.load(folder / "scene.yaml") == scene
 
 
-@pytest.mark.parametrize(("name", "told"), [
+@pytest.mark.parametrize(("name", "message"), [
     ("no.exr", "Environment: pixels: is not an existing file: 'no.exr' beside the scene"),
     ("../sky.exr", "Environment: pixels: must stay inside the scene's folder"),
     ("sky.txt", "Environment: pixels: .*file must be a picture"),
 ])  # fmt: skip
-def test_mistakes_are_reported_with_their_place(folder, name, told):
+def test_mistakes_are_reported_with_their_place(folder, name, message):
     (folder / "sky.txt").write_text("blue")
     inner = folder / "inner"
     inner.mkdir()
     target = inner if name.startswith("..") else folder
     (target / "bad.yaml").write_text(SCENE.replace("sky.exr", name).replace("Sphere", "{Sphere: {}}"))
-    with pytest.raises(co.SceneFileError, match=told) as caught:
+    with pytest.raises(co.SceneFileError, match=message) as caught:
         co.load(target / "bad.yaml")
     assert ":1:" in str(caught.value)
 

@@ -301,9 +301,9 @@ def test_damaged_files(change, message, tmp_path):
     path = tmp_path / "hits.npz"
     ANSWERS["many"].save(path)
     path.write_bytes(_with(path, **change))
-    with pytest.raises(ValueError, match=f"hits.npz: .*{message}") as told:
+    with pytest.raises(ValueError, match=f"hits.npz: .*{message}") as expected:
         co.Hits.load(path)
-    assert len(str(told.value)) < 500
+    assert len(str(expected.value)) < 500
 
 
 # --- What `conicoid trace` writes, Python loads; what Python saves, `conicoid trace` reads; others are told what reads them

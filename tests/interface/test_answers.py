@@ -169,7 +169,7 @@ def test_hits_of_different_scenes_are_not_joined():
     with pytest.raises(ValueError, match=r"Hits: parts must be of one scene, got parts\[0\] and parts\[1\]"):
         co.Hits.concatenate([hits, other])
     painted = co.Scene([co.Body(body.shape, "white", body.name) for body in SCENE.bodies])
-    for call, error, told in (
+    for call, error, message in (
         (
             lambda: co.Hits.concatenate([hits, painted.first_hit(RAYS)]),
             ValueError,
@@ -183,7 +183,7 @@ def test_hits_of_different_scenes_are_not_joined():
             "^Hits: parts must have shapes that differ in the first axis alone",
         ),
     ):
-        with pytest.raises(error, match=told):
+        with pytest.raises(error, match=message):
             call()
 
 

@@ -72,9 +72,11 @@ def test_light_brighter_than_white_is_reported():
     ],
 )
 def test_lights_in_bytes_are_doubted(make):
-    with pytest.warns(UserWarning, match=r"intensity \(255.0, 240.0, 200.0\) is linear light, 255 times white") as told:
+    with pytest.warns(
+        UserWarning, match=r"intensity \(255.0, 240.0, 200.0\) is linear light, 255 times white"
+    ) as message:
         make((255, 240, 200))
-    assert told[0].filename == __file__
+    assert message[0].filename == __file__
     for usual in ((3, 2, 2), (16, 12, 9), (40.5, 38, 36), 255, (1, 1, 1)):
         make(usual)
     co.PointLight((0, 0, 1), (255, 240, 200), "inverse_square")  # at a distance of 16 it is about 1
@@ -129,10 +131,10 @@ def test_radians_are_doubted(angle, turn):
     with pytest.warns(
         UserWarning,
         match=rf"must be in degrees, got .*: -?{abs(round(math.degrees(angle), 1)):g} degrees are that in radians",
-    ) as told:
+    ) as message:
         turn(angle)
-    assert len(told) == 1
-    assert told[0].filename == __file__
+    assert len(message) == 1
+    assert message[0].filename == __file__
 
 
 def test_no_number_of_degrees_is_taken_for_radians():

@@ -147,9 +147,9 @@ def test_dir_lists_public_names():
 @pytest.mark.parametrize("value", ["0", "-1", "many", "1.5", "9" * 5000, "²"])
 def test_a_wrong_number_of_threads_is_an_error(monkeypatch, value):
     monkeypatch.setenv("CONICOID_THREADS", value)
-    with pytest.raises(ValueError, match="CONICOID_THREADS must be an integer from 1 to 65536, got '") as told:
+    with pytest.raises(ValueError, match="CONICOID_THREADS must be an integer from 1 to 65536, got '") as message:
         thread_count()
-    assert len(str(told.value)) < 200
+    assert len(str(message.value)) < 200
     monkeypatch.setenv("CONICOID_THREADS", "3")
     assert thread_count() == 3
 

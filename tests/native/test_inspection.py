@@ -110,10 +110,10 @@ def test_faults_are_found_in_a_browsers(tmp_path):
 
 @pytest.mark.parametrize("fault", marked((fault, fault not in ELSEWHERE) for fault in FAULTS))
 def test_faults_are_found(tmp_path, fault):
-    source, flags, told = FAULTS[fault]
+    source, flags, message = FAULTS[fault]
     if "#include" not in source:
         source = '#include "python.h"\n' + source
-    assert told in wrong_with_extension(compiled(tmp_path, source, flags=flags), LINUX)
+    assert message in wrong_with_extension(compiled(tmp_path, source, flags=flags), LINUX)
 
 
 def test_a_stack_that_runs_code_is_found(tmp_path):
@@ -197,8 +197,8 @@ def test_faults_of_wheels_are_found(good_wheel, tmp_path):
         ("engine.wasm", {engine: b""}, f"{engine} is no WebAssembly"),
         ("engine.wasm", {engine: IMPORTING}, f"{engine} takes something from the page"),
     ):
-        told = wrong_with_wheel(without(good_wheel, bad, missing, instead))
-        assert told == [fault.format(bad.stat().st_size)]
+        findings = wrong_with_wheel(without(good_wheel, bad, missing, instead))
+        assert findings == [fault.format(bad.stat().st_size)]
     other = bad.with_name(good_wheel.name.replace("x86_64", "aarch64"))
     shutil.copyfile(good_wheel, other)
     assert wrong_with_wheel(other) == ["does not say: Tag: cp311-abi3-manylinux_2_17_aarch64", "is for X86_64"]

@@ -52,12 +52,12 @@ def test_registers_and_spills_are_within_bounds(tmp_path, name):
     source = tmp_path / "kernel.ptx"
     source.write_text(ptx_of(name))
     command = ["ptxas", "-v", "-arch=sm_75", "-o", str(tmp_path / "kernel.cubin"), str(source)]
-    said = subprocess.run(command, capture_output=True, text=True, check=True).stderr
-    entry = said[said.index(f"for {name}") :]
+    printed = subprocess.run(command, capture_output=True, text=True, check=True).stderr
+    entry = printed[printed.index(f"for {name}") :]
     frame, stores, loads = map(
         int, re.search(r"(\d+) bytes stack frame, (\d+) bytes spill stores, (\d+)", entry).groups()
     )
-    assert int(re.search(r"Used (\d+) registers", said)[1]) <= ptx.MOST_REGISTERS
+    assert int(re.search(r"Used (\d+) registers", printed)[1]) <= ptx.MOST_REGISTERS
     assert frame < 8192
     assert max(stores, loads) < 512
 

@@ -239,12 +239,12 @@ def test_shapes_of_arrays_and_refusals():
     assert found[0, 0].distance == found.distance[0, 0]
     assert len(found) == 2
     assert [one.shape for one in found] == [(3,), (3,)]
-    for call, told in (
+    for call, message in (
         (lambda: scene.distance([(0, 0, 0), (math.nan, 0, 0)]), r"distance: points\[1\] must be finite"),
         (lambda: scene.distance((0, 0, 0), max_distance=-1), "max_distance must be positive, got -1.0"),
         (lambda: scene.distance((0, 0, 0), max_distance="far"), "max_distance must be a positive number"),
     ):
-        with pytest.raises(ValueError, match=told):
+        with pytest.raises(ValueError, match=message):
             call()
     with pytest.raises(AttributeError, match="read-only"):
         found.distance = 1
@@ -267,9 +267,9 @@ def test_answers_live_without_the_scene():
 def test_workers_and_progress():
     scene = co.Scene([co.Sphere(1) - co.Cylinder((0, 0, -2), (0, 0, 2), 0.5)])
     x = np.random.default_rng(0).uniform(-2, 2, (1000, 3))
-    told = []
-    found = scene.distance(x, exact=True, progress=lambda done, count: told.append((done, count)))
-    assert told[-1] == (1000, 1000)
+    calls = []
+    found = scene.distance(x, exact=True, progress=lambda done, count: calls.append((done, count)))
+    assert calls[-1] == (1000, 1000)
     with concurrent.futures.ThreadPoolExecutor(2) as pool:
         assert scene.distance(x, exact=True, executor=pool) == found
         assert scene.distance(x, executor=pool) == scene.distance(x)

@@ -180,8 +180,8 @@ def test_compiled_code_follows_ieee_arithmetic(name):
     cases += itertools.product(SPECIAL, repeat=len(cases[0])) if len(cases[0]) < 3 else []
     found = [function(*case) for case in cases]
     with interpreted():
-        told = [inner(*case) for case in cases]
-    assert [case for case, a, b in zip(cases, found, told, strict=True) if not same(a, b)] == []
+        expected = [inner(*case) for case in cases]
+    assert [case for case, a, b in zip(cases, found, expected, strict=True) if not same(a, b)] == []
 
 
 def limit(function: Callable[..., float], *case: float) -> float:

@@ -53,12 +53,12 @@ def test_a_glass_has_no_index_outside_of_its_range():
 
 
 def test_names_that_there_are_not():
-    for call, error, told in (
+    for call, error, message in (
         (lambda: co.optics.glass("BK7"), ValueError, "got 'BK7' .did you mean 'N-BK7'"),
         (lambda: co.optics.glasses["N-SF-11"], KeyError, "did you mean 'N-SF11'"),
         (lambda: co.glass("BK7"), ValueError, "the name of a glass, got 'BK7' .did you mean 'N-BK7'"),
     ):
-        with pytest.raises(error, match=told):
+        with pytest.raises(error, match=message):
             call()
 
 
@@ -112,7 +112,7 @@ def test_pictures_take_n_d_and_the_slope_between_blue_and_red():
 
 
 def test_invalid_formulas_are_refused():
-    for make, told in (
+    for make, message in (
         (lambda: co.optics.Sellmeier((1, 2), (1,)), "b and c must be as many, got 2 and 1"),
         (lambda: co.optics.Schott((1, 2)), "coefficients must be a list of 6 numbers, got 2"),
         (lambda: co.optics.Cauchy(()), "coefficients must be a list of one number or more"),
@@ -121,7 +121,7 @@ def test_invalid_formulas_are_refused():
         (lambda: co.optics.Tabulated((1, 2), (1, 1), (0,)), "k must be as many as wavelengths, 2, got 1"),
         (lambda: co.optics.Cauchy((1.5,), range=(2, 1)), "range must be two rising wavelengths"),
     ):
-        with pytest.raises(ValueError, match=told):
+        with pytest.raises(ValueError, match=message):
             make()
 
 
@@ -201,14 +201,14 @@ def test_shapes_misses_and_errors():
     assert np.isnan(co.optics.fresnel(np.nan, 1.0, 1.5).reflectance)
     assert co.optics.fresnel(-0.5, 1.0, 1.5).reflectance == co.optics.fresnel(0.5, 1.0, 1.5).reflectance
     assert (co.optics.fresnel([0.0, 1.0], 1.4, 1.4).transmittance == 1).all()
-    for arguments, told in (
+    for arguments, message in (
         ((1.1, 1, 1.5), r"^fresnel: cos must be in \[-1, 1\]"),
         ((1.0, 0, 1.5), "^fresnel: n1 must be > 0, got 0"),
         ((1.0, 1, -1.5), "^fresnel: n2 must be > 0"),
         ((1.0, 1, 1.5, -1), "^fresnel: k must be >= 0"),
         ((np.ones(3), 1, np.ones(2)), "^fresnel: cos, n1 and n2 must broadcast"),
     ):
-        with pytest.raises(ValueError, match=told):
+        with pytest.raises(ValueError, match=message):
             co.optics.fresnel(*arguments)
 
 
@@ -254,13 +254,13 @@ def test_a_film_may_be_split_and_thick_metal_hides_its_substrate():
 
 
 def test_invalid_coats_are_refused():
-    for layers, told in (
+    for layers, message in (
         ([(1.38, -1)], r"layers\[0\]: Layer: thickness must be > 0"), ([1.38], r"layers\[0\] must be a pair"),
         ([(1.38, 99.6)], r"layers\[0\]: Layer: thickness must be in μm.*99.6 nm are 0.0996"),
         ([(1.38, 99.6e-9)], r"layers\[0\]: Layer: thickness must be in μm.*9.96e-08 m are 0.0996"),
         ("MgF2", "layers must be pairs"), ([(0, 1)], "refractive_index must be > 0"),
     ):  # fmt: skip
-        with pytest.raises(ValueError, match=told):
+        with pytest.raises(ValueError, match=message):
             co.optics.Coating(layers)
 
 

@@ -146,7 +146,7 @@ def test_bodies_beside_the_plane_are_named(tmp_path):
     assert len(paths_of(drawing)) == 1
     drawing.save(tmp_path / "x.svg")
     assert (tmp_path / "x.svg").read_text(encoding="utf-8") == drawing.svg == drawing._repr_svg_()
-    for call, error, told in (
+    for call, error, message in (
         (lambda: drawing.save(tmp_path / "x.png"), ValueError, "Layout.save: path must end with .svg"),
         (
             lambda: co.optics.layout(co.Scene([co.HalfSpace((0, 0, 1), 0)])),
@@ -161,7 +161,7 @@ def test_bodies_beside_the_plane_are_named(tmp_path):
             "layout: rays must be a number for a Prescription",
         ),
     ):
-        with pytest.raises(error, match=told):
+        with pytest.raises(error, match=message):
             call()
 
 

@@ -92,12 +92,14 @@ def test_a_doublet_and_a_mirror_of_optilands_are_traced_alike():
 
 def test_a_lens_written_for_optiland_is_equal():
     """One closed solid in place of three surfaces."""
-    built, said = scene(50), scene(50)
+    built, message = scene(50), scene(50)
     built.add_lens("lens", CoordinateSystem(z=3), LensConfig(50, -60, 6, "N-BK7", 10))
-    said.add_component("lens", co.optics.optiland_component(co.Lens(50, -60, 6, 20), "N-BK7", cs=CoordinateSystem(z=3)))
+    message.add_component(
+        "lens", co.optics.optiland_component(co.Lens(50, -60, 6, 20), "N-BK7", cs=CoordinateSystem(z=3))
+    )
     theirs = built.trace(RAYS, seed=7, backend=NumpyBackend(seed=7))
     for backend in (co.optics.OptilandBackend(seed=7), NumpyBackend(seed=7)):
-        same(theirs, said.trace(RAYS, seed=7, backend=backend))
+        same(theirs, message.trace(RAYS, seed=7, backend=backend))
 
 
 def test_booleans_that_optiland_refuses():

@@ -243,8 +243,8 @@ REFUSED = [
 
 @pytest.mark.parametrize("case", range(len(REFUSED)))
 def test_invalid_prescriptions_are_refused(case):
-    make, error, told = REFUSED[case]
-    with pytest.raises(error, match=told):
+    make, error, message = REFUSED[case]
+    with pytest.raises(error, match=message):
         make()
 
 

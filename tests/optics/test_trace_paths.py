@@ -252,14 +252,14 @@ def test_fields_shapes_and_drawing():
 
 def test_refusals():
     scene = slab(co.glass("N-BK7"))
-    for keywords, told in (
+    for keywords, message in (
         (dict(wavelength=588.0), r"trace_paths: wavelength must be in μm, 0.5876 for the line d, got 588"),
         (dict(wavelength=5.88), r"'N-BK7': wavelength must be in \[0.3, 2.5\] μm"),
         (dict(wavelength=-1), "trace_paths: wavelength must be in μm"), (dict(weight=-1), "weight must be finite and >= 0"),
         (dict(depth=-1), "trace_paths: depth must be"), (dict(wavelength=[0.5, 0.6]), "wavelength must be one number, or one"),
         (dict(least=-1), "trace_paths: least must be >= 0"), (dict(unit=0), "trace_paths: unit must be > 0"),
     ):  # fmt: skip
-        with pytest.raises(ValueError, match=told):
+        with pytest.raises(ValueError, match=message):
             co.optics.trace_paths(scene, DOWN, **keywords)
     with pytest.raises(TypeError, match="trace_paths: scene must be a Scene, got"):
         co.optics.trace_paths([], DOWN)
@@ -312,11 +312,11 @@ def test_a_coat_needs_a_surface_of_glass():
         dict(radius=-50, thickness=9, diameter=10),
         dict(coating=coat),
     ]
-    for call, told in (
+    for call, message in (
         (lambda: co.optics.prescription(rows, 4.0).bodies, r"rows\[2\]: coating must be None where there is no glass"),
         (lambda: co.optics.Row(medium="mirror", coating=coat), "Row: coating must be None for a mirror"),
         (lambda: co.optics.Row(medium=1.5, coating=1.38), r"Row: coating must be a co\.optics\.Coating"),
         (lambda: co.Doublet(**SURFACES, coatings=[coat]), "LensGroup: coatings must be 3 entries"),
     ):
-        with pytest.raises(ValueError, match=told):
+        with pytest.raises(ValueError, match=message):
             call()

@@ -240,8 +240,8 @@ REFUSED = [
 
 @pytest.mark.parametrize("case", range(len(REFUSED)))
 def test_invalid_lens_files_are_refused(case):
-    make, told = REFUSED[case]
-    with pytest.raises(co.SceneFileError, match=told):
+    make, message = REFUSED[case]
+    with pytest.raises(co.SceneFileError, match=message):
         co.optics.read_zmx(make())
 
 

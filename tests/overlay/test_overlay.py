@@ -119,12 +119,12 @@ def test_any_scene_can_be_drawn_over(scene):
 
 
 def test_small_pictures_have_a_number_on_each_axis(monkeypatch):
-    told: list[str] = []
-    monkeypatch.setattr(Canvas, "text", lambda self, place, text, color, size: told.append(text))
+    calls: list[str] = []
+    monkeypatch.setattr(Canvas, "text", lambda self, place, text, color, size: calls.append(text))
     camera = co.Camera((6, -8, 5), (0, 0, 0))
     co.Scene(co.Sphere(2), camera=camera).render(200, 150, samples=1, axes=True)
-    assert [t for t in told if t in "xyz"] == ["x", "y", "z"]
-    assert [float(t) > 0 for t in told if t not in "xyz"] == [True] * 3
+    assert [t for t in calls if t in "xyz"] == ["x", "y", "z"]
+    assert [float(t) > 0 for t in calls if t not in "xyz"] == [True] * 3
 
 
 def test_names_are_written_in_letters_that_the_font_has():

@@ -107,12 +107,12 @@ def test_a_picture_round_trips_to_the_bit(tmp_path):
 def test_invalid_paint_is_refused():
     assert co.Sphere().painted("red") == co.Sphere().painted(co.matte("red"))
     assert co.Painted(co.Sphere(), np.array([1, 0, 0.5])).material == co.matte((1, 0, 0.5))
-    for call, told in (
+    for call, message in (
         (lambda: co.Sphere().painted(3), r"Painted: material must be a Material .* or a colour, got int"),
         (lambda: co.Painted(co.Disc((0, 0, 0), (0, 0, 1), 1), co.matte()), r"Painted: Disc is a sheet"),
         (lambda: co.Spheres([(0, 0, 0)], [1]).painted(co.matte()), r"Painted: operands must be solids, got Spheres"),
     ):
-        with pytest.raises(TypeError, match=told):
+        with pytest.raises(TypeError, match=message):
             call()
 
 

@@ -217,16 +217,16 @@ def test_previews_report_their_noise():
 def test_previews_in_a_notebook(monkeypatch):
     """One display, which is updated."""
     display = pytest.importorskip("IPython.display")
-    told = []
+    calls = []
 
     class Handle:
         def update(self, image):
-            told.append(image)
+            calls.append(image)
 
-    monkeypatch.setattr(display, "display", lambda image, display_id: told.append(image) or Handle())
+    monkeypatch.setattr(display, "display", lambda image, display_id: calls.append(image) or Handle())
     image = LIT.render(8, 6, 8, "path", preview=True)
-    assert len(told) == 4
-    assert (told[-1].pixels == image.pixels).all()
+    assert len(calls) == 4
+    assert (calls[-1].pixels == image.pixels).all()
 
 
 def test_previews_in_a_terminal(monkeypatch):

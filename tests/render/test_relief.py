@@ -129,7 +129,7 @@ def test_scene_files_keep_them(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("given", "error", "told"),
+    ("given", "error", "message"),
     [
         (dict(bump="red"), TypeError, "Material: bump must be a texture"),
         (dict(bump=NOISE, bump_height=math.inf), ValueError, "Material: bump_height must be finite"),
@@ -143,6 +143,6 @@ def test_scene_files_keep_them(tmp_path):
         (dict(roughness="red"), ValueError, "Material: roughness must be a number"),
     ],
 )
-def test_refusals(given, error, told):
-    with pytest.raises(error, match=told):
+def test_refusals(given, error, message):
+    with pytest.raises(error, match=message):
         co.Material(**given)

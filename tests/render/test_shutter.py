@@ -132,7 +132,7 @@ def test_a_file_that_moves_a_missing_body_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("make", "error", "told"),
+    ("make", "error", "message"),
     [
         (lambda: co.scene.BodyTrack("a", (0, 1)), ValueError, "translate or degrees must say how 'a' moves"),
         (lambda: co.scene.BodyTrack("a", (1, 0), degrees=(0, 1)), ValueError, "times must grow, got 1 before 0"),
@@ -154,8 +154,8 @@ def test_a_file_that_moves_a_missing_body_is_refused(tmp_path):
          ValueError, "position is nothing that a AmbientLight has"),
     ],
 )  # fmt: skip
-def test_refusals(make, error, told):
-    with pytest.raises(error, match=told):
+def test_refusals(make, error, message):
+    with pytest.raises(error, match=message):
         make()
 
 
@@ -166,19 +166,19 @@ def test_refusals(make, error, told):
 @pytest.mark.parametrize("at", [3, 9, 40])
 def test_a_shutter_that_was_interrupted_goes_on(tmp_path, integrator, at):
     """Also in the middle of a moment; what is done is not done again."""
-    scene, told = moving_ball(), []
+    scene, calls = moving_ball(), []
     asked = dict(width=70, height=40, samples=12, integrator=integrator, shutter=(0, 1), times=5)
 
     def stop(done, count):
-        told.append(done)
-        if len(told) == at:
+        calls.append(done)
+        if len(calls) == at:
             raise KeyboardInterrupt
 
     whole = scene.render(**asked).pixels
     try:
         scene.render(**asked, resume=tmp_path / "file", progress=stop)
     except KeyboardInterrupt:
-        assert len(told) == at
+        assert len(calls) == at
     assert (scene.render(**asked, resume=tmp_path / "file").pixels == whole).all()
     done = []
     assert (scene.render(**asked, resume=tmp_path / "file", progress=lambda *s: done.append(s)).pixels == whole).all()
@@ -193,12 +193,12 @@ def test_a_shutter_on_workers(tmp_path, integrator):
     from conicoid.parallel.workers import inline_workers
 
     asked = dict(width=70, height=40, samples=12, integrator=integrator, shutter=(0, 1), times=5)
-    workers, told = inline_workers(), []
+    workers, calls = inline_workers(), []
     workers.chunk = 1
     near = moving_ball().render(**asked).pixels
-    far = moving_ball().render(**asked, executor=workers, progress=lambda *step: told.append(step))
+    far = moving_ball().render(**asked, executor=workers, progress=lambda *step: calls.append(step))
     assert (far.pixels == near).all()
-    assert told[-1][0] == told[-1][1]
+    assert calls[-1][0] == calls[-1][1]
     assert (moving_ball().render(**asked, executor=workers, resume=tmp_path / "file").pixels == near).all()
     assert (moving_ball().render(**asked, resume=tmp_path / "file").pixels == near).all()
 
@@ -222,10 +222,10 @@ def test_noise_is_judged_when_all_moments_are_seen():
 
 
 def test_progress_goes_forward_where_some_are_done():
-    told = []
-    moving_ball().render(**UNTIL, samples=3 * ROUND, progress=lambda done, count: told.append(done / count))
-    assert told == sorted(told)
-    assert len(told) > 14
+    calls = []
+    moving_ball().render(**UNTIL, samples=3 * ROUND, progress=lambda done, count: calls.append(done / count))
+    assert calls == sorted(calls)
+    assert len(calls) > 14
 
 
 def test_moments_write_their_changes(tmp_path):
@@ -250,11 +250,11 @@ def test_less_noise_goes_on_where_more_was_enough(tmp_path):
     asked = UNTIL | dict(samples=3 * ROUND + 10)
     whole = scene.render(**asked).pixels
     assert (scene.render(**asked, executor=workers).pixels == whole).all()
-    told = []
+    calls = []
 
     def stop(done, count):
-        told.append((done, count))
-        if len(told) == 20:
+        calls.append((done, count))
+        if len(calls) == 20:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
@@ -262,9 +262,9 @@ def test_less_noise_goes_on_where_more_was_enough(tmp_path):
     scene.render(**asked | dict(noise=0.1), resume=tmp_path / "file")
     assert (scene.render(**asked, resume=tmp_path / "file").pixels == whole).all()
     assert (scene.render(**asked, resume=tmp_path / "file", executor=workers).pixels == whole).all()
-    told.clear()
-    scene.render(**asked, resume=tmp_path / "file", progress=lambda *step: told.append(step))
-    assert told == []
+    calls.clear()
+    scene.render(**asked, resume=tmp_path / "file", progress=lambda *step: calls.append(step))
+    assert calls == []
     for other in (dict(samples=4 * ROUND), dict(noise=None), dict(times=13)):
         with pytest.raises(ValueError, match="holds parts of other work"):
             scene.render(**asked | other, resume=tmp_path / "file")

@@ -239,7 +239,7 @@ def test_shells_touch_the_ball_within_and_the_one_beside():
 
 
 @pytest.mark.parametrize(
-    ("make", "told"),
+    ("make", "message"),
     [
         (lambda: co.Tube((0, 0, 0), (0, 0, 1), 2, 1), "Tube: inner_radius must be < outer_radius = 1, got 2"),
         (lambda: co.Tube((0, 0, 0), (0, 0, 1), 1, 2, 0, 90), "Tube: reference must be given with angles"),
@@ -261,8 +261,8 @@ def test_shells_touch_the_ball_within_and_the_one_beside():
         (lambda: co.Parallelepiped((0, 0, 0), (1, 0, 0), (0, 1, 0), (2, 3, 0)), "must not lie in one plane"),
     ],
 )
-def test_impossible_angles_are_refused(make, told):
-    with pytest.raises(ValueError, match=told):
+def test_impossible_angles_are_refused(make, message):
+    with pytest.raises(ValueError, match=message):
         make()
 
 

@@ -173,8 +173,8 @@ REFUSED = [
 
 @pytest.mark.parametrize("case", range(len(REFUSED)))
 def test_invalid_lenses_are_refused(case):
-    make, told = REFUSED[case]
-    with pytest.raises(ValueError, match=told):
+    make, message = REFUSED[case]
+    with pytest.raises(ValueError, match=message):
         make()
 
 
@@ -378,7 +378,7 @@ def test_a_face_on_several_surfaces_is_no_wall():
 
 
 def test_missing_walls_are_refused():
-    for call, error, told in (
+    for call, error, message in (
         (lambda: co.Wall(co.Box(), 6), ValueError, r"Wall: face must be one of Box's, 0, 1, 2, 3, 4, 5, got 6"),
         (
             lambda: co.Wall(co.Box() | co.Sphere(), 0),
@@ -387,5 +387,5 @@ def test_missing_walls_are_refused():
         ),
         (lambda: co.Wall(co.Disc((0, 0, 0), (0, 0, 1), 1), 0), TypeError, r"Wall: solid must be a solid, got Disc"),
     ):
-        with pytest.raises(error, match=told):
+        with pytest.raises(error, match=message):
             call()

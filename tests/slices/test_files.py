@@ -310,7 +310,7 @@ def test_an_oblique_slice_as_a_picture(scene, tmp_path):
 
 def test_invalid_options_are_refused(scene, tmp_path):
     out = tmp_path / "cut.svg"
-    for arguments, told in (
+    for arguments, message in (
         (("--by", "colour"), "--by must be one of body, material"),
         (("--axis", "w"), "--axis must be one of x, y, z"),
         (("--origin", "0,0,0"), "--origin goes with both --u and --v"),
@@ -318,7 +318,7 @@ def test_invalid_options_are_refused(scene, tmp_path):
         (("--u", "1,0,0"), "--u"),
         (("--origin", "0,0,0", "--u", "1,0,0", "--v", "0,1,0", "--axis", "x"), "--axis"),
     ):
-        assert told in refused("slice", scene, "-o", out, *arguments)
+        assert message in refused("slice", scene, "-o", out, *arguments)
     assert "slices are saved as .svg, .pdf, .png" in refused("slice", scene, "-o", tmp_path / "cut.gif")
     assert not out.exists()
 

@@ -120,7 +120,7 @@ def test_workers_write_the_same(path):
 
 
 def test_paths_that_cannot_be(tmp_path, monkeypatch):
-    for call, error, told in (
+    for call, error, message in (
         (
             lambda: SCENE.voxels(WINDOW, SHAPE, path=tmp_path / "voxels.vti"),
             ValueError,
@@ -134,6 +134,6 @@ def test_paths_that_cannot_be(tmp_path, monkeypatch):
         (lambda: SCENE.voxels(WINDOW, (1 << 20, 1 << 20, 1 << 20), path=tmp_path / "voxels.npy"), OSError, "GiB"),
         (lambda: SCENE.voxels(WINDOW, (1 << 11, 1 << 10, 1 << 10)), ValueError, r"path='voxels\.zarr'"),
     ):
-        with pytest.raises(error, match=told):
+        with pytest.raises(error, match=message):
             call()
     assert list(tmp_path.iterdir()) == []

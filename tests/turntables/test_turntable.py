@@ -147,10 +147,10 @@ def test_frames_need_not_be_kept(tmp_path):
 
 
 def test_progress(tmp_path):
-    told: list[float] = []
-    co.turntable(SCENE, tmp_path / "a.gif", frames=3, progress=lambda done, count: told.append(done / count), **SMALL)
-    assert told[-1] == 1
-    assert {1 / 3, 2 / 3, 1.0} <= set(told)
+    calls: list[float] = []
+    co.turntable(SCENE, tmp_path / "a.gif", frames=3, progress=lambda done, count: calls.append(done / count), **SMALL)
+    assert calls[-1] == 1
+    assert {1 / 3, 2 / 3, 1.0} <= set(calls)
 
 
 @pytest.mark.parametrize(("path", "options", "error", "message"), [
@@ -202,11 +202,11 @@ INTERRUPTED = """
 import sys
 import conicoid as co
 scene = co.Scene([co.Sphere(1)])
-def told(done, count):
+def report(done, count):
     if done * 3 > count:
         print("begun", flush=True)
 co.turntable(scene, sys.argv[1], frames=3, width=8, height=6, samples=1, folder=sys.argv[2])
-co.turntable(scene, sys.argv[1], frames=3, width=320, height=240, samples=256, folder=sys.argv[3], progress=told)
+co.turntable(scene, sys.argv[1], frames=3, width=320, height=240, samples=256, folder=sys.argv[3], progress=report)
 """
 
 
@@ -306,16 +306,16 @@ def contents(folder):
 
 
 def test_frames_of_workers_are_the_same(tmp_path):
-    told = []
+    calls = []
     co.turntable(SCENE, tmp_path / "near.gif", frames=5, **SMALL)
     with co.parallel.Processes(2) as pool:
         count = co.turntable(
-            SCENE, tmp_path / "far.gif", frames=5, **SMALL, executor=pool, progress=lambda *step: told.append(step)
+            SCENE, tmp_path / "far.gif", frames=5, **SMALL, executor=pool, progress=lambda *step: calls.append(step)
         )
         assert count == 5
         assert contents(tmp_path / "far-frames") == contents(tmp_path / "near-frames")
         assert (tmp_path / "far.gif").read_bytes() == (tmp_path / "near.gif").read_bytes()
-        assert told == [(k + 1, 5) for k in range(5)]
+        assert calls == [(k + 1, 5) for k in range(5)]
         gone = sorted((tmp_path / "far-frames").iterdir())[:2]
         for path in gone:
             path.unlink()
@@ -337,16 +337,18 @@ def test_frames_of_films_too(tmp_path):
     )
     with co.parallel.Processes(2) as pool:
         for shutter in (0, 0.5):
-            told: list[tuple[int, int]] = []
+            calls: list[tuple[int, int]] = []
             names = [tmp_path / f"{where}-{shutter}.gif" for where in ("near", "far")]
             asked = dict(frames=4, shutter=shutter, **SMALL)
             assert co.animate(scene, names[0], **asked) == 4
             assert (
-                co.animate(scene, names[1], **asked, executor=pool, progress=lambda *step, told=told: told.append(step))
+                co.animate(
+                    scene, names[1], **asked, executor=pool, progress=lambda *step, calls=calls: calls.append(step)
+                )
                 == 4
             )
             assert names[0].read_bytes() == names[1].read_bytes()
-            assert told == [(k + 1, 4) for k in range(4)]
+            assert calls == [(k + 1, 4) for k in range(4)]
             assert co.animate(scene, names[1], **asked, executor=pool) == 0
 
 

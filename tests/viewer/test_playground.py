@@ -132,8 +132,8 @@ def test_a_served_playground_serves_its_files_alone():
         assert (status, b'name="scene"' in text) == (200, True)
         assert json.loads(ask(server, "POST", "typed", json.dumps({"text": WRONG}))[1])["count"] == 2
         assert ask(server, "POST", "edit", json.dumps({"path": [], "value": 1}))[0] == 404
-        status, told = ask(server, "POST", "typed", json.dumps({"text": "#" * 70_000}))
-        assert (status, json.loads(told)) == (413, {"error": "at most 65536 bytes are taken"})
+        status, message = ask(server, "POST", "typed", json.dumps({"text": "#" * 70_000}))
+        assert (status, json.loads(message)) == (413, {"error": "at most 65536 bytes are taken"})
 
 
 def test_the_playground_begins_with_a_file_and_the_files_it_names(tmp_path):

@@ -140,10 +140,10 @@ def test_the_saddle_is_a_quadric_in_openmc(tmp_path: Path) -> None:
 def test_narrowed_bodies_are_reported(tmp_path: Path) -> None:
     turned = co.Body(co.Cylinder((0, 0, 0), (1, 2, 3), 1), "red", "rod")
     scene = co.Scene([turned], lights=[co.AmbientLight(1)], camera=co.Camera((9, 0, 0), (0, 0, 0)))
-    told = {suffix: "\n".join(co.export(scene, tmp_path / f"out{suffix}")) for suffix in SOLID_FORMATS}
+    notes = {suffix: "\n".join(co.export(scene, tmp_path / f"out{suffix}")) for suffix in SOLID_FORMATS}
     for suffix, word in ((".gdml", "numbers"), (".scad", "numbers"), (".xml", "surfaces")):
-        assert f"{word} are rounded to float64: rod" in told[suffix]
-        assert "not written: lights, camera" in told[suffix]
+        assert f"{word} are rounded to float64: rod" in notes[suffix]
+        assert "not written: lights, camera" in notes[suffix]
         assert_close_answers(scene, co.load(tmp_path / f"out{suffix}"))
         with pytest.raises(ValueError, match="would not hold all of the scene, and strict is set:\nnot written"):
             co.export(scene, tmp_path / f"strict{suffix}", strict=True)
@@ -319,8 +319,8 @@ def test_mistakes_of_the_command(scene_file: Path, tmp_path: Path) -> None:
         ((tmp_path / "none.yaml", tmp_path / "x.gdml"), "no such file"),
         (("-", tmp_path / "x.gdml"), "scenes are read from files"),
     ):
-        told = refused("export", *map(str, arguments))
-        assert message in told.lower() or message in told
+        error = refused("export", *map(str, arguments))
+        assert message in error.lower() or message in error
     co.export(co.Sphere(), tmp_path / "in.gdml")
     before = (tmp_path / "in.gdml").read_bytes()
     assert run("export", str(tmp_path / "in.gdml"), str(tmp_path / "in.gdml")).exit_code == 2
@@ -584,12 +584,12 @@ def test_lengths_are_converted_to_the_unit_of_the_file(tmp_path, unit, suffix):
 def test_scenes_of_two_units_are_not_mixed():
     inches = co.Scene([co.Body(co.Box((0, 0, 0), (1, 1, 1)), name="box")], lights=[co.AmbientLight()], unit="in")
     metres = co.Scene([co.Body(co.Sphere(1), name="ball")], unit="m")
-    for call, error, told in (
+    for call, error, message in (
         (lambda: inches.added(metres), ValueError, r"a scene in m does not go into one in in: .*shape.scale\(39.37"),
         (lambda: metres.added(inches, before="ball"), ValueError, r"a scene in in does not go into one in m"),
         (lambda: inches + metres, TypeError, r"put together by a.added\(b\)"),
     ):
-        with pytest.raises(error, match=told):
+        with pytest.raises(error, match=message):
             call()
     for other in (metres.replace(unit=None), metres.replace(unit="in")):
         both = inches.added(other)

@@ -130,7 +130,7 @@ def test_points_are_in_their_slices(tmp_path, name):
 
 
 @pytest.mark.parametrize(
-    ("solid", "axis", "rule", "told"),
+    ("solid", "axis", "rule", "message"),
     [
         (CONE, "kXAxis", 'number="2"', "divides a cone along x, which Geant4 does not either"),
         (POLYHEDRA, "kPhi", 'number="3"', "across its sides"),
@@ -138,12 +138,12 @@ def test_points_are_in_their_slices(tmp_path, name):
         ('<orb name="m" r="3"/>', "kZAxis", 'number="2"', "divides what is no box, tube, cone"),
     ],
 )
-def test_undivided_volumes_are_reported(tmp_path, solid, axis, rule, told):
+def test_undivided_volumes_are_reported(tmp_path, solid, axis, rule, message):
     division = f'<divisionvol axis="{axis}" {rule} unit="mm"><volumeref ref="part"/></divisionvol>'
     solids = f'{solid}<box name="any" x="1" y="1" z="1"/>'
     structure = volume("part", "any") + volume("m", "m", division)
     scene = scene_of(tmp_path, text_of(solids, structure, world="m"))
-    assert any(told in note for note in scene.notes)
+    assert any(message in note for note in scene.notes)
 
 
 DIMENSIONS = {

@@ -43,7 +43,7 @@ def test_functions(text, value):
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("", "ends too early"), ("1+", "ends too early"), ("(1", "lacks a"), ("1 2", "go on with an operator"),
         ("1/0", "divides by zero"), ("0^-1", "divides by zero"), ("__import__('os')", "has \"'os'"), ("system(1)", "functions are"),
@@ -52,8 +52,8 @@ def test_functions(text, value):
         ("1e999999999", "1e300"), ("(-1)^0.5", "broken power"), ("exp(1e9)", "finite"), ("1;2", "in it"), ("9" * 400, "1e300"),
     ],
 )  # fmt: skip
-def test_invalid_expressions_are_refused(text, told):
-    with pytest.raises(ExpressionError, match=".*" + told.replace("(", r"\(")):
+def test_invalid_expressions_are_refused(text, message):
+    with pytest.raises(ExpressionError, match=".*" + message.replace("(", r"\(")):
         evaluate(text, UNIT_VALUES)
 
 
@@ -64,7 +64,7 @@ def test_numbers_do_not_grow_without_end():
 
 
 @pytest.mark.parametrize(
-    ("solid", "told"),
+    ("solid", "message"),
     [
         ('<box name="s" x="1" y="2"/>', "box 's': z must be given"),
         ('<box name="s" x="1" y="2" z="-3"/>', "z must be > 0, got -3 mm"),
@@ -86,18 +86,18 @@ def test_numbers_do_not_grow_without_end():
         ('<reflectedSolid name="s" solid="w" sx="0"/>', "sx, sy and sz must not be 0"),
     ],
 )
-def test_mistakes_in_solids_are_reported_with_their_line(tmp_path, solid, told):
+def test_mistakes_in_solids_are_reported_with_their_line(tmp_path, solid, message):
     define = '<constant name="height" value="3"/>'
     text = text_of(WORLD + "\n" + solid, volume("world", "s" if "name" in solid else "w"), define)
     line = text[: text.index(solid)].count("\n") + 1
     with pytest.raises((SceneFileError, ValueError)) as error:
         scene_of(tmp_path, text, strict=True)
-    assert told in str(error.value)
+    assert message in str(error.value)
     assert f"a.gdml:{line}" in str(error.value)
 
 
 @pytest.mark.parametrize(
-    ("structure", "told"),
+    ("structure", "message"),
     [
         (volume("world", "s"), "there is no solid 's' before this"),
         (volume("world", "w", material="lead"), "there is no material 'lead'"),
@@ -116,10 +116,10 @@ def test_mistakes_in_solids_are_reported_with_their_line(tmp_path, solid, told):
         ("", "there is no volume 'world'"),
     ],
 )
-def test_mistakes_in_the_structure(tmp_path, structure, told):
+def test_mistakes_in_the_structure(tmp_path, structure, message):
     with pytest.raises(SceneFileError) as error:
         scene_of(tmp_path, text_of(WORLD, structure))
-    assert told in str(error.value)
+    assert message in str(error.value)
     assert "a.gdml:" in str(error.value)
 
 
@@ -166,8 +166,8 @@ HOSTILE = {
 
 @pytest.mark.parametrize("name", HOSTILE)
 def test_hostile_files_are_refused(tmp_path, name):
-    text, told = HOSTILE[name]
-    with pytest.raises(SceneFileError, match=told):
+    text, message = HOSTILE[name]
+    with pytest.raises(SceneFileError, match=message):
         scene_of(tmp_path, text)
 
 
@@ -201,7 +201,7 @@ def test_files_in_the_folder_are_read_on_request(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("declarations", "told"),
+    ("declarations", "message"),
     [
         ('<!ENTITY parts "&a;&a;"><!ENTITY a "text">', "declares an entity"),
         ('<!ENTITY % p SYSTEM "materials.xml"> %p;', "declares an entity"),
@@ -218,7 +218,7 @@ def test_files_in_the_folder_are_read_on_request(tmp_path):
         ('<!ENTITY parts SYSTEM "materials.xml" NDATA gif>', "declares an entity"),
     ],
 )
-def test_other_entities_are_refused(tmp_path, declarations, told):
+def test_other_entities_are_refused(tmp_path, declarations, message):
     (tmp_path / "materials.xml").write_text(MATERIALS)
     (tmp_path / "itself.xml").write_text("<materials>&parts;</materials>")
     (tmp_path / "broken.xml").write_text("<materials>\n</materials")
@@ -227,7 +227,7 @@ def test_other_entities_are_refused(tmp_path, declarations, told):
     (tmp_path / "link.xml").symlink_to("/etc/passwd")
     with pytest.raises(SceneFileError) as error:
         co.load(written(tmp_path, declarations), entities=True)
-    assert told in str(error.value)
+    assert message in str(error.value)
     assert "root:" not in str(error.value)
 
 

@@ -309,9 +309,9 @@ def test_colors_are_read_and_written(tmp_path, caplog, value, expected, kind):
 )
 def test_unknown_elements_are_reported(tmp_path, caplog, value):
     material = loaded(tmp_path, value).bodies[0].material
-    told = caplog.text
+    message = caplog.text
     assert material.color == loaded(tmp_path, "0", "SensDet").bodies[0].material.color
-    assert f"has the colour {value!r}, which is not understood" in told
+    assert f"has the colour {value!r}, which is not understood" in message
 
 
 def test_opacity_is_reported(tmp_path, caplog):

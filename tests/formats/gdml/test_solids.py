@@ -347,7 +347,7 @@ def test_two_pi_of_ten_digits_is_a_full_turn(tmp_path, delta, count):
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         (
             xtru([(x, x * x * (-1) ** x) for x in range(500)], [(0, 0, 0, 1), (1, 0, 0, 1)]),
@@ -372,13 +372,13 @@ def test_two_pi_of_ten_digits_is_a_full_turn(tmp_path, delta, count):
         ),
     ],
 )
-def test_impossible_solids_are_left_out_and_reported(tmp_path, text, told):
+def test_impossible_solids_are_left_out_and_reported(tmp_path, text, message):
     from .files import placed, scene_of, text_of, volume
 
     structure = volume("v", "s") + volume("world", "w", placed("v"))
     scene = scene_of(tmp_path, text_of(text + '<box name="w" x="9" y="9" z="9"/>', structure, DEFINE))
     assert [body.name for body in scene.bodies] == ["world"]
-    assert any(note.startswith("a.gdml:") and told in note for note in scene.notes)
+    assert any(note.startswith("a.gdml:") and message in note for note in scene.notes)
     with pytest.raises(ValueError, match="strict is set"):
         scene_of(tmp_path, text_of(text, structure.replace('"w"', '"s"'), DEFINE), strict=True)
 

@@ -376,7 +376,7 @@ def test_options(tmp_path):
     assert names(scene_of(tmp_path, text, void=False)) == ["world", "world/bar/core"]
     assert at(scene_of(tmp_path, text, void=False), (0.9, 0, 0)) == [None]
     assert names(scene_of(tmp_path, text, only="*/core")) == ["world/bar/core"]
-    for call, error, told in (
+    for call, error, message in (
         (lambda: scene_of(tmp_path, text, only="none"), ValueError, "only 'none' names none of 3 bodies"),
         (
             lambda: scene_of(tmp_path, text, max_bodies=2),
@@ -385,7 +385,7 @@ def test_options(tmp_path):
         ),
         (lambda: scene_of(tmp_path, text, smooth=True), ValueError, "smooth means nothing for a GDML file"),
     ):
-        with pytest.raises(error, match=told):
+        with pytest.raises(error, match=message):
             call()
 
 

@@ -117,8 +117,8 @@ def test_cells_with_tori_are_left_out_by_name(tmp_path: Path) -> None:
     scene = loaded(tmp_path, TORI)
     points = [(0.1, 0, 0), (20.1, 0, 0), (20.1, 40, 0), (5, 0, 0), (8, 0, 0), (0, 50, 0), (40, 0, 0)]
     assert names_at(scene, points) == ["cell 1", "cell 4", "cell 6", None, None, None, None]
-    told = "surface 7 is a torus (tz), which is no quadric: cells 2, 3, 5, 8 left out"
-    assert told in scene.notes
+    message = "surface 7 is a torus (tz), which is no quadric: cells 2, 3, 5, 8 left out"
+    assert message in scene.notes
     with pytest.raises(ValueError, match=r"strict is set:\nsurface 7 is a torus"):
         loaded(tmp_path, TORI, strict=True)
 

@@ -91,7 +91,7 @@ def test_options(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "message"),
     [
         ("1 1 -10.4 -1", "1 1 -10.4 -7", ":2:1: cell 1: region: refers to unknown surface 7"),
         ("1 1 -10.4 -1", "1 1 -10.4 (-1", r":2:1: cell 1: region: a '\)' is missing"),
@@ -121,9 +121,9 @@ def test_options(tmp_path: Path) -> None:
         ("m2 40000 -1", "#   imp:n", ":12:1: #: begins a table in columns"),
     ],
 )  # fmt: skip
-def test_mistakes_have_their_lines(tmp_path: Path, old: str, new: str, told: str) -> None:
+def test_mistakes_have_their_lines(tmp_path: Path, old: str, new: str, message: str) -> None:
     assert old in PIN
-    with pytest.raises(ValueError, match=told):
+    with pytest.raises(ValueError, match=message):
         loaded(tmp_path, PIN.replace(old, new, 1))
 
 

@@ -175,7 +175,7 @@ def test_names_stay_different(core: co.Scene) -> None:
     assert edited.bodies[5] == PROBE
     assert edited[taken].name == taken
     assert edited.bodies.index(taken) == 8
-    for call, error, told in (
+    for call, error, message in (
         (lambda: edited.added(PROBE, before=6), ValueError, r"bodies\[5\] and bodies\[6\] are both named 'probe'"),
         (
             lambda: core.added(Body(co.Sphere(), name=taken), before=0),
@@ -185,7 +185,7 @@ def test_names_stay_different(core: co.Scene) -> None:
         (lambda: core.replace(0, name=taken), ValueError, "are both named"),
         (lambda: edited.without("nobody"), KeyError, "no body named"),
     ):
-        with pytest.raises(error, match=told):
+        with pytest.raises(error, match=message):
             call()
 
 

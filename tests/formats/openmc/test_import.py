@@ -276,7 +276,7 @@ def test_sums_of_two_kinds_are_mistakes(tmp_path: Path) -> None:
         co.load_openmc(path)
 
 
-@pytest.mark.parametrize(("spoil", "void", "told"), [
+@pytest.mark.parametrize(("spoil", "void", "message"), [
     (lambda text: text, True, []),
     (lambda text: text, False, ["undefined regions (points in no cell) cannot be looked for: void is left out"]),
     (lambda text: text.replace('boundary="vacuum"', ""), True,
@@ -286,9 +286,9 @@ def test_sums_of_two_kinds_are_mistakes(tmp_path: Path) -> None:
         "</geometry>", '<cell id="9" universe="5" material="7"/></geometry>'), True,
      ["undefined regions (points in no cell) can be looked for in filled cells only: boundary conditions do not enclose the model"]),
 ])  # fmt: skip
-def test_an_import_reports_where_undefined_regions_are_not_searched(spoil, void, told, tmp_path: Path) -> None:
+def test_an_import_reports_where_undefined_regions_are_not_searched(spoil, void, message, tmp_path: Path) -> None:
     path = put(tmp_path, named(1, "a"), named(2, "b"), named(7, "c"), model=spoil(THREE_CELLS))
-    assert [note for note in openmc.read(path, void=void).notes if note.startswith("undefined")] == told
+    assert [note for note in openmc.read(path, void=void).notes if note.startswith("undefined")] == message
 
 
 # --- Names are what the file says, whatever they hold: nothing that is printed or written obeys them

@@ -54,7 +54,7 @@ def test_all_mistakes_are_listed_in_the_order_of_the_file(tmp_path: Path) -> Non
     ]  # fmt: skip
 
 
-def told(text: str, path: Path) -> list[tuple[int, str]]:
+def problems_of(text: str, path: Path) -> list[tuple[int, str]]:
     path.write_text(text, encoding="utf-8")
     return [(problem.line, problem.message) for problem in refused(path).problems]
 
@@ -69,7 +69,7 @@ def test_independent_mistakes_of_all_stages_are_reported(tmp_path: Path) -> None
         "<lattice id='9' dimension='1 1' lower_left='0 0' pitch='1 1' universes='44'/>",
         "<cell id='4' fill='33'/>",
     )
-    assert told(text, tmp_path / "geometry.xml") == [
+    assert problems_of(text, tmp_path / "geometry.xml") == [
         (1, "has universes that contain themselves: universe 5 → universe 6 → universe 5"),
         (3, "boundary must be one of periodic, reflective, transmission, vacuum, white, got 'sticky'"),
         (4, "region refers to unknown surface 77"),
@@ -85,7 +85,7 @@ def test_several_mistakes_in_one_element_are_reported(tmp_path: Path) -> None:
         "<lattice id='9' dimension='2 1' lower_left='0' pitch='1 0' universes='1' outer='z'/>",
         "<hex_lattice id='10' n_rings='1' n_axial='1' center='0 0' pitch='1' orientation='z' universes='1 2'/>",
     )
-    lines = [line for line, _ in told(text, tmp_path / "geometry.xml")]
+    lines = [line for line, _ in problems_of(text, tmp_path / "geometry.xml")]
     assert [lines.count(line) for line in (3, 4, 5, 6)] == [2, 6, 4, 4]
 
 
@@ -99,7 +99,7 @@ def test_mistakes_beside_a_broken_list_of_materials_are_reported(tmp_path: Path)
     ]
     inside = geometry("<cell id='1' material='3' region='77'/>")
     inside = f"<model>{inside}<materials>\n<material/></materials></model>"
-    assert [line for line, _ in told(inside, tmp_path / "model.xml")] == [3, 5]
+    assert [line for line, _ in problems_of(inside, tmp_path / "model.xml")] == [3, 5]
 
 
 def test_numbers_beyond_floats_are_reported(tmp_path: Path) -> None:
@@ -111,7 +111,7 @@ def test_numbers_beyond_floats_are_reported(tmp_path: Path) -> None:
         "<cell id='5' fill='1' region='-1'/>",
         "<cell id='6' fill='1' region='1'/>",
     )
-    assert [line for line, _ in told(text, tmp_path / "geometry.xml")] == [4, 5]
+    assert [line for line, _ in problems_of(text, tmp_path / "geometry.xml")] == [4, 5]
 
 
 def test_materials_are_checked_against_their_list(tmp_path: Path) -> None:

@@ -160,8 +160,8 @@ def test_omissions_are_reported_with_their_line(tmp_path):
         tmp_path, "cube(size = 1);\nhull() { sphere(r = 1); }\n%sphere(r = 2);\n*sphere(r = 3);\ncircle(r = 1);\n"
     )
     assert len(scene) == 1
-    told = [note for note in scene.notes if note.startswith("line")]
-    assert told == [
+    notes = [note for note in scene.notes if note.startswith("line")]
+    assert notes == [
         "line 2: hull is the convex hull of its children, and left out",
         "line 3: sphere is in the background (%) and left out",
         "line 5: circle is flat and encloses nothing; it is left out",
