@@ -116,8 +116,8 @@ def main() -> None:
             write_core(path, across, vessel=vessel, turned="0 0 30" if asked.model == "turned" else "")
             for void in (False, True):
                 command = [sys.executable, __file__, "--once", str(path), str(int(void))]
-                told = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-                bodies, read, ready, memory, tables, moved = json.loads(told)
+                printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+                bodies, read, ready, memory, tables, moved = json.loads(printed)
                 cells = (
                     f"{across} × {across}, {(across * PINS) ** 2:,}", "yes" if void else "no", f"{bodies:,}",
                     f"{read:.1f} s", f"{ready:.1f} s", f"{memory:,} MiB", f"{tables / 1e6:.0f} MB",

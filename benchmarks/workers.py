@@ -164,23 +164,22 @@ def scene_in_bytes(count: int = 100_000) -> dict[str, float]:
     recipe.share_tables(source_version(), None)
     path, _ = recipe.reference().tables or ("", b"")
     found = dict(bodies=count, recipe=len(recipe.data), tables=os.path.getsize(path), made=time.process_time() - begin)
-    print(
-        f"a scene of {count:,} balls: {found['recipe'] / 1e6:.1f} MB as said, {found['tables'] / 1e6:.1f} MB of tables"
-    )
+    sizes = f"{found['recipe'] / 1e6:.1f} MB of recipe, {found['tables'] / 1e6:.1f} MB of tables"
+    print(f"a scene of {count:,} balls: {sizes}")
     return found
 
 
-def model(told: dict[str, Any], task: float = 1.0) -> dict[str, float]:
+def model(figures: dict[str, Any], task: float = 1.0) -> dict[str, float]:
     """How many workers of a thread each one scheduler and one driver keep busy, by what was measured."""
-    driver, found = told["driver"], {}
+    driver, found = figures["driver"], {}
     found["tasks"] = driver["tasks_per_second"] * task
     print(f"model: tasks of {task:g} s keep {found['tasks']:,.0f} workers busy by their number")
-    for name, rates in told["rates"].items():
-        bytes_of_worker = rates["workers"] / TWO * 1e6 * told["bytes"][name]["back"]
+    for name, rates in figures["rates"].items():
+        bytes_of_worker = rates["workers"] / TWO * 1e6 * figures["bytes"][name]["back"]
         found[name] = driver["bytes_per_second"] / bytes_of_worker
         print(f"model: {name}: a worker brings {bytes_of_worker / 1e6:,.1f} MB/s, so {found[name]:,.0f} by their bytes")
-    scene = told["scene"]["recipe"] * 1000 / driver["bytes_per_second"]
-    print(f"model: the scene as said, to 1,000 workers without a shared disk: {scene:,.0f} s")
+    scene = figures["scene"]["recipe"] * 1000 / driver["bytes_per_second"]
+    print(f"model: the recipe of the scene, to 1,000 workers without a shared disk: {scene:,.0f} s")
     return found
 
 
@@ -207,13 +206,13 @@ def main() -> None:
     options = parser.parse_args()
     begin = time.perf_counter()
     with two_workers(options.dask) as pool:
-        told: dict[str, Any] = dict(rates=compared(options.scale, pool), driver=driver(pool, options.scale))
-    told |= dict(bytes=bytes_of_rays(options.scale), scene=scene_in_bytes())
-    told |= dict(model=model(told), seconds=time.perf_counter() - begin)
-    print(f"in {told['seconds']:.0f} s")
+        figures: dict[str, Any] = dict(rates=compared(options.scale, pool), driver=driver(pool, options.scale))
+    figures |= dict(bytes=bytes_of_rays(options.scale), scene=scene_in_bytes())
+    figures |= dict(model=model(figures), seconds=time.perf_counter() - begin)
+    print(f"in {figures['seconds']:.0f} s")
     if options.json:
         with open(options.json, "w", encoding="utf-8") as file:
-            json.dump(told, file, indent=2)
+            json.dump(figures, file, indent=2)
 
 
 if __name__ == "__main__":

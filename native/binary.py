@@ -24,7 +24,7 @@ class Binary:
     exports: frozenset[str]
     needs: Version  # the oldest glibc or macOS that will do; () where there is no such thing
     stack_runs_code: bool
-    search_path: bool  # are libraries looked for where the file says?
+    search_path: bool  # does the file name folders of libraries?
 
 
 def _glibc(text: str) -> Version:

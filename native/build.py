@@ -210,7 +210,7 @@ def _duration(folder: Path) -> str:
 
 
 def main() -> None:
-    """Build as the command line says."""
+    """Build the extension from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("target", nargs="?", choices=TARGETS)
     parser.add_argument("--folder", type=Path, help="where what is made on the way is kept")

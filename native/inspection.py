@@ -95,7 +95,7 @@ def wrong_with(binary: Binary, target: Target) -> Iterator[str]:
     if binary.exports != {"PyInit__kernels"}:
         yield f"offers {', '.join(sorted(binary.exports))}, not PyInit__kernels alone"
     if binary.needs[:2] > _oldest(target):
-        yield f"needs version {'.'.join(map(str, binary.needs))}, newer than its tag says"
+        yield f"needs version {'.'.join(map(str, binary.needs))}, newer than its tag"
     if binary.stack_runs_code:
         yield "has a stack that runs code"
     if binary.search_path:
@@ -120,7 +120,7 @@ def wrong_with_page_engine(code: bytes) -> Iterator[str]:
 
 
 def target_of(wheel: Path) -> Target:
-    """The target that a wheel's name says."""
+    """Return the target in a wheel's name."""
     for target in TARGETS.values():
         if wheel.name.endswith(f"-cp311-abi3-{target.tag}.whl"):
             return target

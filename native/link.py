@@ -27,12 +27,12 @@ SIDE_MODULE = (
 
 
 def extension_name(target: Target) -> str:
-    """The file that Python looks for."""
+    """Return the name of the file that Python loads."""
     return "_kernels.pyd" if target.system == "windows" else "_kernels.abi3.so"
 
 
 def _platform(target: Target, folder: Path) -> list[str]:
-    """What a platform's linker has to be told: where Python's own symbols are."""
+    """Return the options by which a platform's linker finds Python's own symbols."""
     if target.system == "windows":
         return [str(import_library(folder))]
     if target.system == "macos":  # the program that loads the extension has them

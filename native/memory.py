@@ -84,7 +84,7 @@ def references(function: Any) -> dict[str, Any]:
 
 
 def _content(value: Any) -> Any:
-    """Return what code depends on of a value, as something whose `repr` says it all."""
+    """Return the part of a value that code depends on, complete in its `repr`."""
     if isinstance(value, PLAIN):
         return type(value).__name__, repr(value)
     if isinstance(value, tuple):

@@ -70,7 +70,7 @@ def build(folder: Path, stamped: bool = False) -> Path:
 
 
 def main() -> None:
-    """Build as the command line says."""
+    """Build the engine of pages from the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--folder", type=Path, help="where what is made on the way is kept")
     parser.add_argument("--object", type=Path, nargs=2, metavar=("CODE", "OUT"), help=argparse.SUPPRESS)

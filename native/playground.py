@@ -1,8 +1,8 @@
 """The playground as files for a web server: `python -m native.playground [OUT]`.
 
 Python runs in the page itself: Pyodide, and Conicoid from its wheel, which is made unless --wheel names one. Pyodide
-and NumPy come from where --pyodide says: an address (by default Pyodide's own), or a folder with its distribution, of
-which what the page needs is copied, so that the page asks no other server.
+and NumPy come from --pyodide: an address (by default Pyodide's own), or a folder with its distribution. What the page
+needs of a folder is copied, so that the page asks no other server.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def write(out: Path, wheel: Path, pyodide: str = ADDRESS) -> None:
 
 
 def main() -> None:
-    """As the command line says."""
+    """Write the playground from the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument(
         "out", nargs="?", type=Path, default=ROOT / "out" / "playground", help="by default out/playground"

@@ -198,7 +198,7 @@ def _check(name: str, leaves: list[Leaf]) -> None:
     tables = names & TABLES.keys()
     missing = names - tables - _told(leaves) | (set() if any(map(is_geometry, leaves)) else tables)
     if missing:
-        raise ValueError(f"{name}: no argument says what {', '.join(sorted(missing))} is")
+        raise ValueError(f"{name}: no argument gives {', '.join(sorted(missing))}")
 
 
 def is_geometry(leaf: Leaf) -> bool:

@@ -38,12 +38,12 @@ class _Reader:
         return self.code[self.at - size : self.at].decode()
 
     def limits(self) -> None:
-        """Of a table or a memory."""
+        """Skip the limits of a table or a memory."""
         for _ in range(1 + (self.number() & 1)):
             self.number()
 
     def skip(self, kind: int) -> None:
-        """What is said of something taken."""
+        """Skip the description of an import of a kind."""
         if kind == _FUNCTION:
             self.number()
         elif kind == _GLOBAL:

@@ -93,7 +93,7 @@ def make(targets: list[Target | None], out: Path, scratch: Path, sources: bool) 
 
 
 def main() -> int:
-    """As the command line says."""
+    """Make the wheels that the command line names. Return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("targets", nargs="*", metavar="TARGET", help=f"host, {', '.join((*TARGETS, CUDA))}")
     parser.add_argument("--out", type=Path, default=ROOT / "dist")

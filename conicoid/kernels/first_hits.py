@@ -339,11 +339,11 @@ def trace_ordered(
                 put_hit(stream_hit(stream, j), mine[j], found)
 
 
-@kernel(width="picture n", packets="1..n", asked="1..1048576")
-def coherent_packets(geometry: Geometry, rays: RayArrays, width: int, packets: int, asked: int) -> int:
+@kernel(width="picture n", packets="1..n", samples="1..1048576")
+def coherent_packets(geometry: Geometry, rays: RayArrays, width: int, packets: int, samples: int) -> int:
     """Return how many of a sample of packets, spread evenly over all, are coherent."""
     lanes, together = np.empty(SIZE), 0
-    for k in range(asked):
-        fill_lanes(lanes, rays, k * packets // asked, width, False)
+    for k in range(samples):
+        fill_lanes(lanes, rays, k * packets // samples, width, False)
         together += 1 if is_coherent(geometry, lanes) else 0
     return together

@@ -534,9 +534,9 @@ def _descend(
 @inline
 def _sift(geometry: Geometry, stream: Stream, at: int, size: int, begin: int, left: int) -> int:
     """Write the tests of a leaf's items with the first eight rays of a list that culling leaves; return how many."""
-    lists, asked, count = stream.lists, stream.tests, 0
+    lists, tests, count = stream.lists, stream.tests, 0
     if left >= _SEVERAL:
-        return rays_in_balls(geometry.floats, at, size, stream.rays, stream.more, lists, begin, left, asked)
+        return rays_in_balls(geometry.floats, at, size, stream.rays, stream.more, lists, begin, left, tests)
     for j in range(begin, begin + left):
         k, t = waiting_ray(lists[j])
         reach = stream.rays[8 * k + LAST]
@@ -546,7 +546,7 @@ def _sift(geometry: Geometry, stream: Stream, at: int, size: int, begin: int, le
         for eight in range(0, size, 8):
             bits = hit_balls(geometry.floats, at + eight, size, size - eight, ray, inverse, reach)
             while bits != 0:
-                asked[count] = k << 4 | eight + lowest_bit(bits)
+                tests[count] = k << 4 | eight + lowest_bit(bits)
                 bits &= bits - 1
                 count += 1
     return count

@@ -74,7 +74,7 @@ FAULTS = {
     "something newer than its tag": (
         'int memfd_create(const char *, unsigned); EXPORT int PyInit__kernels(void) { return memfd_create("", 0); }',
         ("-target", "x86_64-linux-gnu.2.28"),
-        "needs version 2.27, newer than its tag says",
+        "needs version 2.27, newer than its tag",
     ),
     "a second door": (
         GOOD + "EXPORT int other(void) { return 1; }",

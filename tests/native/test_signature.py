@@ -86,14 +86,14 @@ def test_a_complete_signature_is_accepted(function, shapes):
     ("function", "shapes", "message"),
     [
         (lengths, dict(a="n 3"), "b: an array needs a shape"),
-        (lengths, dict(a="n", b="m|1"), "lengths: no argument says what m is"),
-        (lengths, dict(a="n", b="n", end="0..count"), "lengths: no argument says what count is"),
-        (lengths, dict(a="n+1", b="*"), "lengths: no argument says what n is"),
+        (lengths, dict(a="n", b="m|1"), "lengths: no argument gives m"),
+        (lengths, dict(a="n", b="n", end="0..count"), "lengths: no argument gives count"),
+        (lengths, dict(a="n+1", b="*"), "lengths: no argument gives n"),
         (lengths, dict(a="n", b="n", last="0..n"), "lengths: there is no parameter last"),
         (lengths, dict(a="n", b="n+begin+end"), "a length is a sum of at most two names"),
         (lengths, dict(a="n", b="n?"), "no length: 'n?'"),
         (lengths, dict(a="n 1 1 1", b="n"), "lengths: arrays have at most 3 dimensions"),
-        (without_tables, dict(bodies="body_face"), "without_tables: no argument says what body_face is"),
+        (without_tables, dict(bodies="body_face"), "without_tables: no argument gives body_face"),
     ],
 )  # fmt: skip
 def test_untestable_arguments_are_refused(function, shapes, message):
