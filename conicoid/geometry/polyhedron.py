@@ -119,8 +119,12 @@ class Polyhedron(PrimitiveSolid):
     @cached_property
     def surfaces(self) -> list[PlaneSurface]:
         """The planes, anchored near the solid."""
-        near = self.near
-        return [plane_through(n, d, near) for n, d in zip(self.normals, self.offsets, strict=True)]
+        return [plane_through(*side, self.near) for side in self._sides]
+
+    @cached_property
+    def _sides(self) -> list[tuple[Any, Any]]:
+        """The normal and the offset of each of the `surfaces`."""
+        return list(zip(self.normals, self.offsets, strict=True))
 
     def tree(self) -> Cell:
         return self._cell
@@ -310,7 +314,7 @@ class FlatSolid(PrimitiveSolid, abstract=True):
         uvs = list(map(plane_uv, planes))
         return self.parts.tree(lambda k: (planes[k], uvs[k]))
 
-    def has_unbounded_outside(self) -> bool:
+    def has_unbounded_outside(self, tree: Tree | None = None) -> bool:
         return len(self.parts.parts) == 1
 
     def support(self, direction: Vector) -> float:
@@ -348,6 +352,11 @@ class FlatSolid(PrimitiveSolid, abstract=True):
         near, parts = self._near, self.parts
         planes = [plane_through(plane.normal, plane.offset, near) for plane in parts.planes]
         return [planes[k] for part in parts.parts for k, _ in part]
+
+    @cached_property
+    def _sides(self) -> list[tuple[Any, Any]]:
+        """The normal and the offset of each of the `surfaces`."""
+        return [self.parts.planes[k][:2] for part in self.parts.parts for k, _ in part]
 
     @cached_property
     def walls(self) -> FloatArray | None:

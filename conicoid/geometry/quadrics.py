@@ -34,7 +34,7 @@ from ..numerics.portable_math import (
     select_if_several,
 )
 from .bounds.intersection import BoundsKind
-from .bounds.support import boxed_supports, elliptic_support, elliptic_supports, inverse_root, sum_up
+from .bounds.support import boxed_supports, elliptic_support, elliptic_supports, inverse_root, inverse_roots, sum_up
 from .cell import PLAIN_UV, UV, Cell, Face, cartesian_uv, cylindrical_uv, transform_uv
 from .primitives import Box, axis_row
 from .shape import PrimitiveSolid
@@ -160,6 +160,10 @@ class EllipticSolid(PrimitiveSolid, abstract=True):
 
     @classmethod
     def _supports(cls, shapes: Sequence[Any], directions: FloatArray) -> FloatArray:
+        if cls.widths is EllipticSolid.widths:
+            widths = inverse_roots(np.array([shape.squares for shape in shapes], np.float64))
+            for shape, own in zip(shapes, widths.tolist(), strict=True):
+                vars(shape)["widths"] = tuple(own)
         known = [shape._section for shape in shapes]
         rows = [(x, y, *map(float, profile), low, high) for x, y, profile, low, high in known]
         rests = [[float(g - Fraction(float(g))) if isinstance(g, Fraction) else 0.0 for g in each[2]] for each in known]
@@ -302,8 +306,8 @@ class Ellipsoid(EllipticSolid):
 
     @property
     def _section(self) -> tuple[float, float, EllipticProfile, float, float]:
-        _, _, sz, k = self.equation
-        return *self.radii[:2], (1, 0, -Fraction(sz) / Fraction(k)), *self.heights
+        steep = 1 / Fraction(self.radii[2]) ** 2 if self.coefficients is None else Fraction(self.coefficients[2])
+        return *self.radii[:2], (1, 0, -steep), *self.heights
 
 
 @dataclass(frozen=True)

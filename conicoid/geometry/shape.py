@@ -312,14 +312,15 @@ class PrimitiveSolid(Solid, Primitive, abstract=True):
         """Return a key of a surface of `tree` if it is across an end of an axis: equal planes where steps are equal."""
         return None
 
-    def has_unbounded_outside(self) -> bool:
+    def has_unbounded_outside(self, tree: Tree | None = None) -> bool:
+        """Return True if surely no plane and no quadric bounds the complement; `tree` is its own, moved or not."""
         # A class that bounds its complement (half-spaces do) says so by this method
         if type(self).outside_bounds_under is not Solid.outside_bounds_under:
             return False
         if self.bounds_kind in ("ball", "box", "round"):
             return True
         # The outside of a cell with several faces is a union: none of its surfaces bounds all of it
-        tree = self.tree()
+        tree = self.tree() if tree is None else tree
         return isinstance(tree, Cell) and len(tree.faces) > 1
 
     def bounding_surfaces(self, outer: Motion, inside: bool) -> BoundingSurfaces:

@@ -97,19 +97,18 @@ class CsgBatch:
         found[shifted, 3::4] = -np.array([self.shapes[place].motion.shift for place in shifted]).reshape(-1, 3)
         return found
 
-    def leaves_of(self, which: Any) -> list[PlacedPrimitive]:
-        """List the leaves of some of the bodies with the steps that move each; none of translated bodies.
-
-        Those need no names of surfaces: most of their planes are across axes.
-        """
-        motions = [self.shapes[index].motion for index in which.tolist()]
-        if any(motion.steps for motion in motions) and not any(map(exceeds_translation, motions)):
-            return []
+    def leaves_of(self, chosen: Any, some: Any = slice(None)) -> list[PlacedPrimitive]:
+        """List the leaves of the chosen bodies, or some of these, with the steps that move each."""
         found: list[PlacedPrimitive] = []
-        for index in which.tolist():
+        for index in chosen[some].tolist():
             own = self.shapes[index].motion.steps
             found += [(leaf, inner + own) for leaf, inner in self.plans[index].leaves]
         return found
+
+    def needs_names(self, which: Any) -> bool:
+        """Return whether surfaces of some of the bodies may need names: most planes of translated ones are upright."""
+        motions = [self.shapes[index].motion for index in which.tolist()]
+        return any(map(exceeds_translation, motions)) or not any(motion.steps for motion in motions)
 
     def columns(self) -> tuple[Ints, Ints, Ints]:
         """Return body numbers, places and rows of frames as arrays."""
@@ -526,9 +525,12 @@ class BatchLowering:
                 # In numbers of 3000 bits
                 boxes[others] = [np.concatenate(like.of(i)[0].bounds) for i in chosen[others].tolist()]
             # Shapes of a bulk entry are made on demand: no other bodies have their primitives
-            leaves = like.leaves_of(chosen) if isinstance(like, CsgBatch) else []
+            leaves = like.leaves_of(chosen) if isinstance(like, CsgBatch) and like.needs_names(chosen) else []
             composed = composition.rows(parts, boxes, frames[some])
-            results.append(BodyGroup(composition.pattern, bodies[chosen], composed, 0, leaves, composition.slots))
+            group = BodyGroup(composition.pattern, bodies[chosen], composed, 0, leaves, composition.slots)
+            if isinstance(like, CsgBatch):
+                group.list_leaves = partial(like.leaves_of, chosen)
+            results.append(group)
             for i in chosen.tolist() if plan.painted else ():
                 painted = like.plans[i].painted if isinstance(like, CsgBatch) else like.of(i)[1].painted
                 self._paint(int(bodies[i]), painted, composition)

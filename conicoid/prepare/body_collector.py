@@ -123,12 +123,17 @@ class ExactBodySurfaces:
     def __getitem__(self, index: int) -> Surface:
         return _body_surface(*self._of(index))
 
-    def name(self, index: int) -> tuple[Key, int]:
-        """Return the exact name of a surface, and its sense."""
+    def name(self, index: int, primitives: Primitives | None = None) -> tuple[Key, int]:
+        """Return the exact name of a surface, and its sense. Known primitives save those of its body."""
         shape, own = self._of(index)
         names: dict[int, tuple[Key, int]] = shape.cache.setdefault("names", {})
         if own not in names:
-            names[own] = _body_surface(shape, own).key()
+            which = -1 if primitives is None else int(primitives.leaf[index])
+            if primitives is not None and which >= 0 and isinstance(primitives.leaves[which][0], PrimitiveSolid):
+                leaf = _ShapeLeaves([primitives.leaves[which]], [0])
+                names[own] = leaf.moved_surface(int(primitives.number[index])).key()
+            else:
+                names[own] = _body_surface(shape, own).key()
         return names[own]
 
     def known_names(self, surfaces: Longs, clusters: Longs, primitives: Primitives | None) -> Longs:

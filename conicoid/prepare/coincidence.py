@@ -30,6 +30,7 @@ from .mmap_arrays import mapped_zeros
 from .pattern import BodyGroup, FactoredRows, Primitives, RowPlaces, put_numbers
 from .pytree import positions_by_key
 from .surface_features import CurvedFeatures, PlaneFeatures, QuadricTable, Remainders, coefficients, find_clusters
+from .surface_names import FEWEST_SURFACES
 
 # The surfaces of all bodies, grouped where equality is known without comparing records
 
@@ -219,19 +220,24 @@ class SurfaceSubset:
 
     exact: ExactSurfaces
     numbers: Ints | Longs
-    primitives: Callable[[], Primitives] | None = None
+    list_primitives: Callable[[Longs], Primitives] | None = None
+    """Lists the primitives of all bodies, or at least of those with some surfaces."""
+    primitives: Primitives | None = None
+    """Those listed so far."""
 
     def __getitem__(self, index: int) -> Surface:
         return self.exact[int(self.numbers[index])]
 
     def name(self, index: int) -> tuple[Key, int]:
         """Return the exact name of a surface, and its sense."""
-        return self.exact.name(int(self.numbers[index]))
+        return self.exact.name(int(self.numbers[index]), self.primitives)
 
     def known_names(self, surfaces: Longs, clusters: Longs) -> Longs:
         """`ExactSurfaces.known_names`"""
-        primitives = None if self.primitives is None else self.primitives()
-        return self.exact.known_names(self.numbers[surfaces].astype(np.int64), clusters, primitives)
+        numbers = self.numbers[surfaces].astype(np.int64)
+        if self.list_primitives is not None and len(numbers) >= FEWEST_SURFACES:
+            self.primitives = self.list_primitives(numbers)
+        return self.exact.known_names(numbers, clusters, self.primitives)
 
 
 # Copies of a curved surface: where no other form may give an equal one, different anchors do not, either
@@ -420,7 +426,7 @@ class ExactSurfaces(Protocol):
 
     def __getitem__(self, index: int) -> Surface: ...
 
-    def name(self, index: int) -> tuple[Key, int]:
+    def name(self, index: int, primitives: Primitives | None = None) -> tuple[Key, int]:
         """Return the exact name of a surface, and its sense."""
         ...
 

@@ -10,10 +10,11 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from .._util.arrays import cross_rows, dot_rows, row_lengths, unit_rows
 from .._util.dataclass import dataclass
 from ..geometry.bounds.intersection import BoundsKind, are_balls_or_boxes, bound_ball_intersections
 from ..geometry.cell import Tree, bounding_faces
-from ..geometry.shape import Boolean, Complement, Difference, Intersection, Painted, PrimitiveSolid, Shape, Solid, Union
+from ..geometry.shape import Boolean, Complement, Difference, Intersection, Painted, PrimitiveSolid, Shape, Union
 from ..geometry.transform import Step
 from ..kernels.tables import PLANE, PLANE_SIZE, QUADRIC_SIZE, SPHERE, Floats, Signs
 from .pattern import BOX_NUMBERS, FRAME_NUMBERS, BodyPattern, RowTable, row_blocks
@@ -129,10 +130,7 @@ def bound_bodies(
         The primitives of one of the bodies; the forms and rows of the primitives of all.
     """
     boxes, certain = np.empty((len(rows[0]), BOX_NUMBERS)), np.empty(len(rows[0]), bool)
-    # Primitives of one type and form have trees of one structure, which alone decides
-    firsts = {(type(shape), id(form)): shape for shape, form in zip(shapes, forms, strict=True)}
-    is_hole = {kind: _is_hole(shape) for kind, shape in firsts.items()}
-    holes = [is_hole[type(shape), id(form)] for shape, form in zip(shapes, forms, strict=True)]
+    holes = [shape.has_unbounded_outside(form.tree) for shape, form in zip(shapes, forms, strict=True)]  # type: ignore[attr-defined]
     for some in row_blocks(len(boxes)):
         boxes[some], certain[some] = _simple_boxes(key, shapes, holes, [part[some] for part in rows])
     others = np.flatnonzero(~certain)
@@ -206,14 +204,6 @@ def _primitive_bounds(shape: Shape, hole: bool, rows: RowTable) -> _BoundNode:
     boxes = box_columns(rows)
     part = _BoundPart(boxes, shape.bounds_kind, rows)
     return _BoundNode(boxes, np.ones(len(rows), bool), hole, (part,))
-
-
-def _is_hole(shape: Shape) -> bool:
-    """Return whether the outside of a primitive is unbounded; cached with the shape, which copies of a body share."""
-    found: bool | None = shape.cache.get("hole")
-    if found is None:
-        found = shape.cache["hole"] = isinstance(shape, Solid) and shape.has_unbounded_outside()
-    return found
 
 
 def _combine_bounds(kind: Hashable, parts: Sequence[_BoundNode]) -> _BoundNode:
@@ -314,7 +304,11 @@ def _bound(node: _Node, inside: bool, box: Floats, cuts: Floats, depth: int) -> 
         if inner:
             own = box_columns(leaf.rows)
             low, high = np.maximum(low, own[:, :3]), np.minimum(high, own[:, 3:])
+    is_alone = len(leaves) == 1 and inner and not (unions or cuts.shape[1] or np.isfinite(box).any())
     box = np.ascontiguousarray(np.concatenate([low, high], axis=1))
+    if is_alone:
+        return box, np.ones(len(box), bool)
+    common = box.copy()
     planes, quadrics, senses = _surfaces(leaves, len(box))
     planes = np.concatenate([cuts, planes], axis=1)
     for _ in range(2):  # what bounds the height of a cone bounds its width
@@ -328,6 +322,9 @@ def _bound(node: _Node, inside: bool, box: Floats, cuts: Floats, depth: int) -> 
         box[endless] = some
     boundless = ~np.isfinite(box).all(axis=1)
     known = _narrow(planes, quadrics, senses, box)
+    if planes.shape[1] and not unions and not known.all():
+        endless = boundless & (box == common).all(axis=1) & ~_can_bound(quadrics, senses)
+        known[endless] = _are_open(planes[endless], box[endless])
     if unions and depth == _DEEPEST:
         # What these unions cut away is left; where nothing else bounds them, they are not known
         return box, known & np.isfinite(box).all(axis=1)
@@ -360,6 +357,44 @@ def _narrow(planes: Floats, quadrics: Floats, senses: Signs, box: Floats) -> Mas
             planes, quadrics, senses, box, certain, work, np.empty(12), np.empty(10), np.empty(12)
         )  # fmt: skip
     return certain.astype(bool)
+
+
+_LEVEL, _RISING = 2.0**-40, 2.0**-20
+"""Cosines of two ways below which they count as across one another, and above which they do not."""
+
+
+def _are_open(planes: Floats, box: Floats) -> Mask:
+    """Return whether regions between planes (n, 7 p) are endless wherever boxes (n, 6) are; False if it is not sure.
+
+    A region is endless along each way that leaves it through no plane. Those tried are the ways away from a plane, the
+    axes along it, and the lines common to two planes: the edges of the cone of all such ways are among these. A region
+    is not empty if a way leads away from all planes, or from all but those of a slab.
+    """
+    records = planes.reshape(len(box), planes.shape[1] // PLANE_SIZE, PLANE_SIZE)
+    normals, sizes = unit_rows(records[:, :, :3])
+    along = np.eye(3) - normals[..., None] * normals[..., None, :]
+    first, second = np.triu_indices(normals.shape[1], 1)
+    lines = [along.reshape(len(box), 3 * normals.shape[1], 3), cross_rows(normals[:, first], normals[:, second])]
+    ways = unit_rows(np.concatenate([*lines, *(-line for line in lines), -normals], axis=1))[0]
+    stays = np.asarray((dot_rows(ways[:, :, None], normals[:, None]) <= _LEVEL).all(axis=2))
+    ends = (np.concatenate([-ways, ways], axis=2) > _RISING) & stays[..., None]
+    inward = np.where(stays[..., None], ways, 0.0).sum(axis=1)
+    holds = np.asarray(dot_rows(inward[:, None], normals) > -_RISING)
+    slab = normals[np.arange(len(box)), holds.argmax(axis=1)][:, None]
+    is_level = row_lengths(cross_rows(normals, slab)) <= _LEVEL
+    heights = dot_rows(normals, records[:, :, 4:]) - records[:, :, 3] / sizes
+    is_upper = dot_rows(normals, slab) > 0
+    top = np.where(holds & is_upper, heights, np.inf).min(axis=1)
+    bottom = np.where(holds & ~is_upper, -heights, -np.inf).max(axis=1)
+    has_room = top - bottom > _LEVEL * (np.abs(top) + np.abs(bottom))
+    is_filled = ~holds.any(axis=1) | ((is_level | ~holds).all(axis=1) & has_room)
+    return np.asarray((np.isfinite(box) | ends.any(axis=1)).all(axis=1) & is_filled)
+
+
+def _can_bound(quadrics: Floats, senses: Signs) -> Mask:
+    """Return for which bodies one of the quadrics may bound anything (`geometry.bounds.intersection`)."""
+    squares = quadrics.reshape(len(senses), senses.shape[1], QUADRIC_SIZE)[:, :, 12:15]
+    return np.asarray((senses[:, :, None] * squares > 0).any(axis=(1, 2)))
 
 
 def _conjuncts(node: _Node, inside: bool) -> tuple[list[tuple[_Leaf, bool]], list[list[tuple[_Node, bool]]]]:

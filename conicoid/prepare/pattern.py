@@ -9,7 +9,7 @@ come as an array, as a `RowTable`, or, for translated copies, as `FactoredRows`.
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import field
 from functools import cached_property
 from typing import Any, NamedTuple, TypeAlias
@@ -22,7 +22,18 @@ from .._util.dataclass import dataclass
 from ..geometry.instances import InstanceList, Ints as InstancesInts, ShiftTable, round_sums, transform_offsets
 from ..geometry.shape import Shape
 from ..geometry.transform import Step
-from ..kernels.tables import MAP_SIZE, PLANE, PLANE_SIZE, QUADRIC, QUADRIC_SIZE, SPHERE, SPHERE_SIZE, Floats, Ints
+from ..kernels.tables import (
+    MAP_SIZE,
+    PLANE,
+    PLANE_SIZE,
+    QUADRIC,
+    QUADRIC_SIZE,
+    SPHERE,
+    SPHERE_SIZE,
+    Floats,
+    Ints,
+    Longs,
+)
 from .assembly import Assembly
 
 SIZES = {PLANE: PLANE_SIZE, SPHERE: SPHERE_SIZE, QUADRIC: QUADRIC_SIZE}
@@ -147,6 +158,8 @@ class BodyGroup:
     """The primitives of each body, body by body; none where nobody lists them."""
     slots: Sequence[tuple[int, int]] = ()
     """For each surface of a body the number of its leaf, and its number there."""
+    list_leaves: Callable[[Longs], list[PlacedPrimitive]] = lambda _: []
+    """Lists the primitives of some of the bodies, by their positions, where `leaves` does not."""
 
 
 class Primitives(NamedTuple):

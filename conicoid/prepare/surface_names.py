@@ -63,7 +63,9 @@ def _own_form(leaf: Any, number: int) -> SurfaceForm | None:
     """Return the form of a surface of a primitive solid in its own frame, found once for all its copies."""
     found: dict[int, SurfaceForm | None] = leaf.own_cache.setdefault("forms", {})
     if number not in found:
-        found[number] = _surface_form(own_surfaces(leaf)[number])
+        # A form needs no anchor, which takes fractions
+        surface = PlaneSurface(*leaf._sides[number]) if leaf._face_count else own_surfaces(leaf)[number]
+        found[number] = _surface_form(surface)
     return found[number]
 
 
@@ -137,7 +139,10 @@ def _float_and_rest(value: Any) -> tuple[float, Any]:
         found = ex.rounded(value)
         return found, value.exact() - ex.exact(found)
     exact = _rational(value)
-    return float(exact), exact - Fraction(float(exact))
+    found = float(exact)
+    if found.as_integer_ratio() == (exact.numerator, exact.denominator):
+        return found, 0.0
+    return found, exact - Fraction(found)
 
 
 def list_forms(leaves: Sequence[Any], leaf_of: Longs, own: Longs) -> Floats:

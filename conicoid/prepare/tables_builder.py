@@ -6,13 +6,14 @@ come later (`bvh/trees.py`, `error_limits.py`).
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from .._jit.decorators import kernel
-from .._util.arrays import row_ends, unique_first_with_inverse, unique_with_inverse
+from .._util.arrays import row_ends, unique_first_with_inverse, unique_sorted, unique_with_inverse
 from ..kernels.faces import as_bytes, cell_faces
 from ..kernels.tables import (
     BALL,
@@ -427,29 +428,44 @@ class TablesBuilder:
         rest = Remainders(lost[PLANE], lost[SPHERE], concatenate(rests_of_forms))
         balls = [balls.spheres for balls in self.contents.balls]
         self._share_leaves(inputs, repeated)
-        subset = SurfaceSubset(exact, inputs.leads, lambda: self._primitives)
+        subset = SurfaceSubset(exact, inputs.leads, self._primitives_with)
         known = RawSurfaces(
             inputs.kinds, senses, records[PLANE], records[SPHERE], quadrics, rest, balls, subset,
             repeated, shared, compact=len(inputs.leads) < len(inputs.rank),
         )  # fmt: skip
         merged = merge_surfaces(known)
-        subset.primitives = None  # which would keep the inputs alive
+        subset.primitives = subset.list_primitives = None  # which would keep the inputs alive
         return inputs.expand(merged)
 
     def _share_leaves(self, inputs: InputSurfaces, repeated: Longs) -> None:
         """Let the first body that a primitive is a part of, such as a mother and its daughter, lead its surfaces."""
         if all(len(group.leaves) == len(group.bodies) for group in self.contents.groups if group.leaves):
             return
-        leaves, leaf, number = self._primitives
+        leaves, leaf, number = self._listed_primitives
         surfaces = np.flatnonzero(leaf >= 0)
         first, which = unique_first_with_inverse(leaf[surfaces] + len(leaves) * number[surfaces].astype(np.int64))
         rank = -1 - inputs.rank[surfaces]
         repeated[rank] = repeated[rank[first]][which]
 
     @cached_property
-    def _primitives(self) -> Primitives:
+    def _listed_primitives(self) -> Primitives:
         """The primitives of the bodies of all groups that list them."""
-        groups = [group for group in self.contents.groups if group.leaves and group.slots]
+        return self._primitives([group for group in self.contents.groups if group.leaves and group.slots])
+
+    def _primitives_with(self, surfaces: Longs) -> Primitives:
+        """Return the primitives of all listed bodies, and of others that have some of these surfaces."""
+        groups = [group for group in self.contents.groups if group.slots]
+        others = [group for group in groups if not group.leaves]
+        if not others:
+            return self._listed_primitives
+        bodies = unique_sorted(np.searchsorted(self.surfaces.first, surfaces, side="right") - 1)
+        for group in others:
+            some = np.flatnonzero(np.isin(group.bodies, bodies))
+            groups.append(replace(group, bodies=group.bodies[some], leaves=group.list_leaves(some)))
+        return self._primitives([group for group in groups if group.leaves])
+
+    def _primitives(self, groups: list[BodyGroup]) -> Primitives:
+        """Return the primitives of the bodies of some groups."""
         leaves = [leaf for group in groups for leaf in group.leaves]
         shape, steps = (unique_with_inverse(np.array([id(leaf[k]) for leaf in leaves]))[1] for k in range(2))
         first, which = unique_first_with_inverse(shape + len(leaves) * steps.astype(np.int64))

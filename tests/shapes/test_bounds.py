@@ -15,6 +15,7 @@ from mpmath import mp
 
 import conicoid as co
 from conicoid.geometry import shape as shape_module
+from conicoid.geometry.bounds.support import inverse_roots
 from conicoid.geometry.general_quadric import Quadric
 from conicoid.geometry.polyhedron import Polyhedron
 from conicoid.geometry.primitives import Box, Cone, Cylinder, HalfSpace, Sphere
@@ -500,6 +501,42 @@ def test_floats_bound_planes_quadrics_and_unions_together(name: str, monkeypatch
     assert (outward <= 1.6e-7).all()
 
 
+OBLIQUE = co.HalfSpace((1, 2, 3), 0.5)
+UNBOUNDED = {
+    "a half-space less an intersection": (below(0.5) - (co.Box() & co.Sphere(0.7)), (-INF,) * 3, (INF, INF, 0.5)),
+    "an oblique half-space, and a difference": (OBLIQUE | (co.Sphere(1) - (co.Sphere(1) | co.Box())), (-INF,) * 3, (INF,) * 3),
+    "a half-space less a lens, and a difference of them": (
+        (OBLIQUE - co.Lens(7, -7, thickness=1, diameter=2)) | (co.Sphere(1) - (co.Sphere(2) - co.Box())), (-INF,) * 3, (INF,) * 3
+    ),
+    "an oblique slab": (OBLIQUE - co.HalfSpace((1, 2, 3), -0.5), (-INF,) * 3, (INF,) * 3),
+    "an oblique wedge": (OBLIQUE & co.HalfSpace((3, -1, 0.5), 1), (-INF,) * 3, (INF,) * 3),
+    "an oblique pyramid without an end": (
+        co.Intersection((OBLIQUE, co.HalfSpace((1.5, 2, 3), 1), co.HalfSpace((1, 2.5, 3), 1))), (-INF,) * 3, (INF,) * 3
+    ),
+    "an upright slab below an oblique plane": (
+        below(1) & co.HalfSpace((0, 0, -1), 0) & OBLIQUE, (-INF, -INF, 0), (INF, INF, 1)
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", UNBOUNDED)
+def test_floats_show_that_a_body_has_no_end(name: str, monkeypatch: Any) -> None:
+    """Exact bounds of such bodies took 4 to 13 ms each."""
+    monkeypatch.setattr(shape_module, "region_bounds", None)
+    solid, low, high = UNBOUNDED[name]
+    shifts = np.arange(8.0)[:, None] * (1, 2, 4)
+    boxes = co.Scene([solid.translate(tuple(to)) for to in shifts.tolist()])._prepared.lowered.boxes
+    np.testing.assert_array_equal(boxes - np.tile(shifts, 2), np.tile([*low, *high], (8, 1)))
+
+
+def test_planes_along_one_axis_bound_what_floats_leave_open() -> None:
+    """x + y <= 1 and x - y <= 1 have x <= 1 for all z."""
+    bars = [co.HalfSpace((1, 1, 0), 1) & co.HalfSpace((1, -1, 0), 1 + k) for k in range(8)]
+    boxes = co.Scene(bars)._prepared.lowered.boxes
+    np.testing.assert_array_equal(boxes[:, :3], -INF)
+    np.testing.assert_array_equal(boxes[:, 3:], [(1 + 0.5 * k, INF, INF) for k in range(8)])
+
+
 def test_floats_show_that_a_body_is_empty(monkeypatch: Any) -> None:
     """x + y + z of a unit ball is at most sqrt(3), of its box 3."""
     monkeypatch.setattr(shape_module, "region_bounds", None)
@@ -605,6 +642,15 @@ def test_bounds_of_paraboloids_that_hardly_lean(degrees: float, scale: float) ->
     angle = math.radians(degrees)
     bowl = EllipticParaboloid(1, 1).rotate((1, 0, 0), degrees).scale(scale)
     assert bowl.bounds.high[1] == pytest.approx(scale * math.cos(angle) ** 2 / (4 * math.sin(angle)), rel=1e-13)
+
+
+def test_inverse_roots_are_next_to_the_exact_ones() -> None:
+    """By fractions; of squares of floats, and of numbers far from 1, too."""
+    rng = np.random.default_rng(5)
+    numbers = np.concatenate([rng.uniform(0.1, 3, 500), np.arange(1.0, 40) ** 2, 2.0 ** np.arange(-300, 300, 7)])
+    for square, root in zip(numbers.tolist(), inverse_roots(numbers).tolist(), strict=True):
+        assert Fraction(square) * Fraction(math.nextafter(root, math.inf)) ** 2 > 1
+        assert Fraction(square) * Fraction(math.nextafter(math.nextafter(root, 0), 0)) ** 2 < 1
 
 
 def elliptic_solids(rng: np.random.Generator) -> list[EllipticSolid]:

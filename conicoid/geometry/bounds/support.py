@@ -111,6 +111,22 @@ def inverse_root(a: Any) -> float:
     return value if Fraction(a) * Fraction(value) ** 2 >= 1 else math.nextafter(value, math.inf)
 
 
+@ignore_fp_errors
+def inverse_roots(numbers: FloatArray) -> FloatArray:
+    """Return `inverse_root` of many floats."""
+    roots = 1 / np.sqrt(numbers)
+    square, lost = two_product(roots, roots)
+    product, off = two_product(numbers, square)
+    rest, gone = two_product(numbers, lost)
+    over = (product - 1) + off + rest + gone
+    is_exact = (product == 1) & (off == 0) & (lost == 0)
+    is_sure = (np.abs(over) > _PAIR_ROUNDING) & (numbers > 1 / _LARGE) & (numbers < _LARGE)
+    roots = np.where(is_sure & (over < 0), np.nextafter(roots, np.inf), roots)
+    for place in np.argwhere(~(is_sure | is_exact)).tolist():
+        roots[tuple(place)] = inverse_root(float(numbers[tuple(place)]))
+    return roots
+
+
 def points_support(points: Iterable[Vector], direction: Vector) -> float:
     """Return sup u·p over points, and so over their convex hull."""
     return functools.reduce(
@@ -161,10 +177,16 @@ def real_roots(a: float, b: float, c: float) -> Iterator[float]:
 
 def raised_sums(terms: FloatArray) -> FloatArray:
     """Return sums along the last axis, as `sum_up` of many: raised by a bound on their rounding error."""
-    total, size = terms[..., 0], np.abs(terms).sum(axis=-1)
-    for k in range(1, terms.shape[-1]):
-        total = total + terms[..., k]
-    return np.where((terms != 0).sum(axis=-1) > 1, total + 2 * _SLACK * size, total)
+    return _raised_sum([terms[..., k] for k in range(terms.shape[-1])])
+
+
+def _raised_sum(terms: Sequence[FloatArray]) -> FloatArray:
+    """Return the sums of two arrays or more, as `raised_sums`."""
+    first, *rest = terms
+    total = functools.reduce(np.add, terms)
+    size = np.abs(first) + functools.reduce(np.add, map(np.abs, rest))
+    several = functools.reduce(np.add, [(term != 0).view(np.int8) for term in terms]) > 1
+    return np.where(several, total + 2 * _SLACK * size, total)
 
 
 def plane_lengths(x: FloatArray, y: FloatArray) -> FloatArray:
@@ -327,6 +349,7 @@ def boxed_supports(quadrics: FloatArray, frames: FloatArray, ends: FloatArray, d
         [np.insert(np.array(t), i, 0.0) for i in range(3) for t in itertools.product((0.0, 1.0), repeat=2)]
     )
     found = [on_lines(starts[None, None], np.repeat(np.eye(3), 4, axis=0)[None, None])]
+    from_faces, in_faces = np.zeros((2, *slope.shape[:2], 6, 3))
     for i in range(3):
         j, k = (m for m in range(3) if m != i)
         along = np.zeros(slope.shape)
@@ -336,16 +359,16 @@ def boxed_supports(quadrics: FloatArray, frames: FloatArray, ends: FloatArray, d
         normal = dot_rows(along[..., None, :], second[:, None])[..., [j, k]]
         size = np.abs(normal).max(axis=-1)
         normal = normal / size[..., None]
-        for end in (0.0, 1.0):
-            start, line = np.zeros(slope.shape), np.zeros(slope.shape)
+        for end in (0, 1):
+            start, line = from_faces[:, :, 2 * i + end], in_faces[:, :, 2 * i + end]
             start[..., i], line[..., j], line[..., k] = end, -normal[..., 1], normal[..., 0]
             gradient = dot_rows(start[..., None, :], second[:, None]) + first[:, None]
             start[..., [j, k]] = (-dot_rows(gradient, along) / size / dot_rows(normal, normal))[..., None] * normal
-            found.append(on_lines(start[:, :, None], line[:, :, None]))
+    found.append(on_lines(from_faces, in_faces))
+    own = np.moveaxis(directions * corner[:, None], 2, 0)[..., None]
     for t in found:
         inside = ((t >= -_BOUNDARY) & (t <= 1 + _BOUNDARY)).all(axis=-1)
-        own = np.broadcast_to((directions * corner[:, None])[:, :, None], (*slope.shape[:2], t.shape[2], 3))
-        sums = raised_sums(np.concatenate([own, slope[:, :, None] * t], axis=-1))
+        sums = _raised_sum([*own, *(slope[:, :, None, k] * t[..., k] for k in range(3))])
         best = np.maximum(best, np.where(inside, sums, -np.inf).max(axis=-1))
     return np.minimum(best, at_corners.max(axis=-1))
 
