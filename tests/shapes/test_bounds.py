@@ -15,7 +15,7 @@ from mpmath import mp
 
 import conicoid as co
 from conicoid.geometry import shape as shape_module
-from conicoid.geometry.bounds.support import inverse_roots
+from conicoid.geometry.bounds.support import inverse_root, inverse_roots
 from conicoid.geometry.general_quadric import Quadric
 from conicoid.geometry.polyhedron import Polyhedron
 from conicoid.geometry.primitives import Box, Cone, Cylinder, HalfSpace, Sphere
@@ -644,12 +644,16 @@ def test_bounds_of_paraboloids_that_hardly_lean(degrees: float, scale: float) ->
     assert bowl.bounds.high[1] == pytest.approx(scale * math.cos(angle) ** 2 / (4 * math.sin(angle)), rel=1e-13)
 
 
-def test_inverse_roots_are_next_to_the_exact_ones() -> None:
-    """By fractions; of squares of floats, and of numbers far from 1, too."""
-    rng = np.random.default_rng(5)
-    numbers = np.concatenate([rng.uniform(0.1, 3, 500), np.arange(1.0, 40) ** 2, 2.0 ** np.arange(-300, 300, 7)])
+def test_inverse_roots_are_not_below_the_exact_ones() -> None:
+    """By fractions; of squares of floats, and of numbers far from 1, too. 1 / math.sqrt may be two floats below."""
+    rng, low = np.random.default_rng(5), 1.0201057368024755
+    numbers = np.concatenate(
+        [[low], rng.uniform(0.1, 3, 5000), np.arange(1.0, 40) ** 2, 2.0 ** np.arange(-300, 300, 7)]
+    )
+    assert Fraction(low) * Fraction(math.nextafter(1 / math.sqrt(low), 2)) ** 2 < 1
     for square, root in zip(numbers.tolist(), inverse_roots(numbers).tolist(), strict=True):
-        assert Fraction(square) * Fraction(math.nextafter(root, math.inf)) ** 2 > 1
+        assert root == inverse_root(square)
+        assert Fraction(square) * Fraction(root) ** 2 >= 1
         assert Fraction(square) * Fraction(math.nextafter(math.nextafter(root, 0), 0)) ** 2 < 1
 
 

@@ -103,12 +103,15 @@ def inverse_root(a: Any) -> float:
     """Return 1 / sqrt(a), the half-axis of a x² = 1, not below the exact value; a > 0 is a float or fraction."""
     if isinstance(a, (TracedFloat, TracedBig)):
         root: Any = 1 / portable_sqrt(ex.rounded(a))
-        square: Any = a.exact() * root.exact() ** 2
-        return next_float_if(root, ex.rounded(ex.ONE - square))
+        for _ in range(2):  # a root and a quotient, each rounded down, may lose two units in the last place
+            root = next_float_if(root, ex.rounded(ex.ONE - a.exact() * root.exact() ** 2))
+        return root
     if isinstance(a, Symbol):
         return 1 / portable_sqrt(a)
     value = 1 / math.sqrt(a)
-    return value if Fraction(a) * Fraction(value) ** 2 >= 1 else math.nextafter(value, math.inf)
+    while Fraction(a) * Fraction(value) ** 2 < 1:
+        value = math.nextafter(value, math.inf)
+    return value
 
 
 @ignore_fp_errors
@@ -120,8 +123,11 @@ def inverse_roots(numbers: FloatArray) -> FloatArray:
     rest, gone = two_product(numbers, lost)
     over = (product - 1) + off + rest + gone
     is_exact = (product == 1) & (off == 0) & (lost == 0)
-    is_sure = (np.abs(over) > _PAIR_ROUNDING) & (numbers > 1 / _LARGE) & (numbers < _LARGE)
-    roots = np.where(is_sure & (over < 0), np.nextafter(roots, np.inf), roots)
+    raised = np.nextafter(roots, np.inf)
+    is_enough = over + 2 * (raised - roots) / roots > _PAIR_ROUNDING
+    is_sure = ((over > _PAIR_ROUNDING) | (over < -_PAIR_ROUNDING) & is_enough) & (numbers > 1 / _LARGE)
+    is_sure &= numbers < _LARGE
+    roots = np.where(is_sure & (over < 0), raised, roots)
     for place in np.argwhere(~(is_sure | is_exact)).tolist():
         roots[tuple(place)] = inverse_root(float(numbers[tuple(place)]))
     return roots
