@@ -267,7 +267,7 @@ _XML_NAME = re.compile(r"\s*+<(?:[\w.-]++:)?([\w.-]++)")
 
 def find_root_element(head: str) -> str | None:
     """Return the name of the first element of an XML text, "" if none has begun yet; None for other texts."""
-    text = head.removeprefix("\ufeff").lstrip()
+    text = head.lstrip()
     if not text.startswith("<"):
         return None
     position = 0
@@ -299,7 +299,7 @@ def detect_format(path: str | os.PathLike[str]) -> ImportFormat | None:
             head = file.read(DETECTION_BYTES)
     except (OSError, ValueError):  # ValueError: a name that no file can have
         return None  # the reader of scene files reports the error
-    text, suffix = head.decode("utf-8", "replace"), os.path.splitext(os.fspath(path))[1].lower()
+    text, suffix = head.decode("utf-8-sig", "replace"), os.path.splitext(os.fspath(path))[1].lower()
     return next((each for each in IMPORT_FORMATS if each.recognises(text, suffix)), None)
 
 
@@ -363,7 +363,7 @@ _OTHER_SUFFIXES = (".yaml", ".yml", ".json", ".csv", ".xyz", ".pdb", ".cif")
 def is_mcnp(head: str, suffix: str) -> bool:
     """Return True for an MCNP deck, by the first text of a file and its suffix."""
     if suffix in MCNP_SUFFIXES:  # XML is no deck, whatever its suffix
-        return not head.lstrip("\ufeff \t\r\n").startswith("<")
+        return not head.lstrip(" \t\r\n").startswith("<")
     if suffix in _OTHER_SUFFIXES or "\0" in head:
         return False
     lines = head.replace("\r\n", "\n").expandtabs(8).split("\n")
@@ -384,7 +384,7 @@ _XYZ_HEAD = re.compile(r"\A\s*+\d++[ \t]*+\r?\n[^\n]*+\n\s*+(?:[A-Za-z]{1,3}|\d{
 
 def is_cif(head: str, suffix: str) -> bool:
     """Return True for a CIF or mmCIF, by its first data block."""
-    return _CIF_DATA.match(head.removeprefix("\ufeff")) is not None
+    return _CIF_DATA.match(head) is not None
 
 
 def is_pdb(head: str, suffix: str) -> bool:
@@ -408,7 +408,7 @@ def is_molecule(head: str, suffix: str) -> bool:
 
 _CSG_CALLS = "group|multmatrix|union|difference|intersection|color|cube|sphere|cylinder|polyhedron|linear_extrude|"
 _CSG_CALLS += "rotate_extrude|hull|minkowski|render"
-_CSG_FIRST_CALL = re.compile(rf"\A\ufeff?(?:\s++|//[^\n]*+\n|(?>/\*.*?\*/))*+[%#!*]?(?:{_CSG_CALLS})\s*+\(", re.S)
+_CSG_FIRST_CALL = re.compile(rf"\A(?:\s++|//[^\n]*+\n|(?>/\*.*?\*/))*+[%#!*]?(?:{_CSG_CALLS})\s*+\(", re.S)
 
 
 def is_csg(head: str, suffix: str) -> bool:

@@ -43,7 +43,7 @@ class Dispersion:
         Raises
         ------
         ValueError
-            Outside of `range`, with the wavelength.
+            Outside of `range`, with the wavelength; where the formula has no index, such as the root of a number < 0.
         """
         w = (check_light if self.range is None else check_wavelengths)(self._label, wavelength)
         if self.range is not None and w.size:
@@ -55,7 +55,8 @@ class Dispersion:
                     f"{self._label}: wavelength must be in [{low:g}, {high:g}] μm, where its index was measured, "
                     f"got {bad.flat[0]:g}"
                 )
-        return np.asarray(self._index_at(w))[()]
+        with np.errstate(all="ignore"):
+            return _check_values(self._label, "index must be", np.asarray(self._index_at(w)))[()]
 
     def _index_at(self, w: Any) -> Any:
         """Return the index at checked wavelengths."""
@@ -261,8 +262,8 @@ class CatalogueFormula(Dispersion):
     Parameters
     ----------
     number : int
-        Of the formula in the format: 3 Herzberger, 5 Conrady, 7 and 8 the Handbook of Optics, 10, 12 and 13 series of
-        powers.
+        Of the formula in the format: 3 Herzberger, 4 Sellmeier 2, 5 Conrady, 7 and 8 the Handbook of Optics, 10, 12 and
+        13 series of powers.
     coefficients : sequence of float
         In the order of the file; missing ones are 0.
     range, name, source
@@ -296,6 +297,7 @@ def _powers(*exponents: float) -> Callable[[Any, Sequence[float]], Any]:
 
 CATALOGUE_FORMULAS: Mapping[int, Callable[[Any, Sequence[float]], Any]] = {
     3: _herzberger,
+    4: lambda w, c: np.sqrt(1 + c[0] + c[1] * w * w / (w * w - c[2] * c[2]) + c[3] / (w * w - c[4] * c[4])),
     5: lambda w, c: c[0] + c[1] / w + c[2] / w**3.5,
     7: lambda w, c: np.sqrt(c[0] + c[1] / (w * w - c[2]) - c[3] * w * w),
     8: lambda w, c: np.sqrt(c[0] + c[1] * w * w / (w * w - c[2]) - c[3] * w * w),
@@ -397,11 +399,15 @@ def index_at(value: Any, wavelength: Any) -> Any:
             f"got {format_value(index)}"
         )
     # A function may return one number; + 0.0 makes a float64 copy of integers.
-    index = np.broadcast_to(index, w.shape) + 0.0
+    return _check_values("refractive_index", "the function must return", np.broadcast_to(index, w.shape) + 0.0)[()]
+
+
+def _check_values(owner: str, expected: str, index: Any) -> Any:
+    """Return indices. Raise ValueError for the first that is none."""
     bad = index[~(np.isfinite(index) & (index.real > 0) & (index.imag >= 0))]
     if bad.size:
-        raise ValueError(f"refractive_index: the function must return n > 0, or n + ik with k >= 0, got {bad.flat[0]}")
-    return index[()]
+        raise ValueError(f"{owner}: {expected} n > 0, or n + ik with k >= 0, got {bad.flat[0]}")
+    return index
 
 
 def _index_in_range(value: Any, wavelength: float) -> float:

@@ -111,6 +111,21 @@ def test_pictures_take_n_d_and_the_slope_between_blue_and_red():
     assert rows["dispersion"][2] == rows["dispersion"][3] == 0
 
 
+@pytest.mark.parametrize(
+    "formula",
+    [
+        co.optics.Sellmeier((-5,), (0,)), co.optics.Schott((-1, 0, 0, 0, 0, 0)), co.optics.Cauchy((-1.5,)),
+        co.optics.Edlen((1,), (4,)), co.optics.CatalogueFormula(7, (1, 1, 0.25)),
+    ],
+)  # fmt: skip
+def test_a_formula_without_an_index_is_refused(formula):
+    """At 0.5 μm these are roots of numbers below 0, poles, or below 0; they were NaN, inf and -1.5 in films."""
+    message = "index must be n > 0, or n .* got (nan|-?inf|-1.5)"
+    for call in (formula, lambda w: co.optics.Coating([(formula, 0.1)]).at(w)):
+        with pytest.raises(ValueError, match=f"{type(formula).__name__}: {message}"):
+            call(0.5)
+
+
 def test_invalid_formulas_are_refused():
     for make, message in (
         (lambda: co.optics.Sellmeier((1, 2), (1,)), "b and c must be as many, got 2 and 1"),

@@ -116,9 +116,11 @@ def test_catalogues_of_glasses(tmp_path):
         row = row if number % 2 else " \r\n".join(row.rsplit(" ", 2))
         lines += [f"NM G{number} {number}.0 517642.251 1.5 60.0 0 1", "GC a comment", f"CD {row}", "LD 0.3 2.5"]
     lines += ["NM G2 1 0 1.5 60 0", "CD 9 0 0 0 0 0"]  # the first of a name counts
+    lines += ["NM POLE 4", "CD 0.3 1.0 0.1 0.02"]  # without its last number formula 4 ends in B / λ²
     (tmp_path / "all.agf").write_text("\r\n".join(lines), encoding="utf-16")
     glasses = co.optics.load_agf(tmp_path / "all.agf")
-    assert list(glasses) == [f"G{number}" for number in AGF]
+    assert list(glasses) == [*(f"G{number}" for number in AGF), "POLE"]
+    assert glasses["POLE"](W) == pytest.approx(math.sqrt(1.3 + W**2 / (W**2 - 0.01) + 0.02 / W**2), rel=1e-14)
     for number, (_, index) in AGF.items():
         found = glasses[f"G{number}"]
         assert found(W) == pytest.approx(index, rel=1e-14), number

@@ -68,6 +68,19 @@ def test_svg_has_true_curves(tmp_path):
         assert 1 - b == pytest.approx((a + 2) ** 2 + 0.125**2, abs=1e-12)
 
 
+@pytest.mark.parametrize("name", ["a\0b", "a\x01b", "a\ud800b", "a\ufffeb", "a\x0bb"])
+def test_names_with_characters_that_xml_has_not(name, tmp_path):
+    """XML 1.0, production 2: no control characters but tab and ends of lines, no half pairs, not U+FFFE."""
+    scene = co.Scene([co.Body(co.Sphere(1), co.matte("red", name=name), name=name)])
+    scene.slice("z").save(tmp_path / "a.svg", by="material")
+    explained = scene.explain((0, 0, 5), (0, 0, -1))
+    explained.save(tmp_path / "a.html")
+    for text in ((tmp_path / "a.svg").read_text("utf-8"), explained.figure().svg):
+        ElementTree.fromstring(text)
+    assert not any(ord(c) < 32 and c not in "\n\t" for c in (tmp_path / "a.html").read_text("utf-8"))
+    scene.slice("z").save(tmp_path / "a.pdf")
+
+
 def test_svg_has_a_legend_of_colours(tmp_path):
     assert [text.text for text in svg_of(tmp_path).iter(f"{SVG}text")] == ["ball & all", "body 1", "body 2", "body 3"]
     by_material = [text.text for text in svg_of(tmp_path, by="material").iter(f"{SVG}text")]

@@ -123,13 +123,13 @@ def _axis(found: RayRecord, main: BodyStep | None, middle: FloatArray) -> tuple[
             continue
         # The first axis counts; without one, the center of the first sphere
         if classification.kind != SPHERE:
-            return np.array(classification.center), np.array(classification.axes[2]), main.name
+            return np.array(classification.center), np.array(classification.axes[2]), main.title
         center = classification.center if center is None else center
     if center is not None:
-        return np.array(center), None, main.name
+        return np.array(center), None, main.title
     low, high = _box(found, [main.body])
     bounded = np.isfinite([low, high]).all()
-    return ((low + high) / 2 if bounded else middle), None, main.name
+    return ((low + high) / 2 if bounded else middle), None, main.title
 
 
 def _box(found: RayRecord, shown: Sequence[int]) -> tuple[FloatArray, FloatArray]:
@@ -378,16 +378,16 @@ def surfaces_of(scene: PreparedScene, body: int) -> list[int]:
 def _draw_body(drawing: SvgDrawing, step: BodyStep, arcs: tuple[Outline, ...], color: str) -> None:
     """Draw the walls of a body and its name."""
     for arc in arcs:
-        about = f"{step.name}: surface {', '.join(map(str, arc.surfaces))}, {arc.kind}"
+        about = f"{step.title}: surface {', '.join(map(str, arc.surfaces))}, {arc.kind}"
         drawing.outline(arc, f'stroke="{color}" stroke-width="2"', about)
     if arcs:
         places = np.concatenate([arc.points(65) for arc in arcs])
         inside = (places[:, 0] > drawing.x0) & (places[:, 0] < drawing.x1) & (places[:, 1] < drawing.y1)
         top = max(places[inside].tolist() or [[drawing.x0, drawing.y0]], key=lambda place: place[1])
         x, y = drawing.at(np.array(top))
-        wide = 7.5 * len(step.name)
+        wide = 7.5 * len(step.title)
         x, y = min(max(x - wide / 2, 4), drawing.width - wide), min(max(y - 7, 14), drawing.height - 6)
-        drawing.text(x, y, step.name, f'fill="{color}"')
+        drawing.text(x, y, step.title, f'fill="{color}"')
 
 
 def _hatching(drawing: SvgDrawing, found: RayRecord, plane: DrawingPlane) -> tuple[Any, FloatArray]:

@@ -35,7 +35,7 @@ _CASES = (
 
 def body_blocks(step: BodyStep, found: RayRecord) -> Iterator[Block]:
     """Yield the blocks of a body: its outcome, and the details in the order of the file's docstring."""
-    yield Heading(f"Body {step.body} “{step.name}”: {step.outcome}", 2)
+    yield Heading(f"Body {step.body} “{step.title}”: {step.outcome}", 2)
     yield TextLine(f"{step.kind}: {step.shape}")
     yield TextLine(step.sentence)
     if step.box is not None:
@@ -285,7 +285,7 @@ def _name(found: RayRecord, number: int) -> str:
     """Return the number and the name of a body; the number alone if the explanation has no step of it."""
     for step in found.bodies:
         if step.body == number:
-            return f"body {number} “{step.name}”"
+            return f"body {number} “{step.title}”"
     return f"body {number}"
 
 

@@ -15,6 +15,7 @@ from typing import Any
 
 from ..._util.arrays import Vector
 from ..._util.dataclass import dataclass
+from ..._util.files import printable
 from ...geometry.quadric_classification import PLANE
 from ...numerics.rational import dot
 from ...queries.hits import Hits
@@ -273,6 +274,11 @@ class BodyStep:
     surface: SurfaceStep | None = None
     outline: OutlineStep | None = None
     doubtful: bool = False
+
+    @property
+    def title(self) -> str:
+        """The name on one line, without control characters and half pairs of surrogates, for drawings and texts."""
+        return printable(self.name)
 
 
 @dataclass(frozen=True)

@@ -136,10 +136,6 @@ def _formula(
         if number in _TERMS:
             ends = 2 * _TERMS[number]
             return Sellmeier(c[:ends:2], c[1:ends:2], 0.0, span, name, source)
-        if number == 4:  # the second term is b / (λ² - c), which is (b / c) (λ² / (λ² - c) - 1)
-            far = c[4] ** 2
-            last = c[3] / far if far else 0.0
-            return Sellmeier((c[1], last), (c[2] ** 2, far), c[0] - last, span, name, source)
         if number == 9:
             return Sellmeier((c[1], c[3]), (c[2], c[4]), c[0] - 1.0, span, name, source)
         return CatalogueFormula(number, tuple(row), span, name, source)

@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from ..._util.arrays import FloatArray
 from ..._util.dataclass import dataclass
+from ..._util.files import printable
 from ..._util.text import format_count
 from ...io.image import Image
 from ...io.image_codecs import png_bytes, srgb_bytes
@@ -81,7 +82,7 @@ def _of_materials(scene: PreparedScene, shown: Any) -> list[tuple[int, int, int]
 
 def _short(text: str) -> str:
     """Shorten a text to one line of the legend."""
-    plain = " ".join(text.split())
+    plain = printable(" ".join(text.split()))
     return plain if len(plain) <= _LONGEST else plain[: _LONGEST - 3] + "..."
 
 

@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from ..._util.arrays import FloatArray, ignore_fp_errors
 from ..._util.dataclass import dataclass
+from ..._util.text import format_count
 from ..._util.validation import DOMAIN, describe_kind, format_value, is_outside_domain, real_array
 from ...numerics.portable_math import sin_cos_degrees
 
@@ -438,23 +439,40 @@ def _from_rdkit(source: Any) -> Atoms:
     return Atoms(positions, np.array(numbers, np.int64), bonds)
 
 
+def share_remarks(shares: Any) -> list[str]:
+    """Return a remark on atoms that are in some copies of a molecule only, and have no alternate place."""
+    count = int(((shares > 0) & (shares < 1)).sum())
+    return [f"{format_count(count, 'atom')} of an occupancy below 1 shown as a whole"] if count else []
+
+
 def read_gemmi_atoms(structure: Any) -> Atoms:
     """Return the atoms of a gemmi Structure or SmallStructure.
 
     Of a Structure the first model and the first of alternate positions are read; of a SmallStructure all sites of the
-    unit cell.
+    unit cell, of its disorder groups the first, and those that no other excludes.
     """
     parameters = structure.cell.parameters
     # Lengths 1 1 1 stand for no cell.
     cell = None if parameters[:3] == (1.0, 1.0, 1.0) else cell_vectors(*parameters)
     # A small structure lists the asymmetric unit only; symmetry makes the others
     if hasattr(structure, "get_all_unit_cell_sites"):
-        sites = [site for site in structure.get_all_unit_cell_sites() if site.element.atomic_number > 0]
+        group = next((site.disorder_group for site in structure.sites if site.disorder_group > 0), 0)
+        # Groups below 0 exclude only their own images by symmetry
+        others = [site for site in structure.sites if site.disorder_group > 0 and site.disorder_group != group]
+        unknown = [site for site in structure.sites if not site.element.atomic_number]
+        left_out = (unknown, "without an element"), (others, f"of other disorder groups than {group}")
+        notes = [f"{format_count(len(some), 'site')} {text} left out" for some, text in left_out if some]
+
+        def is_shown(site: Any) -> bool:
+            return site.element.atomic_number > 0 and (site.disorder_group <= 0 or site.disorder_group == group)
+
+        notes += share_remarks(np.array([site.occ for site in structure.sites if is_shown(site)]))
+        sites = [site for site in structure.get_all_unit_cell_sites() if is_shown(site)]
         within = np.array([site.fract.tolist() for site in sites]).reshape(-1, 3)
         within -= np.floor(within + 1e-9)  # symmetry may put sites beside the cell: move them into it
         places = within @ np.array(structure.cell.orth.mat.tolist()).T
         numbers = np.array([site.element.atomic_number for site in sites], np.int64)
-        return Atoms(places, numbers, cell=cell, labels=tuple(site.label for site in sites))
+        return Atoms(places, numbers, cell=cell, labels=tuple(site.label for site in sites), remarks=tuple(notes))
     remarks = ("the first of several models is read",) if len(structure) > 1 else ()
     rows, skipped = [], 0
     for chain in structure[0] if len(structure) else ():

@@ -6,6 +6,7 @@ of alternate positions are read, as gemmi has them; of a CIF all sites of a unit
 
 from __future__ import annotations
 
+import codecs
 import io
 import math
 import os
@@ -23,7 +24,16 @@ import numpy as np
 from ..._util.files import Problem, SceneFileError, open_regular
 from ..._util.text import format_count
 from ..importers import DETECTION_BYTES, ImportOptions, ImportResult, LegendEntry, is_cif, is_pdb, is_xyz
-from .atoms import ELEMENT_COLORS, SYMBOLS, Atoms, atomic_number, bonds_by_distance, cell_vectors, read_gemmi_atoms
+from .atoms import (
+    ELEMENT_COLORS,
+    SYMBOLS,
+    Atoms,
+    atomic_number,
+    bonds_by_distance,
+    cell_vectors,
+    read_gemmi_atoms,
+    share_remarks,
+)
 from .styles import MoleculeStyle, build_molecule_bodies
 
 MAX_CIF_BYTES, MAX_LINE_LENGTH = 1 << 30, 1 << 20
@@ -31,13 +41,18 @@ MAX_CIF_BYTES, MAX_LINE_LENGTH = 1 << 30, 1 << 20
 _LINES_AT_ONCE = 1 << 16
 _COMPONENT_PLACES = (("model_Cartn_", ""), ("pdbx_model_Cartn_", "_ideal"), ("", ""))
 """Before and after the axis in the names of places: of a model, ideal ones, and those of restraints' dictionaries."""
+_CIF_FRACTIONS = tuple(f"_atom_site_fract_{axis}" for axis in "xyz")
+_CIF_EDGES = tuple(f"_cell_length_{edge}" for edge in "abc")
 _CIF_PLACES = ("_atom_site.Cartn_x", "_atom_site_fract_x", *(f"_chem_comp_atom.{a}x{b}" for a, b in _COMPONENT_PLACES))
 """Names of places by which a data block has atoms."""
 
 
 def _read_lines(path: Path, encoding: str) -> Iterator[str]:
     """Yield the lines of a file of any length. Raise SceneFileError for a line that no such file has."""
-    with io.TextIOWrapper(open_regular(path), encoding, "replace") as file:
+    stream = open_regular(path)
+    if stream.peek(3).startswith(codecs.BOM_UTF8):
+        stream.read(3)
+    with io.TextIOWrapper(stream, encoding, "replace") as file:
         for number, line in enumerate(iter(partial(file.readline, MAX_LINE_LENGTH + 1), ""), start=1):
             if len(line) > MAX_LINE_LENGTH:
                 problem = Problem(number, 1, "molecule", f"is longer than {MAX_LINE_LENGTH:,} letters")
@@ -65,10 +80,27 @@ def read_cif(path: Path) -> Atoms:
         elif block.find_values("_chem_comp_atom.atom_id"):
             atoms = _component(block, gemmi.cif.as_string)
         else:
-            atoms = read_gemmi_atoms(gemmi.make_small_structure_from_block(block))
+            atoms = _crystal(block, gemmi)
         return replace(atoms, remarks=(*remarks, *atoms.remarks))
     except (ValueError, RuntimeError) as error:
         raise SceneFileError(path, [_cif_problem(path, str(error))]) from None
+
+
+def _crystal(block: Any, gemmi: Any) -> Atoms:
+    """Return all sites of a crystal's unit cell, by the symmetry that a block states."""
+    structure = gemmi.make_small_structure_from_block(block)
+    if block.find_values("_atom_site_label"):
+        for names in (_CIF_FRACTIONS, _CIF_EDGES):
+            if not all(map(block.find_values, names)):
+                raise ValueError(f"sites must have places as fractions of a cell: {', '.join(names)} must be there")
+    remarks = []
+    if structure.spacegroup is None and not structure.cell.images:
+        structure.determine_and_set_spacegroup("S.H2N")  # a number alone names a group in its usual setting
+        stated = structure.spacegroup_hm, structure.spacegroup_hall, structure.spacegroup_number, structure.symops
+        if structure.spacegroup is None and any(stated):
+            remarks.append("the symmetry that the file states is unknown: only the sites that it lists are shown")
+    atoms = read_gemmi_atoms(structure)
+    return replace(atoms, remarks=(*remarks, *atoms.remarks))
 
 
 def _component(block: Any, as_string: Any) -> Atoms:
@@ -107,7 +139,8 @@ def _macromolecule(block: Any, as_string: Any) -> Atoms:
         remarks.append("the first of several models is read")
     sites = [part for part in (*names[2:], column("pdbx_PDB_ins_code")) if part is not None]
     if other is not None and not np.isin(other, (".", "?")).all():
-        whole = [" ".join(row) for row in zip(*(part for part in names if part is not None), strict=True)]
+        parts = [part for part in (*names[:2], *sites) if part is not None]
+        whole = [" ".join(row) for row in zip(*parts, strict=True)]
         _, first = np.unique(np.array(whole), return_index=True)
         alternate = ~np.isin(other, (".", "?"))
         alternate[first] = False
@@ -119,7 +152,7 @@ def _macromolecule(block: Any, as_string: Any) -> Atoms:
     shares = column("occupancy")
     if shares is not None and not np.isin(shares, (".", "?")).any():
         alone = selected if other is None else selected & np.isin(other, (".", "?"))
-        remarks += _share_remarks(_cif_floats(shares, "_atom_site.occupancy")[alone])
+        remarks += share_remarks(_cif_floats(shares, "_atom_site.occupancy")[alone])
     labels: Any = names[0][selected] if names[0] is not None else np.zeros(0, "U1")
     for part in names[1:]:
         if part is not None and len(labels):
@@ -132,12 +165,6 @@ def _has_first_name(sites: Any, names: Any) -> Any:
     """Return a mask (N,) of the atoms whose residue has the name of the first one at its place in the chain."""
     _, first, place = np.unique(np.asarray(sites), return_index=True, return_inverse=True)
     return names == names[first][place]
-
-
-def _share_remarks(shares: Any) -> list[str]:
-    """Return a remark on atoms that are in some copies of a molecule only, and have no alternate place."""
-    count = int(((shares > 0) & (shares < 1)).sum())
-    return [f"{format_count(count, 'atom')} of an occupancy below 1 shown as a whole"] if count else []
 
 
 def _cif_floats(values: Any, name: str) -> Any:
@@ -194,7 +221,7 @@ def read_pdb(path: Path) -> Atoms:
             cells.append((number, text))
         elif kind == "CONECT":
             conect.append(text)
-        has_ended |= kind == "ENDMDL"
+        has_ended |= kind.rstrip() in ("ENDMDL", "END") or (kind == "MODEL " and bool(records))
     remarks = ["the first of several models is read"] if is_longer else []
     rows = np.frombuffer(records.replace(b"\0", b" "), np.uint8).reshape(-1, _PDB_WIDTH)
     first = _first_places(rows)
@@ -204,7 +231,7 @@ def read_pdb(path: Path) -> Atoms:
     positions = np.column_stack([_pdb_floats(path, rows, line_of, begin) for begin in (30, 38, 46)])
     elements = _pdb_elements(path, rows, line_of)
     shares = [_pdb_number(text) for text in _pdb_texts(rows, 54, 60)[rows[:, 16] == ord(" ")].tolist()]
-    remarks += _share_remarks(np.array(shares))
+    remarks += share_remarks(np.array(shares))
     bonds = _read_conect(conect, rows, positions, elements)
     return Atoms(positions, elements, bonds, _pdb_cell(path, cells), _pdb_labels(rows), tuple(remarks))
 
@@ -358,8 +385,10 @@ def _pdb_error(path: Path, line: int, message: str) -> SceneFileError:
 
 # XYZ files: the number of atoms, a comment, and a line for each atom: symbol (or number), x, y, z in Å.
 #
-# The comment of an extended file may hold `Lattice="ax ay az bx by bz cx cy cz"`. Of several frames the first is read.
+# The comment of an extended file may hold `Lattice="ax ay az bx by bz cx cy cz"`, and the columns of the lines as
+# `Properties=species:S:1:pos:R:3`: name, type and count of each. Of several frames the first is read.
 
+_XYZ_PROPERTIES = re.compile(r"\bproperties\s*+=\s*+(\"[^\"]*+\"|\S++)", re.I)
 _XYZ_LATTICE = re.compile(r"\blattice\s*=\s*(?:\"([^\"]*+)\"|'([^']*)'|\{([^{}]*+)\})", re.I)
 
 
@@ -370,34 +399,51 @@ def read_xyz(path: Path) -> Atoms:
     if re.fullmatch(r"\s*+\d{1,9}\s*+", first) is None:
         raise _xyz_error(path, 1, "the number of atoms must stand here, alone")
     count, positions, numbers = int(first), [np.zeros((0, 3))], [np.zeros(0, np.int64)]
+    symbol, place = _xyz_columns(path, comment)
+    width = max(symbol, place + 2) + 1
     for begin in range(0, count, _LINES_AT_ONCE):
         some = list(islice(lines, min(count - begin, _LINES_AT_ONCE)))
         end = begin + len(some)
         if end < min(count, begin + _LINES_AT_ONCE):
             raise _xyz_error(path, end + 3, f"must be atom {end + 1} of {count}, and is the end of the file")
-        rows = [line.split(None, 4)[:4] for line in some]
-        short = next((k for k, row in enumerate(rows) if len(row) < 4), None)
+        rows = [line.split(None, width)[:width] for line in some]
+        short = next((k for k, row in enumerate(rows) if len(row) < width), None)
         if short is not None:
             message = f"must be a symbol and three numbers, got {some[short].strip()!r:.80}"
             raise _xyz_error(path, begin + short + 3, message)
-        positions.append(_xyz_positions(path, rows, begin + 3))
-        numbers.append(_xyz_elements(path, [row[0] for row in rows], begin + 3))
+        positions.append(_xyz_positions(path, rows, place, begin + 3))
+        numbers.append(_xyz_elements(path, [row[symbol] for row in rows], begin + 3))
     remarks = ("the first of several frames is read",) if any(line.strip() for line in lines) else ()
     cell = _xyz_cell(path, comment)
     return Atoms(np.concatenate(positions), np.concatenate(numbers), cell=cell, remarks=remarks)
 
 
-def _xyz_positions(path: Path, rows: list[list[str]], line: int) -> Any:
-    """Return the positions (N, 3)."""
+def _xyz_columns(path: Path, comment: str) -> tuple[int, int]:
+    """Return the columns of the symbol and of x: 0 and 1, or those that an extended file's comment states."""
+    match = _XYZ_PROPERTIES.search(comment)
+    if match is None:
+        return 0, 1
+    words, columns, at = match[1].strip('"').split(":"), dict[str, int](), 0
+    for name, _, count in zip(words[::3], words[1::3], words[2::3], strict=False):
+        columns.setdefault(name.lower(), at)
+        at += int(count) if re.fullmatch("[0-9]{1,4}", count) else 1
+    symbol = columns.get("species", columns.get("z"))
+    if symbol is None or "pos" not in columns:
+        raise _xyz_error(path, 2, f"Properties must have species (or Z) and pos, got {match[1]!r:.80}")
+    return symbol, columns["pos"]
+
+
+def _xyz_positions(path: Path, rows: list[list[str]], place: int, line: int) -> Any:
+    """Return the positions (N, 3), whose x stands in the column `place`."""
     try:
-        columns = [np.array([row[k] for row in rows], np.float64) for k in (1, 2, 3)]
+        columns = [np.array([row[k] for row in rows], np.float64) for k in range(place, place + 3)]
         positions = np.stack(columns, axis=1)
     except ValueError:
         positions = None
     if positions is not None and np.isfinite(positions).all():
         return positions
     for k, row in enumerate(rows):  # one by one, to report the line
-        for text in row[1:]:
+        for text in row[place : place + 3]:
             if not _is_number(text):
                 raise _xyz_error(path, line + k, f"x, y and z must be finite numbers, got {text!r:.40}")
     return positions
@@ -465,7 +511,7 @@ def read_atoms(path: str | os.PathLike[str]) -> Atoms:
 
     """
     with open_regular(path) as file:
-        head = file.read(DETECTION_BYTES).decode("utf-8", "replace")
+        head = file.read(DETECTION_BYTES).decode("utf-8-sig", "replace")
     for recognises, read in _READERS:
         if recognises(head, Path(path).suffix.lower()):
             return read(Path(path))

@@ -69,7 +69,7 @@ def dump_json(data: dict[str, Any]) -> str:
         try:
             json.dumps(data, ensure_ascii=False).encode()
         except UnicodeEncodeError as error:
-            text = error.object[max(0, error.start - 20) : error.end]
+            text = error.object[: error.end].rpartition('"')[2]
             raise ValueError(f"a scene file cannot hold the text {text!r}: it is not Unicode") from None
     return f"{{\n{sections}\n}}\n".replace("\x7f", "\\u007f")  # YAML readers refuse the bare character
 

@@ -26,7 +26,7 @@ def pin(tmp_path):
     ("text", "name"),
     [
         ("<geometry/>", "geometry"),
-        ("\ufeff  \n<?xml version='1.0'?>\n<!-- <model> -->\n<geometry a='<b>'>", "geometry"),
+        ("  \n<?xml version='1.0'?>\n<!-- <model> -->\n<geometry a='<b>'>", "geometry"),
         ("<!DOCTYPE gdml [<!ENTITY a SYSTEM 'b'>]>\n<gdml:gdml x='1'>", "gdml"),
         ("<!DOCTYPE gdml SYSTEM 'a.dtd'><gdml>", "gdml"),
         ("conicoid: 1\nbodies: []", None),
@@ -35,6 +35,18 @@ def pin(tmp_path):
 )
 def test_the_first_element_of_a_text(text, name):
     assert find_root_element(text) == name
+
+
+@pytest.mark.parametrize(
+    ("text", "name"),
+    [
+        ("<geometry/>", "OpenMC geometries"), ("group() {}", "OpenSCAD's .csg"), ("data_a", "molecules (XYZ, PDB, mmCIF, CIF)"),
+        ("1\n\nC 0 0 0", "molecules (XYZ, PDB, mmCIF, CIF)"), ("SURF 0\n", "Zemax lens files"),
+    ],
+)  # fmt: skip
+def test_a_byte_order_mark_hides_no_format(text, name, tmp_path):
+    (tmp_path / "a").write_bytes(b"\xef\xbb\xbf" + text.encode())
+    assert detect_format(tmp_path / "a").name == name
 
 
 def test_a_format_is_known_by_its_content(pin):

@@ -205,6 +205,58 @@ def test_places_that_exclude_one_another(tmp_path):
     )  # fmt: skip
 
 
+def test_places_of_residues_with_insertion_codes(tmp_path):
+    """Residues 100 and 100A are two, as in files of PDB: the second one's first place is no alternate of the first's."""
+    pytest.importorskip("gemmi")
+    names = (
+        "label_atom_id label_alt_id label_comp_id label_asym_id auth_seq_id pdbx_PDB_ins_code Cartn_x Cartn_y Cartn_z"
+    )
+    head = "data_x\nloop_\n" + "".join(f"_atom_site.{name}\n" for name in ("type_symbol", *names.split()))
+    rows = [f"O OG {letter} SER A 100 {code} {x} 0 0\n" for letter, code, x in ("A?0", "B?1", "AA5", "BA6")]
+    (tmp_path / "a.cif").write_text(head + "".join(rows))
+    found = co.molecule(tmp_path / "a.cif")
+    assert found.positions[:, 0].tolist() == [0, 5]
+    assert found.remarks == ("2 alternate places of atoms are left out",)
+
+
+def test_a_crystal_whose_sites_exclude_one_another(tmp_path):
+    """The core dictionary of CIF: a disorder group of 1 or 2 excludes the other; one below 0 excludes its own images."""
+    pytest.importorskip("gemmi")
+    extra = "\n_atom_site_disorder_group\n_atom_site_occupancy\n"
+    head = SALT.replace("F m -3 m", "P 1").rstrip("\n").rpartition("_atom_site_fract_z")[0] + "_atom_site_fract_z"
+    rows = "C1 C 0 0 0 . 1\nO1 O .12 0 0 2 .6\nO1 O .09 .06 0 1 .4\nN1 N .5 .5 .5 -1 .5\nQ1 Q .1 .2 .3 . 1\n"
+    found = co.molecule(written(tmp_path, head + extra + rows, "a.cif"))
+    assert (found.symbols, found.positions[1, 1]) == (["C", "O", "N"], 0)
+    assert found.remarks == (
+        "1 site without an element left out", "1 site of other disorder groups than 2 left out",
+        "2 atoms of an occupancy below 1 shown as a whole",
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("stated", "count"),
+    [
+        ("_symmetry_Int_Tables_number 225", 8),  # Fm-3m by its number alone
+        ("_symmetry_space_group_name_H-M 'F m -3 m strange'", 2),
+        ("_symmetry_equiv_pos_as_xyz 'x,y'", 2),
+    ],
+)
+def test_the_symmetry_of_a_crystal_is_known_or_told(stated, count, tmp_path):
+    pytest.importorskip("gemmi")
+    text = SALT.replace("_symmetry_space_group_name_H-M 'F m -3 m'", stated)
+    found = co.molecule(written(tmp_path, text, "a.cif"))
+    told = "the symmetry that the file states is unknown: only the sites that it lists are shown"
+    assert (len(found), found.remarks) == (count, () if count == 8 else (told,))
+
+
+@pytest.mark.parametrize(("old", "new"), [("_fract_", "_Cartn_"), ("_cell_length_", "_cell_formula_")])
+def test_a_crystal_without_its_numbers(old, new, tmp_path):
+    """Places in Å of a crystal's CIF were read as 0, and fractions without a cell as Å."""
+    pytest.importorskip("gemmi")
+    with pytest.raises(co.SceneFileError, match="sites must have places as fractions of a cell: _.*must be there"):
+        co.molecule(written(tmp_path, SALT.replace(old, new), "a.cif"))
+
+
 def test_a_component_and_a_file_without_atoms(tmp_path):
     pytest.importorskip("gemmi")
     head = "data_ALA\nloop_\n_chem_comp_atom.atom_id\n_chem_comp_atom.type_symbol\n"
@@ -373,6 +425,33 @@ def test_extended_xyz_has_a_cell_and_frames(tmp_path):
     assert found.remarks == ("the first of several frames is read",)
 
 
+@pytest.mark.parametrize(
+    ("columns", "line"),
+    [
+        ("species:S:1:forces:R:3:pos:R:3", "{0} 9 9 9 {1} {2} {3}"),
+        ("id:I:1:pos:R:3:Species:S:1:energy:R:1", "7 {1} {2} {3} {0} 4"),
+        ('"id:I:1:Z:I:1:pos:R:3"', "7 8 {1} {2} {3}"),
+    ],
+)
+def test_extended_xyz_says_what_its_columns_are(columns, line, tmp_path):
+    """The format: libAtoms, https://github.com/libAtoms/extxyz: name, type and number of columns."""
+    text = f"2\nProperties={columns}\n{line.format('O', 1, 2, 3)}\n{line.format('O', 4, 5, 6)}\n"
+    found = co.molecule(written(tmp_path, text, "a.xyz"))
+    assert (found.symbols, found.positions.tolist()) == (["O", "O"], [[1, 2, 3], [4, 5, 6]])
+    with pytest.raises(co.SceneFileError, match=r"a.xyz:2:1: .*Properties must have species \(or Z\) and pos, got"):
+        co.molecule(written(tmp_path, text.lower().replace("pos:", "place:"), "a.xyz"))
+    with pytest.raises(co.SceneFileError, match="must be a symbol and three numbers, got 'O 1'"):
+        co.molecule(written(tmp_path, f"1\nProperties={columns}\nO 1\n", "a.xyz"))
+
+
+@pytest.mark.parametrize("text", ["XYZ", "PDB"])
+def test_a_byte_order_mark_takes_no_atom(text, tmp_path):
+    text = {"XYZ": XYZ, "PDB": "".join(line for line in PDB.splitlines(True) if line.startswith(("ATOM", "HET")))}[text]
+    plain, marked = written(tmp_path, text), tmp_path / "b.txt"
+    marked.write_bytes(b"\xef\xbb\xbf" + text.encode())
+    assert co.molecule(marked).symbols == co.molecule(plain).symbols
+
+
 def test_pdb(tmp_path):
     found = co.molecule(written(tmp_path, PDB))
     assert found.symbols == ["N", "C", "C", "Ca", "O"]
@@ -390,9 +469,12 @@ def test_pdb(tmp_path):
 def test_the_first_model_of_a_pdb(tmp_path):
     lines = PDB.splitlines(keepends=True)
     models = [*lines[:2], "MODEL        1\n", lines[2], "ENDMDL\n", "MODEL        2\n", lines[5], "ENDMDL\n"]
-    found = co.molecule(written(tmp_path, "".join(models)))
-    assert found.symbols == ["N"]
-    assert found.remarks == ("the first of several models is read",)
+    without_end = [line for line in models if line != "ENDMDL\n"]
+    frames = [lines[2], "END\n", lines[5], "END\n"]  # as programs write them that move molecules
+    for text in (models, without_end, frames):
+        found = co.molecule(written(tmp_path, "".join(text)))
+        assert found.symbols == ["N"]
+        assert found.remarks == ("the first of several models is read",)
 
 
 def test_mmcif(tmp_path):
