@@ -222,6 +222,26 @@ def test_sides_that_no_point_has_make_no_wall(name, angle):
         assert (found.error < 1e-13).all()
 
 
+@pytest.mark.parametrize("squares", [(2, 1, 2), (1, 1, 0), (1, 0, 0), (-2, -1, -2), (-1, 0, 0)])
+@pytest.mark.parametrize("center", [(0, 0, 0), (1, 3, -2)])
+def test_quadrics_that_are_a_point_a_line_or_a_plane_have_no_wall(squares, center):
+    """No ray crosses them: the body is nothing but these points, or lacks nothing but these."""
+    w, c = np.diag(squares).astype(float), np.array(center, float)
+    thin = co.Quadric(np.block([[w, -(w @ c)[:, None]], [-(w @ c), c @ w @ c]]))
+    points, box = np.array([(0.1, 0.2, 0.3), (1, 3, -2), (0, 0, 0), (-1, 2, 7)]), co.Box((2, 2, 2), (4, 4, 4))
+    away = np.linalg.norm(np.maximum(np.maximum(2 - points, points - 4), 0), axis=1)
+    is_all = max(squares) <= 0
+    for shape, true in (
+        (thin, np.inf),
+        (box & thin, away if is_all else np.inf),
+        (box - thin, np.inf if is_all else away),
+    ):
+        found = exact(shape, points)
+        assert np.abs(found.distance) == pytest.approx(true, rel=1e-14)
+        assert (found.error < 1e-13).all()
+        assert (co.Scene([shape]).distance(points).lower <= found.lower).all()
+
+
 def test_far_points():
     for away in (1e3, 1e6, 1e9):
         found = exact(co.Ellipsoid((1, 2, 3)), (0, 0, away))
