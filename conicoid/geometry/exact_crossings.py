@@ -326,6 +326,18 @@ def occurring_sides(forms: Sequence[IntegerForm]) -> list[int]:
     ]  # fmt: skip
 
 
+def common_rank(forms: Sequence[IntegerForm]) -> int:
+    """Return 2 for planes through one line, 3 for planes through one point: beside that all their sides occur; else 0.
+
+    Sides of planes that occur anywhere then occur beside each common point, since they are cones there.
+    """
+    zero = _NOTHING if any(form.off is not None for form in forms) else Fraction(0)
+    matrices = [_matrix(form) for form in forms]
+    left = _eliminate([[*row[:3], row[3] / 2] for *_, row in matrices], zero)
+    common = all(form.is_flat for form in forms) and not any(_sign(row[3], zero) for row in left)
+    return len(forms) - len(left) if common else 0
+
+
 def _matrix(form: IntegerForm) -> list[_Row]:
     """Return the symmetric matrix M of a form (p, 1)·M (p, 1), scaled to entries of up to 1."""
     most = max(map(abs, form.coefficients))
@@ -352,14 +364,19 @@ def _dependence(rows: list[_Row], zero: Fraction) -> _Row:
     """Return the factors, none of them 0, with which the rows add up to zero; nothing for none or several."""
     count = len(rows)
     # Elimination turns each row into a sum of rows, whose factors stand behind it
-    rows = [[*row, *(Fraction(int(i == k)) for i in range(count))] for k, row in enumerate(rows)]
+    rows = _eliminate([[*row, *(Fraction(int(i == k)) for i in range(count))] for k, row in enumerate(rows)], zero)
+    unique = len(rows) == 1 and all(_sign(f, zero) for f in rows[0][3:])
+    return rows[0][3:] if unique else []
+
+
+def _eliminate(rows: list[_Row], zero: Fraction) -> list[_Row]:
+    """Return the rows that are left, of which the first three numbers are zero."""
     for column in range(3):
         pivot = next((row for row in rows if _sign(row[column], zero)), None)
         if pivot is not None:
             others = [(row, row[column] / pivot[column]) for row in rows if row is not pivot]
             rows = [[a - b * share for a, b in zip(row, pivot, strict=True)] for row, share in others]
-    unique = len(rows) == 1 and all(_sign(f, zero) for f in rows[0][3:])
-    return rows[0][3:] if unique else []
+    return rows
 
 
 def _sides_left_out_by_quadric(k: int, matrix: list[_Row], planes: dict[int, _Row], zero: Fraction) -> Iterator[_Sides]:

@@ -7,7 +7,7 @@ import importlib.util
 import math
 import pickle
 from decimal import Decimal, localcontext
-from itertools import pairwise
+from itertools import combinations, pairwise
 from pathlib import Path
 
 import numpy as np
@@ -240,6 +240,26 @@ def test_quadrics_that_are_a_point_a_line_or_a_plane_have_no_wall(squares, cente
         assert np.abs(found.distance) == pytest.approx(true, rel=1e-14)
         assert (found.error < 1e-13).all()
         assert (co.Scene([shape]).distance(points).lower <= found.lower).all()
+
+
+@pytest.mark.parametrize("sides", [(-1, 1, -1, 1), (1, 1, 1, -1), (1, -1, 1, -1), (1, 1, -1, -1)])
+@pytest.mark.parametrize("tip", [(0, 0, 0), (0.25, -0.25, 0.25)])
+def test_slender_tips_of_four_planes_are_proved(sides, tip):
+    """From straight ahead of the tip nothing is nearer. Between four planes no point a step away is within."""
+    normals = np.array(sides)[:, None] * np.array([(1, 0, -2), (2, 1, 1), (0, 0, 1), (1, 1, 0)])
+    rays = [
+        d for a, b in combinations(normals, 2) for d in (np.cross(a, b), np.cross(b, a)) if (normals @ d <= 0).all()
+    ]
+    ahead = np.sum([d / np.linalg.norm(d) for d in rays], axis=0)
+    assert all(ahead @ d > 0 for d in rays)
+    body = co.Box(np.add(tip, -5), np.add(tip, 5))
+    for n in normals:
+        body &= half(*n, offset=n @ tip)
+    found = exact(body, tip - np.outer((0.5, 1, 3), ahead))
+    assert found.distance == pytest.approx(np.linalg.norm(ahead) * np.array((0.5, 1, 3)), rel=1e-14)
+    assert (found.error < 1e-13).all()
+    walls = [n / np.linalg.norm(n) for n in normals if sum(n @ d == 0 for d in rays) > 1]
+    assert all(np.isclose(walls, n).all(axis=1).any() for n in found.normal)
 
 
 def test_far_points():

@@ -319,7 +319,7 @@ class Neighbourhood(NamedTuple):
     who: Ints  # see `BODY`
     boxes: Floats  # a stack of boxes, see `BOX`
     doubt: Ints  # how many surfaces pass through the nearest point that may be a wall, and these
-    known: Ints  # sets of surfaces: how many, how many of their sides occur, the surfaces, the sides as bits; then 0
+    known: Ints  # sets of surfaces: their number, that of sides that occur, `common_rank`, both, sides as bits; then 0
 
 
 @allocator
