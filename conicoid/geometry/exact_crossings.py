@@ -304,6 +304,8 @@ _Sides: TypeAlias = dict[int, int]  # number of a form -> its sign
 
 _NOTHING = Fraction(1, 1 << 1000)
 """Size, where coefficients have about 1, below which a number that is known to 3000 bits counts as zero."""
+_KEPT = 1200
+"""Bits of such numbers that are kept: all of them would take seconds."""
 _INFINITY = -1
 """As the number of a plane: the one at infinity, whose product with a plane is that plane."""
 
@@ -326,10 +328,25 @@ def occurring_sides(forms: Sequence[IntegerForm]) -> list[int]:
     ]  # fmt: skip
 
 
+def common_rank(forms: Sequence[IntegerForm]) -> int:
+    """Return 2 for planes through one line, 3 for planes through one point: beside that all their sides occur; else 0.
+
+    Sides of planes that occur anywhere then occur beside each common point, since they are cones there.
+    """
+    zero = _NOTHING if any(form.off is not None for form in forms) else Fraction(0)
+    matrices = [_matrix(form) for form in forms]
+    left = _eliminate([[*row[:3], row[3] / 2] for *_, row in matrices], zero)
+    common = all(form.is_flat for form in forms) and not any(_sign(row[3], zero) for row in left)
+    return len(forms) - len(left) if common else 0
+
+
 def _matrix(form: IntegerForm) -> list[_Row]:
     """Return the symmetric matrix M of a form (p, 1)·M (p, 1), scaled to entries of up to 1."""
     most = max(map(abs, form.coefficients))
-    xx, yy, zz, xy, xz, yz, x, y, z, one = (Fraction(c, most) for c in form.coefficients)
+    numbers = [Fraction(c, most) for c in form.coefficients]
+    if form.off is not None:
+        numbers = [Fraction((c << _KEPT) // most, 1 << _KEPT) for c in form.coefficients]
+    xx, yy, zz, xy, xz, yz, x, y, z, one = numbers
     return [[xx, xy, xz, x], [xy, yy, yz, y], [xz, yz, zz, z], [x, y, z, one]]
 
 
@@ -352,22 +369,28 @@ def _dependence(rows: list[_Row], zero: Fraction) -> _Row:
     """Return the factors, none of them 0, with which the rows add up to zero; nothing for none or several."""
     count = len(rows)
     # Elimination turns each row into a sum of rows, whose factors stand behind it
-    rows = [[*row, *(Fraction(int(i == k)) for i in range(count))] for k, row in enumerate(rows)]
+    rows = _eliminate([[*row, *(Fraction(int(i == k)) for i in range(count))] for k, row in enumerate(rows)], zero)
+    unique = len(rows) == 1 and all(_sign(f, zero) for f in rows[0][3:])
+    return rows[0][3:] if unique else []
+
+
+def _eliminate(rows: list[_Row], zero: Fraction) -> list[_Row]:
+    """Return the rows that are left, of which the first three numbers are zero."""
     for column in range(3):
         pivot = next((row for row in rows if _sign(row[column], zero)), None)
         if pivot is not None:
             others = [(row, row[column] / pivot[column]) for row in rows if row is not pivot]
             rows = [[a - b * share for a, b in zip(row, pivot, strict=True)] for row, share in others]
-    unique = len(rows) == 1 and all(_sign(f, zero) for f in rows[0][3:])
-    return rows[0][3:] if unique else []
+    return rows
 
 
 def _sides_left_out_by_quadric(k: int, matrix: list[_Row], planes: dict[int, _Row], zero: Fraction) -> Iterator[_Sides]:
     """Yield sides of a quadric and of one or two planes, for a sum with their product that has no or every sign."""
+    minors = _minors(matrix)
     for i, j in combinations(planes, 2):
         u, v = planes[i], planes[j]
         product = [[u[a] * v[b] + u[b] * v[a] for b in range(4)] for a in range(4)]
-        factor = _middle_factor(matrix, product, zero)
+        factor = _middle_factor(matrix, minors, product, zero)
         total = _plus(matrix, product, factor)
         for turn in (1, -1) if _sign(factor, zero) else ():
             if _is_nonnegative([[turn * x for x in row] for row in total], zero):
@@ -381,13 +404,13 @@ def _plus(matrix: list[_Row], other: list[_Row], factor: Fraction) -> list[_Row]
     return [[a + factor * b for a, b in zip(row, its, strict=True)] for row, its in zip(matrix, other, strict=True)]
 
 
-def _middle_factor(matrix: list[_Row], product: list[_Row], zero: Fraction) -> Fraction:
+def _middle_factor(matrix: list[_Row], minors: _Row, product: list[_Row], zero: Fraction) -> Fraction:
     """Return the factor in the middle of those for which the sum has no more than its rank; 0 for none.
 
     Every minor has degree two in the factor, since a product of planes has rank two.
     """
-    samples = [_minors(_plus(matrix, product, Fraction(f))) for f in (-1, 0, 1)]
-    for low, middle, high in reversed(list(zip(*samples, strict=True))):
+    lows, highs = (_minors(_plus(matrix, product, Fraction(f))) for f in (-1, 1))
+    for low, middle, high in reversed(list(zip(lows, minors, highs, strict=True))):
         if _sign(low, zero) or _sign(middle, zero) or _sign(high, zero):
             bend = low + high - 2 * middle
             return (low - high) / (2 * bend) if _sign(bend, zero) else Fraction(0)

@@ -68,7 +68,7 @@ class PreparedScene:
     forms : dict
         Row of a surface -> its polynomial in integers, for exact crossings.
     sides : dict
-        Surfaces, rising, through a point that may be a wall -> their sides that occur (`occurring_sides`).
+        Surfaces, rising, through a point that may be a wall -> (`common_rank`, `occurring_sides`) of them.
     entries : Sequence[Body]
         The entries of the scene, which give names and materials.
     edit_state : EditState
@@ -80,7 +80,7 @@ class PreparedScene:
     rest: RoundingRest
     woods: SceneTrees = field(repr=False, compare=False)
     forms: dict[int, IntegerForm] = field(default_factory=dict, repr=False, compare=False)  # surface -> its exact form
-    sides: dict[tuple[int, ...], list[int]] = field(default_factory=dict, repr=False, compare=False)
+    sides: dict[tuple[int, ...], tuple[int, list[int]]] = field(default_factory=dict, repr=False, compare=False)
 
     entries: Sequence[Body] = ()  # names and materials come from these
     edit_state: EditState = field(default_factory=EditState, repr=False, compare=False)

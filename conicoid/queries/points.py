@@ -593,7 +593,9 @@ def known_sides(scene: PreparedScene) -> Ints:
     """Return what is known of sides that occur, as a `Neighbourhood` has it."""
     count, kept = len(scene.sides), vars(scene).get("known_sides", (0, _NO_SIDES))
     if kept[0] != count:
-        rows = [(len(key), len(sides), *key, *sides) for key, sides in tuple(scene.sides.items())]  # other threads add
+        rows = [  # a copy, since other threads add
+            (len(key), len(sides), rank, *key, *sides) for key, (rank, sides) in tuple(scene.sides.items())
+        ]
         kept = vars(scene)["known_sides"] = count, np.array([*chain.from_iterable(rows), 0], np.int32)
     found: Ints = kept[1]
     return found
@@ -601,12 +603,13 @@ def known_sides(scene: PreparedScene) -> Ints:
 
 def learn_sides(scene: PreparedScene, doubts: Ints) -> None:
     """Find which sides occur of the surfaces of some rows of doubts, in exact arithmetic, unless they are known."""
-    from ..geometry.exact_crossings import occurring_sides
+    from ..geometry.exact_crossings import common_rank, occurring_sides
 
     for count, *surfaces in np.unique(doubts, axis=0).tolist():
         key = tuple(sorted(surfaces[:count]))
         if key not in scene.sides:
-            scene.sides[key] = occurring_sides([exact_form(scene, surface) for surface in key])
+            forms = [exact_form(scene, surface) for surface in key]
+            scene.sides[key] = common_rank(forms), occurring_sides(forms)
 
 
 def _sign_distances(scene: PreparedScene, flat: FloatArray, distances: FloatArray) -> FloatArray:

@@ -7,7 +7,7 @@ import importlib.util
 import math
 import pickle
 from decimal import Decimal, localcontext
-from itertools import pairwise
+from itertools import combinations, pairwise
 from pathlib import Path
 
 import numpy as np
@@ -220,6 +220,46 @@ def test_sides_that_no_point_has_make_no_wall(name, angle):
         found = exact(body.rotate("z", angle) if angle else body, turned)
         assert found.distance == pytest.approx(true, rel=1e-14)
         assert (found.error < 1e-13).all()
+
+
+@pytest.mark.parametrize("squares", [(2, 1, 2), (1, 1, 0), (1, 0, 0), (-2, -1, -2), (-1, 0, 0)])
+@pytest.mark.parametrize("center", [(0, 0, 0), (1, 3, -2)])
+def test_quadrics_that_are_a_point_a_line_or_a_plane_have_no_wall(squares, center):
+    """No ray crosses them: the body is nothing but these points, or lacks nothing but these."""
+    w, c = np.diag(squares).astype(float), np.array(center, float)
+    thin = co.Quadric(np.block([[w, -(w @ c)[:, None]], [-(w @ c), c @ w @ c]]))
+    points, box = np.array([(0.1, 0.2, 0.3), (1, 3, -2), (0, 0, 0), (-1, 2, 7)]), co.Box((2, 2, 2), (4, 4, 4))
+    away = np.linalg.norm(np.maximum(np.maximum(2 - points, points - 4), 0), axis=1)
+    is_all = max(squares) <= 0
+    for shape, true in (
+        (thin, np.inf),
+        (box & thin, away if is_all else np.inf),
+        (box - thin, np.inf if is_all else away),
+    ):
+        found = exact(shape, points)
+        assert np.abs(found.distance) == pytest.approx(true, rel=1e-14)
+        assert (found.error < 1e-13).all()
+        assert (co.Scene([shape]).distance(points).lower <= found.lower).all()
+
+
+@pytest.mark.parametrize("sides", [(-1, 1, -1, 1), (1, 1, 1, -1), (1, -1, 1, -1), (1, 1, -1, -1)])
+@pytest.mark.parametrize("tip", [(0, 0, 0), (0.25, -0.25, 0.25)])
+def test_slender_tips_of_four_planes_are_proved(sides, tip):
+    """From straight ahead of the tip nothing is nearer. Between four planes no point a step away is within."""
+    normals = np.array(sides)[:, None] * np.array([(1, 0, -2), (2, 1, 1), (0, 0, 1), (1, 1, 0)])
+    rays = [
+        d for a, b in combinations(normals, 2) for d in (np.cross(a, b), np.cross(b, a)) if (normals @ d <= 0).all()
+    ]
+    ahead = np.sum([d / np.linalg.norm(d) for d in rays], axis=0)
+    assert all(ahead @ d > 0 for d in rays)
+    body = co.Box(np.add(tip, -5), np.add(tip, 5))
+    for n in normals:
+        body &= half(*n, offset=n @ tip)
+    found = exact(body, tip - np.outer((0.5, 1, 3), ahead))
+    assert found.distance == pytest.approx(np.linalg.norm(ahead) * np.array((0.5, 1, 3)), rel=1e-14)
+    assert (found.error < 1e-13).all()
+    walls = [n / np.linalg.norm(n) for n in normals if sum(n @ d == 0 for d in rays) > 1]
+    assert all(np.isclose(walls, n).all(axis=1).any() for n in found.normal)
 
 
 def test_far_points():

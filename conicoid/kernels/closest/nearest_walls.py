@@ -237,7 +237,7 @@ def try_entry_walls(geometry: Geometry, room: Neighbourhood, at: WallQuery, near
         least = max(near, _try_polygon(geometry, room, at, index))
     else:
         least = max(near, entry_bound(geometry, room.gates, at.entry, at.x, at.y, at.z, limit(room)))
-        if not least <= limit(room):
+        if not least <= limit(room) or least == math.inf:
             return
         if kind == CELL:
             begin_body(room, -1, -1)

@@ -18,6 +18,7 @@ from .. import tables as table
 from ..body.scratch import Scratch, new_scratch
 from ..faces import cell_side, plane_side
 from ..programs import LeafBounds, cell_of_leaf, gates_of, leaf_bounds, leaf_high, leaf_low, leaves_of, rows_of_leaves
+from ..surface.quadric import sign_everywhere
 from ..surface.records import load_plane, load_quadric, load_sphere
 from ..tables import CELL, PLANE, REGION, SHEET, SPHERE, Floats, Geometry, Ints, integer, length
 from .form import (
@@ -160,7 +161,7 @@ def sphere_bound(form: SurfaceForm, radius: float) -> float:
 
 @helper
 def surface_bound(geometry: Geometry, surface: int, x: float, y: float, z: float, enough: float) -> float:
-    """Return a signed bound of the distance to a surface, positive where its value is.
+    """Return a signed bound of the distance to a surface, positive where its value is; infinite for one without sides.
 
     From `enough` on it may be any valid bound, however far from the exact distance.
     """
@@ -170,7 +171,11 @@ def surface_bound(geometry: Geometry, surface: int, x: float, y: float, z: float
     if kind == SPHERE:
         sphere = load_sphere(geometry, row)
         return sphere_bound(form_of_sphere(sphere, x, y, z), sphere.radius)
-    form = form_of_quadric(load_quadric(geometry, row), x, y, z)
+    quadric = load_quadric(geometry, row)
+    one = sign_everywhere(quadric)
+    if one != 0.0:
+        return one * math.inf
+    form = form_of_quadric(quadric, x, y, z)
     bound = plain_bound(form)
     if 0.0 < bound < enough:
         bound = quadric_bound(form, bound)
@@ -314,7 +319,7 @@ class Neighbourhood(NamedTuple):
     who: Ints  # see `BODY`
     boxes: Floats  # a stack of boxes, see `BOX`
     doubt: Ints  # how many surfaces pass through the nearest point that may be a wall, and these
-    known: Ints  # sets of surfaces: how many, how many of their sides occur, the surfaces, the sides as bits; then 0
+    known: Ints  # sets of surfaces: their number, that of sides that occur, `common_rank`, both, sides as bits; then 0
 
 
 @allocator
@@ -386,7 +391,7 @@ def _near(room: Neighbourhood, surface: int, bound: float) -> int:
 def _link(geometry: Geometry, room: Neighbourhood, surface: int, inner: int, x: float, y: float, z: float) -> bool:
     """Link a leaf to one of its surfaces if that is near; False if the whole search ball is on its outer side."""
     bound = surface_bound(geometry, surface, x, y, z, limit(room)) * inner
-    if abs(bound) > limit(room):
+    if abs(bound) > limit(room) or abs(bound) == math.inf:
         return bound < 0.0
     k = room.sizes[LINKS]
     room.links[2 * k], room.links[2 * k + 1] = _near(room, surface, abs(bound)), inner

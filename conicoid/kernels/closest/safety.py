@@ -22,7 +22,7 @@ from ..faces import cell_side, plane_side
 from ..packet.booleans import MOST
 from ..packet.lanes import LANES, packet_row
 from ..programs import LeafBounds, cell_of_leaf, gates_of, leaf_bounds, leaves_of, root_of, rows_of_leaves
-from ..surface.quadric import SphereRecord
+from ..surface.quadric import SphereRecord, sign_everywhere
 from ..surface.records import load_plane, load_quadric, load_sphere
 from ..tables import (
     CELL as CELLS,
@@ -246,6 +246,11 @@ def _solve(room: Floats, same: SurfaceForm, axes: Axes, scale: float) -> None:
 def _quadric(geometry: Geometry, row: int, room: Floats) -> None:
     """Compute FACE of a quadric, with its sign."""
     quadric, near = load_quadric(geometry, row), 0
+    one = sign_everywhere(quadric)
+    if one != 0.0:
+        for i in range(EVERY):
+            room[FACE + i] = one * math.inf
+        return
     for i in range(EVERY):
         form = form_of_quadric(quadric, room[X + i], room[Y + i], room[Z + i])
         put_form(room, i, form)

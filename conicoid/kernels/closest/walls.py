@@ -59,7 +59,7 @@ surface's anchor: with a larger error its surfaces need not meet at all."""
 _STILL = 2.0**-30
 """Largest part along its surfaces, as a share, of the vector to a nearest point. Moving the point along them would gain
 about the square of this share."""
-NO_WALL, POSSIBLE_WALL, CERTAIN_WALL, SLANTED = 0, 1, 2, 3
+NO_WALL, POSSIBLE_WALL, CERTAIN_WALL, SLANTED, UNKNOWN_SIDES = 0, 1, 2, 3, 4
 UNSETTLED = -1.0
 """As a slack: the point has not been settled."""
 
@@ -441,31 +441,62 @@ def _wall_beside(
 
 
 @helper
-def _wall_of_sides(geometry: Geometry, room: Neighbourhood, many: int, least: float) -> int:
+def _wall_of_sides(geometry: Geometry, room: Neighbourhood, count: int, many: int, least: float) -> int:
     """Return NO_WALL if the body has one value for all sides of the first `many` of room.chosen that occur.
 
-    Return POSSIBLE_WALL for surfaces that room.known lacks; the nearest of them become room.doubt. Return CERTAIN_WALL
-    for sheets and for more than `MOST_IN_DOUBT` surfaces. Signs of the chosen surfaces in room.sign are lost.
+    Return CERTAIN_WALL if it has two values, and the sides occur beside each common point of the first `count`. Else
+    return POSSIBLE_WALL, or UNKNOWN_SIDES for surfaces that room.known lacks; the nearest of these become room.doubt.
+    Signs of the chosen surfaces in room.sign are lost.
     """
     if many > MOST_IN_DOUBT or room.sizes[SHEET_OF] == 1:
-        return CERTAIN_WALL
+        return POSSIBLE_WALL
     row = _known_row(room, many)
     if row < 0:
         if least < room.best[IN_DOUBT]:
             room.best[IN_DOUBT], room.doubt[0] = least, many
             for i in range(many):
                 room.doubt[1 + i] = room.surface[room.chosen[i]]
-        return POSSIBLE_WALL
+        return UNKNOWN_SIDES
     inside, outside = False, False
     for k in range(room.known[row + 1]):
-        sides = room.known[row + 2 + many + k]
-        for i in range(many):
-            for j in range(many):
-                if room.known[row + 2 + j] == room.surface[room.chosen[i]]:
-                    room.sign[room.chosen[i]] = 1 if (sides >> j) & 1 else -1
+        _put_known_sides(room, row, many, room.known[row + 3 + many + k])
         value = holds(geometry, room)
         inside, outside = inside or value, outside or not value
-    return CERTAIN_WALL if inside and outside else NO_WALL
+    if not (inside and outside):
+        return NO_WALL
+    return CERTAIN_WALL if room.known[row + 2] == count else POSSIBLE_WALL
+
+
+@inline
+def _put_known_sides(room: Neighbourhood, row: int, many: int, sides: int) -> None:
+    """Write a combination of sides of the surfaces of a row of room.known to room.sign."""
+    for pair in range(many * many):
+        near = room.chosen[pair // many]
+        if room.known[row + 3 + pair % many] == room.surface[near]:
+            room.sign[near] = 1 if (sides >> (pair % many)) & 1 else -1
+
+
+@helper
+def _wall_of_known_sides(geometry: Geometry, room: Neighbourhood, many: int) -> int:
+    """Return a surface that bounds the body beside a point of which all known sides occur; -1 for none.
+
+    Regions of planes through one point share a face if they differ in the side of one plane alone. room.sign has the
+    sides there.
+    """
+    row = _known_row(room, many)
+    first, number = row + 3 + many, room.known[row + 1]
+    for pair in range(number * number):
+        one, other = room.known[first + pair // number], room.known[first + pair % number]
+        for i in range(many * many):
+            near = room.chosen[i // many]
+            if one ^ other == 1 << (i % many) and room.known[row + 3 + i % many] == room.surface[near]:
+                _put_known_sides(room, row, many, one)
+                inside = holds(geometry, room)
+                _put_known_sides(room, row, many, other)
+                if inside != holds(geometry, room):
+                    room.sign[near] = 0
+                    return whole(near)
+    return whole(-1)
 
 
 @inline
@@ -475,10 +506,10 @@ def _known_row(room: Neighbourhood, many: int) -> int:
     while room.known[row] > 0:
         left = many if room.known[row] == many else -1  # surfaces that this row lacks
         for pair in range(many * many if left == many else 0):
-            left -= 1 if room.known[row + 2 + pair % many] == room.surface[room.chosen[pair // many]] else 0
+            left -= 1 if room.known[row + 3 + pair % many] == room.surface[room.chosen[pair // many]] else 0
         if left == 0:
             return row
-        row += 2 + room.known[row] + room.known[row + 1]
+        row += 3 + room.known[row] + room.known[row + 1]
     return -1
 
 
@@ -527,16 +558,19 @@ def try_point(geometry: Geometry, room: Neighbourhood, at: WallQuery, count: int
         proved = proved and _passes_near(geometry, surface, x, y, z, 2.0**-50 * (size + distance))
     # Two planes and an apex: their sides need not all occur, whatever their angles
     unsure = not proved or (many == 3 and _is_at_apex(geometry, room, many, x, y, z, point_off))
-    known = _wall_of_sides(geometry, room, many, least) if unsure else CERTAIN_WALL
+    common = count if sine >= TANGENT else whole(-1)
+    known = _wall_of_sides(geometry, room, common, many, least) if unsure else CERTAIN_WALL
     if known == NO_WALL:
         return NO_WALL
     room.best[LOWER] = min(room.best[LOWER], least)
-    if not proved or known == POSSIBLE_WALL:
+    if known == UNKNOWN_SIDES or not (proved or known == CERTAIN_WALL):
         return POSSIBLE_WALL
-    room.best[UPPER] = min(room.best[UPPER], distance + off)
+    room.best[UPPER] = min(room.best[UPPER], distance + (off if proved else point_off))
     beside = whole(-1)
     if room.sizes[SHEET_OF] != 1 and not _is_regular(geometry, room, count, many, sine, x, y, z, point_off):
         beside = _wall_beside(geometry, room, count, x, y, z, size + distance, point_off)
+    if beside < 0 and not proved:
+        beside = _wall_of_known_sides(geometry, room, many)
     if beside >= 0:
         wall = beside
     elif room.sizes[SHEET_OF] != 1 and many <= _MOST:  # of the surroundings, where the wall's own sides differ

@@ -334,6 +334,15 @@ def quadric_gradient(quadric: QuadricRecord, x: float, y: float, z: float) -> tu
 
 
 @inline
+def sign_everywhere(quadric: QuadricRecord) -> float:
+    """Return the sign of a quadric of one sign, which is a point, a line or a double plane; 0 for any other."""
+    _, _, _, _, _, _, _, _, _, _, _, _, s0, s1, s2, b0, b1, b2, k = quadric
+    if (b0 != 0.0) | (b1 != 0.0) | (b2 != 0.0) | (k != 0.0):
+        return 0.0
+    return 1.0 if min(s0, min(s1, s2)) >= 0.0 else (-1.0 if max(s0, max(s1, s2)) <= 0.0 else 0.0)
+
+
+@inline
 def own_coordinates(quadric: QuadricRecord, x: float, y: float, z: float) -> tuple[float, float, float]:
     """Return y = W (x - anchor)."""
     ax, ay, az, w00, w01, w02, w10, w11, w12, w20, w21, w22, _, _, _, _, _, _, _ = quadric
