@@ -89,13 +89,17 @@ if hasattr(os, "register_at_fork"):
 def pause_gc() -> Iterator[None]:
     """Pause the collector: it would go through all objects over and over, and find nothing.
 
-    Without this, reading and preparing 20,000 bodies takes a tenth longer or more.
+    Objects made meanwhile are old at once, or the next collection would go through them. Without this, reading and
+    preparing 20,000 bodies takes a tenth longer or more.
     """
     was_on = gc.isenabled()
     gc.disable()
     try:
         yield
     finally:
+        if not gc.get_freeze_count():
+            gc.freeze()
+            gc.unfreeze()
         if was_on:
             gc.enable()
 
