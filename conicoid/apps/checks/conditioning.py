@@ -28,7 +28,17 @@ from ...numerics import bigfloat as ex
 from ...queries.scene_protocol import SceneLike
 from ..measures.hull import moved_parts
 from .critical_points import Movement, TestedPart, least_displacement, movement
-from .perturbation import HALF_ULP, Extent, LocalFrame, MotionFields, fields_of, has_face_shifts, localize, own_frame
+from .perturbation import (
+    HALF_ULP,
+    Extent,
+    LocalFrame,
+    MotionFields,
+    OwnForms,
+    fields_of,
+    has_face_shifts,
+    localize,
+    own_frame,
+)
 from .probe_rays import ProbeTargets
 
 ALL_DIGITS = 53 * math.log10(2)
@@ -444,6 +454,7 @@ class _BodyExaminer:
     def __init__(self, targets: ProbeTargets, below: float) -> None:
         self.targets, self.below = targets, below
         self._own_frame = lru_cache(_CACHE_SIZE)(own_frame)
+        self._own_forms = lru_cache(_CACHE_SIZE)(OwnForms)
         self._prepared_part = lru_cache(_CACHE_SIZE)(_part)
 
     def good_instances(self, bodies: InstanceList) -> Set[int]:
@@ -508,7 +519,7 @@ class _BodyExaminer:
         if not (extent[0] <= extent[1]).all():
             return None
         low, high = _thicken(extent, frame, leaf.is_sheet)
-        where = leaf, frame, tuple(low.tolist()), tuple(high.tolist()), cut
+        where = self._own_forms(leaf), frame, tuple(low.tolist()), tuple(high.tolist()), cut
         if self.below < math.inf and has_face_shifts(leaf):
             # A change of each number takes all forms once more, and cuts a flat solid into convex parts once more
             bounded = self._prepared_part(*where, True)
@@ -527,9 +538,9 @@ class _BodyExaminer:
         return low, high
 
 
-def _part(leaf: Any, frame: LocalFrame, low: Vector, high: Vector, cut: bool, bounded: bool = False) -> TestedPart:
+def _part(own: OwnForms, frame: LocalFrame, low: Vector, high: Vector, cut: bool, bounded: bool = False) -> TestedPart:
     """Return a primitive in coordinates of its extent, with its test points; `low` and `high` are hashable."""
-    return TestedPart.of(localize(leaf, frame.scaled((np.array(low), np.array(high))), cut, bounded))
+    return TestedPart.of(localize(own, frame.scaled((np.array(low), np.array(high))), cut, bounded))
 
 
 def _extent_in_frame(box: Extent, motion: Motion, frame: LocalFrame) -> Extent:

@@ -233,7 +233,7 @@ def _singular(cell: LocalCell) -> Iterator[WeightedPoints]:
         point = -np.linalg.pinv(form[:3, :3], rcond=1e-12) @ form[:3, 3]
         # The pseudoinverse gives the center, or the nearest of many centers
         at = point[None, :]
-        doubt = 4 * np.abs(values(cell.moves[:, q], at)).sum()
+        doubt = 4 * (np.abs(values(cell.moves[:, q], at)).sum() + cell.shifts[q])
         slope = np.abs(gradients(form[None], at)).sum()
         if abs(float(values(form[None], at)[0, 0])) <= doubt + 2.0**-50 and slope < 1e-9:
             yield (q,), at

@@ -11,6 +11,7 @@ import itertools
 import math
 import re
 from collections.abc import Iterator, Sequence
+from functools import cached_property
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -330,35 +331,66 @@ def _size(surface: QuadricSurface) -> FloatArray:
     return np.array([size or max(curved) for size in curved])
 
 
-def localize(leaf: Any, frame: LocalFrame, cut: bool, bounded: bool = False) -> LocalShape:
+@dataclass(frozen=True, eq=False)
+class OwnForms:
+    """The exact forms of a shape without motion in its own frame, found once for all frames that it is seen in."""
+
+    leaf: Any
+
+    @cached_property
+    def sides(self) -> list[list[CellSide]]:
+        """The faces of every cell."""
+        return cells_of(self.leaf)
+
+    @cached_property
+    def forms(self) -> list[dict[int, ExactForm]]:
+        """The forms of the faces of every cell, by number."""
+        return forms_of(self.leaf, self.sides)
+
+    @cached_property
+    def changes(self) -> list[tuple[NumberChange[Any], list[dict[int, ExactForm]]]]:
+        """Each change of a number, and how it changes the forms of every cell, up to a multiple of each form."""
+        found = []
+        for change, cells in _comparable_changes(self.leaf, self.sides):
+            pairs = zip(forms_of(change.result, cells), self.forms, strict=False)
+            # Most numbers leave most faces as they are
+            found.append((change, [
+                {k: _difference(form, own[k]) for k, form in forms.items() if k in own and form != own[k]}
+                for forms, own in pairs
+            ]))  # fmt: skip
+        return found
+
+
+def localize(own: OwnForms, frame: LocalFrame, cut: bool, bounded: bool = False) -> LocalShape:
     """Return the cells of a shape without motion in a frame that fits the tested part.
 
     `bounded`: a shape with `has_face_shifts` gets bounds of all changes together, without a change of each number.
     """
-    sides = cells_of(leaf)
-    base = forms_of(leaf, sides)
-    shifts = _face_shifts(leaf, frame) if bounded else {}
-    comparable = () if bounded else _comparable_changes(leaf, sides)
-    changes = [(change, forms_of(change.result, cells)) for change, cells in comparable]
+    shifts = _face_shifts(own.leaf, frame) if bounded else {}
+    changes = () if bounded else own.changes
     cells = []
-    for i, (forms, cell) in enumerate(zip(base, sides, strict=True)):
+    for i, (forms, cell) in enumerate(zip(own.forms, own.sides, strict=True)):
         changed = [(change.share, forms_[i] if i < len(forms_) else {}) for change, forms_ in changes]
         cells.append(_cell(forms, cell, changed, tuple(change.number for change, _ in changes), frame, cut, shifts))
     return LocalShape(frame, tuple(cells))
 
 
 def has_face_shifts(leaf: Any) -> bool:
-    """Return whether a shape has bounds of all changes together: flat solids, polyhedra and whole cylinders have."""
+    """Return whether a shape has bounds of all changes together.
+
+    Flat solids, polyhedra, general quadrics and whole cylinders have.
+    """
     whole = isinstance(leaf, Cylinder) and leaf.end_angle - leaf.start_angle == 360
-    return whole or isinstance(leaf, (FlatSolid, Polyhedron))
+    return whole or isinstance(leaf, (FlatSolid, Polyhedron, Quadric))
 
 
 def _face_shifts(leaf: Any, frame: LocalFrame) -> dict[int, float]:
     """Return for each face a bound of how much all numbers together change its form within the tested part.
 
     It is twice as large as needed, which leaves room for terms of second order. For a plane n·x - d of a polyhedron
-    that is u (Σ |n_k p_k| + |d|), u = 2^-53. Sides and caps of cylinders move as in `conditioning.least_digits`; the
-    gradient of x² + y² - r² is 2 √2 r at most in the box around the cylinder.
+    that is u (Σ |n_k p_k| + |d|), u = 2^-53, and for a quadric the same sum over its terms. Sides and caps of cylinders
+    move as in `conditioning.least_digits`; the gradient of x² + y² - r² is 2 √2 r at most in the box around the
+    cylinder.
     """
     if isinstance(leaf, FlatSolid):
         return {face: math.sqrt(3) * shift for face, shift in _flat_shifts(leaf, frame).items()}
@@ -369,6 +401,9 @@ def _face_shifts(leaf: Any, frame: LocalFrame) -> dict[int, float]:
     reach = [
         abs(float(at)) + sum(abs(float(c)) for c in row) for at, row in zip(frame.origin, frame.columns, strict=True)
     ]
+    if isinstance(leaf, Quadric):
+        point = np.array([*reach, 1.0])
+        return {0: float(2 * HALF_ULP * point @ np.abs(np.array(leaf.symmetric, np.float64)) @ point)}
     sums = np.abs(np.array(leaf.normals)) @ reach + np.abs(leaf.offsets)
     return dict(enumerate((2 * HALF_ULP * sums).tolist()))
 
@@ -436,7 +471,7 @@ def _cell(
     cut: bool,
     face_shifts: dict[int, float],
 ) -> LocalCell:
-    """Return a cell as float64 forms in a frame; `changed` holds (share, forms) after each change of a number."""
+    """Return a cell as float64 forms in a frame; `changed` holds (share, changes of forms) for each number."""
     rounded, moves = np.empty((len(sides), 4, 4)), np.zeros((len(changed), len(sides), 4, 4))
     shifts = np.zeros(len(sides))
     for s, side in enumerate(sides):
@@ -447,12 +482,9 @@ def _cell(
         rounded[s] = _divide_form(local, largest)
         shifts[s] = face_shifts.get(side.number, 0.0) / float(largest)
         for n, (share, changed_forms) in enumerate(changed):
-            other = changed_forms.get(side.number)
-            # Most numbers leave most faces as they are
-            if other is not None and other != form:
-                moves[n, s] = share * _divide_form(
-                    _difference(other, form).seen_from(frame.origin, frame.columns), largest
-                )
+            if side.number in changed_forms:
+                difference = changed_forms[side.number].seen_from(frame.origin, frame.columns)
+                moves[n, s] = share * _divide_form(difference, largest)
     flat = np.array([isinstance(side.surface, PlaneSurface) for side in sides])
     return LocalCell(rounded, flat, np.array([side.inside for side in sides]), moves, numbers, cut, shifts)
 
