@@ -367,6 +367,13 @@ def test_numbers_and_names_that_no_file_can_hold(tmp_path):
     assert "\\ud83d" in dump_json({"name": "\U0001f600"})
 
 
+@pytest.mark.parametrize("name", ["a\0b", "\ud800"])
+@pytest.mark.parametrize("read", [co.molecule, co.optics.load_agf, co.optics.load_zmx])
+def test_names_that_no_file_can_have(read, name):
+    with pytest.raises(OSError, match="is no name that a file can have here"):
+        read(name)
+
+
 def _png(size: tuple[int, int], bits: int, color: int, data: bytes, more: bytes = b"") -> bytes:
     """Return a PNG file with a head, one chunk of data, and other chunks between them."""
     head = struct.pack(">IIBBBBB", *size, bits, color, 0, 0, 0)
