@@ -423,10 +423,12 @@ def test_bounds_of_balls_are_tight():
 
 def test_repr_of_a_moved_shape_makes_it():
     names = {name: getattr(co, name) for name in ("Sphere", "Box", "Cylinder", "Disc")}
+    disc = co.Disc((0, 0, 0), (0, 0, 1), 1)
     for shape in (
         co.Sphere(1.5).translate((1, 2, 3)), co.Box().rotate("z", 30).scale((1, 2, 3)),
         co.Cylinder((0, 0, 0), (0, 0, 1), 2).transform([(1, 0, 0, 2), (0, 1, 0, 0), (0, 0, 1, 0), (0, 0, 0, 1)]),
-        co.Disc((0, 0, 0), (0, 0, 1), 1).rotate((1, 1, 0), 45.5).translate((0, 0, 1e-9)),
+        disc.rotate((1, 1, 0), 45.5).translate((0, 0, 1e-9)),
+        (disc.rotate("x", 20) & co.Sphere(1)).rotate("y", 10), disc - co.Box(),
     ):  # fmt: skip
         assert eval(repr(shape), names) == shape
     long = co.Sphere()

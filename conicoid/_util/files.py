@@ -140,11 +140,13 @@ def resolve_links(path: str | os.PathLike[str]) -> Path:
 
 
 def check_name(path: str | os.PathLike[str]) -> None:
-    """Raise OSError for a name that this system cannot write, such as half a surrogate pair."""
+    """Raise OSError for a name that this system cannot write, such as half a surrogate pair, or one with NUL."""
     try:
-        os.fsencode(path)
+        is_name = b"\0" not in os.fsencode(path)
     except UnicodeEncodeError:
-        raise OSError(errno.EILSEQ, "is no name that a file can have here", os.fspath(path)) from None
+        is_name = False
+    if not is_name:
+        raise OSError(errno.EILSEQ, "is no name that a file can have here", os.fspath(path))
 
 
 @contextlib.contextmanager

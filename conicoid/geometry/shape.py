@@ -594,6 +594,10 @@ class ClippedSheet(Sheet):
         if not isinstance(self.keep, str) or self.keep not in ("inside", "outside"):
             raise ValueError(f"ClippedSheet: keep must be 'inside' or 'outside', got {format_value(self.keep)}")
 
+    def __repr__(self) -> str:
+        sign = "&" if self.keep == "inside" else "-"
+        return f"({self.base!r} {sign} {_short_repr(self.solid)}){self.motion.calls}"
+
     def bounds_under(self, outer: Motion) -> BoxEnds:
         motion = self.motion.then(outer)
         clip = self.solid if self.keep == "inside" else Complement(self.solid)

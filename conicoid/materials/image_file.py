@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import io
 import os
 import struct
 import warnings
@@ -25,6 +26,8 @@ _FREE_TEXELS, _TEXELS_PER_BYTE = 1 << 24, 64
 
 A smooth .jpg has some 50 pixels for each byte."""
 _CHANNELS = 4  # that a file of so many pixels may have in all its parts
+_MOST_BYTES, _MOST_READS = 1 << 29, 1 << 20
+"""Most bytes of a file, which decoders may copy, and of calls that read it: Pillow skips bytes of no meaning singly."""
 _PIECE = 1 << 18
 """Bytes of a file that are unpacked at a time."""
 _FEW = 8
@@ -112,6 +115,8 @@ def read_pixels(file: str | os.PathLike[str]) -> Pixels:
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise ValueError(f"must be a picture ({', '.join(SUFFIXES)}), got {path.name!r}")
+    if path.stat().st_size > _MOST_BYTES:
+        raise ValueError(f"{path.name!r} is larger than {_MOST_BYTES >> 20:,} MiB")
     return Pixels(_read_exr(path) if suffix == ".exr" else _read_photo(path, _PHOTOS[suffix]))
 
 
@@ -127,14 +132,28 @@ def _decoding(path: Path, kind: str) -> Iterator[None]:
         raise ValueError(f"{path.name!r} cannot be read as {kind}: {reason}") from None
 
 
+class _CountedReads(io.BufferedReader):
+    """A file that can be read so many times only."""
+
+    _count = 0
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        self._count += 1
+        if self._count > _MOST_READS:
+            raise ValueError(f"takes more than {_MOST_READS:,} steps")
+        return super().read(size)
+
+
 def _read_photo(path: Path, kind: str) -> Any:
     """Decode a .png, .jpg or .webp."""
     from PIL import Image
 
+    from .._util.files import open_regular  # a start without textures needs no files
+
     # `_check_size` has its own limit, so the warning of Pillow is turned off.
     with warnings.catch_warnings(), _decoding(path, kind):
         warnings.simplefilter("ignore", Image.DecompressionBombWarning)
-        with Image.open(path, formats=[kind]) as file:
+        with open_regular(path) as stream, Image.open(_CountedReads(stream.raw), formats=[kind]) as file:
             _check_size(path, *file.size)
             if kind == "PNG":
                 _check_rows(path)

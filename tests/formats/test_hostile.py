@@ -367,6 +367,13 @@ def test_numbers_and_names_that_no_file_can_hold(tmp_path):
     assert "\\ud83d" in dump_json({"name": "\U0001f600"})
 
 
+@pytest.mark.parametrize("name", ["a\0b", "\ud800"])
+@pytest.mark.parametrize("read", [co.molecule, co.optics.load_agf, co.optics.load_zmx])
+def test_names_that_no_file_can_have(read, name):
+    with pytest.raises(OSError, match="is no name that a file can have here"):
+        read(name)
+
+
 def _png(size: tuple[int, int], bits: int, color: int, data: bytes, more: bytes = b"") -> bytes:
     """Return a PNG file with a head, one chunk of data, and other chunks between them."""
     head = struct.pack(">IIBBBBB", *size, bits, color, 0, 0, 0)
@@ -392,6 +399,23 @@ def test_pictures_of_few_bytes(content, message, tmp_path):
     (tmp_path / "a.png").write_bytes(content)
     with pytest.raises(ValueError, match=message):
         read_pixels(tmp_path / "a.png")
+
+
+@pytest.mark.parametrize(
+    ("name", "head", "size", "message"),
+    [
+        # Pillow and OpenEXR read such a chunk and such an attribute whole, of a sparse file too
+        ("a.png", b"\x89PNG\r\n\x1a\n" + struct.pack(">I", 0x7FFFFF00) + b"IHDR", 1 << 31, "is larger than 512 MiB"),
+        ("a.exr", b"\x76\x2f\x31\x01\2\0\0\0a\0string\0" + struct.pack("<i", 0x7FFFFF00), 1 << 31, "is larger than 512"),
+        # Pillow skips zeros between parts one by one
+        ("a.jpg", b"\xff\xd8\xff\xe1\0\2", 1 << 26, "cannot be read as JPEG: takes more than"),
+    ],
+)  # fmt: skip
+def test_pictures_of_large_sparse_files(name, head, size, message, tmp_path):
+    (tmp_path / name).write_bytes(head)
+    os.truncate(tmp_path / name, size)
+    with pytest.raises(ValueError, match=message):
+        read_pixels(tmp_path / name)
 
 
 def test_a_smooth_photo_of_few_bytes_is_read(tmp_path, monkeypatch):

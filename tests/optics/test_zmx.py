@@ -179,6 +179,13 @@ def test_a_range_of_0_in_a_catalogue_is_none(ends, tmp_path):
     assert (glasses["A"].range, glasses["B"].range) == (None, (0.3, 2.5))
 
 
+def test_a_glass_that_cannot_be_read_refuses_no_other(tmp_path):
+    (tmp_path / "some.agf").write_text("NM A 14 0\nCD 1\nNM B 1 0\nCD 4\nNM A 1 0\nCD 1\nNM\nNM C 2\nCD 1 x\n")
+    with pytest.warns(UserWarning, match=r"(?s)3 glasses left out:.*:1:1: A.*14.*:7:1: NM.*:9:1: C: CD.*'x'"):
+        glasses = co.optics.load_agf(tmp_path / "some.agf")
+    assert (list(glasses), glasses["B"](0.5)) == (["B"], 2)  # n² = 4 for all wavelengths
+
+
 def test_all_missing_glasses_are_listed_at_once():
     rows = [SINGLET[0] | dict(glass=f"{name} 0 0 1.5 40 0 0 0") for name in ("SF99", "XK1")] + [SINGLET[1]]
     with pytest.raises(co.SceneFileError) as error:

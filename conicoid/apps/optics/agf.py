@@ -6,11 +6,13 @@ import math
 import os
 import re
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 from ..._util.files import Problem, SceneFileError, read_regular
-from ..._util.validation import check_path as checked_path, describe_kind, format_value
+from ..._util.text import format_count
+from ..._util.validation import check_path as checked_path, describe_kind, format_value, warn
 from ...materials.dispersion import CatalogueFormula, Dispersion, Schott, Sellmeier
 
 LARGEST, MOST_LINES, LONGEST_LINE = 8_000_000, 200_000, 20_000
@@ -48,45 +50,56 @@ def load_agf(path: str | os.PathLike[str]) -> dict[str, Dispersion]:
     -------
     dict
         Name -> `Dispersion`, as `glasses=` of `co.load`, `load_zmx` and materials take them. Of two glasses of one name
-        the first counts, as in Zemax.
+        the first counts, as in Zemax. A glass that cannot be read is left out, and a warning tells its line.
 
     Raises
     ------
     SceneFileError
-        A ValueError with the line.
+        No glass can be read; a ValueError with the lines.
     FileNotFoundError
         If there is no such file.
     """
     file = Path(checked_path("load_agf", path))
-    found: dict[str, Dispersion] = {}
-    name, number, place, last, where = "", 0, 0, "", ""
-    row: list[float] = []
-    span: tuple[float, float] | None = None
+    found: dict[str, Dispersion | None] = {}
+    problems: list[Problem] = []
     try:
         lines = split_lines(decode_text(read_regular(file, LARGEST), os.fspath(file)))
-        for line, text in enumerate([*lines, "NM"], 1):
-            key, *rest = text.split() or [""]
-            where = f"{name}: {key}" if name else key
-            if last == "CD" and re.match(r"[-+.\d]", key):  # some makers break the line of coefficients
-                row += _numbers(line, f"{name}: CD" if name else "CD", [key, *rest])
-                continue
-            last = key
-            if key == "NM":
-                if name:
-                    found.setdefault(name, _formula(place, number, row, span, name, file.name))
-                name, number, place, row, span = "", 0, line, [], None
-                if line <= len(lines):
-                    name, number = rest[0] if rest else "", whole_number(line, "NM", rest, 1)
-            elif key == "CD":
-                row = _numbers(line, where, rest)
-            elif key == "LD" and name:
-                low, high = line_number(line, where, rest, 0), line_number(line, where, rest, 1)
-                span = (low, high) if low and high else None  # an end of 0 is no wavelength: the file states none
-        if not found:
-            raise ZmxError(0, "", "holds no glass: no line begins with NM")
     except ZmxError as error:
         raise error.of_file(file) from None
-    return found
+    begins = [line for line, text in enumerate(lines) if text.split()[:1] == ["NM"]]
+    for begin, end in pairwise([*begins, len(lines)]):
+        name = " ".join(lines[begin].split()[1:2])
+        try:
+            found.setdefault(name, _read_glass(lines[begin:end], begin + 1, name, file.name))
+        except ZmxError as error:
+            found.setdefault(name, None)
+            problems += error.of_file(file).problems
+    glasses = {name: glass for name, glass in found.items() if glass is not None}
+    if not glasses:
+        raise SceneFileError(file, problems or [Problem(0, 0, "", "holds no glass: no line begins with NM")])
+    if problems:
+        warn(f"{format_count(len(problems), 'glass', 'glasses')} left out:\n{SceneFileError(file, problems)}")
+    return glasses
+
+
+def _read_glass(lines: list[str], first: int, name: str, source: str) -> Dispersion:
+    """Return a glass from its lines, of which the first is NM, with the number `first`."""
+    number = whole_number(first, "NM", lines[0].split()[1:], 1)
+    row: list[float] = []
+    span: tuple[float, float] | None = None
+    last = "NM"
+    for line, text in enumerate(lines[1:], first + 1):
+        key, *rest = text.split() or [""]
+        if last == "CD" and re.match(r"[-+.\d]", key):  # some makers break the line of coefficients
+            row += _numbers(line, f"{name}: CD", [key, *rest])
+            continue
+        last = key
+        if key == "CD":
+            row = _numbers(line, f"{name}: CD", rest)
+        elif key == "LD":
+            low, high = (line_number(line, f"{name}: LD", rest, place) for place in (0, 1))
+            span = (low, high) if low and high else None  # an end of 0 is no wavelength: the file states none
+    return _formula(first, number, row, span, name, source)
 
 
 def split_lines(text: str) -> list[str]:

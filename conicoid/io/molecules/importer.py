@@ -43,6 +43,8 @@ _COMPONENT_PLACES = (("model_Cartn_", ""), ("pdbx_model_Cartn_", "_ideal"), ("",
 """Before and after the axis in the names of places: of a model, ideal ones, and those of restraints' dictionaries."""
 _CIF_FRACTIONS = tuple(f"_atom_site_fract_{axis}" for axis in "xyz")
 _CIF_EDGES = tuple(f"_cell_length_{edge}" for edge in "abc")
+_CIF_GROUPS = tuple(f"_space_group_name_{name}" for name in ("H-M_ref", "H-M_full", "Schoenflies"))
+"""Names of a space group that gemmi does not read."""
 _CIF_PLACES = ("_atom_site.Cartn_x", "_atom_site_fract_x", *(f"_chem_comp_atom.{a}x{b}" for a, b in _COMPONENT_PLACES))
 """Names of places by which a data block has atoms."""
 
@@ -95,9 +97,11 @@ def _crystal(block: Any, gemmi: Any) -> Atoms:
                 raise ValueError(f"sites must have places as fractions of a cell: {', '.join(names)} must be there")
     remarks = []
     if structure.spacegroup is None and not structure.cell.images:
+        values = [gemmi.cif.as_string(block.find_value(name) or "?") for name in _CIF_GROUPS]
+        structure.spacegroup_hm = structure.spacegroup_hm or values[0]
         structure.determine_and_set_spacegroup("S.H2N")  # a number alone names a group in its usual setting
         stated = structure.spacegroup_hm, structure.spacegroup_hall, structure.spacegroup_number, structure.symops
-        if structure.spacegroup is None and any(stated):
+        if structure.spacegroup is None and any((*stated, *values)):
             remarks.append("the symmetry that the file states is unknown: only the sites that it lists are shown")
     atoms = read_gemmi_atoms(structure)
     return replace(atoms, remarks=(*remarks, *atoms.remarks))
@@ -137,7 +141,8 @@ def _macromolecule(block: Any, as_string: Any) -> Atoms:
     if model is not None and (model != model[0]).any():
         selected &= model == model[0]
         remarks.append("the first of several models is read")
-    sites = [part for part in (*names[2:], column("pdbx_PDB_ins_code")) if part is not None]
+    insertion = column("pdbx_PDB_ins_code")
+    sites = [part for part in (*names[2:], insertion) if part is not None]
     if other is not None and not np.isin(other, (".", "?")).all():
         parts = [part for part in (*names[:2], *sites) if part is not None]
         whole = [" ".join(row) for row in zip(*parts, strict=True)]
@@ -154,6 +159,8 @@ def _macromolecule(block: Any, as_string: Any) -> Atoms:
         alone = selected if other is None else selected & np.isin(other, (".", "?"))
         remarks += share_remarks(_cif_floats(shares, "_atom_site.occupancy")[alone])
     labels: Any = names[0][selected] if names[0] is not None else np.zeros(0, "U1")
+    if names[2] is not None and insertion is not None:
+        names[2] = np.char.add(names[2], np.where(np.isin(insertion, (".", "?")), "", insertion))
     for part in names[1:]:
         if part is not None and len(labels):
             labels = np.char.add(np.char.add(labels, " "), part[selected])

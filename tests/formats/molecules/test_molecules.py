@@ -216,6 +216,7 @@ def test_places_of_residues_with_insertion_codes(tmp_path):
     (tmp_path / "a.cif").write_text(head + "".join(rows))
     found = co.molecule(tmp_path / "a.cif")
     assert found.positions[:, 0].tolist() == [0, 5]
+    assert found.labels == ("OG SER 100 A", "OG SER 100A A")
     assert found.remarks == ("2 alternate places of atoms are left out",)
 
 
@@ -239,6 +240,8 @@ def test_a_crystal_whose_sites_exclude_one_another(tmp_path):
         ("_symmetry_Int_Tables_number 225", 8),  # Fm-3m by its number alone
         ("_symmetry_space_group_name_H-M 'F m -3 m strange'", 2),
         ("_symmetry_equiv_pos_as_xyz 'x,y'", 2),
+        ("_space_group_name_H-M_alt ?\n_space_group_name_H-M_ref 'F m -3 m'", 8),
+        ("_space_group_name_Schoenflies O_h^5", 2),
     ],
 )
 def test_the_symmetry_of_a_crystal_is_known_or_told(stated, count, tmp_path):
