@@ -222,7 +222,7 @@ def test_sides_that_no_point_has_make_no_wall(name, angle):
         assert (found.error < 1e-13).all()
 
 
-@pytest.mark.parametrize("squares", [(2, 1, 2), (1, 1, 0), (1, 0, 0), (-2, -1, -2), (-1, 0, 0)])
+@pytest.mark.parametrize("squares", [(2, 1, 2), (2**-21, 2, 2**23), (1, 1, 0), (1, 0, 0), (-2, -1, -2), (-1, 0, 0)])
 @pytest.mark.parametrize("center", [(0, 0, 0), (1, 3, -2)])
 def test_quadrics_that_are_a_point_a_line_or_a_plane_have_no_wall(squares, center):
     """No ray crosses them: the body is nothing but these points, or lacks nothing but these."""
