@@ -272,8 +272,14 @@ def _anchor(
     """Return (anchor, linear terms about it, constant about it), all along the principal axes.
 
     Strong axes move to their center first. Then weak and flat axes move to their center if it is near, otherwise to the
-    vertex nearest to the origin, where they keep a linear term.
+    vertex nearest to the origin, where they keep a linear term. A quadric of one sign, which is a point, a line or a
+    double plane, moves to its center always: only there nothing is left but squares.
     """
+    center = [-b / s if s else ex.ZERO for s, b in zip(squares, slopes, strict=True)]
+    rest = ex.cancelling_sum((constant, *(b * y for b, y in zip(slopes, center, strict=True))))
+    one_sign = min(squares) >= 0 or max(squares) <= 0
+    if one_sign and not rest and all(s or not b for s, b in zip(squares, slopes, strict=True)):
+        return center, [ex.ZERO] * 3, ex.ZERO
     place, linear = [ex.ZERO] * 3, list(slopes)
     weak = [i for i in range(3) if any(abs(squares[i]) * _WEAK < abs(squares[j]) for j in range(3) if j != i)]
     strong = [i for i in range(3) if i not in weak]

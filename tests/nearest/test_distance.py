@@ -222,7 +222,19 @@ def test_sides_that_no_point_has_make_no_wall(name, angle):
         assert (found.error < 1e-13).all()
 
 
-@pytest.mark.parametrize("squares", [(2, 1, 2), (1, 1, 0), (1, 0, 0), (-2, -1, -2), (-1, 0, 0)])
+def test_an_edge_is_found_behind_a_wall_where_four_surfaces_touch():
+    """The walls of the curve's other points had been looked for on the surfaces of the touch."""
+    cone = co.Quadric(((-1, 0, 0, 0.5), (0, 1, 0, -0.5), (0, 0, 1, 0.5), (0.5, -0.5, 0.5, 0.25)))
+    planes = co.Quadric(((0, 0, 0.5, 0.25), (0, 0, -0.5, -0.25), (0.5, -0.5, 0, 0), (0.25, -0.25, 0, 0)))
+    body = co.Union((cone, co.HalfSpace((0, -2, 2), -2), planes, co.HalfSpace((0, 3, 4), -0.5)))
+    found = exact(body, [(0, 0.5, -0.75)])
+    # About (0.5, 0.5, -0.5) the outside is the cone x >= y, z >= y, 3 y + 4 z >= 0, and (-0.5, 0, -0.25) is the point:
+    # the edge along (-4, -4, 3) is nearest, where its foot is 1.25 / sqrt(41) from the tip
+    assert found.distance[0] == pytest.approx(-np.sqrt(0.3125 - 1.25**2 / 41), rel=1e-14)
+    assert found.error[0] < 1e-13
+
+
+@pytest.mark.parametrize("squares", [(2, 1, 2), (2**-21, 2, 2**23), (1, 1, 0), (1, 0, 0), (-2, -1, -2), (-1, 0, 0)])
 @pytest.mark.parametrize("center", [(0, 0, 0), (1, 3, -2)])
 def test_quadrics_that_are_a_point_a_line_or_a_plane_have_no_wall(squares, center):
     """No ray crosses them: the body is nothing but these points, or lacks nothing but these."""

@@ -415,8 +415,8 @@ def _wall_beside(
 ) -> int:
     """Return the first near surface that bounds the body beside a point, where others only touch it; -1 for none found.
 
-    Points of each surface a step away decide. For a surface found room.sign has the sides there; else it and the first
-    `count` of room.chosen are unchanged.
+    Points of each surface a step away decide. For a surface found room.sign has the sides there; else it is unchanged,
+    as the first `count` of room.chosen always are: the caller's next candidates lie on them.
     """
     first, second, third = room.chosen[0], room.chosen[1], room.chosen[2]
     for number in range(2):
@@ -434,6 +434,7 @@ def _wall_beside(
                     room.sign[k] = 1
                     if inside != holds(geometry, room):
                         room.sign[k] = 0
+                        room.chosen[0], room.chosen[1], room.chosen[2] = first, second, third
                         return whole(k)
     room.chosen[0], room.chosen[1], room.chosen[2] = first, second, third
     put_signs(geometry, room, count, x, y, z, off)
