@@ -222,6 +222,15 @@ def test_sides_that_no_point_has_make_no_wall(name, angle):
         assert (found.error < 1e-13).all()
 
 
+def test_a_corner_is_found_on_the_line_in_which_two_planes_of_one_quadric_cross() -> None:
+    """(y + z + 1/2) (y + z - 1/2 - x) <= 0 is a wedge for x <= -1; a ball cuts its edge at (-1, -1, 1/2)."""
+    rows = ((0, -0.5, -0.5, -0.25), (-0.5, 1, 1, 0), (-0.5, 1, 1, 0), (-0.25, 0, 0, -0.25))
+    wedge = co.Quadric(rows) & co.HalfSpace((1, 0, 0), -1)
+    found = co.Scene([wedge - co.Sphere(1, (-1, 0, 0.5))]).distance((-0.75, 0, 1.25), exact=True)
+    assert found.distance == pytest.approx(math.sqrt(1.625), abs=1e-9)
+    assert found.lower <= math.sqrt(1.625) <= found.distance + found.error
+
+
 def test_an_edge_is_found_behind_a_wall_where_four_surfaces_touch():
     """The walls of the curve's other points had been looked for on the surfaces of the touch."""
     cone = co.Quadric(((-1, 0, 0, 0.5), (0, 1, 0, -0.5), (0, 0, 1, 0.5), (0.5, -0.5, 0.5, 0.25)))

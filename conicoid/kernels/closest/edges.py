@@ -280,13 +280,13 @@ def _try_line(
 ) -> None:
     """Try where lines of two planes meet surface k, or the sheet's own surface i if that is curved and k is not.
 
-    The planes are about `origin_of` the surfaces; k = j for two.
+    The planes are about `origin_of` the surfaces; k = j for two. A line that lies in the surface, as two planes in one
+    quadric cross in such a line, meets another one of the three.
     """
-    curved = i if is_flat(geometry, room, k) and not is_flat(geometry, room, i) else k
+    first = i if is_flat(geometry, room, k) and not is_flat(geometry, room, i) else k
+    second = j if k != j or first == i else i
     cx, cy, cz = origin_of(geometry, room, at, i, j, k)
     qx, qy, qz = at.x - cx, at.y - cy, at.z - cz
-    # About there the terms of a quadric are smallest
-    ax, ay, az = origin_of(geometry, room, at, curved, curved, curved)
     for p in range(one.number):
         nx, ny, nz, g = plane_of(one, p)
         for q in range(p + 1 if k == j else 0, other.number):
@@ -296,20 +296,26 @@ def _try_line(
             fx, fy, fz = x - qx + foot * dx, y - qy + foot * dy, z - qz + foot * dz
             if not length_of(fx, fy, fz) <= limit(room) * _MORE or not (dx != 0.0) | (dy != 0.0) | (dz != 0.0):
                 continue
-            along = dot(dx, dy, dz, ax - cx - x, ay - cy - y, az - cz - z)
-            sx, sy, sz = cx + x + along * dx, cy + y + along * dy, cz + z + along * dz
-            form = form_at(geometry, room.surface[curved], sx, sy, sz)
-            a, off = form.size, 0.0  # of a plane and of a sphere
-            if integer(geometry, table.SURFACE_KIND, room.surface[curved]) == QUADRIC:
-                a, off = bend_between(
-                    load_quadric(geometry, integer(geometry, table.SURFACE_ROW, room.surface[curved])),
-                    dx, dy, dz, dx, dy, dz,
-                )  # fmt: skip
-            b, c = dot(form.gx, form.gy, form.gz, dx, dy, dz), form.value
-            # A coefficient within rounding counts as zero, also under the root: else the line of two planes, along a
-            # third one, would meet that at a point that rounding has made
-            a = a if abs(a) > 16.0 * off else 0.0
-            b = b if abs(b) > _LINE_SHARE * form.steep else 0.0
+            along = a = b = c = 0.0
+            for own in (first, second):
+                # About there the terms of a quadric are smallest
+                ax, ay, az = origin_of(geometry, room, at, own, own, own)
+                along = dot(dx, dy, dz, ax - cx - x, ay - cy - y, az - cz - z)
+                sx, sy, sz = cx + x + along * dx, cy + y + along * dy, cz + z + along * dz
+                form = form_at(geometry, room.surface[own], sx, sy, sz)
+                a, off = form.size, 0.0  # of a plane and of a sphere
+                if integer(geometry, table.SURFACE_KIND, room.surface[own]) == QUADRIC:
+                    a, off = bend_between(
+                        load_quadric(geometry, integer(geometry, table.SURFACE_ROW, room.surface[own])),
+                        dx, dy, dz, dx, dy, dz,
+                    )  # fmt: skip
+                b, c = dot(form.gx, form.gy, form.gz, dx, dy, dz), form.value
+                # A coefficient within rounding counts as zero, also under the root: else the line of two planes, along
+                # a third one, would meet that at a point that rounding has made
+                a = a if abs(a) > 16.0 * off else 0.0
+                b = b if abs(b) > _LINE_SHARE * form.steep else 0.0
+                if (a != 0.0) | (b != 0.0) | (abs(c) > form.off):
+                    break
             if b * b - a * c < -(2.0**-30) * (b * b + abs(a * c)):
                 continue
             root = math.sqrt(max(b * b - a * c, 0.0))
