@@ -153,7 +153,11 @@ def _read_photo(path: Path, kind: str) -> Any:
     # `_check_size` has its own limit, so the warning of Pillow is turned off.
     with warnings.catch_warnings(), _decoding(path, kind):
         warnings.simplefilter("ignore", Image.DecompressionBombWarning)
-        with open_regular(path) as stream, Image.open(_CountedReads(stream.raw), formats=[kind]) as file:
+        with (
+            open_regular(path) as stream,
+            _CountedReads(stream.raw) as reads,
+            Image.open(reads, formats=[kind]) as file,
+        ):
             _check_size(path, *file.size)
             if kind == "PNG":
                 _check_rows(path)
