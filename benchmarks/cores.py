@@ -95,14 +95,14 @@ def main() -> None:
     parser.add_argument(
         "--model", choices=("standing", "turned", "cut"), default="standing", help="how the cores stand"
     )
-    asked = parser.parse_args()
-    if asked.rays:
-        if asked.model != "standing":
+    options = parser.parse_args()
+    if options.rays:
+        if options.model != "standing":
             parser.error("--rays is for standing cores")
-        trace(asked.across or [1, 4, 12, 22, 37])
+        trace(options.across or [1, 4, 12, 22, 37])
         return
-    if asked.once:
-        once(asked.once[0], asked.once[1] == "1")
+    if options.once:
+        once(options.once[0], options.once[1] == "1")
         return
     from comparison.harness import machine
     from comparison.scenes import PINS, pitch_of_assemblies, write_core
@@ -111,9 +111,9 @@ def main() -> None:
     print("|---|---|---|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "geometry.xml"
-        for across in asked.across or [1, 19, 22, 37, 38]:
-            vessel = 0.45 * across * pitch_of_assemblies() if asked.model == "cut" else None
-            write_core(path, across, vessel=vessel, turned="0 0 30" if asked.model == "turned" else "")
+        for across in options.across or [1, 19, 22, 37, 38]:
+            vessel = 0.45 * across * pitch_of_assemblies() if options.model == "cut" else None
+            write_core(path, across, vessel=vessel, turned="0 0 30" if options.model == "turned" else "")
             for void in (False, True):
                 command = [sys.executable, __file__, "--once", str(path), str(int(void))]
                 printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout

@@ -37,13 +37,13 @@ def _keep_as_it_is(library: Any, module: Any) -> None:
     module.data_layout = library._codegen._data_layout
 
 
-_live_variables = postproc.PostProcessor.run
+_full_post_process = postproc.PostProcessor.run
 
 
 def _post_process(processor: Any, emit_dels: bool = False, extend_lifetimes: bool = False) -> None:
     """Find the lives of variables where they end in code, and not after each pass: a tenth of the front end's time."""
     if emit_dels:
-        _live_variables(processor, emit_dels, extend_lifetimes)
+        _full_post_process(processor, emit_dels, extend_lifetimes)
         return
     code = processor.func_ir
     code.blocks = transforms.canonicalize_cfg(code.blocks)

@@ -375,7 +375,7 @@ def _dependence(rows: list[_Row], zero: Fraction) -> _Row:
 
 
 def _eliminate(rows: list[_Row], zero: Fraction) -> list[_Row]:
-    """Return the rows that are left, of which the first three numbers are zero."""
+    """Return the rows left by elimination; the first three numbers of each are zero."""
     for column in range(3):
         pivot = next((row for row in rows if _sign(row[column], zero)), None)
         if pivot is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import itertools
 import sys
 import threading
@@ -13,7 +14,7 @@ import pytest
 
 import conicoid as co
 from conicoid._jit.machine_code import SHIPPED
-from conicoid._util import process as beside
+from conicoid._util import process
 from conicoid.kernels import threads
 from conicoid.kernels.crossings import trace_rows
 from conicoid.kernels.first_hits import HitBuffers, trace_first
@@ -71,7 +72,7 @@ def test_an_error_in_the_calling_thread_is_raised(four_threads, monkeypatch):
     with pytest.raises(MemoryError):
         threads.run_chunks(fail, 100, 1)
     with pytest.raises(MemoryError):
-        beside.run_interruptible(lambda: fail(0, 1), "x")
+        process.run_interruptible(lambda: fail(0, 1), "x")
 
 
 def test_an_error_ends_the_others(four_threads):
@@ -433,8 +434,24 @@ def test_bodies_of_a_scene_with_many_gates_are_met_in_turn():
     assert set(spans.body.tolist()) == {0, 130, 131}
 
 
-@pytest.mark.parametrize(("rays", "elsewhere"), [(1, False), ((1 << 24) // STEPS_OF_SCENE + 1, True)])
-def test_long_work_leaves_the_main_thread_free_for_control_c(rays, elsewhere):
+@pytest.mark.parametrize(("rays", "in_other_thread"), [(1, False), ((1 << 24) // STEPS_OF_SCENE + 1, True)])
+def test_long_work_leaves_the_main_thread_free_for_control_c(rays, in_other_thread):
     workers = []
     threads.run_on(SCENE._prepared.geometry, lambda *_: workers.append(threading.current_thread()), 1, 1, rays)
-    assert (workers[0] is not threading.main_thread()) == elsewhere
+    assert (workers[0] is not threading.main_thread()) == in_other_thread
+
+
+# --- The pause of the garbage collector
+
+
+@pytest.mark.skipif(sys.implementation.name != "cpython", reason="generations are CPython's")
+@pytest.mark.parametrize("many", [False, True])
+def test_objects_are_old_after_a_pause_of_the_collector_that_made_many(many, monkeypatch):
+    """The next collection would go through all of them; few stay young, so that garbage among them goes soon."""
+    monkeypatch.setattr(process, "_MANY_OBJECTS", 1000 if many else 1 << 40)
+    gc.unfreeze()  # frozen objects, as those of a parent before a fork, are left alone
+    with process.pause_gc():
+        made = [[] for _ in range(5000)]
+    assert gc.isenabled()
+    old = set(map(id, gc.get_objects(generation=2)))
+    assert (sum(id(each) in old for each in made) == len(made)) == many

@@ -50,7 +50,7 @@ def load_agf(path: str | os.PathLike[str]) -> dict[str, Dispersion]:
     -------
     dict
         Name -> `Dispersion`, as `glasses=` of `co.load`, `load_zmx` and materials take them. Of two glasses of one name
-        the first counts, as in Zemax. A glass that cannot be read is left out, and a warning tells its line.
+        the first counts, as in Zemax. A glass that cannot be read is left out, and a warning names its line.
 
     Raises
     ------
@@ -83,7 +83,7 @@ def load_agf(path: str | os.PathLike[str]) -> dict[str, Dispersion]:
 
 
 def _read_glass(lines: list[str], first: int, name: str, source: str) -> Dispersion:
-    """Return a glass from its lines, of which the first is NM, with the number `first`."""
+    """Return a glass from its lines; the first begins with NM, and is line `first` of the file."""
     number = whole_number(first, "NM", lines[0].split()[1:], 1)
     row: list[float] = []
     span: tuple[float, float] | None = None

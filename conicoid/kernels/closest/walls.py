@@ -479,7 +479,7 @@ def _put_known_sides(room: Neighbourhood, row: int, many: int, sides: int) -> No
 
 @helper
 def _wall_of_known_sides(geometry: Geometry, room: Neighbourhood, many: int) -> int:
-    """Return a surface that bounds the body beside a point of which all known sides occur; -1 for none.
+    """Return a surface that bounds the body beside a point where all known sides occur; -1 for none.
 
     Regions of planes through one point share a face if they differ in the side of one plane alone. room.sign has the
     sides there.
