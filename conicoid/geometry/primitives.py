@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Hashable
 from dataclasses import replace
 from operator import sub
 from typing import Any, ClassVar
@@ -25,7 +24,9 @@ from .._util.validation import (
 )
 from ..numerics import bigfloat as ex
 from ..numerics.portable_math import hypot, negative_indicator, portable_max, select_if_several, sin_cos_degrees
+from ..numerics.rational import cross, dot3
 from .bounds.intersection import BoundingSurfaces, BoundsKind, orient_surface
+from .bounds.linear_program import integer_row
 from .bounds.support import along_normal, half_space_bounds, plane_through, plane_uv, sum_up
 from .cell import NO_ROW, PLAIN_UV, UV, All, Any_, Cell, Face, Tree, cartesian_uv, component_row, cylindrical_uv
 from .shape import Primitive, PrimitiveSolid
@@ -239,8 +240,23 @@ class AxialShape(Primitive, abstract=True):
     def placement(self) -> Motion:  # one for bounds, tables and exports: its frame takes roots in 3000 bits
         return axis_frame(self.start, self.end, self.reference)
 
-    def _end_of_axis(self, number: int) -> Hashable | None:
-        return (number, self.start, self.end) if number in (1, 2) else None
+    def _side_radius(self, number: int) -> float | None:
+        """Return the radius of a surface of `tree` that is a circular cylinder; None for others."""
+        return None
+
+    def _axial_name(self, number: int) -> tuple[float, ...] | None:
+        # In lowest terms: normal and offset of a cap, or Plücker's coordinates of the axis and the radius of a side
+        radius = self._side_radius(number)
+        if number not in (1, 2) and radius is None:
+            return None
+        *ends, unit = integer_row((*self.start, *self.end, 1.0))
+        start, end = ends[:3], ends[3:]
+        axis = list(map(sub, end, start))
+        row = [unit * x for x in axis]
+        row += cross(start, axis) if radius else [dot3(axis, end if number == 2 else start)]
+        factor = math.gcd(*row) * (1 if next(filter(None, axis)) > 0 else -1)
+        name = tuple(x // factor for x in row)
+        return (*name, radius) if radius else name
 
 
 @dataclass(frozen=True)
@@ -280,6 +296,9 @@ class Cylinder(AxialShape, PrimitiveSolid):
         if self.end_angle - self.start_angle < 360:
             across = portable_max(0.0, across)
         return sum_up((portable_max(0.0, direction[2] * self.length), across))
+
+    def _side_radius(self, number: int) -> float | None:
+        return self.radius if number == 0 else None
 
 
 def side_and_caps(radius: float, start: Vector, end: Vector) -> tuple[Face, Face, Face]:
@@ -442,6 +461,9 @@ class Tube(AxialShape, PrimitiveSolid):
             for radius in (self.outer_radius, self.inner_radius)
         )
         return sum_up((portable_max(0.0, direction[2] * self.length), portable_max(outer, inner)))
+
+    def _side_radius(self, number: int) -> float | None:
+        return self.outer_radius if number == 0 else None
 
 
 def check_inner_radius(owner: str, outer_field: str, inner: float, outer: float) -> None:

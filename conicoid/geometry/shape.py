@@ -13,7 +13,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, NoReturn, Self, overload
@@ -308,8 +308,8 @@ class PrimitiveSolid(Solid, Primitive, abstract=True):
     def tree(self) -> Tree:
         """Return the cells in the shape's own frame."""
 
-    def _end_of_axis(self, number: int) -> Hashable | None:
-        """Return a key of a surface of `tree` if it is across an end of an axis: equal planes where steps are equal."""
+    def _axial_name(self, number: int) -> tuple[float, ...] | None:
+        """Return an exact name of a surface of `tree`, placed, if an axis of exact numbers gives it one; else None."""
         return None
 
     def has_unbounded_outside(self, tree: Tree | None = None) -> bool:

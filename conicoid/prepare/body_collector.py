@@ -145,13 +145,13 @@ class ExactBodySurfaces:
             return np.full(len(surfaces), -1)
         parts, which, own = self._locate(surfaces, primitives)
         names = np.where(which < 0, -1, which * (1 + int(own.max())) + own)
-        caps = _cap_numbers(parts, which, own)
+        axial = _axial_names(parts, which, own)
         # Most clusters are caps of cylinders, one within the other: they need no other names
         begin = np.flatnonzero(np.diff(clusters, prepend=-1))
         sizes = np.diff(begin, append=len(clusters))
-        equal = (caps >= 0) & (caps == np.repeat(caps[begin], sizes))
+        equal = (axial >= 0) & (axial == np.repeat(axial[begin], sizes))
         same = np.repeat(np.logical_and.reduceat(equal, begin), sizes)
-        names[same] = caps[same]
+        names[same] = axial[same]
         solid = np.flatnonzero((which >= 0) & ~same)
         if len(solid):
             first_of, place = unique_first_with_inverse(names[solid])
@@ -239,15 +239,18 @@ class ExactBodySurfaces:
         return singles[own]
 
 
-def _cap_numbers(parts: Sequence[tuple[Any, tuple[Step, ...]]], which: Longs, own: Longs) -> Longs:
-    """Number the caps of cylinders and cones, alike those at equal ends under the same steps; -1 for other surfaces."""
+def _axial_names(parts: Sequence[tuple[Any, tuple[Step, ...]]], which: Longs, own: Longs) -> Longs:
+    """Number caps and sides about exact axes, equal ones under equal steps alike; -1 for other surfaces."""
     known: dict[Any, int] = {}
+    placed: dict[tuple[int, int], tuple[float, ...] | None] = {}
     found = np.full(len(which), -1)
     for at in np.flatnonzero(which >= 0).tolist():
         leaf, steps = parts[which[at]]
-        end = leaf._end_of_axis(int(own[at]))
-        if end is not None:
-            found[at] = known.setdefault((end, steps), len(known))
+        face = id(leaf), int(own[at])
+        if face not in placed:
+            placed[face] = leaf._axial_name(face[1])
+        if placed[face] is not None:
+            found[at] = known.setdefault((placed[face], steps), len(known))
     return found
 
 

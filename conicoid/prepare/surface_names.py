@@ -11,6 +11,7 @@ side, 5 for 1,600 turned cylinders (processor time, one thread, 2026-11-28).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from fractions import Fraction
 from itertools import chain, compress
@@ -198,11 +199,34 @@ class _StepKind(NamedTuple):
     """How a step carries coordinates: all of it but its numbers."""
 
     tag: str
-    """shift; axes, if it takes axes to axes and keeps lengths; turn, about `axis`; else other."""
+    """shift; axes, if it takes axes to axes, keeps lengths and then shifts; turn, about `axis`; matrix; else other."""
     sources: tuple[int | None, ...] = (0, 1, 2)
     """For each axis the axis that it is the image of, if any."""
     signs: tuple[int, ...] = (1, 1, 1)
     axis: int = 0
+
+    def free_axes(self, free: Sequence[bool]) -> list[bool]:
+        """Return along which axes a surface is free after the step, by those along which it was."""
+        if self.tag == "turn":
+            return [free[k] and k == self.axis for k in range(3)]
+        return [k is not None and free[k] for k in self.sources]
+
+    def quarters(self, count: int) -> _StepKind:
+        """Return the kind of a step that turns by quarters about `axis`."""
+        i, j = (self.axis + 1) % 3, (self.axis + 2) % 3
+        sources, signs = [0, 1, 2], [1, 1, 1]
+        if count % 2:
+            sources[i], sources[j] = j, i
+        signs[i], signs[j] = ((1, 1), (-1, 1), (-1, -1), (1, -1))[count]
+        return _StepKind("axes", tuple(sources), tuple(signs))
+
+
+def _split_angle(degrees: float) -> tuple[float, float]:
+    """Split an angle exactly into one from above -45 to 45 degrees, and 0 to 3 quarters."""
+    degrees = math.fmod(degrees, 360.0)
+    rest = math.remainder(degrees, 90.0)
+    rest = 45.0 if rest == -45.0 else rest
+    return rest, round((degrees - rest) / 90.0) % 4
 
 
 class _KnownSteps:
@@ -226,8 +250,9 @@ class _KnownSteps:
     def _find(self, step: Step) -> tuple[_StepKind, tuple[float, ...]]:
         if isinstance(step, Rotate) and sum(map(bool, step.axis)) == 1 and step.degrees % 90:
             axis = next(k for k in range(3) if step.axis[k])
-            kept = tuple(k if k == axis else None for k in range(3))
-            return _StepKind("turn", kept, axis=axis), (*step.axis, step.degrees)
+            return _StepKind("turn", axis=axis), _split_angle(
+                math.copysign(step.degrees, step.degrees * step.axis[axis])
+            )
         sources: list[int | None] = [None] * 3
         is_oblique = isinstance(step, Rotate) and (step.degrees % 90 or sum(map(bool, step.axis)) > 1)
         if isinstance(step, AxisFrame):  # by its formulas, no axis goes to one
@@ -238,10 +263,12 @@ class _KnownSteps:
                 if sum(map(bool, column)) == 1:
                     sources[next(i for i in range(3) if column[i])] = k
             factors = [row[k] for row, k in zip(linear, sources, strict=True) if k is not None]
-            # Nothing is rounded where all of it are signs
-            if len(factors) == 3 and all(abs(x) == ex.ONE and not x.off for x in factors) and not any(shift):
+            offset = tuple(map(ex.rounded, shift))
+            # Nothing is rounded where all factors are signs, and the shift is one of floats
+            signed = len(factors) == 3 and all(abs(x) == ex.ONE and not x.off for x in factors)
+            if signed and all(x == ex.exact(to) and not x.off for x, to in zip(shift, offset, strict=True)):
                 x, y, z = (1 if factor > ex.ZERO else -1 for factor in factors)
-                return _StepKind("axes", tuple(sources), (x, y, z)), ()
+                return _StepKind("axes", tuple(sources), (x, y, z)), offset
         if isinstance(step, Transform):
             # The shift of each row comes last, as that of a translation
             numbers = [x for k in range(3) for x in step.matrix[k][:3]]
@@ -367,12 +394,16 @@ class _NameRows:
         """Carry forms as far as they stay exact, and add their rows; `numbers` are those of each step."""
         active, count = np.ones(len(which), bool), np.zeros(len(which), np.int64)
         for kind, own in zip(kinds, numbers, strict=True):
-            if kind.tag == "shift":
-                forms.shift(own, active)
-            elif kind.tag == "axes":
+            if kind.tag == "axes":
                 forms.turn(kind, active)
+            if kind.tag in ("shift", "axes"):
+                forms.shift(own, active)
+            elif kind.tag == "turn":
+                for quarters in (1, 2, 3):
+                    forms.turn(kind.quarters(quarters), active & (own[:, 1] == quarters))
+                active &= forms.keep(kind.axis)
             else:
-                active &= forms.keep(kind.axis) if kind.tag == "turn" else False
+                active[:] = False
             count += active
         rows, free = forms.columns(), forms.weights == 0.0
         others = np.flatnonzero(~forms.exact)
@@ -384,11 +415,11 @@ class _NameRows:
             some = np.flatnonzero(forms.exact & (code == one))
             begin, own_free = one // 8, [bool(one >> axis & 1) for axis in range(3)]
             columns, moves = [], []
-            for kind, own in zip(kinds[begin:], numbers[begin:], strict=True):
-                own = own[some]
-                if kind.tag != "shift":
-                    own_free = [k is not None and own_free[k] for k in kind.sources]
-                if kind.tag in ("shift", "matrix"):
+            for place, (kind, own) in enumerate(zip(kinds[begin:], numbers[begin:], strict=True)):
+                own, own_free = own[some], kind.free_axes(own_free)
+                if kind.tag == "turn" and place == 0:
+                    own[:, 1] = 0.0  # these quarters have turned the forms
+                if kind.tag in ("shift", "axes", "matrix"):
                     own[:, -3:][:, own_free] = 0.0
                 columns.append(own)
                 moves.append(own.any(axis=1) if kind.tag == "shift" else np.ones(len(some), bool))

@@ -83,6 +83,16 @@ def walls() -> list[co.Body]:
     shapes += [
         (co.Cylinder((0, 0, 5), (0, 0, 6 + k), 1.5) - co.Sphere(0.5, (0, 0, 5))).rotate("x", 12) for k in range(8)
     ]
+    # Turned by quarters and the same rest, either way about the axis; rods that end in a wall, and rods end to end
+    spoke = co.Box((2, -0.1, 50), (3, 0.1, 51))
+    shapes += [spoke.rotate("z", 30 * k).rotate((1, 2, 3), 20) for k in range(-4, 15)]
+    shapes += [spoke.rotate("-z", 45 + 90 * k).rotate((1, 2, 3), 20) for k in range(6)]
+    shapes += [spoke.rotate("z", 45).rotate((1, 2, 3), 20)]
+    shapes += [at_an_angle(co.Cylinder((i, 1, 60), (i, 1, 61), 0.3)) for i in range(4)]
+    shapes += [at_an_angle(co.Cylinder((i, 2, 61), (i, 1, 61), 0.3)) for i in range(4)]
+    shapes += [at_an_angle(co.Box((-1, 1, 60), (9, 4, 61)))]
+    shapes += [at_an_angle(co.Cylinder((k, 2 * k, 70 + 3 * k), (k + 1, 2 * k + 2, 73 + 3 * k), 0.3)) for k in range(4)]
+    shapes += [at_an_angle(co.Tube((2, 4, 76), (-1, -2, 67), r, 0.3)) for r in (0.1, 0.2)]
     # Mirrored, slanted before the turn, and under shears and scalings that keep one direction
     shapes += [co.Box((k, 0, 20), (k + 1, 1, 21)).scale((-1, 1, 1)).rotate("y", 33) for k in range(4)]
     slanted = co.Sphere(2) & co.HalfSpace((3, 1, 0), 0.3)
