@@ -23,8 +23,8 @@ Key: TypeAlias = tuple[Any, ...]
 ORIGIN: Triple = (0.0, 0.0, 0.0)
 _KEY_BITS = 1500
 """Keys compare coefficients to so many bits."""
-_BALL_CENTER_SHARE = 2.0**-47
-"""A ball whose center is rounded by less than this share of its radius stays a ball in every table."""
+CENTER_TOLERANCE = 2.0**-46
+"""A sphere whose center is rounded by more than this share of its radius becomes a quadric with its own bounds."""
 UPRIGHT: Triples = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
@@ -118,7 +118,7 @@ class QuadricSurface:
         square = ex.cancelling_sum((square,))
         radius = portable_sqrt(ex.rounded(square))
         rests = (ex.cancelling_sum((value, -ex.exact(ex.rounded(value)))) for value in anchor)
-        if not all(abs(ex.rounded(rest)) < _BALL_CENTER_SHARE * radius for rest in rests):
+        if any(abs(ex.rounded(rest)) > CENTER_TOLERANCE * radius for rest in rests):
             return None
         return QuadricSurface(self.squares, self.linear, square, self.rows, anchor)
 

@@ -197,8 +197,11 @@ class AxisFrame(_Step):
         return ex.transpose(self._axes), ex.exact_row(self.origin)
 
     def inverse(self) -> Affine:
-        rows = self._axes
-        x, y, z = ex.apply(rows, ex.exact_row(self.origin))
+        rows, origin = self._axes, ex.exact_row(self.origin)
+        x, y, z = ex.apply(rows, origin)
+        if not any(ex.cross(ex.exact_row(self.axis), origin)):
+            # An axis through zero: products with its unit vectors could not show it
+            x = y = ex.ZERO
         return rows, (-x, -y, -z)
 
     def reach(self) -> Reach:

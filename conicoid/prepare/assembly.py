@@ -13,14 +13,11 @@ from typing import Any, NamedTuple
 from .._util.dataclass import dataclass
 from ..geometry.bounds.linear_program import are_ratios, integer_row
 from ..geometry.cell import All, Any_, Cell, Not, PolygonSheet, SurfaceSheet, Tree
-from ..geometry.surface import UPRIGHT, PlaneSurface, QuadricSurface, Surface
+from ..geometry.surface import CENTER_TOLERANCE, UPRIGHT, PlaneSurface, QuadricSurface, Surface
 from ..kernels.tables import PLANE, POLYGON, QUADRIC, SHEET, SPHERE
 from ..numerics import bigfloat as ex
 from ..numerics.bigfloat import Symbol
 from ..numerics.portable_math import is_float, leading_sign, portable_max, portable_sqrt, power_of_two_scale
-
-CENTER_TOLERANCE = 2.0**-46
-"""A sphere whose center is rounded by more than this share of its radius becomes a quadric with its own bounds."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -113,13 +110,13 @@ def _as_sphere(surface: QuadricSurface) -> tuple[ex.Writable, ...] | None:
     rows = tuple(ex.exact_row(row) for row in surface.rows)
     # W Wᵀ a multiple of 1: the motion turned and scaled the sphere, but did not stretch it
     gram = ex.multiply((rows[0], rows[1], rows[2]), ex.transpose((rows[0], rows[1], rows[2])))
-    if ex.cancelling_sum((gram[0][0], -gram[1][1])) or ex.cancelling_sum((gram[0][0], -gram[2][2])):
+    quotient = ex.cancelling_sum((ex.exact(surface.constant) / (ex.exact(a) * gram[0][0]),))
+    sphere = _center_sphere(surface, ex.cancelling_sum((ex.sqrt(quotient),)))
+    # The center decides first: whether squares are equal is a tie in the numbers of a recording
+    if sphere is None or ex.cancelling_sum((gram[0][0], -gram[1][1])) or ex.cancelling_sum((gram[0][0], -gram[2][2])):
         return None
     # Settled sums: zero on paper is zero here, or the sphere was sheared
-    if gram[0][1] or gram[0][2] or gram[1][2]:
-        return None
-    quotient = ex.cancelling_sum((ex.exact(surface.constant) / (ex.exact(a) * gram[0][0]),))
-    return _center_sphere(surface, ex.cancelling_sum((ex.sqrt(quotient),)))
+    return None if gram[0][1] or gram[0][2] or gram[1][2] else sphere
 
 
 def _center_sphere(surface: QuadricSurface, radius: ex.Writable) -> tuple[ex.Writable, ...] | None:

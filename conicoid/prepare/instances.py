@@ -19,10 +19,9 @@ from .._util.arrays import unique_sorted, unique_with_inverse
 from .._util.dataclass import dataclass
 from ..geometry.instances import Coordinates, InstanceList, Ints, Shift, ShiftTable, round_sums
 from ..geometry.shape import Solid
-from ..geometry.surface import ORIGIN, PlaneSurface, QuadricSurface
+from ..geometry.surface import CENTER_TOLERANCE, ORIGIN, PlaneSurface, QuadricSurface
 from ..geometry.transform import Motion
 from ..kernels.tables import MAP_SIZE, PLANE, PLANE_SIZE, SPHERE, Floats, Longs
-from .assembly import CENTER_TOLERANCE
 from .csg_plan import placed_primitives
 from .lower_shape import LoweredShape, lower_shape, own_frame
 from .motion_batch import POINT_SIZE, PointPlaneMover

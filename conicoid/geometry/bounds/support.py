@@ -33,6 +33,7 @@ from ...numerics.portable_math import (
     rounded_sum,
     select_if_several,
 )
+from ...numerics.rational import dot3
 from ...numerics.tracing import TracedBig, TracedFloat
 from ..cell import UV, cartesian_uv
 from ..surface import PlaneSurface, Triple
@@ -392,17 +393,28 @@ def along_normal(normal: Vector, direction: Vector) -> float | None:
 
 def plane_through(normal: Triple, offset: Any, near: Sequence[Any] = (0.0, 0.0, 0.0)) -> PlaneSurface:
     """Return the plane normal·x = offset, not rescaled, anchored at the foot of the perpendicular from `near`."""
+    anchor: list[Any]
     if are_ratios((*normal, offset, *near)):
-        (a, b, c, end), (x, y, z, unit) = integer_row((*normal, offset)), integer_row((*near, 1.0))
+        (a, b, c, end), (*point, unit) = integer_row((*normal, offset)), integer_row((*near, 1.0))
         square = a * a + b * b + c * c
-        rise, below = end * unit - (a * x + b * y + c * z), unit * square
-        x, y, z = (Fraction(p * square + rise * n, below) for p, n in ((x, a), (y, b), (z, c)))  # type: ignore[assignment]
-        return PlaneSurface(normal, offset, (x, y, z), 0.0, is_offset_better=True)
-    n = [ex.rational(c) for c in normal]
-    point = [ex.rational(c) for c in near]
-    over = (ex.rational(offset) - sum(a * b for a, b in zip(n, point, strict=True))) / sum(c * c for c in n)
-    x, y, z = (p + over * c for p, c in zip(point, n, strict=True))
-    return PlaneSurface(normal, offset, (x, y, z), 0.0, is_offset_better=True)
+        rise, below = end * unit - dot3((a, b, c), point), unit * square
+        anchor = [Fraction(p * square + rise * k, below) for p, k in zip(point, (a, b, c), strict=True)]
+        is_rounded = not all(map(_fits_a_float, anchor))
+    else:
+        n, anchor = [ex.rational(c) for c in normal], [ex.rational(c) for c in near]
+        along = [k for k in range(3) if n[k]]
+        if len(along) == 1:  # one quotient is exact where it is a float
+            foot = anchor[along[0]] = ex.rational(offset) / n[along[0]]
+            is_rounded = bool(ex.exact(foot) - ex.exact(ex.rounded(foot)))
+        else:
+            over = (ex.rational(offset) - dot3(n, anchor)) / dot3(n, n)
+            anchor, is_rounded = [p + over * c for p, c in zip(anchor, n, strict=True)], bool(over)
+    return PlaneSurface(normal, offset, (anchor[0], anchor[1], anchor[2]), 0.0, is_offset_better=is_rounded)
+
+
+def _fits_a_float(ratio: Fraction) -> bool:
+    """Return whether a ratio is certainly a float."""
+    return ratio.numerator.bit_length() <= 53 and ratio.denominator & (ratio.denominator - 1) == 0
 
 
 def plane_uv(surface: PlaneSurface) -> UV:
@@ -460,7 +472,10 @@ def half_space_bounds(surface: PlaneSurface, below: bool = True, above: bool = T
     across = [i for i in range(3) if normal[i]]
     if len(across) == 1:
         i = across[0]
-        height = ex.exact(surface.offset) / normal[i]
+        if surface.over is None:
+            height = ex.exact(surface.offset) / normal[i]
+        else:  # no quotient where the anchor is on the plane: a coordinate that is a float is exact then
+            height = ex.cancelling_sum((ex.exact(surface.anchor[i]), -surface.height / normal[i]))
         if below if normal[i] > 0 else above:
             high[i] = round_up(height)
         if above if normal[i] > 0 else below:
