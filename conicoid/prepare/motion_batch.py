@@ -125,7 +125,7 @@ class MotionBatch:
     def _rows_of_types(self, chains: Sequence[tuple[Step, ...]], length: int) -> list[int]:
         """`_rows` of motions whose steps have the same types."""
         forms: list[Hashable] = []
-        columns = [np.zeros((len(chains), 0))]
+        columns, branches = [np.zeros((len(chains), 0))], np.zeros(len(chains), np.int64)
         for step in range(length):
             group = flatten_all([steps[step] for steps in chains])
             # Steps with something beside numbers, or of several structures, have no common columns
@@ -133,7 +133,9 @@ class MotionBatch:
                 return [self._row_of_one(steps) for steps in chains]
             forms.append(group[0].form)
             columns.append(group[0].numbers)
-        return self._known_rows(tuple(forms), np.concatenate(columns, axis=1), chains)
+            if isinstance(chains[0][step], Rotate):
+                branches = branches * _BRANCHES + _turn_branches(group[0].numbers)
+        return self._known_rows(tuple(forms), np.concatenate(columns, axis=1), chains, branches)
 
     def _row_of_one(self, steps: tuple[Step, ...]) -> int:
         """Return the row of one motion, whose steps may hold more than numbers."""
@@ -144,15 +146,28 @@ class MotionBatch:
             if row == len(self._steps):
                 self._steps.append(steps)
             return row
-        form = tuple(one.form for one in flat if one is not None)
+        form, branch = tuple(one.form for one in flat if one is not None), np.zeros(1, np.int64)
         numbers = [x for one in flat if one is not None for x in one.numbers]
-        return self._known_rows(form, np.array([numbers]), [steps])[0]
+        for step, one in zip(steps, flat, strict=True):
+            if isinstance(step, Rotate) and one is not None:
+                branch = branch * _BRANCHES + _turn_branches(np.array([one.numbers]))
+        return self._known_rows(form, np.array([numbers]), [steps], branch)[0]
 
-    def _known_rows(self, form: Hashable, numbers: Floats, chains: Sequence[tuple[Step, ...]]) -> list[int]:
-        """Return the rows of motions of one structure; zeros of both signs count as equal."""
+    def _known_rows(
+        self, form: Hashable, numbers: Floats, chains: Sequence[tuple[Step, ...]], branches: Longs
+    ) -> list[int]:
+        """Return the rows of motions of one structure; zeros of both signs count as equal.
+
+        Motions of different `branches` need different recordings.
+        """
+        if (branches != branches[0]).any():
+            rows = np.zeros(len(chains), np.int64)
+            for some in positions_by_key(branches.tolist()).values():
+                rows[some] = self._known_rows(form, numbers[some], [chains[k] for k in some], branches[some])
+            return rows.tolist()
         # Adding 0.0 turns -0.0 into 0.0: motions that differ in these signs only are equal.
         known, raw, width = (
-            self._forms.setdefault(form, _MotionForm()),
+            self._forms.setdefault((form, int(branches[0])), _MotionForm()),
             (numbers + 0.0).tobytes(),
             8 * numbers.shape[1],
         )
@@ -215,6 +230,20 @@ class MotionBatch:
             table[rows[is_turn], _TURN:, 0] = turns[is_turn]
             kinds[rows[is_turn]] = TURN
         return table, kinds, back
+
+
+_BRANCHES = 13 * 8
+"""Numbers of `_turn_branches`."""
+
+
+def _turn_branches(turns: Floats) -> Longs:
+    """Number (axis, degrees) of turns (n, 4) by zeros of the axis and by which multiple of 30 degrees they are, if any.
+
+    A process keeps so many recordings of a kind, and one of turns serves one of these numbers.
+    """
+    count = np.floor(turns[:, 3] / 30.0 + 0.5)
+    multiple = np.where(count * 30.0 == turns[:, 3], np.mod(count, 12.0), 12.0).astype(np.int64)
+    return multiple * 8 + (turns[:, :3] != 0.0) @ (1, 2, 4)
 
 
 def _turns(chains: Sequence[tuple[Step, ...]]) -> Floats:
