@@ -316,6 +316,7 @@ def _bound(node: _Node, inside: bool, box: Floats, cuts: Floats, depth: int) -> 
         if not len(endless):
             break
         some = box[endless]
+        _bound_cut_quadrics(planes[endless], quadrics[endless], senses[endless], some)
         sides = np.concatenate([planes[endless], *_slabs(quadrics[endless], senses[endless], some)], axis=1)
         _cut_by_upright_planes(some, sides.reshape(len(some), -1, PLANE_SIZE))
         bound_by_corners(sides, some, np.empty((sides.shape[1] // PLANE_SIZE, 2)))
@@ -479,6 +480,66 @@ def _slabs(quadrics: Floats, senses: Signs, box: Floats) -> list[Floats]:
                 planes[:, 4:] = anchor
                 found.append(planes)
     return found
+
+
+_BLUR, _PAD, _STEEP = 2.0**-40, 2.0**-30, 2.0**-8
+"""More than the rounding of a sum of records' numbers, and of a bound; how much steeper than the quadric a plane is."""
+
+
+def _bound_cut_quadrics(planes: Floats, quadrics: Floats, senses: Signs, box: Floats) -> None:
+    """Narrow boxes, which may be infinite, around quadrics without end that planes cut off.
+
+    With u = y + slope / square, and v that of the one row whose square is not positive, the sum Q of the others' square
+    u² is at most constant - square v² - 2 slope v. A plane m·u <= d then bounds v: m·u is at least m_v v - spread √Q,
+    with spread² the sum of m² / square. Ends are twice as far away as they are found: no rounding matters then.
+    """
+    records = planes.reshape(len(senses), planes.shape[1] // PLANE_SIZE, PLANE_SIZE)
+    normals, anchors, above = records[:, :, :3], records[:, :, 4:], records[:, :, 3]
+    for record, sense in zip(np.split(quadrics, senses.shape[1] or 1, axis=1), senses.T[:, :, None], strict=False):
+        squares, slopes, anchor = sense * record[:, 12:15], sense * record[:, 15:18], record[:, None, :3]
+        rows = record[:, 3:12].reshape(-1, 3, 3)
+        for row in np.flatnonzero(((squares <= 0).sum(axis=1) == 1) @ (squares <= 0)).tolist():
+            others = [k for k in range(3) if k != row]
+            with np.errstate(all="ignore"):
+                middle = np.where(squares != 0, slopes / squares, 0.0)
+                inverse = cross_rows(rows[:, [1, 2, 0]], rows[:, [2, 0, 1]])
+                inverse /= dot_rows(rows[:, :1], inverse[:, :1])[:, :, None]
+                m = dot_rows(normals[:, :, None], inverse[:, None])
+                d = dot_rows(normals, anchors - anchor) - above + dot_rows(m, middle[:, None])
+                blur = dot_rows(np.abs(normals), np.abs(anchors) + np.abs(anchor)) + np.abs(above)
+                d += _BLUR * (blur + dot_rows(np.abs(m), np.abs(middle)[:, None]))
+                c = sense[:, 0] * record[:, 18] + dot_rows(slopes, middle)
+                c += _BLUR * (np.abs(record[:, 18]) + dot_rows(np.abs(slopes), np.abs(middle)))
+                sizes = dot_rows(np.abs(normals)[:, :, None], np.abs(inverse)[:, None])
+                m_most = np.abs(m[:, :, others]) + _BLUR * sizes[:, :, others]
+                spread = np.sqrt((m_most**2 / squares[:, None, others]).sum(axis=2))
+                bend, root = -squares[:, row, None], np.sqrt(np.maximum(c, 0.0))[:, None]
+                slope = np.where(bend > 0, 0.0, slopes[:, row, None])
+                ends = []
+                for sign in (1.0, -1.0):
+                    rise, growth = sign * m[:, :, row], -2.0 * sign * slope
+                    loss = spread * np.sqrt(bend)
+                    straight = (d + spread * root) / (rise - loss)
+                    straight = np.where(bend > 0, np.maximum(straight, 0.0), straight)
+                    slant = rise / growth
+                    width = spread + np.sqrt(spread * spread + 4.0 * slant * (d + slant * c[:, None]))
+                    end = np.where(growth > 0, ((width / (2.0 * slant)) ** 2 - c[:, None]) / growth, straight)
+                    is_steep = rise - loss > _STEEP * (rise + loss + _STEEP * sizes[:, :, row])
+                    end = np.where(is_steep & np.isfinite(end), end, np.inf)
+                    end = end.min(axis=1, initial=np.inf)
+                    ends.append(np.where(growth[:, 0] < 0, -c / growth[:, 0], end))
+                high, low = ends[0], -ends[1]
+                most = np.maximum(*(c + bend[:, 0] * v * v - 2.0 * slope[:, 0] * v for v in (low, high)))
+                reach = np.sqrt(np.maximum(most, 0.0)[:, None] / squares)
+                center, reach[:, row] = -middle, 0.5 * np.abs(high - low)
+                center[:, row] += 0.5 * (high + low)
+                reach = 2.0 * reach + _PAD * (np.abs(center) + reach)
+                at = anchor[:, 0] + dot_rows(inverse.swapaxes(1, 2), center[:, None])
+                far = dot_rows(np.abs(inverse).swapaxes(1, 2), reach[:, None])
+                far += _PAD * (np.abs(at) + np.abs(anchor[:, 0]))
+            closed = ((squares[:, others] > 0).all(axis=1) & np.isfinite(far).all(axis=1))[:, None]
+            box[:, :3] = np.where(closed, np.maximum(box[:, :3], at - far), box[:, :3])
+            box[:, 3:] = np.where(closed, np.minimum(box[:, 3:], at + far), box[:, 3:])
 
 
 def _cut_by_upright_planes(box: Floats, planes: Floats) -> None:
