@@ -183,21 +183,23 @@ def axis_length(start: Vector, end: Vector) -> ex.BigFloat:
     return ex.sqrt(ex.dot(axis, axis))
 
 
-def frustum_side(r0: Any, z0: Any, r1: Any, z1: Any) -> QuadricSurface:
+def frustum_side(r0: Any, z0: Any, r1: Any, z1: Any, length_square: Any = None) -> QuadricSurface:
     """Return the cylinder or cone x² + y² = r² through two circles about z, r = r0 at z0 and r = r1 at z1.
 
-    The inside is towards the axis; radii and heights are fractions or 3000-bit numbers. The equation of a cone,
-    x² + y² - m² z² - 2 m r z - r² = 0, has its origin at the end with the smaller radius r: there all terms of the
-    radius have one sign, so that neither nearly cylindrical nor nearly pointed cones lose digits.
+    The inside is towards the axis; radii and heights are fractions or 3000-bit numbers, and `length_square` is
+    (z1 - z0)² where it is known without a root. The equation of a cone, x² + y² - m² z² - 2 m r z - r² = 0, has its
+    origin at the end with the smaller radius r: there all terms of the radius have one sign, so that neither nearly
+    cylindrical nor nearly pointed cones lose digits.
     """
     growth = r1 - r0
     if not growth:
         return QuadricSurface((1.0, 1.0, 0.0), constant=r0 * r0)
     slope = growth / (z1 - z0)
+    steepness = slope * slope if length_square is None else growth * growth / length_square
     # A factor of 0 or 1 and no test chooses the end, so that one recording of the formula serves both
     shrinks = ex.rational(negative_indicator(growth))
     r, z = ((1 - shrinks) * first + shrinks * second for first, second in ((r0, r1), (z0, z1)))
-    return QuadricSurface((1.0, 1.0, -slope * slope), (0.0, 0.0, -slope * r), r * r, anchor=(0.0, 0.0, z))
+    return QuadricSurface((1.0, 1.0, -steepness), (0.0, 0.0, -slope * r), r * r, anchor=(0.0, 0.0, z))
 
 
 # Cylinders, cones and tubes, and their wedges
@@ -390,7 +392,8 @@ class Cone(AxialShape, PrimitiveSolid):
 
     def tree(self) -> Tree:
         height = axis_length(self.start, self.end)
-        side = frustum_side(ex.rational(self.start_radius), ex.ZERO, ex.rational(self.end_radius), height)
+        axis, radii = axis_vector(self.start, self.end), (ex.rational(self.start_radius), ex.rational(self.end_radius))
+        side = frustum_side(radii[0], ex.ZERO, radii[1], height, ex.dot(axis, axis))
         bottom = PlaneSurface((0.0, 0.0, -1.0), 0.0)
         top = PlaneSurface((0.0, 0.0, 1.0), height, (0.0, 0.0, height))
         faces = (

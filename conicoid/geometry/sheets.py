@@ -28,7 +28,7 @@ from .._util.validation import (
     format_value,
 )
 from ..numerics import bigfloat as ex
-from ..numerics.portable_math import hypot, portable_max
+from ..numerics.portable_math import count_nonzero, hypot, portable_max
 from .bounds.aabb import intersect_boxes
 from .bounds.support import along_normal, half_space_bounds, plane_through, plane_uv, points_support, sum_up
 from .cell import (
@@ -188,17 +188,28 @@ def check_flat(owner: str, vertices: Sequence[Vector]) -> None:
 
 def polygon_sheet(vertices: Sequence[Vector], motion: Motion, uv: UV) -> PolygonSheet:
     """Return a loop after a motion. Its normal stays on the same physical side, also after a mirror image."""
-    rows, shift = motion.affine
-    points = [_transform_points(rows, shift, ex.exact_row(vertex)) for vertex in vertices]
-    normal, middle = newell_sum(points), _middle(points)
-    # A mirror turns the sense of the loop round, and with it the vector that Newell's sum gives
-    if ex.determinant(rows) < 0:
-        normal = (-normal[0], -normal[1], -normal[2])
+    own = [ex.exact_row(vertex) for vertex in vertices]
+    normal = newell_sum(own)
     # A triangle has the offset of any corner. Other loops have n·middle, divided last: so the offset is exact if its
     # exact value is a binary fraction
-    offset = ex.dot(normal, points[0]) if len(points) == 3 else ex.dot(normal, _sum(points)) / len(points)
-    plane = PlaneSurface(normal, offset, middle)
-    return PolygonSheet(plane, tuple(points), transform_uv(uv, motion))
+    offset = ex.dot(normal, own[0]) if len(own) == 3 else ex.dot(normal, _sum(own)) / len(own)
+    is_oblique = count_nonzero(ex.rounded_row(normal)) > 1  # else the coordinate of the middle is one of the corners'
+    (rows, shift), factor = motion.affine, motion.similarity
+    # Newell's sum after the motion: by the inverse transpose where lengths keep their ratios, else by products alone.
+    # A mirror turns the sense of the loop round, and with it the vector that Newell's sum gives
+    if factor is None:
+        across = ex.cross(rows[1], rows[2]), ex.cross(rows[2], rows[0]), ex.cross(rows[0], rows[1])
+        size = ex.determinant(rows)
+        sense = 1 if size > 0 else -1
+        x, y, z = (sense * each for each in ex.apply(across, normal))
+        normal, end = (x, y, z), ex.dot((x, y, z), shift, sense * size * offset)
+    else:
+        turned, size = PlaneSurface(normal, offset).moved(motion), abs(factor * factor * factor)
+        x, y, z, end = (size * each for each in (*turned.normal, turned.offset))
+        normal = x, y, z
+    plane = PlaneSurface(normal, end, motion.carried(_middle(own)), 0.0, is_offset_better=bool(is_oblique))
+    points = tuple(_transform_points(rows, shift, point) for point in own)
+    return PolygonSheet(plane, points, transform_uv(uv, motion))
 
 
 def _transform_points(rows: ex.Rows, shift: ex.Row, point: ex.Row) -> ex.Row:

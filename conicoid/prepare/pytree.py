@@ -6,6 +6,7 @@ Shapes of one structure can be lowered by one recording.
 from __future__ import annotations
 
 import dataclasses
+import math
 import operator
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from functools import cache
@@ -52,20 +53,20 @@ def flatten(thing: Any) -> ShapeParameters | None:
 def _flatten_value(value: Any, form: list[Hashable], numbers: list[float]) -> bool:
     """Flatten a value of a field into `form` and `numbers`; return False for a value of another type."""
     kind = type(value)
-    if kind is float:
+    if kind is float and math.isfinite(value):
         form.append(float)
         numbers.append(value)
     elif kind is tuple:
         form.append(len(value))
         for place, each in enumerate(value):
-            if type(each) is float:
+            if type(each) is float and math.isfinite(each):
                 numbers.append(each)
                 continue
             # Places of items that are no floats separate, say, ((1.0, 2.0), 3.0) from (1.0, (2.0, 3.0)).
             form.append((place,))
             if not _flatten_value(each, form, numbers):
                 return False
-    elif value is None or kind in (str, bool, int):
+    elif value is None or kind in (str, bool, int, float):  # the radius of a flat lens is infinite
         form.append(value)
     elif isinstance(value, Mapping):  # coefficients by their names
         form.append(tuple(value))
@@ -165,27 +166,28 @@ def _column_numbers(column: Sequence[Any]) -> Sequence[float] | None:
     if len(kinds) > 1:
         return None
     kind = next(iter(kinds), float)
-    if kind is float:
+    if kind is float and all(map(math.isfinite, column)):
         return column
     if kind is tuple:
         if len(set(map(len, column))) > 1:
             return None
         within = list(chain.from_iterable(column))
         return _column_numbers(within) if set(map(type, within)) in ({float}, {tuple}) else None
-    return () if kind in (type(None), str, bool, int) and len(set(column)) == 1 else None
+    return () if kind in (type(None), str, bool, int, float) and len(set(column)) == 1 else None
 
 
 def _value_key(value: Any) -> Hashable:
     """Return a key that separates values of different structure, one level deep."""
     if type(value) is tuple:
         return tuple, len(value)
-    return (type(value), value) if type(value) in (str, bool, int) else cast(Hashable, type(value))
+    is_constant = type(value) in (str, bool, int) or (type(value) is float and not math.isfinite(value))
+    return (type(value), value) if is_constant else cast(Hashable, type(value))
 
 
 def _rebuild_value(value: Any, tape: Tape) -> Any:
     """Rebuild a value of a field with traced numbers."""
     if type(value) is float:
-        return tape.input(value)
+        return tape.input(value) if math.isfinite(value) else value
     if isinstance(value, Shape):
         return unflatten(value, tape)
     if isinstance(value, Mapping):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import reduce
 from operator import or_
@@ -10,8 +11,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.geometry.shape import Boolean, Shape, Solid
-from conicoid.prepare import batch_lowering
+from conicoid.geometry.shape import Boolean, Shape
+from conicoid.prepare import batch_lowering, body_collector
 from conicoid.prepare.body_collector import ExactBodySurfaces
 from conicoid.prepare.lowering import lower
 from conicoid.prepare.surface_names import FEWEST_SURFACES
@@ -24,7 +25,7 @@ def rod(x: float, y: float, radius: float, low: float = -1, high: float = 1) -> 
 TEETH = [co.Box((0.8, -0.1, -0.2), (1.3, 0.1, 0.2)).rotate("z", 30 * k) for k in range(12)]
 FLOORS = [co.Box((-1, -1, k), (1, 1, k + 1)) for k in range(3)]
 CORNERS = [(x, y) for x in (-0.5, 0.5) for y in (-0.5, 0.5)]
-PARTS: dict[str, tuple[Solid, int]] = {
+PARTS: dict[str, tuple[Shape, int]] = {
     "plate with flush holes": (co.Box() - reduce(or_, [rod(x, y, 0.2) for x, y in CORNERS]), 6 + 4),
     "plate with long holes": (co.Box() - reduce(or_, [rod(x, y, 0.2, -2, 2) for x, y in CORNERS]), 6 + 4 + 2),
     "peg on a box": (co.Box() | rod(0, 0, 0.2, 1, 2), 6 + 2),
@@ -42,18 +43,23 @@ PARTS: dict[str, tuple[Solid, int]] = {
     "oblique bar about zero": (co.Cylinder((-1, -2, -3), (1, 2, 3), 0.5) - co.Sphere(0.6), 3 + 1),
     # Opposite teeth have their two sides in common
     "gear": ((rod(0, 0, 1, -0.2, 0.2) | reduce(or_, TEETH)) - rod(0, 0, 0.3, -0.2, 0.2), 2 + 2 + 2 * 12 + 12),
+    "flat lens": (co.Lens(5, math.inf, 1, 2), 3),
+    "oblique point": (co.Cone((0, 0, 0), (1, 1, 0), 1, 0), 3),
+    "cup": (co.Cone((0, 0, 0), (0, 0, 2), 1, 0) - co.Cone((0, 0, -0.2), (0, 0, 1.8), 1, 0), 2 * 3),
+    "bowl in a box": (co.Quadric(coefficients={"xx": 1, "yy": 1, "z": -1}) & co.Box(), 1 + 6),
+    "tile": (co.Polygon([(0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 2, 1)]), 1),
     "dish": (co.EllipticParaboloid(1, 1) & co.HalfSpace((0, 0, 1), 1), 2),
     "slice of a cone": (co.EllipticCone(1, 1, 1) & co.HalfSpace((0, 0, 1), 2) & co.HalfSpace((0, 0, -1), -1), 3),
     "waist": (co.OneSheetHyperboloid(1, 2, 1) & co.HalfSpace((0, 0, 1), 1) & co.HalfSpace((0.1, 0, -1), 1), 3),
 }
-"""Solids, and how many different planes and quadrics bound each."""
+"""Shapes, and how many different planes and quadrics bound each."""
 
 
-def turned(shape: Solid, rng: np.random.Generator) -> Solid:
+def turned(shape: Shape, rng: np.random.Generator) -> Shape:
     return shape.rotate(rng.normal(size=3), rng.uniform(0, 360))
 
 
-MOTIONS: dict[str, Callable[[Solid, np.random.Generator], Solid]] = {
+MOTIONS: dict[str, Callable[[Shape, np.random.Generator], Shape]] = {
     "turned": turned,
     "turned about z": lambda shape, rng: shape.rotate("z", rng.uniform(0, 360)),
     "scaled": lambda shape, rng: turned(shape.scale(rng.uniform(0.5, 2)), rng),
@@ -84,6 +90,7 @@ def test_parts_are_prepared_together(part: str, motion: str, monkeypatch: pytest
         if scene:
             watch(ExactBodySurfaces, "name")
             watch(batch_lowering, "lower_shape")
+            watch(body_collector, "lower_shape")
             watch(Boolean, "bounds_under")
         tables = lower(list(map(co.Body, shapes))).tables
     assert len(tables.surface_kind) == surfaces * count

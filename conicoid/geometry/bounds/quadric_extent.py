@@ -73,7 +73,8 @@ def _multiple(vector: list[ex.BigFloat], base: list[ex.BigFloat]) -> ex.BigFloat
     """Return k with vector = k base, None if there is none."""
     lead = max(range(len(base)), key=lambda i: abs(base[i]))
     k = vector[lead] / base[lead]
-    return k if not any(ex.cancelling_sum((v, -k * b)) for v, b in zip(vector, base, strict=True)) else None
+    others = (j for j in range(len(base)) if j != lead)
+    return None if any(ex.cancelling_sum((vector[j], -k * base[j])) for j in others) else k
 
 
 # Whether a quadric solid between planes is bounded: the directions in which it may go to infinity

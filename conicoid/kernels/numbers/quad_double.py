@@ -227,11 +227,18 @@ def nearest(x: QuadDouble) -> tuple[float, float]:
     """Return (the float nearest to x, flag): flag 1 if that is not certain, or not in the middle of the range, else 0.
 
     Ziv's test: both ends of the interval round to the same float. The part below the first two floats is enlarged by
-    more than its addition to the second may lose, so that it moves a number halfway between two floats off that place.
+    more than its addition to the second may lose. Where the first two are halfway between two floats, its sign decides.
     """
     below = (abs(x.c) + abs(x.d)) + x.error
     below = choose(below == 0.0, 0.0, (below + abs(x.b) * 2.0**-52) * 1.0001)
     up, down = x.a + (x.b + below), x.a + (x.b - below)
+    # Halfway: a + 2 b is the float beyond, and a + b rounds to it or to a
+    middle, beyond = x.a + x.b, x.a + (x.b + x.b)
+    gap = choose(middle == x.a, beyond - x.a, choose(middle == beyond, beyond - x.a, 0.0))
+    side = choose(gap == x.b + x.b, x.c + x.d, 0.0)
+    other = choose((side > 0.0) == (x.b > 0.0), beyond, x.a)
+    is_clear = abs(side) * 0.9999 > x.error
+    up, down = choose(is_clear, other, up), choose(is_clear, other, down)
     size = abs(up)
     inside = choose(size < 2.0**900, choose(size > 2.0**-800, 0.0, choose(size == 0.0, 0.0, 1.0)), 1.0)
     return up + 0.0, choose(up == down, inside, 1.0)

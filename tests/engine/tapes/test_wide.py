@@ -159,6 +159,19 @@ def test_exact_halves_round_to_even_and_possible_halves_stay_undecided():
     assert play(tape, [[1.0, 2.0**-53, 3.0]]).state[0] == STATE_UNDECIDED
 
 
+@pytest.mark.parametrize("start", [1.0, 1.0 + 2.0**-52, -1.0, 2.0 - 2.0**-52, 0.1, -3.7e-5])
+def test_beside_a_half_the_rest_decides(start):
+    """From a float, half of the gap on either side, and less than a thousandth of a float more or less than that."""
+    tape = Tape()
+    a, b, c = (tape.input(x) for x in (1.0, 2.0**-53, 2.0**-110))
+    tape.write(number.rounded((a.exact() + b.exact()) + c.exact()))
+    halves = [(math.nextafter(start, sense * math.inf) - start) / 2 for sense in (1, -1)]
+    rows = [(start, half, sense * abs(half) * 2.0**-k) for half in halves for sense in (1, -1) for k in (57, 80, 100)]
+    played = play(tape, rows)
+    assert (played.state == STATE_VALID).all()
+    assert played.floats[:, 0].tolist() == [float(sum(map(Fraction, row))) for row in rows]
+
+
 def test_bodies_that_fail_a_recorded_test_take_another_branch():
     tape = Tape()
     a, b = tape.input(3.0), tape.input(2.0)
