@@ -1,7 +1,7 @@
 """Files as other programs write them, made by script: CAD cells, cut lattices, polycones. And bodies under motions.
 
 python benchmarks/decks.py             # seconds to read and prepare each file, µs a ray
-python benchmarks/decks.py --bodies    # µs a body: 200 alike and 200 all different, by the worst of three motions
+python benchmarks/decks.py --bodies    # µs a body: 200 alike and 200 all different, by the worst of four motions
 """
 
 from __future__ import annotations
@@ -243,7 +243,27 @@ def bodies() -> dict[str, Any]:
     def box(rng: Any) -> Any:
         return co.Box((-size(rng), -size(rng), -size(rng)), (size(rng), size(rng), size(rng)))
 
+    def rod(x: float, y: float, radius: float, height: float) -> Any:
+        return co.Cylinder((x, y, -height), (x, y, height), radius)
+
+    def plate(rng: Any) -> Any:
+        radius, at = 0.3 * size(rng), (-0.5, 0.5)
+        return box(rng) | co.Box() - co.Union(tuple(rod(x, y, radius, 1) for x in at for y in at))
+
+    def gear(rng: Any) -> Any:
+        width = 0.1 + 0.05 * size(rng)
+        teeth = [co.Box((0.8, -width, -0.2), (1.3, width, 0.2)).rotate("z", 30 * k) for k in range(12)]
+        return co.Union((rod(0, 0, 1, 0.2), *teeth)) - rod(0, 0, width, 0.2)
+
     return {
+        "plate with flush holes": plate,
+        "gear of 12 teeth": gear,
+        "half of a ball": lambda r: co.Sphere(size(r)) & co.HalfSpace((0, 0, 1), 0),
+        "die": lambda r: (co.Box() & co.Sphere(1.4)) - co.Sphere(0.2 * size(r), (0, 0, 1)),
+        "dish": lambda r: co.EllipticParaboloid(size(r), size(r)) & co.HalfSpace((0, 0, 1), size(r)),
+        "flat lens": lambda r: co.Lens(7 + size(r), float("inf"), thickness=1 + size(r) / 9, diameter=2.0),
+        "cup": lambda r: co.Cone((0, 0, 0), (0, 0, 2), size(r), 0) - co.Cone((0, 0, -0.2), (0, 0, 1.8), size(r), 0),
+        "tile": lambda r: co.Polygon([(0, 0, 1), (size(r), 0, 1), (1, 1, 1), (0, 1 + size(r), 1)]),
         "tetrahedron of half-spaces": tetrahedron,
         "slanted prism of half-spaces": prism,
         "slanted prism - ball": lambda r: prism(r) - co.Sphere(float(r.uniform(0.2, 0.4))),
@@ -269,7 +289,9 @@ def bodies() -> dict[str, Any]:
 
 def placed(shape: Any, how: str, rng: Any) -> Any:
     to = tuple(rng.uniform(-5, 5, 3).tolist())
-    if how == "turned":
+    if how == "rolled":
+        shape = shape.rotate("z", float(rng.uniform(-180, 180)))
+    elif how == "turned":
         shape = shape.rotate(tuple(rng.normal(size=3).tolist()), float(rng.uniform(-180, 180)))
     elif how == "scaled":
         shape = shape.scale(tuple(rng.uniform(0.5, 2, 3).tolist()))
@@ -284,7 +306,7 @@ def moved_bodies() -> None:
         cells = []
         for alike in (True, False):
             worst = (0.0, "")
-            for how in ("moved", "turned", "scaled"):
+            for how in ("moved", "rolled", "turned", "scaled"):
                 spent = []
                 for run in range(RUNS):
                     rng = np.random.default_rng(run)
