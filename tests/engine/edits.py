@@ -1,4 +1,4 @@
-"""Scenes that are edited again and again, of bodies apart or with walls in common, and what must be true of each of them.
+"""Scenes after chains of edits, of bodies apart or with walls in common, and the laws that each must satisfy.
 
 An edited scene has the tables of the scene from the beginning, to the bit, and its answers.
 """
@@ -24,7 +24,7 @@ Edit = Callable[[co.Scene, Any], co.Scene]
 
 
 def same_tables(a, b):
-    """Everything but trees, to the bit."""
+    """Compare all tables but trees, to the bit."""
     p, q = a._prepared.lowered, b._prepared.lowered
     for name, column in p.tables._asdict().items():
         other = getattr(q.tables, name)
@@ -50,7 +50,7 @@ def same_answers(a, b, rng, count=200):
 
 
 def same(scene):
-    """Compare the tables, and the classes of equal surfaces for the next edit, with those of a scene made anew."""
+    """Compare the tables, and the classes of equal surfaces for the next edit, with those of a new scene."""
     fresh = co.Scene(scene.bodies)
     same_tables(scene, fresh)
     ours, others = scene._prepared.lowered.layout, fresh._prepared.lowered.layout
@@ -61,7 +61,7 @@ def same(scene):
 
 
 def leaves(scene):
-    """The items of the leaves of the tree over the entries: each leaf's, by its first place."""
+    """Return the items of each leaf of the tree over the entries, by the leaf's first place."""
     found, tree = {}, Nodes(scene)
     tables, first = scene._prepared.lowered.tables, int(scene._prepared.woods.places[-1])
     items = tables.leaf_items
@@ -74,7 +74,7 @@ def leaves(scene):
 
 
 def written_anew(scene):
-    """`leaves` after all have been written."""
+    """Return `leaves` after all leaves have been written."""
     before = leaves(scene)
     copy = scene._prepared.geometry._replace(floats=scene._prepared.geometry.floats.copy())
     scene._prepared.lowered.tables.leaf_items[...] = 0.0
@@ -85,7 +85,7 @@ def written_anew(scene):
 
 
 def checked(scene):
-    """The scene is what it is from the beginning, with its trees and the items of their leaves."""
+    """Check the scene, its trees and the items of their leaves against the scene from the beginning."""
     same(scene)
     Nodes(scene).check()
     before, after = written_anew(scene)
@@ -93,7 +93,7 @@ def checked(scene):
 
 
 def content(scene):
-    """All numbers of a scene."""
+    """Return all numbers of a scene."""
     lowered, rest = scene._prepared.lowered, scene._prepared.lowered.rest
     parts = (*lowered.tables, lowered.boxes, lowered.frames, lowered.body_frame, lowered.body_item, rest.planes,
              rest.spheres, rest.quadrics, rest.vertices)  # fmt: skip
@@ -101,7 +101,7 @@ def content(scene):
 
 
 def note_memory_taken(monkeypatch) -> list[bool]:
-    """Whether each exchange from now on finds memory that was another scene's, or that of the one it is made from."""
+    """Note whether each exchange from now on takes the memory of another scene, or that of the scene before."""
     found, begin = [], exchange.InPlaceEdit.__init__
 
     def noted(self, *arguments):
@@ -116,7 +116,7 @@ def note_memory_taken(monkeypatch) -> list[bool]:
 
 
 def bored(radius, at):
-    """Five leaves, three pairs of whose walls are a pair of planes."""
+    """Return a body of five leaves. The walls of three pairs of leaves are a pair of planes each."""
     solid = CUBE & co.Sphere(1.3)
     for axis in np.eye(3):
         solid = solid - co.Cylinder((-2 * axis).tolist(), (2 * axis).tolist(), radius)
@@ -124,7 +124,7 @@ def bored(radius, at):
 
 
 def anywhere(rng):
-    """A body of one of many kinds, whose walls are no other body's."""
+    """Return a body of one of many kinds, with walls that no other body has."""
     at, turn = tuple(rng.uniform(-4, 4, 3).tolist()), (tuple(rng.normal(size=3).tolist()), float(rng.uniform(0, 180)))
     red = co.matte("red")
     many = CUBE
@@ -140,7 +140,7 @@ def anywhere(rng):
         lambda: many.rotate(*turn).translate(at),
         lambda: (co.Disc((0, 0, 0), (0, 0, 1), 2) - co.Sphere(1)).rotate(*turn).translate(at),
         lambda: co.Polygon([(0, 0, 0), (1, 0, 0), (0, 1, 0)]).rotate(*turn).translate(at),
-        lambda: CUBE.scale(0.2).translate((float(rng.integers(-2, 3)), 0, 0)),  # walls that are others', too
+        lambda: CUBE.scale(0.2).translate((float(rng.integers(-2, 3)), 0, 0)),  # walls that others have too
     ]
     return kinds[-1 if rng.random() < 0.03 else rng.integers(0, len(kinds) - 1)]()
 
@@ -151,7 +151,7 @@ def bodies(count, seed=1, more=()):
 
 
 def moved(scene, rng):
-    """One or two bodies moved, or exchanged for others of their kind or of any."""
+    """Move one or two bodies, or exchange them for others of their kind or of any."""
     for _ in range(rng.integers(1, 3)):
         name = str(rng.integers(0, 20))
         motion = tuple(rng.uniform(-0.3, 0.3, 3).tolist())
@@ -166,7 +166,7 @@ def moved(scene, rng):
 
 
 def standing(rng):
-    """A body that stands on the floor z = 0, or is as high as others, or is the same ball as others."""
+    """Return a body that stands on the floor z = 0, or is as high as others, or is the same ball as others."""
     x, y = rng.uniform(-4, 4, 2).tolist()
     kinds = [
         lambda: co.Box((x, y, 0), (x + 0.5, y + 0.3, 1)),
@@ -182,7 +182,7 @@ def standing(rng):
 
 
 def slid(scene, rng):
-    """Bodies slid along the floor, or raised, or swapped with others that stand there."""
+    """Slide bodies along the floor, or raise them, or swap them with others that stand there."""
     for _ in range(rng.integers(1, 3)):
         name, what = str(rng.integers(0, 20)), rng.integers(0, 12)
         along = (*rng.uniform(-0.3, 0.3, 2).tolist(), 0.0)
@@ -196,7 +196,7 @@ def slid(scene, rng):
 
 
 def some_shape(rng) -> co.Shape:
-    """On a coarse grid, so that much coincides: of all kinds that lower in ways of their own."""
+    """Return a shape on a coarse grid, so that much coincides, of any kind with its own lowering."""
     x, y, z = at = tuple(float(v) for v in rng.integers(-2, 3, 3))
     drilled = UNIT - co.Sphere(0.5, (1, 1, 1)).painted(co.matte("red"))
     many = UNIT
@@ -221,7 +221,7 @@ def some_shape(rng) -> co.Shape:
 
 
 def edited(scene: co.Scene, rng, names) -> co.Scene:
-    """One edit: of the first or the last entry in some cases."""
+    """Make one edit, of the first or the last entry in some cases."""
     last = len(scene.bodies) - 1
     name = scene.bodies[int(rng.choice([0, last, rng.integers(0, last + 1)]))].name
     what = rng.integers(0, 4)
@@ -236,7 +236,7 @@ def edited(scene: co.Scene, rng, names) -> co.Scene:
 
 
 def wall_to_wall(rng):
-    """Blocks, pins and balls on a grid of eighths, so that walls are in common now and then."""
+    """Return blocks, pins and balls on a grid of eighths, so that some walls coincide."""
     at = tuple((rng.integers(-8, 9, 3) / 8).tolist())
     many = UNIT
     for corner in (rng.integers(0, 9, (3, 3)) / 8).tolist():
@@ -252,7 +252,7 @@ def wall_to_wall(rng):
 
 
 def pushed(scene, rng):
-    """Bodies moved by eighths, and turned, and exchanged; half of them along a wall."""
+    """Move bodies by eighths, turn them, or exchange them; half of them along a wall."""
     for _ in range(rng.integers(1, 3)):
         name, what = str(rng.integers(0, 20)), rng.random()
         step = rng.integers(-4, 5, 3) / 8 * (rng.random(3) < 0.5)
@@ -269,19 +269,19 @@ def pushed(scene, rng):
 # the tables, and each piece moves by another number of places. A step often equals the distance of two sides of a box.
 
 GROUPS = (("2", "4"), ("6", "8", "10"), ("12", "13"), ("15", "16"), ("18", "20"))
-"""Two of these are of bodies that come one after the other, which are one piece."""
+"""Two of these are bodies one behind the other in the list, which are one piece."""
 _BODIES, _OFTEN = 22, (0.3, 0.1, 0.15, 0.15, 0.3)
 _UNIT = 2.0**-20
-"""All walls are at whole numbers of these, which sums and differences do not round."""
+"""All walls are at whole multiples of this, which sums and differences do not round."""
 
 
 def _whole(rng, low, high, size=3):
-    """Random numbers, nearly always all different."""
+    """Return random numbers, nearly all different."""
     return rng.integers(int(low / _UNIT), int(high / _UNIT), size) * _UNIT
 
 
 def touching(rng, count, axis):
-    """Boxes of which most have a wall across an axis in common with the one before; a ball for each, often the same."""
+    """Return boxes, most of which share a wall across an axis with the one before, and a ball for each, often the same."""
     boxes, balls = [], []
     for number in range(count):
         low, size = _whole(rng, -4, 4), _whole(rng, 0.25, 2)
@@ -294,14 +294,14 @@ def touching(rng, count, axis):
 
 
 def _put(rng, group, kinds):
-    """What a group is exchanged for: for each body one of its own kind, with walls in common across an axis or other."""
+    """Return the new bodies of a group: each of its own kind, with walls in common across an axis or other walls."""
     axis = rng.integers(0, 3) if rng.random() < 0.1 else GROUPS.index(group) % 3
     boxes, balls = touching(rng, len(group), axis)
     return [box - ball if name in kinds else box for name, box, ball in zip(group, boxes, balls, strict=True)]
 
 
 def neighbours(rng):
-    """(scene, names of the bodies that have a ball taken out)."""
+    """Return (scene, names of the bodies with a hole of a ball)."""
     kinds = {str(number) for number in range(_BODIES) if rng.random() < 0.2}
     shapes = {}
     for group in GROUPS:
@@ -313,9 +313,9 @@ def neighbours(rng):
 
 
 def rearranged(scene, rng, kinds):
-    """One or two groups moved as they are, or with other walls in common than before, or some of a group alone.
+    """Move one or two groups as they are, or with other walls in common than before, or a part of a group.
 
-    All in one preparation.
+    All changes go into one preparation.
     """
     for which in rng.choice(len(GROUPS), rng.integers(1, 3), replace=False, p=_OFTEN).tolist():
         group, how = GROUPS[which], rng.random()
@@ -345,13 +345,13 @@ MORE = {
         (), (co.Plane((0, 0, 1), 0),), (co.Spheres(np.random.default_rng(2).integers(-8, 9, (9, 3)) / 8, 0.25),),
     ),
 }  # fmt: skip
-"""What stands beside bodies that are edited, by seed."""
+"""Bodies beside those that are edited, by seed."""
 KINDS = {"of all kinds": (anywhere, moved), "on one floor": (standing, slid), "blocks and pins": (wall_to_wall, pushed)}
 WORLDS = (*KINDS, "on a grid", "groups that touch")
 
 
 def world(name: str, seed: int, count: int, rng: Any) -> tuple[co.Scene, Edit]:
-    """(a scene of so many bodies, what edits it)."""
+    """Return (a scene of so many bodies, its edit)."""
     if name == "groups that touch":
         scene, kinds = neighbours(rng)
         return scene, lambda scene, rng: rearranged(scene, rng, kinds)
@@ -365,7 +365,10 @@ def world(name: str, seed: int, count: int, rng: Any) -> tuple[co.Scene, Edit]:
 
 
 def chain(name: str, seed: int, edits: int, count: int) -> int:
-    """Edits one after the other, each checked; with odd seeds some scenes are held meanwhile. How many changed what coincides."""
+    """Make edits one after the other and check each; with odd seeds, hold some of the scenes.
+
+    Return how many changed the coincidences.
+    """
     rng = np.random.default_rng(seed)
     scene, change = world(name, seed, count, rng)
     scene.prepare()

@@ -1,4 +1,4 @@
-"""A scene's trees, read from its tables: what stands where, and how many nodes a point visits."""
+"""A scene's trees, read from its tables: where each entry stands, and how many nodes a point visits."""
 
 import math
 
@@ -37,7 +37,7 @@ class Nodes:
         return [entry for root in self.roots if root < 0 for entry in self.leaf(root)]
 
     def check(self):
-        """Every entry in one leaf, boxes in boxes; how high a stack may grow that holds all children of a path."""
+        """Check that every entry is in one leaf and boxes lie in boxes, and the height of a stack."""
         found, highest = self.beside(), len(self.roots)
         pending = [(root, None, len(self.roots)) for root in self.roots if root >= 0]
         while pending:
@@ -66,7 +66,7 @@ class Nodes:
         assert np.isfinite(self.extent[[0, 2, 3, 4]]).all()
 
     def visits(self, point):
-        """How many nodes hold a point, or are roots."""
+        """Return the number of nodes that hold a point or are roots."""
         pending, count = [root for root in self.roots if root >= 0], 0
         while pending:
             node = pending.pop()

@@ -1,6 +1,6 @@
-"""Machine code for the levels of wheels, whatever this processor is: a kernel as Numba hands it to LLVM, then as built.
+"""Machine code for the levels of wheels, whatever this processor is: a kernel before and after LLVM's optimisation.
 
-Each works in a process of its own: where LLVM has no code for something it ends the process.
+Each runs in a process of its own, because LLVM ends the process where it has no code for an operation.
 """
 
 from __future__ import annotations
@@ -80,14 +80,14 @@ def _run(program: str, *arguments: object) -> subprocess.CompletedProcess[str]:
 
 
 def before_optimization(program: str, path: Path) -> Path:
-    """What a program writes to the file that it is told: LLVM's code of a kernel, with all that it calls."""
+    """Return the output file of a program: LLVM's code of a kernel, with all that it calls."""
     run = _run(program, path)
     assert run.returncode == 0, run.stderr[-2000:]
     return path
 
 
 def assembly(code: Path, processor: str, optimized: bool = True) -> str:
-    """The instructions of LLVM's code on a processor, as a wheel has them."""
+    """Return the instructions of LLVM's code on a processor, as in a wheel."""
     run = _run(BACK, code, *LEVELS[processor], "optimized" if optimized else "as it is")
     if "Unable to find target" in run.stderr or "No available targets" in run.stderr:
         pytest.skip(f"this LLVM makes no code for {processor}")
@@ -96,7 +96,7 @@ def assembly(code: Path, processor: str, optimized: bool = True) -> str:
 
 
 def functions(text: str) -> dict[str, list[str]]:
-    """The instructions of each function, by its name."""
+    """Return the instructions of each function, by name."""
     found: dict[str, list[str]] = {}
     name = ""
     for line in text.splitlines():

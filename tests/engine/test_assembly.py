@@ -1,4 +1,4 @@
-"""The lane loops are vectors in the machine code, at every level of a wheel that has them, whatever this processor is."""
+"""The lane loops are vectors in the machine code, at every level of a wheel that has vectors, on any processor."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ import pytest
 
 from .processors import FRONT, assembly, before_optimization, functions
 
-pytestmark = pytest.mark.deep  # the kernel of first hits is compiled anew; test_targets.py looks at one of its loops
+pytestmark = pytest.mark.deep  # it compiles the kernel of first hits; test_targets.py tests one of its loops
 
 WIDTHS = {"x86-64-v3": "ymm", "x86-64-v4": "zmm"}
-"""The registers of vectors."""
+"""Vector registers."""
 
 
 @pytest.fixture(scope="module")
 def code(tmp_path_factory):
-    """`trace_first` with all that it calls, before LLVM optimises it for a processor."""
+    """Return `trace_first` with all that it calls, before LLVM optimises it for a processor."""
     return before_optimization(FRONT, tmp_path_factory.mktemp("code") / "trace_first.bc")
 
 
 def arithmetic(found: dict[str, list[str]], loop: str, wide: str) -> tuple[int, int]:
-    """(instructions on whole vectors, on single numbers) among the arithmetic of functions with this in their names."""
+    """Return the counts (instructions on whole vectors, on single numbers) of the arithmetic of functions by name."""
     lines = [line for name, body in found.items() if loop in name for line in body]
     kind = r"^v(?:fn?m(?:add|sub)\d+|add|sub|mul|sqrt|div|min|max)"
     vectors = sum(1 for line in lines if re.match(kind + "pd", line) and re.search(wide, line))
@@ -31,11 +31,12 @@ def arithmetic(found: dict[str, list[str]], loop: str, wide: str) -> tuple[int, 
 
 @pytest.mark.parametrize("processor", WIDTHS)
 def test_lane_loops_are_vectors(code, processor):
-    """Balls; quadrics and planes of cells; boxes. About two thirds of what stood there when this was written.
+    """Most arithmetic of the loops is on whole vectors, for balls, quadrics and planes of cells, and boxes.
 
-    What follows from an origin that all lanes share stands before the loops, in single numbers. The loops of Boolean
-    bodies are mostly comparisons; they have scalar forms too, for arrays that overlap, which the compiler cannot know
-    do not. However functions are merged, much of the arithmetic, and roots, are on whole vectors.
+    The limits are about two thirds of the counts when this test was written. Values of an origin that all lanes share
+    stand before the loops, as single numbers. The loops of Boolean bodies are mostly comparisons. They also have scalar
+    forms, because the compiler cannot know that arrays do not overlap. However LLVM merges functions, much of the
+    arithmetic, and roots, are on whole vectors.
     """
     wide = WIDTHS[processor]
     found = functions(assembly(code, processor))
@@ -53,7 +54,10 @@ def test_lane_loops_are_vectors(code, processor):
 
 @pytest.mark.parametrize("processor", ["generic", "apple-m1"])
 def test_packets_are_vectors_on_arm(code, processor):
-    """Of two doubles: what is written in vectors is; of loops LLVM thinks that two are hardly worth it."""
+    """Vectors have two doubles there.
+
+    Code that is written in vectors is compiled to them; LLVM finds two too few for most loops.
+    """
     lines = [
         line for name, body in functions(assembly(code, processor)).items() if "trace_packet" in name for line in body
     ]

@@ -1,4 +1,4 @@
-"""Which walls are one surface: by exact names, before turns that they have in common, of many shapes at once."""
+"""Which walls are one surface: by exact names, before turns in common, for many shapes at once."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ from .test_tables import solids_of
 
 
 def test_copies_of_a_far_plane_move_nothing():
-    """Planes that were found equal are written down, too: places are worked out about those that are left.
+    """A half-space that is turned about its own normal (1, 2, 3), and carried along its wall, is the same plane.
 
-    A half-space turned about its own normal (1, 2, 3), and carried along its wall, is the same one.
+    Copies do not move the point about which places are computed.
     """
     far = 0.1 * 10**5
     same = [
@@ -52,7 +52,7 @@ def test_copies_of_a_far_plane_move_nothing():
 
 @pytest.mark.parametrize("seed", range(6))
 def test_surfaces_are_one_where_their_names_are(seed):
-    """Every two surfaces of a random scene are compared by their exact names, none by where they lie."""
+    """The test compares exact names of every two surfaces of a random scene, without regard to their places."""
     bricks = [co.Box((k, 0, 0), (k + 1, 1, 1)).rotate((1, 2, 3), 20) for k in range(4)]
     lowered = lower([co.Body(shape) for shape in solids_of(random.Random(seed)) + bricks])
     tables, exact = lowered.tables, lowered.exact
@@ -61,11 +61,11 @@ def test_surfaces_are_one_where_their_names_are(seed):
     given = len(lowered.layout.kinds)
     every = {exact.bodies.name(number)[0] for number in range(given)}
     assert every == set(names)
-    assert given >= len(names) + 15  # four sides and three walls between bricks are in common
+    assert given >= len(names) + 15  # four sides and three walls between bricks are common
     assert (tables.surface_kind == PLANE).sum() >= 9
 
 
-# --- Walls that coincide under a turn that they have in common are one, as their exact names say; without these names
+# --- Walls that coincide under a common turn are one, as their exact names have it, even where no names are computed
 
 
 def at_an_angle(shape: Solid) -> Solid:
@@ -73,7 +73,7 @@ def at_an_angle(shape: Solid) -> Solid:
 
 
 def walls() -> list[co.Body]:
-    """Boxes, balls and pipes at an angle that share walls, with each other and with what is moved otherwise."""
+    """Return boxes, balls and pipes at an angle that share walls, with each other and with bodies under another motion."""
     shapes: list[Solid] = []
     for i in range(6):
         for j in range(4):
@@ -110,7 +110,7 @@ def walls() -> list[co.Body]:
 
 @pytest.fixture
 def named(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """Numbers of the surfaces that get an exact name."""
+    """Return the numbers of the surfaces that get an exact name."""
     found: list[int] = []
     name = ExactBodySurfaces.name
 
@@ -133,7 +133,7 @@ def test_tables_are_those_of_exact_names(named: list[int], monkeypatch: pytest.M
 
 
 def test_planes_that_shifts_carry_are_named_by_their_exact_sums() -> None:
-    """Of sums that two floats do not hold, as 2^60 + 1 + 2^-60, equal steps are enough."""
+    """Two floats do not hold sums such as 2^60 + 1 + 2^-60. For equal names, equal steps are enough."""
     offsets = [
         (0.1, 0.2),
         (0.3,),
@@ -152,7 +152,7 @@ def test_planes_that_shifts_carry_are_named_by_their_exact_sums() -> None:
 
 
 def test_a_wire_from_both_sides_of_its_frame_has_one_name() -> None:
-    """Wires of two halves of a detector touch end to end: frames with opposite axes carry them to one cylinder."""
+    """Wires of two halves of a detector touch end to end: frames with opposite axes carry both to one cylinder."""
     wire = co.Revolution([(0, 1), (0.075, 1), (0.075, 2), (0, 2)])
     chains = [(Translate((0.1, sign * 12190.7, 0.0)), Rotate((1.0, 0.0, 0.0), sign * 90.0)) for sign in (1, -1)]
     chains.append((Translate((0.1, 12190.6, 0.0)), Rotate((1.0, 0.0, 0.0), 90.0)))
@@ -163,7 +163,7 @@ def test_a_wire_from_both_sides_of_its_frame_has_one_name() -> None:
 
 @pytest.mark.parametrize("turn", [("z", 0), ("z", 90), ("x", -90)])
 def test_surfaces_within_which_bodies_turn_or_slide_need_no_exact_name(turn, named: list[int]) -> None:
-    """40 plates turned about the normal of their faces, and 40 segments of a pipe along its axis, all tilted."""
+    """40 plates are turned about the normal of their faces, and 40 segments of a pipe along its axis, all tilted."""
     plates = [co.Box((2, -0.1, 0), (3, 0.1, 1)).rotate("z", 7 * k).translate((0, 0, 0.25)) for k in range(40)]
     pipe = [co.Revolution([(0, k), (0.3, k), (0.3, k + 1), (0, k + 1)]).translate((5, 1, 0)) for k in range(40)]
     spun = [part.rotate("z", 11) for part in pipe]  # off its axis: another pipe
@@ -171,7 +171,7 @@ def test_surfaces_within_which_bodies_turn_or_slide_need_no_exact_name(turn, nam
     tables = lower([co.Body(shape) for shape in shapes]).tables
     assert not named
     assert (tables.surface_kind == QUADRIC).sum() == 2
-    # Four sides of each plate, which have no two directions in common, and all ends at 0.25, at 1.25, and at 0 to 40
+    # Four sides of each plate, no two in one direction, and all ends at 0.25, at 1.25, and at 0 to 40
     assert (tables.surface_kind == PLANE).sum() == 4 * 40 + 2 + 41
 
 
@@ -186,7 +186,7 @@ def test_walls_an_ulp_apart_are_two() -> None:
 
 
 def test_crystals_of_modules_are_prepared_without_a_name_for_each(named: list[int]) -> None:
-    """Five modules of 10 × 5 crystals: 2 × 10 planes across each, 2 × 5 along, and two that all have in common."""
+    """Five modules of 10 × 5 crystals have 2 × 10 planes each across, 2 × 5 along, and two that all share."""
     crystal = co.Box((-0.45, -0.45, -0.5), (0.45, 0.45, 0.5))
     bodies = [
         co.Body(crystal.translate((10 + i, j, 0)).rotate("z", angle), "red")
@@ -198,9 +198,9 @@ def test_crystals_of_modules_are_prepared_without_a_name_for_each(named: list[in
 
 @pytest.mark.parametrize(("axis", "caps"), [("x", 2 * 40), ((1, 1e-3, 0), 2 * 120)])
 def test_caps_of_parallel_wires_are_one_plane_where_the_wires_lie_side_by_side(named, axis, caps) -> None:
-    """As detectors have them: three layers of 40 wires, one after the other along x; all are turned about x.
+    """As in detectors, three layers of 40 wires stand one after the other along x, all turned about x.
 
-    About another axis the same shift moves the caps, as n·s is not 0 for a shift s.
+    About another axis the same shift moves the caps, because n·s is not 0 for a shift s.
     """
     bodies = [
         co.Cylinder((0, 0, -5 - k / 7), (0, 0, 5 + k / 7), 0.1).rotate(axis, 35.7).translate((x, 3.1 * k, 0.7 * k))
@@ -212,7 +212,7 @@ def test_caps_of_parallel_wires_are_one_plane_where_the_wires_lie_side_by_side(n
 
 
 def slanted_cells(factor: float) -> list[co.Body]:
-    """As files list cells: 60 slanted planes, each of a solid on one side and, times a factor, of a gap on the other."""
+    """Return cells as files list them: 60 slanted planes of a solid on one side, times a factor of a gap on the other."""
     rng = np.random.default_rng(5)
     bodies: list[co.Body] = []
     for normal, offset in zip(rng.normal(size=(60, 3)).tolist(), rng.uniform(0.5, 2, 60).tolist(), strict=True):
@@ -224,7 +224,7 @@ def slanted_cells(factor: float) -> list[co.Body]:
 
 @pytest.mark.parametrize("factor", [1.0, 2.0, 3.0])
 def test_half_spaces_have_exact_names_only_where_their_numbers_differ(factor, named, monkeypatch) -> None:
-    """Multiples of powers of two have the numbers of the plane itself. Of other multiples most are another plane."""
+    """Multiples by powers of two have the numbers of the plane itself. Most other multiples round to another plane."""
     equal = sum(
         all(Fraction(factor * x) == 3 * Fraction(x) for x in (*plane.normal, plane.offset))
         for plane in (body.shape.operands[1] for body in slanted_cells(factor)[::2])
@@ -242,7 +242,10 @@ def test_half_spaces_have_exact_names_only_where_their_numbers_differ(factor, na
 @pytest.mark.parametrize("count", [1, 10])
 @pytest.mark.parametrize("size", [1e61, 1e8])
 def test_flat_solids_whose_planes_floats_do_not_fit(size, count):
-    """Corners beyond 1e60, and a wall 1e-7 thin at 1e8: such solids are lowered whole, alone and among others."""
+    """The corners lie beyond 1e60, or a wall is 1e-7 thin at 1e8.
+
+    Such solids are lowered whole, alone and among others.
+    """
     thin = ((1e8, 0.0), (1e8 + 1, 0.0), (1e8 + 1, 1e-7), (1e8, 1e-7))
     huge = tuple((size * x, size * y) for x, y in ((0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)))
     outline, at = (huge, (1.0, 1.0)) if size > 1e60 else (thin, (1e8 + 0.5, 5e-8))
@@ -251,7 +254,7 @@ def test_flat_solids_whose_planes_floats_do_not_fit(size, count):
     assert scene.body_at((*at, count - 0.5)) == count - 1
 
 
-# --- What is read of many shapes at once is what is read of each; surfaces that are near by chance are not named
+# --- Places of many shapes at once are those of each; surfaces that are near by chance get no names
 
 
 def test_frames_of_bodies_that_are_turned_or_only_moved():
@@ -270,7 +273,7 @@ def test_frames_of_bodies_that_are_turned_or_only_moved():
 
 
 def exact_place(kind, row, middle, scale, pivot):
-    """The place in fractions: of n·x + c, or of the polynomial, by its values at ten points."""
+    """Return the place in fractions: of n·x + c, or of the polynomial, by its values at ten points."""
     if kind == PLANE:
         *normal, height = row[:4]
         terms = [*normal, sum(n * (a - m) for n, a, m in zip(normal, row[4:], middle, strict=True)) - height]
@@ -298,7 +301,7 @@ def exact_place(kind, row, middle, scale, pivot):
 @pytest.mark.parametrize("size", [1e-150, 1e-60, 1.0, 1e60, 1e150])
 @pytest.mark.parametrize("kind", [PLANE, QUADRIC])
 def test_bounded_places_hold_the_exact_ones(kind, size):
-    """Records of any size with remainders, many of them near others: the error bound holds, and is small."""
+    """Records of any size with remainders lie near others. The error bound holds and is small."""
     rng = np.random.default_rng(11)
     records = rng.normal(size=(40, 7 if kind == PLANE else 19))
     lengths = slice(3, 7) if kind == PLANE else slice(0, 3)
@@ -346,7 +349,7 @@ def test_planes_through_corners_are_exact():
 
 
 def test_halves_of_rods_are_named_only_where_their_axes_are_one(monkeypatch):
-    """Two half rods meet at a rounded middle: that they have one axis follows from fractions, or that they have not."""
+    """Two half rods meet at a rounded middle. Fractions decide whether they have one axis."""
     rng = np.random.default_rng(8)
     starts, ends = rng.uniform(-9, 9, (2, 60, 3)) + 32 * np.arange(60)[:, None] * (1, 0, 0)
     starts[:20], ends[:20] = np.round(8 * starts[:20]) / 8, np.round(8 * ends[:20]) / 8
@@ -402,14 +405,14 @@ def test_walls_of_copies_are_one_where_they_coincide(other: Solid, walls: int) -
 
 
 def test_first_records_by_more_numbers_than_one_float_holds():
-    """Records are compared number by number: here by three, each among 2^18, which makes 2^54 records."""
+    """The test compares records number by number: by three among 2^18 each, which makes 2^54 records."""
     values, last = np.arange(2.0**18), np.full(2, 2**18 - 1, np.int32)
     records = [(values, last), (values, last), (values, np.array([1, 0], np.int32))]
     assert _first_records(np.zeros(2, np.int32), records).tolist() == [1, 1]
 
 
 def test_caps_of_coaxial_cylinders_are_named_by_their_ends(monkeypatch):
-    """Exact numbers of two planes took a turned tube half a millisecond. It has two sides and two caps."""
+    """Exact numbers of two planes took half a millisecond for a turned tube. It has two sides and two caps."""
     monkeypatch.setattr(body_collector, "name_surfaces", None)
     start, end = (0, 0.1, -1), (0.2, 0, 1)
     tube = co.Cylinder(start, end, 0.5) - co.Cylinder(start, end, 0.3)
@@ -422,7 +425,7 @@ def test_caps_of_coaxial_cylinders_are_named_by_their_ends(monkeypatch):
     [
         (ROD, co.Cylinder((0, 0, 0), (0, 0, 1), 0.3), 4),
         (ROD, co.Cone((0, 0, 0), (0, 0, 1), 0.3, 0.1), 4),
-        (ROD, co.Cylinder((0, 0, 0), (0, 0, 1), 0.3).rotate("x", 1e-40), 6),  # equal ends that another step moves
+        (ROD, co.Cylinder((0, 0, 0), (0, 0, 1), 0.3).rotate("x", 1e-40), 6),  # equal ends under another turn
         (ROD, co.Cylinder((0, 0, 1e-40), (0, 0, 1), 0.3), 5),
         (ROD, co.Cylinder((0, 0, 0), (1e-40, 0, 1), 0.3), 6),
         (co.Cylinder((0, 0, 0), (0, 0, 1e-40), 0.5), co.Cylinder((0, 0, 0), (0, 0, 1e-40), 0.3), 4),
@@ -430,13 +433,16 @@ def test_caps_of_coaxial_cylinders_are_named_by_their_ends(monkeypatch):
     ],
 )  # fmt: skip
 def test_caps_are_one_where_ends_and_steps_are_equal(outer: Solid, inner: Solid, surfaces: int) -> None:
-    """The first 100 bits of these planes are equal. Their names decide which planes are the same."""
+    """The first 100 bits of these planes are equal. So names decide which planes are one."""
     tubes = [(outer - inner).rotate((1, 2, 3), 10 + k).translate((3.0 * k, 0, 0)) for k in range(40)]
     assert len(lowering.lower(list(map(co.Body, tubes))).tables.surface_kind) == surfaces * len(tubes)
 
 
 def test_primitives_of_sectors_side_by_side_are_listed(monkeypatch):
-    """To find them by their surfaces took three milliseconds a body: two sides and two walls each, and common caps."""
+    """The search by surfaces took three milliseconds a body.
+
+    A sector has two sides and two walls, and caps in common with others.
+    """
     monkeypatch.setattr(body_collector, "_shape_leaves", None)
     outer, inner = (co.Cylinder((0, 0, 0), (0, 0, 1), r, 10, 70, (1, 0, 0)) for r in (0.5, 0.3))
     sectors = [(outer - inner).translate((3.0 * k, 0, 0)) for k in range(40)]
@@ -444,7 +450,7 @@ def test_primitives_of_sectors_side_by_side_are_listed(monkeypatch):
 
 
 def test_surfaces_of_primitives_that_two_bodies_have_are_not_compared(monkeypatch):
-    """A volume and the hole of its mother are one primitive: its side and its two caps have equal numbers, rounded."""
+    """A volume and the hole in its mother are one primitive: its side and its two caps have equal numbers, rounded."""
     rng = np.random.default_rng(3)
     starts = rng.uniform(-1, 1, (40, 3)) + 4 * np.arange(40)[:, None] * (1, 0, 0)
     rods = [co.Cylinder((0, 0, 0), (0, 0, 1), 0.1).rotate(at, 20 + at[1]).translate(at) for at in starts]

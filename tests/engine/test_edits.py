@@ -1,4 +1,4 @@
-"""Scenes made from scenes have the tables of scenes from the beginning, to the bit, in whatever memory they stand."""
+"""Scenes made from scenes have the tables of scenes from the beginning, to the bit, in any memory."""
 
 import numpy as np
 import pytest
@@ -82,7 +82,7 @@ def test_equal_runs_are_kept(before, after, runs, changed):
 
 
 def test_a_body_under_a_motion_of_its_own_is_lowered_as_those_like_it(monkeypatch):
-    """Its parts are recorded, its motion is not: 8 ms for five parts, if it were worked out alone."""
+    """Its parts are recorded, and its motion is not. Alone, its five parts took 8 ms."""
     drilled = co.Box() - co.Cylinder((0, 0, -2), (0, 0, 2), 0.5)
     rng = np.random.default_rng(0)
     turned = [drilled.rotate(v, 30).translate(v) for v in rng.normal(size=(300, 3)).tolist()]
@@ -97,16 +97,16 @@ def test_a_body_under_a_motion_of_its_own_is_lowered_as_those_like_it(monkeypatc
     assert alone == []
     monkeypatch.undo()
     for body in edited.bodies:
-        parts.lower_shape(body.shape)  # a scene of these takes what is kept with them
+        parts.lower_shape(body.shape)  # a scene of these uses the rows that they keep
     same_tables(edited, co.Scene(edited.bodies))
 
 
-# --- Chains of edits: each scene has the tables of the scene from the beginning, in whatever memory they stand
+# --- Chains of edits: each scene has the tables of the scene from the beginning, in any memory
 
 
 @pytest.fixture
 def taken(monkeypatch):
-    """Whether each exchange takes memory that was another scene's."""
+    """Return whether each exchange takes the memory of another scene."""
     return note_memory_taken(monkeypatch)
 
 
@@ -119,7 +119,7 @@ def test_a_chain_of_edits(name, seed, taken):
 
 @pytest.mark.parametrize(("name", "seed"), sampled([(name, seed) for seed in range(2, 5) for name in KINDS], 4))
 def test_a_chain_of_edits_beside_others(name, seed):
-    """Floors, planes without an end, and many balls in one entry."""
+    """The scene has floors, planes without an end, and many balls in one entry."""
     chain(name, seed, 14, 22)
 
 
@@ -141,7 +141,7 @@ def test_long_chains_of_edits(name, seed):
     chain(name, seed, 60, 20 + 90 * (seed % 4))
 
 
-# --- Bodies that slide along a wall which others have too, leave it, or come to it: exchanged, and not merged anew
+# --- Bodies that slide along a common wall, leave it, or come to it: exchanged without another merge of surfaces
 
 
 TURNED = [lambda s: s, lambda s: s.rotate((1, 2, 3), 25), lambda s: s.scale((1, 2, 0.7)).rotate("x", 10)]
@@ -155,12 +155,12 @@ STEPS = [
     (0, 0, 3),
     (0, 0, -3),
 ]
-"""Along the floor, up, along, down to it, to where the least anchor of all is; onto the others, and down again."""
+"""Along the floor, up, along, down to it, to the least anchor of all; onto the others, and down again."""
 
 
 @pytest.fixture
 def exchanged(monkeypatch):
-    """One for each exchange; no edit may be merged as a whole."""
+    """Return one entry for each exchange; no edit may merge all surfaces again."""
     monkeypatch.setattr(scene_edit, "SpliceEdit", None)
     return note_memory_taken(monkeypatch)
 
@@ -170,7 +170,7 @@ def named(shapes):
 
 
 def steps(shapes, which, motions, turn=lambda s: s):
-    """Scenes in which a shape has been moved, one from another, each checked; and as asked by rays. All are turned."""
+    """Return scenes, each with one shape moved from the one before, checked, and with rays. All are turned."""
     scene = named([turn(shape) for shape in shapes])
     scene.prepare()
     rng, first, numbers = np.random.default_rng(1), scene, content(scene)
@@ -185,7 +185,7 @@ def steps(shapes, which, motions, turn=lambda s: s):
 
 @pytest.mark.parametrize(("which", "turn"), sampled([(which, turn) for which in range(5) for turn in TURNED], 4))
 def test_a_box_on_a_floor(turn, which, exchanged):
-    """One of them has the record that stands for the floor at first, and others may afterwards."""
+    """At first the record of one box stands for the floor, and later that of another may."""
     boxes = [co.Box((2 * k, -k, 0), (2 * k + 1, 1 - k, high)) for k, high in enumerate((1, 2, 1, 3, 3))]
     steps([*boxes, co.HalfSpace((0, 0, 1), -1)], which, STEPS, turn)
     assert len(exchanged) == len(STEPS)
@@ -193,7 +193,7 @@ def test_a_box_on_a_floor(turn, which, exchanged):
 
 
 def test_a_wall_of_three(exchanged):
-    """Two boxes that stand on a third, which sees the wall from the other side."""
+    """Two boxes stand on a third, for which the wall faces the other way."""
     shapes = [UNIT, UNIT.translate((3, 0.5, 0)), co.Box((6, 0.25, -1), (7, 2, 0)), co.Sphere(0.5, (9, 9, 9)),
               co.Sphere(0.5, (9, 7, 9)), UNIT.translate((20, 0.125, 7))]  # fmt: skip
     for which in range(3):
@@ -203,7 +203,7 @@ def test_a_wall_of_three(exchanged):
 
 @pytest.mark.parametrize("which", [0, 1])
 def test_a_wall_that_reaches_farther_since_another_came(which, exchanged):
-    """A wide box comes to stand beside one that stays, and whose record may stand for both; then others move."""
+    """A wide box comes to stand beside one that stays, and its record may stand for both. Then others move."""
     turn = TURNED[1]
     two = [co.Box((-3, -3, 5), (30, 40, 6)), co.Box((0, 0, 0), (1, 1, 2)).translate((0, -50 if which else 50, 0))]
     shapes = [*two, *(co.Sphere(1, (k, 0, 9)) for k in range(9))]
@@ -224,14 +224,17 @@ def pin_in_a_block(at):
 
 @pytest.mark.parametrize(("which", "turn"), sampled([(which, turn) for which in range(4) for turn in TURNED], 4))
 def test_a_pin_in_a_block(turn, which):
-    """Its wall is the bore's, seen from the other side; its ends are the block's."""
+    """The pin's wall is the bore's, from the other side, and its ends are the block's."""
     shapes = [shape for k in range(3) for shape in pin_in_a_block((1.5 * k, 0.25 * k, 0))]
     steps(shapes, which, [(0, 0, 0.5), (0, 0, -0.5), (0.75, 0, 0), (-0.75, 0, 0.25), (0, 0, -0.25)], turn)
 
 
 @pytest.mark.parametrize("which", [1, 5])
 def test_balls_that_are_one_and_part(which, exchanged):
-    """Balls are traced without their cell, by the number of their surface: each number behind is another."""
+    """Kernels trace balls without their cell, by the number of their surface.
+
+    After each merge or split all later numbers change.
+    """
     ball = co.Sphere(0.5, (1, 1, 1))
     many = co.Spheres([(1, 1, 1), (2, 2, 2), (4, 4, 4)], 0.5)
     shapes = [co.Sphere(0.5, (7, 7, 7)), ball, UNIT - ball, many, co.Sphere(0.5, (5, 5, 5)), ball, UNIT]
@@ -240,7 +243,7 @@ def test_balls_that_are_one_and_part(which, exchanged):
 
 
 def test_walls_whose_records_are_turned_over():
-    """A ball, or a tube, by its coefficients and by their negatives; all have the record of one of them."""
+    """A ball, or a tube, stands there by its coefficients and by their negatives. All have the record of one of them."""
 
     def quadric(sign, **coefficients):
         return co.Quadric(coefficients={name: sign * value for name, value in coefficients.items()})
@@ -257,7 +260,7 @@ def test_walls_whose_records_are_turned_over():
 
 
 def test_items_of_leaves_in_a_tree_that_stays(exchanged):
-    """Coaxial pins have the wall of one of them, and balls are one in threes: leaves tell of both."""
+    """Coaxial pins share the wall of one of them, and three balls each are one. The items of leaves show both."""
     rng, count = np.random.default_rng(7), many(8, 24)
     shapes = []
     for number in range(300):
@@ -276,7 +279,7 @@ def test_items_of_leaves_in_a_tree_that_stays(exchanged):
 
 
 def test_walls_that_are_all_in_one_oblique_plane_stay_one():
-    """Of what is looked at again all is in one plane, so that rounding alone tells these walls from one another."""
+    """The walls that an edit compares again all lie in one plane, so that only rounding distinguishes them."""
     for number in range(6):
         low = np.random.default_rng(number).integers(-4, 4, (4, 2)) + 0.1 * np.arange(4)[:, None]
         boxes = [co.Box((0, *low[k]), (k + 1.3, *(low[k] + 1))).rotate((1, 2, 3), 25) for k in range(4)]
@@ -291,7 +294,7 @@ def test_walls_that_are_all_in_one_oblique_plane_stay_one():
 
 
 def test_walls_of_many_added_bodies_stay_apart_where_floats_do_not_show_it():
-    """200 boxes, and 40 whose walls across x lie 2^-110 apart."""
+    """The scene has 200 boxes, and 40 whose walls across x lie 2^-110 apart."""
     rest = [co.Box((k, -9, -9), (k + 0.5, -8, -8)).rotate((1, 2, 3), 20) for k in range(200)]
     near = [co.Box((1, k, 0), (2, k + 1, 1)).translate((k * 2.0**-110, 0, 0)).rotate((1, 2, 3), 20) for k in range(40)]
     scene = co.Scene(rest)

@@ -20,7 +20,9 @@ def kind(name, **properties):
 
 FUEL, CLAD = kind("fuel", density=10.3, mu=[1.0, 2.0, 3.0]), kind("clad", density=6.5, mu=[0.5, 0.25, 0.125])
 WATER, GAS = kind("water", density=0.75, mu=0), kind("water", density=0.0, mu=0)
-"""A pencil along x through the middle: 1.5 of water, 0.25 of clad, 1 of fuel, 0.25 of clad, 1 of a gas called water too."""
+"""A pencil along x through the middle: 1.5 of water, 0.25 of clad, 1 of fuel, 0.25 of clad, 1 of a gas that is also
+named water.
+"""
 BALL, SHELL = co.Sphere(0.5, (2.25, 0, 0)), co.Sphere(0.75, (2.25, 0, 0))
 PENCIL = co.Scene(
     [
@@ -50,7 +52,7 @@ DENSITY = 10.3 + 6.5 * 0.5 + 0.75 * 1.5
 
 
 @pytest.mark.parametrize(("values", "otherwise", "expected"), [
-    ("density", 0, DENSITY), ("density", None, DENSITY),  # what only sheets are made of is not asked for
+    ("density", 0, DENSITY), ("density", None, DENSITY),  # only the materials of sheets are not looked up
     ("mu", None, [1 + 0.25, 2 + 0.125, 3 + 0.0625]), ({"fuel": 2, "clad": 4, "water": 8}, None, 2 + 2 + 8 * 4.5),
     ({"fuel": [2, 4], "clad": 0, "water": [0, 1]}, None, [2, 4 + 4.5]), ({"clad": 1}, 0, 0.5), ({"clad": 1}, [0, 2], [0.5, 0.5 + 2 * 5.5]),
     (ARRAYS[:, 0], None, 0.5 * 1 + 1.5 * 2 + 1 * 3 + 2 * 4), (ARRAYS, None, [0.5 + 3 + 3 + 8, 0.5 + 6 + 9 + 32]),
@@ -118,7 +120,7 @@ def test_other_refusals(call, message):
 
 
 def crowd():
-    """Balls and shells of four materials, and many rays at random."""
+    """Return balls and shells of four materials, and many random rays."""
     random = np.random.default_rng(1)
     kinds = [FUEL, CLAD, WATER, GAS]
     bodies = [
@@ -165,7 +167,7 @@ def test_pictures_in_flat_lists_and_spawned_rays():
 
 
 def test_doubtful_rays_have_the_sums_of_their_spans():
-    """Rays that touch two balls of one kind where they cross, among others: exact methods find their spans."""
+    """Some rays touch two balls of one kind where these cross. Exact methods find their spans."""
     scene = co.Scene([co.Body(co.Sphere(1.0), FUEL), co.Body(co.Sphere(1.0, (1, 0, 0)), CLAD)])
     origins = np.random.default_rng(5).uniform(-2, 2, (300, 3)) + (0, 0, 9)
     origins[::7, :2], origins[::11, :2] = (0.5, 0.0), (1.0, 0.0)
@@ -175,7 +177,7 @@ def test_doubtful_rays_have_the_sums_of_their_spans():
 
 
 def test_spans_are_not_kept(monkeypatch):
-    """However many rays there are, none has its spans made, but for doubt and to report overlaps."""
+    """However many rays there are, spans are made only for doubtful rays and for reports of overlaps."""
     monkeypatch.setattr(integrals, "Spans", None)
     scene, origins, _ = crowd()
     calls = []

@@ -1,4 +1,4 @@
-"""Whose memory an edited scene takes: nobody's who could still read it, in threads, forks, answers and files."""
+"""The memory that an edited scene takes: no thread, fork, answer or file may still read it."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from ..samples import deep, deeper, many
 from .edits import bodies, content, moved, note_memory_taken, same_answers, same_tables, slid, written_anew
 from .nodes import Nodes
 
-# --- Whose memory an edited scene takes: nobody's who could still read it, in threads, forks, answers and files
+# --- The memory that an edited scene takes: no thread, fork, answer or file may still read it
 
 
 @pytest.fixture
@@ -39,7 +39,7 @@ def taken(monkeypatch):
 def test_the_memory_of_a_deleted_scene_is_reused(taken):
     scene = bodies(30)
     places, hits = [scene._prepared.geometry.floats.ctypes.data], None
-    for number in range(6):  # nobody else has it, so each is written over
+    for number in range(6):  # nobody else has it, so each takes its memory
         scene = scene.moved(str(number), (0, 0.1, 0))
         places.append(scene._prepared.geometry.floats.ctypes.data)
     assert taken == 6 * [True]
@@ -55,7 +55,7 @@ def test_the_memory_of_a_deleted_scene_is_reused(taken):
     first = bodies(30)
     first.prepare()
     taken.clear()
-    for number in range(5):  # as a slider does: each from the same
+    for number in range(5):  # as a slider does: each from the same scene
         now = first.moved("3", (0, 0.1 * number, 0))
         same_tables(now, co.Scene(now.bodies))
     assert taken == [False, True, True, True, True]
@@ -130,7 +130,7 @@ def test_pickles_and_files_of_tables(tmp_path):
 
 
 def test_pickles_and_copies_have_stamps_of_their_own(monkeypatch):
-    """Stamps of another process are other edits', though they be the same numbers."""
+    """A stamp of another process is another edit, even if its number is the same."""
     scene = bodies(30)
     for number in range(4):
         scene = scene.moved(str(number), (0, 0.2, 0))
@@ -154,21 +154,21 @@ def test_pickles_and_copies_have_stamps_of_their_own(monkeypatch):
 
 
 def edited(prepared, name):
-    """One body moved, without a scene."""
+    """Return the tables with one body moved, without a scene."""
     made = prepare_edit([prepared], co.Scene(list(prepared.entries)).moved(name, (0.2, 0.1, 0)).bodies)
     assert isinstance(made.edit_state, FullEditState)
     return made
 
 
 def of(prepared):
-    """A scene that is prepared."""
+    """Return a prepared scene."""
     scene = co.Scene(list(prepared.entries))
     scene._cached_prepared = prepared
     return scene
 
 
 def test_equal_edits_have_equal_numbers_in_any_memory(taken):
-    """Those between tables, behind them and of places in no leaf, too, as they go into files."""
+    """Numbers between tables, behind them and at places in no leaf are equal too, because they go into files."""
     first = bodies(300, 3, (co.Plane((0, 0, 1), -3), co.HalfSpace((1, 0, 0), -20)))
     first.prepare()
     alone, gaps = [], 0
@@ -192,7 +192,7 @@ def test_equal_edits_have_equal_numbers_in_any_memory(taken):
 
 
 def test_the_collector_of_cycles_does_not_look_into_arrays():
-    """What `stores` relies on."""
+    """`stores` relies on this."""
     assert not gc.is_tracked(np.zeros(3))
     assert not gc.is_tracked(np.asarray(stores._TokenArray(np.zeros(3), stores._LifetimeToken())))
 
@@ -206,7 +206,7 @@ def test_a_scene_that_comes_back_out_of_a_cycle_that_was_gone():
             self.scene, self.own = scene, self
 
         def __del__(self):
-            for number in range(3, 9):  # takes whatever memory is to be had
+            for number in range(3, 9):  # takes whatever memory is free
                 first.moved("0", (0, 0, 0.1)).moved(str(number), (0.5, 0.1, 0)).prepare()
             back.append(self.scene)
 
@@ -221,7 +221,7 @@ def test_a_scene_that_comes_back_out_of_a_cycle_that_was_gone():
 
 
 def test_memory_is_given_up_with_the_last_scene(monkeypatch):
-    """Nobody keeps a scene's memory when all scenes that it might be taken for are gone."""
+    """All memory is released when all scenes that could reuse it are gone."""
     alive = itertools.count(), []
 
     class Watched(stores.SceneBuffer):
@@ -243,7 +243,7 @@ def test_memory_is_given_up_with_the_last_scene(monkeypatch):
     assert len(alive[1]) == 2  # those of the last one, and of the first
     del scene
     gc.collect()
-    assert len(alive[1]) == 2  # one is to be taken
+    assert len(alive[1]) == 2  # one may be reused
     del first
     gc.collect()
     assert alive[1] == []
@@ -256,15 +256,15 @@ def test_much_memory_is_not_kept(monkeypatch, taken):
         scene = scene.moved(str(number), (0, 0.1, 0))
         scene.prepare()
     same_tables(scene, co.Scene(scene.bodies))
-    assert taken == []  # nothing is left of the scene before
+    assert taken == []  # the scene before left nothing
 
 
-# --- Scenes that nobody holds are written over by the ones that are made from them: the same tables, to the bit
+# --- A new scene overwrites a scene that nobody holds: the same tables, to the bit
 
 
 @pytest.mark.parametrize("holds", [deep(False), True])
 def test_trees_that_grow_out_of_the_memory(monkeypatch, holds):
-    """There is no room for more of them: all goes into new memory, that of answers that are held and of none."""
+    """There is no room for larger trees. So all tables go into new memory, whether an answer holds the old one or not."""
     monkeypatch.setattr(stores, "_NODE", 0)
     grown = []
     begin = exchange.InPlaceEdit.geometry
@@ -293,7 +293,7 @@ def test_trees_that_grow_out_of_the_memory(monkeypatch, holds):
 
 
 def test_an_endless_body_in_reused_memory(taken):
-    """The limits of what has no end depend on how large the scene is, though it is others that move."""
+    """The limits of an endless body depend on the size of the scene, though other bodies move."""
     ball, valley = co.Ellipsoid((1, 2, 3)), co.Quadric(np.diag([1.0, 2, -1, -1]))
     assert np.isinf(valley.bounds).any()
     scene = co.Scene([co.Cone((0, 0, k), (0, 0, k + 1), 1, 0.5) for k in range(3)] + 3 * [co.Sphere()] + [ball])
@@ -313,7 +313,7 @@ def test_an_endless_body_in_reused_memory(taken):
     assert as_large != smaller
 
 
-# --- Memory that goes from scene to scene is nobody else's: edits broken off anywhere, threads that trace meanwhile
+# --- Memory that passes from scene to scene is nobody else's: edits broken off anywhere, threads that trace meanwhile
 
 
 PACKAGE = str(Path(co.__file__).parent)
@@ -324,11 +324,11 @@ MOVES = [(4, (0, 0, 0.25)), (7, (0.1, 0, 0)), (3, (0, 0.1, 0.5)), (8, (0, 0, 1.0
 
 
 class Broken(BaseException):
-    """What an edit is broken off by."""
+    """The exception that breaks an edit off."""
 
 
 def in_a_row() -> list[Any]:
-    """Balls, turned boxes and Booleans, each 1 high and 3 from the next."""
+    """Return balls, turned boxes and Booleans, each 1 high and 3 from the next."""
     box = co.Box((-0.5, -0.5, -0.5), (0.5, 0.5, 0.5))
     kinds = co.Sphere(0.5), box.rotate("z", 20), box - co.Sphere(0.3)
     return [kinds[k % 3].translate((3.0 * k, 0, 0)) for k in range(COUNT)]
@@ -345,7 +345,7 @@ def after(moves: int) -> co.Scene:
 
 
 def broken_off(scene: co.Scene, line: int) -> bool:
-    """Prepare a scene until so many lines of the package have been run; was it broken off then?"""
+    """Prepare a scene until so many lines of the package have run; return whether that broke it off."""
     left = line
 
     def count(frame: FrameType, event: str, _: Any) -> Any:
@@ -353,7 +353,7 @@ def broken_off(scene: co.Scene, line: int) -> bool:
         if not frame.f_code.co_filename.startswith(PACKAGE):
             return None
         left -= event == "line"
-        # No signal comes where a `with` ends, before it has given its lock back
+        # No signal comes between the end of a `with` and the release of its lock
         if left < 0 and not linecache.getline(frame.f_code.co_filename, frame.f_lineno).lstrip().startswith("with "):
             sys.settrace(None)
             raise Broken
@@ -371,7 +371,7 @@ def broken_off(scene: co.Scene, line: int) -> bool:
 
 
 def check_breaks(moves: int, held: bool, every: int) -> None:
-    """Break the last of some moves off at every so manieth line; both scenes must be right afterwards."""
+    """Break the last of some moves off at every so many lines. Both scenes must be right afterwards."""
     expected, parent = content(after(moves)), content(after(moves - 1))
     line, was_broken = every // 2, True
     while was_broken:
@@ -395,7 +395,7 @@ def test_an_edit_broken_off_leaves_scenes_whole(moves, held, every):
 
 
 def test_threads_that_trace_see_the_scene_that_they_took():
-    """A thread moves bodies and others trace what they find; heights of all bodies belong to each scene."""
+    """One thread moves bodies and others trace the newest scene. The heights of all bodies must belong to one scene."""
     boxes = [co.Box((3.0 * k - 0.5, -0.5, -0.5), (3.0 * k + 0.5, 0.5, 0.5)) for k in range(COUNT)]
     current = [(co.Scene(boxes), np.full(COUNT, 0.5))]
 
@@ -438,7 +438,7 @@ def test_memory_is_taken_by_its_own_name_alone():
 
 
 def test_a_claim_keeps_borrowed_memory_from_others():
-    """Who holds an array of the scene may let it go while the scene is read by which another one is made from it."""
+    """A claim keeps the memory of a scene while another one is made from it, even if the holder of an array lets it go."""
     scene = after(1)
     memory, boxes = scene._prepared.edit_state.memory, scene._prepared.lowered.boxes
     assert memory is not None

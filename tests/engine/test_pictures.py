@@ -1,4 +1,4 @@
-"""Pictures: crowds of small bodies, samples of a square, scan lines; to the bit of single rays."""
+"""Pictures: crowds of small bodies, samples of a square, scan lines, to the bit of single rays."""
 
 import functools
 from fractions import Fraction
@@ -19,7 +19,7 @@ from ..compiled import compiled
 from ..samples import many
 from .test_routes import assert_same, camera, crowded_scene, reordered
 
-# --- Packets before which many small bodies lie meet them in pairs, others side by side: to the same bits
+# --- Packets with many small bodies before them meet these in pairs, other packets side by side: to the same bits
 
 
 WIDTH = 128
@@ -27,7 +27,7 @@ WIDTH = 128
 
 @functools.cache
 def field():
-    """Pipes that stand on a square, one of a hundred shut by a ball, and a slab below all; prepared once."""
+    """Return pipes on a square, one in a hundred closed by a ball, and a slab below all, prepared once."""
     solids = []
     for i in range(56):
         for j in range(56):
@@ -60,7 +60,7 @@ def test_queries_agree_to_the_bit_in_any_order(view):
     assert np.array_equal(scene.occluded(rays), hits.hit)
 
 
-# --- Packets of one square share what they see of a scene, and a point that all rays start from saves work: no hit is lost
+# --- Packets of one square share the nodes that they see, and a common origin saves work: no hit is lost
 
 
 sample_in_pixel = compiled(sampling.sample_in_pixel)
@@ -82,7 +82,7 @@ def lanes_at(lanes, origins, directions, ball):
 
 
 def is_met(origin, direction, ball):
-    """In fractions: has |o + t d - c|² = r² a root t >= 0, or does the ray start inside?"""
+    """Return, in fractions, whether |o + t d - c|² = r² has a root t >= 0, or the ray starts inside."""
     o, d, c = ([Fraction(x) for x in row] for row in (origin, direction, ball[:3]))
     r, p = Fraction(ball[3]), [a - b for a, b in zip(o, c, strict=True)]
     a, b, k = sum(x * x for x in d), sum(x * y for x, y in zip(p, d, strict=True)), sum(x * x for x in p) - r * r
@@ -91,7 +91,7 @@ def is_met(origin, direction, ball):
 
 @pytest.mark.parametrize("far", [1.0, 1e3, 1e7])
 def test_balls_that_rays_of_one_origin_graze_are_met(far):
-    """Balls whose radius is the distance of one of the rays, but for some last digits."""
+    """The radius of each ball is the distance of one of the rays, but for some last digits."""
     rng, met, left_out, count = np.random.default_rng(8), 0, 0, many(40, 150)
     for _ in range(count):
         origin = rng.uniform(-1, 1, 3) * far
@@ -123,7 +123,7 @@ def scene_of(kind):
 
 @pytest.mark.parametrize("bodies", ["balls", "others"])
 def test_samples_of_a_picture_hit_as_single_rays_do(bodies):
-    """Normals in a picture by a pinhole are the means of those that first hits of the same rays have."""
+    """The normals in a picture by a pinhole are the means of the normals at first hits of the same rays."""
     width, height, count, seed, eye, scene = 64, 48, 9, 3, (0.1, 0.2, -3.0), scene_of(bodies)
     camera = co.Camera(eye, (0.1, 0.2, 1), up=(0, 1, 0), field_of_view=40)
     pixels = scene.render(width, height, count, integrator="normals", seed=seed, camera=camera).pixels
@@ -139,7 +139,7 @@ def test_samples_of_a_picture_hit_as_single_rays_do(bodies):
     assert 0.5 < np.isfinite(hits.t).mean() < 1
 
 
-# --- Rows of a picture are found in a flat list of rays; a list that has none, or a wrong guess, changes no hit
+# --- The rows of a picture in a flat list of rays; a list without rows, or a wrong guess, changes no hit
 
 
 @pytest.fixture(scope="module")
@@ -177,14 +177,14 @@ def test_rows_of_rays_that_are_not_in_the_middle_of_their_pixels_are_found():
 
 
 def serpentine(rays):
-    """Every second row from right to left."""
+    """Return the rays with every second row from right to left."""
     order = np.arange(rays.shape[0] * rays.shape[1]).reshape(rays.shape)
     order[1::2] = order[1::2, ::-1]
     return flat(rays, order.ravel())
 
 
 def ragged(rays):
-    """Rows of a picture and others of half their length, behind each other."""
+    """Return rows of a picture and rows of half their length, one behind the other."""
     rows = [row if i % 2 else row[: len(row) // 2] for i, row in enumerate(np.arange(rays.shape[0] * rays.shape[1])
             .reshape(rays.shape))]  # fmt: skip
     return flat(rays, np.concatenate(rows))
@@ -244,7 +244,7 @@ def test_a_wrong_guess_changes_nothing(scene, monkeypatch, guess):
 
 @pytest.mark.parametrize("shape", [(3, 40, 24), (4, 10, 10), (4, 200, 3), (200, 2), (2, 200)])
 def test_arrays_of_any_shape_have_the_hits_of_their_rays(scene, shape):
-    """Several pictures behind each other, several rays for each pixel, several lines."""
+    """There are several pictures one behind the other, several rays for each pixel, several lines."""
     rays, count = camera(64), int(np.prod(shape))
     some = np.random.default_rng(2).choice(64 * 64, count, replace=False)
     hits, all_hits = scene.first_hit(*(x.reshape(-1, 3)[some].reshape(*shape, 3) for x in rays)), scene.first_hit(rays)

@@ -1,4 +1,4 @@
-"""Groups of the planes of cells that have many, and rays at such cells, against half-spaces in fractions."""
+"""Groups of planes of cells with many planes, against half-spaces in fractions."""
 
 from __future__ import annotations
 
@@ -158,7 +158,10 @@ def test_edits_keep_the_groups_of_cells_that_stay_and_make_those_of_new_ones() -
 
 @pytest.mark.parametrize("sides", [32, 64, deep(400)])
 def test_rays_along_planes_that_exact_methods_decide(sides: int) -> None:
-    """Along the axis of a prism and 1.24 from it, so beside it, within its box; a tangent of a ball puts it in doubt."""
+    """Rays go along the axis of a prism and 1.24 from it, beside it within its box.
+
+    A tangent of a ball makes them doubtful.
+    """
     for x, y in ((0.875, 0.875), (-0.875, 0.875), (0.875, -0.875), (-0.875, -0.875)):
         ball = co.Sphere(1.0, (math.copysign(1.875, x), y, -3.0))
         scene = co.Scene([co.RegularPrism(sides, 1.0, (-1.0, 1.0)), ball])
@@ -170,7 +173,7 @@ def test_rays_along_planes_that_exact_methods_decide(sides: int) -> None:
 
 @pytest.mark.parametrize("name", SOLIDS)
 def test_doubt_is_the_same_on_all_routes(name: str) -> None:
-    """In packets, streams, lists and alone; rays along planes, through edges, and spawned on walls."""
+    """Rays go along planes, through edges, and from walls on: in packets, streams, lists and alone."""
     rng = np.random.default_rng(3)
     scene = co.Scene([SOLIDS[name]])
     low, high = (np.clip(end, -1e4, 1e4) for end in scene.bounds)

@@ -1,6 +1,6 @@
-"""What the kernels that Numba compiles ask of the machine: nothing that two machines answer differently.
+"""The kernels that Numba compiles ask the machine for nothing that two machines answer differently.
 
-Machine code is held to the same as it is built: tests/native/test_arithmetic.py.
+The build holds machine code to the same: tests/native/test_arithmetic.py.
 """
 
 import json
@@ -11,7 +11,7 @@ from native.arithmetic import strange_functions
 
 from ..children import child
 
-pytestmark = pytest.mark.deep  # all kernels are compiled
+pytestmark = pytest.mark.deep  # it compiles all kernels
 
 PROGRAM = """
 import gc, json, os, re

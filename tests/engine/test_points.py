@@ -1,4 +1,4 @@
-"""Points in lanes: the route changes no answer, whatever order they come in."""
+"""Points in lanes: neither route nor order changes an answer."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from benchmarks.same_answers import solids
 
 
 def grid(low: float, high: float, *counts: int):
-    """(*counts, 3), at dyadic places, so that many points lie on walls."""
+    """Return (*counts, 3) points at dyadic places, many of which lie on walls."""
     axes = [np.linspace(low, high, count) for count in counts]
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
 
@@ -21,7 +21,10 @@ FAR = co.Spheres(100 + np.mgrid[0:6, 0:6, 0:6].reshape(3, -1).T, 0.1)
 
 
 def one_by_one(scene: co.Scene, points):
-    """The answers by the other route: every second point is far away, so that the boxes around them are full of FAR."""
+    """Return the answers by the other route.
+
+    Every second point lies in FAR, so that boxes around points are full of its bodies.
+    """
     flat = points.reshape(-1, 3)
     mixed = np.stack([flat, np.resize(FAR.centers, flat.shape)], axis=1)
     found = scene.body_at(mixed.reshape(-1, 3)).reshape(-1, 2)
@@ -30,7 +33,7 @@ def one_by_one(scene: co.Scene, points):
 
 
 def by_hand(items, points):
-    """The first of some balls and boxes that holds each point, by their inequalities in exact whole numbers."""
+    """Return the first of some balls and boxes that holds each point, by their inequalities in exact whole numbers."""
     found = np.full(points.shape[:-1], -1)
     for number in range(len(items) - 1, -1, -1):
         item = items[number]

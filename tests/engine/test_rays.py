@@ -1,4 +1,4 @@
-"""Rays as they come: what Python does around the kernel for one, and which scene those of an answer know."""
+"""Python's calls around the kernel for one ray, and the scene that the rays of an answer know."""
 
 from __future__ import annotations
 
@@ -15,15 +15,16 @@ import conicoid as co
 from conicoid._jit.machine_code import SHIPPED
 from conicoid._util.validation import real_array
 
-# --- What Python does around the kernel for one ray: counted, as seconds depend on the machine
+# --- Python's calls around the kernel for one ray: a count, because seconds depend on the machine
 
 
 CALLS = 16 if SHIPPED else 200
-"""By a kept call of machine code 13; through arrays 163, and 357 when two tuples and two limits were checked twice."""
+"""Calls by a kept call of machine code: 13; through arrays 163, and 357 with two checks of two tuples and two limits.
+"""
 
 
 def _calls_of(ask: Any) -> int:
-    """How many functions are called, Python's and those in C, from the second time on."""
+    """Return how many functions are called, Python's and those in C, from the second time on."""
     ask()
     count = 0
 
@@ -67,7 +68,7 @@ def test_integers_beyond_floats_are_refused(values: Any) -> None:
         real_array("Rays", "origins", values, "numbers")
 
 
-# --- Spawned rays asked of another scene: the numbers of their surfaces mean nothing there, so they are plain rays
+# --- Spawned rays in another scene: the numbers of their surfaces mean nothing there, so they are plain rays
 
 
 DOWN = (0.0, 0.0, -1.0)
@@ -76,13 +77,13 @@ BALLS = [co.Sphere(1), co.Sphere(1, (3, 0, 0))]
 
 
 def rays_up(scene):
-    """From above on both balls, and one beside them; spawned downwards from where they hit."""
+    """Return rays from above onto both balls and one beside them, and the rays spawned downwards from their hits."""
     return scene.first_hit([(0, 0, 9), (3, 0, 9), (50, 0, 9)], DOWN).spawn(DOWN)
 
 
 def test_surface_numbers_of_one_scene_are_not_applied_in_another():
     rays = rays_up(co.Scene(BALLS))
-    # z = 1, where the balls were hit, down to the floor at z = -3; the miss stays one
+    # from z = 1 on the balls down to the floor at z = -3; the miss stays one
     assert co.Scene(FLOORS).first_hit(rays).t.tolist() == [4.0, 4.0, np.inf]
     assert co.Scene(FLOORS[::-1]).first_hit(rays).t.tolist() == [4.0, 4.0, np.inf]
 
@@ -151,7 +152,7 @@ def random_scene(random):
 
 
 def test_random_scenes_never_read_each_other():
-    """What a scene says to rays of another is what it says to the same origins and directions."""
+    """A scene answers rays of another one as it answers the same origins and directions."""
     random = np.random.default_rng(14)
     for _ in range(12):
         one, other = random_scene(random), random_scene(random)

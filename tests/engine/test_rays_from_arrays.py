@@ -1,4 +1,4 @@
-"""Many rays from arrays of users: checked and copied on all threads, as few are, and never changed by their owner."""
+"""Many rays from arrays of users: threads check and copy them as they do few rays, and their owner cannot change them."""
 
 import numpy as np
 import pytest
@@ -58,7 +58,7 @@ def test_every_form_of_array_gives_the_same_rays(form, other):
 @pytest.mark.parametrize("form", ["picture", "list", "in no order"])
 @pytest.mark.parametrize("own", [frozen, np.copy])
 def test_rays_are_checked_before_the_answer(query, form, own):
-    """The kernel reads them first: it ends, whatever they are, and the refusal is that of other arrays."""
+    """The kernel reads the rays first. It ends whatever they are, and the error is that of other arrays."""
     scene, shape = crowded_scene(), (120, 120, 3)
     origins, directions = (part.copy() for part in scene.rays(120, 120))
     if form == "in no order":
@@ -84,7 +84,7 @@ def test_rays_are_checked_before_the_answer(query, form, own):
 @pytest.mark.parametrize("shape", [(120, 120), (91, 101), (365, 367)])
 @pytest.mark.parametrize("flat", [False, True])
 def test_rays_that_are_copied_as_they_are_traced(shape, flat):
-    """Copies and hits equal those of rays copied before; the largest picture is written past the caches."""
+    """Copies and hits equal those of rays copied before. The largest picture is written past the caches."""
     scene = crowded_scene()
     whole = [np.array(part).reshape((-1, 3) if flat else (*shape, 3)) for part in scene.rays(*shape[::-1])]
     t_min = np.linspace(-1.0, 2.0, whole[0].size // 3).reshape(whole[0].shape[:-1])
@@ -100,7 +100,7 @@ def test_rays_that_are_copied_as_they_are_traced(shape, flat):
 
 
 def read(answer):
-    """The numbers of an answer."""
+    """Return the numbers of an answer."""
     return getattr(answer, "t", answer)
 
 
@@ -150,7 +150,7 @@ def test_answers_do_not_change_with_the_arrays_of_their_rays():
     origins[:], directions[:] = 7.0, 0.0
     assert hits == again
     fixed = frozen(ORIGINS)
-    assert co.Rays(fixed, DIRECTIONS).origins is not fixed  # of two arrays both are kept or none is
+    assert co.Rays(fixed, DIRECTIONS).origins is not fixed  # of two arrays both or none are kept
 
 
 def test_frozen_arrays_are_kept_and_others_copied():
@@ -164,7 +164,7 @@ def test_frozen_arrays_are_kept_and_others_copied():
     assert np.shares_memory(co.Rays(rays.origins, picture.directions.reshape(-1, 3)).origins, owned)
     writable = ORIGINS.copy()
     view = writable[:]
-    view.flags.writeable = False  # its owner can be written to
+    view.flags.writeable = False  # a write through its owner is possible
     assert not np.shares_memory(co.Rays(view, directions).origins, writable)
 
 

@@ -1,4 +1,4 @@
-"""Balls around cells hold them, and are as tight as geometry on paper says."""
+"""Balls around cells hold them, and are as tight as a formula says."""
 
 import math
 
@@ -15,7 +15,7 @@ CASES = [
     (co.Cylinder((0, 0, -1), (0, 0, 1), 0.5), math.hypot(0.5, 1.0)),
     (co.Ellipsoid((1, 2, 3)), 3.0),
     (co.Ellipsoid((2, 2, 2), z_range=(-1.0, 1.0)), 2.0),
-    (co.Ellipsoid((2, 2, 2), z_range=(1.0, 2.0)), 2.0),  # of a ball it is the ball
+    (co.Ellipsoid((2, 2, 2), z_range=(1.0, 2.0)), 2.0),  # the least ball around a ball is itself
     (co.Ellipsoid((2, 2, 3), z_range=(1.5, 3.0)), math.hypot(math.sqrt(3.0), 0.75)),
     # x² + y² = z² between 1 and 2: the upper rim
     (co.EllipticCone(1, 1, 1, z_range=(1.0, 2.0)), math.hypot(2.0, 0.5)),
@@ -28,7 +28,7 @@ CASES = [
 
 
 def ball_of(shape):
-    """(center, radius, is it preferred to the box) of the only entry of a scene."""
+    """Return (center, radius, whether it is better than the box) of the only entry of a scene."""
     geometry = co.Scene([shape])._prepared.geometry
     assert length(geometry, table.LEAF_ITEMS) == ROWS
     items = geometry.floats[geometry.places[table.LEAF_ITEMS] :][:ROWS]
@@ -36,7 +36,7 @@ def ball_of(shape):
 
 
 def points_of(shape, count=4000):
-    """Points on a shape, by rays towards its middle."""
+    """Return points on a shape, by rays towards its middle."""
     rng = np.random.default_rng(0)
     low, high = (np.array(corner) for corner in shape.bounds)
     directions = rng.normal(size=(count, 3))

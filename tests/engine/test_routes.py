@@ -19,7 +19,7 @@ from ..samples import deep
 # --- Every route of a query gives the same bits: packets, streams, lists and single rays, of every kind of body
 
 
-# --- A ray has the same answer to the bit in a packet and by itself, in any order and on any number of threads
+# --- A ray has the same answer to the bit in a packet and alone, in any order and on any number of threads
 
 
 FIELDS = ("t", "body", "face", "surface", "entering")
@@ -27,7 +27,7 @@ FIELDS = ("t", "body", "face", "surface", "entering")
 
 @functools.cache
 def crowded_scene(count=300):
-    """Prepared once. Every kind of entry: balls, cells with one or two spans, Booleans, sheets, something unbounded."""
+    """Return a prepared scene: balls, cells with one or two spans, Booleans, sheets, and an unbounded body."""
     rng = np.random.default_rng(7)
     centers, size = rng.uniform(-1, 1, (count, 3)), 0.5 / count ** (1 / 3)
     items = []
@@ -59,7 +59,7 @@ def camera(width):
 
 
 def reordered(rays, order):
-    """The same rays in another order, as a flat list: those that start on a surface still do."""
+    """Return the same rays in another order, as a flat list. Those that start on a surface still do."""
     return rays[np.unravel_index(order, rays.shape)]
 
 
@@ -95,7 +95,7 @@ def test_rays_that_start_on_surfaces_agree_too(width):
 
 @pytest.mark.parametrize("shape", [(1, 1), (7, 3), (8, 8), (9, 17), (1, 200), (200, 1)])
 def test_pictures_of_any_size(shape):
-    """Tiles that stick out over the edge of the picture hold idle lanes."""
+    """Tiles over the edge of the picture hold idle lanes."""
     scene = co.Scene([co.Sphere(1)])
     y, x = np.meshgrid(*(np.linspace(-1.2, 1.2, n) for n in shape), indexing="ij")
     origins = np.stack([x, y, np.full_like(x, 5.0)], axis=-1)
@@ -107,7 +107,7 @@ def test_pictures_of_any_size(shape):
 
 
 def test_streams_without_any_ray():
-    """Directions of no ordinary length go one by one, which leaves nothing for the streams."""
+    """Rays with directions of extreme length go one by one, so that none is left for the streams."""
     r = np.random.default_rng(4)
     origins, directions = r.uniform(-2, 2, (4096, 3)), r.normal(size=(4096, 3))
     scene, small = crowded_scene(), 2.0**-170
@@ -117,7 +117,10 @@ def test_streams_without_any_ray():
 
 
 def test_grazing_rays_in_no_order_are_settled():
-    """Lines along axes whose distance from the center is the ball's radius, but for rounding: Pythagoras decides."""
+    """The distance of these lines along axes from the center is the ball's radius, but for rounding.
+
+    Pythagoras' theorem decides.
+    """
     r = np.random.default_rng(5)
     count, angle = 8192, r.uniform(0, 2 * np.pi, 8192)
     axis, sign = r.integers(0, 3, count), r.choice([-1.0, 1.0], count)
@@ -134,7 +137,7 @@ def test_grazing_rays_in_no_order_are_settled():
     assert np.array_equal(scene.occluded(origins, directions), inside)
 
 
-# --- Each kind of body has the same answer to the bit on every route: swept in lanes, in a stream, by single rays
+# --- Each kind of body has the same answer to the bit on every route: in lanes, in a stream, by single rays
 
 
 COUNT = 16
@@ -146,7 +149,7 @@ def balls(rng, count, size, reach):
 
 
 def bodies(kind, rng, s):
-    """One body of a kind, about the origin, of size s."""
+    """Return one body of a kind, about the origin, of size s."""
     box = co.Box((-s, -s, -s), (s, s, s))
     if kind.startswith("union of"):
         return co.Union(tuple(balls(rng, int(kind.split()[-1]), 0.5 * s, 0.5 * s)))
@@ -180,7 +183,7 @@ KINDS = (
 
 @functools.cache
 def scene_of(kind, depth=4):
-    """A scene of bodies of a kind, prepared once for all tests of a process; trees have so many levels at most."""
+    """Return a scene of bodies of a kind, prepared once for a process, with trees of so many levels at most."""
     rng = np.random.default_rng(len(kind))
     if kind == "trees":
         trees = [tree(generator("routes", seed), 1 + seed % depth).shape(co) for seed in range(COUNT)]
@@ -195,14 +198,17 @@ def scene_of(kind, depth=4):
 
 
 def sized(kind, large):
-    """A scene of a kind, and how wide its pictures are. Exact methods take milliseconds for a ray to trees of six levels."""
+    """Return a scene of a kind, and the width of its pictures.
+
+    Exact methods take milliseconds for a ray in trees of six levels.
+    """
     if kind == "trees" and large:
         return scene_of(kind, 6), 20
     return scene_of(kind), 256 if large else 48
 
 
 def rays_of(width):
-    """A camera's, and rays along the axes in rows that meet faces, edges and corners."""
+    """Return rays of a camera, and rows of rays along the axes that meet faces, edges and corners."""
     camera = co.Camera((0.1, -0.2, -4), (0, 0, 0), up=(0, 1, 0), field_of_view=42).rays(width, width)
     x, y = np.meshgrid(np.linspace(-1.5, 1.5, width), np.linspace(-1.5, 1.5, width))
     grid = np.round(np.stack([x, y, np.full_like(x, -4.0)], axis=-1) * 16) / 16
@@ -232,7 +238,7 @@ def test_every_route_agrees_to_the_bit(kind, large):
 
 @pytest.mark.parametrize("length", [1.0, 1e-100])
 def test_rays_that_begin_just_before_a_wall_of_their_origin_cross_it_at_plus_zero(length):
-    """t is 0, never -0.0, on every route; t_min = -1e-250 is before it, however short the direction is."""
+    """t is 0, never -0.0, on every route. t_min = -1e-250 is before the wall, for any short direction."""
     box = co.Box((-1, -1, -1), (1, 1, 1))
     for shape in (
         box, box - co.Sphere(0.5), co.HalfSpace((0, 0, 1), 1), co.Cylinder((0, 0, -1), (0, 0, 1), 1),
@@ -261,7 +267,7 @@ QUERIES = (("spans", SPANS), ("crossings", CROSSINGS))
 
 
 def grid_rays(width):
-    """A camera's that looks at a part of a scene; parallel ones in rows that meet faces, edges and corners."""
+    """Return rays of a camera at a part of a scene, and rows of parallel rays that meet faces, edges and corners."""
     camera = co.Camera((0.1, -0.2, -4), (0, 0, 0), up=(0, 1, 0), field_of_view=16).rays(width, width)
     x, y = np.meshgrid(np.arange(width) / 64 - 0.5, np.arange(width) / 64)
     grid = np.stack([x, y, np.full_like(x, -4.0)], axis=-1)
@@ -269,7 +275,7 @@ def grid_rays(width):
 
 
 def share_of_packets(scene, rays, t_min=0.0):
-    """Which part of packets is coherent, and so traced as such."""
+    """Return the share of packets that are coherent, and so are traced as packets."""
     width, packets = _packets(rays)
     found = coherent_packets(
         scene._prepared.geometry, arrays_of("spans", scene._prepared, rays, t_min, math.inf), width, packets, packets
@@ -278,13 +284,16 @@ def share_of_packets(scene, rays, t_min=0.0):
 
 
 def rows_of(found, name, order):
-    """A column, ray by ray in an order."""
+    """Return a column in the order of some rays."""
     column, offsets = getattr(found, name), found.offsets
     return np.concatenate([column[offsets[i] : offsets[i + 1]] for i in order])
 
 
 def assert_same_rows(query, names, scene, rays, t_min=0.0, t_max=math.inf):
-    """What packets find is what single rays find: those are the same in no order. Returns the former."""
+    """Assert that packets have the rows of single rays, which are the same rays in no order.
+
+    Return the rows of packets.
+    """
     count = len(rays.origins.reshape(-1, 3))
     order = np.random.default_rng(1).permutation(count)
     flat = (np.broadcast_to(t, rays.shape).ravel()[order] for t in (t_min, t_max))
@@ -310,7 +319,7 @@ def test_every_kind_of_body(kind, query, names, large):
 @pytest.mark.parametrize("kind", [*KINDS, "trees"])
 @pytest.mark.parametrize("large", [False, deep(True)], ids=["small", "large"])
 def test_parallel_lines(kind, large):
-    """Lines, which begin before their origins, are packets where they are parallel: first hits too."""
+    """Lines begin before their origins. Parallel ones go in packets, for first hits too."""
     scene, width = sized(kind, large)
     rays = grid_rays(width)[1]
     middle = co.Rays(rays.origins + [0, 0, 4], rays.directions)
@@ -329,7 +338,7 @@ def test_parallel_lines(kind, large):
 
 @pytest.mark.parametrize(("query", "names"), QUERIES)
 def test_intervals(query, names):
-    """Ends of an interval cut spans; some intervals are empty."""
+    """Ends of an interval cut spans, and some intervals are empty."""
     scene, rays = crowded_scene(), grid_rays(96)[0]
     assert share_of_packets(scene, rays) > 0.9
     random = np.random.default_rng(5)
@@ -383,11 +392,14 @@ def test_any_number_of_threads(threads):
         co.set_threads(None)
 
 
-# --- Tiles of pictures that see more bodies than they can hold, or further than the one before: the hits are the same
+# --- Tiles of pictures with more bodies than they can hold, or deeper than the one before: the same hits
 
 
 def deep_scene():
-    """20,000 balls in a long corridor, and parallel rays along it: one tile sees all of them, more than it can hold."""
+    """Return 20,000 balls in a long corridor, and parallel rays along it.
+
+    One tile sees all of them, more than it can hold.
+    """
     rng = np.random.default_rng(1)
     scene = co.Scene([co.Spheres(rng.uniform(0, 1, (20_000, 3)) * (1, 1, 100), np.full(20_000, 0.006))])
     x, y = np.meshgrid((np.arange(32) + 0.5) / 32, (np.arange(32) + 0.5) / 32)
@@ -405,7 +417,10 @@ def test_hits_are_the_same_where_a_tile_holds_nodes():
 
 
 def test_hits_are_the_same_where_a_tile_sees_further_than_the_one_before():
-    """A wall with slots before a deep lattice: beside tiles that end at the wall lie others that see through it."""
+    """A wall with slots stands before a deep lattice.
+
+    Some tiles end at the wall, and others beside them see through it.
+    """
     x, y, z = (part.ravel() for part in np.meshgrid(np.arange(40.0), np.arange(20.0), np.arange(40.0)))
     slots = [co.Box((a, -9, -3), (a + 1.0, 9, -2)) for a in (-7.3, 0.4, 6.8)]
     wall = co.Box((-40, -20, -3), (40, 20, -2)) - slots[0] - slots[1] - slots[2]
@@ -422,7 +437,7 @@ def test_hits_are_the_same_where_a_tile_sees_further_than_the_one_before():
 
 @pytest.mark.parametrize("exponent", [-300, -270, -200, 200, 300])
 def test_small_and_large_scenes_are_hit_alike(exponent):
-    """In a scene of another size rays hit the same points: the ball around a sheared body of 1e-80 left out its tips."""
+    """In a scene of another size rays hit the same points. The ball around a sheared body of 1e-80 left out its tips."""
     scene, size = co.Scene([SHEARED]), 2.0**exponent
     resized = co.Scene([SHEARED.scale(size)])
     ends = np.random.default_rng(1).uniform(-4, 4, (2, 2000, 3))

@@ -1,7 +1,7 @@
-"""Scenes, answers, pictures and colours are the same to the bit with other arithmetic libraries, as of other processors.
+"""Scenes, answers, pictures and colors have the same bits with the arithmetic libraries of other processors.
 
-NumPy, its BLAS and the C library have code of their own for each generation of processors; all can be told to take that
-of an older one.
+NumPy, its BLAS and the C library have code of their own for each generation of processors. An option of each selects
+the code of an older one.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ def digests(monkeypatch: pytest.MonkeyPatch, settings: dict[str, str]) -> dict[s
     with monkeypatch.context() as patch:
         for name, value in settings.items():
             patch.setenv(name, value)
-        patch.setenv("PYTHONWARNINGS", "ignore")  # NumPy tells of features that it does not know
+        patch.setenv("PYTHONWARNINGS", "ignore")  # NumPy warns about features that it does not know
         with child(PROGRAM) as running:
             line = running.line(1200)
             code, _, errors = running.end(60)

@@ -1,4 +1,4 @@
-"""Memory that the system gives and takes back: what a lack of it is called, and systems that take nothing back."""
+"""Memory of the system: errors where it has none, and systems that take none back."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from conicoid.prepare import mmap_arrays as apart
 
 
 def test_a_lack_of_memory_is_called_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    """As NumPy calls it, and callers expect."""
+    """NumPy raises this error, and callers expect it."""
 
     def refuse(*_: object, **__: object) -> None:
         raise OSError(12, "Cannot allocate memory")

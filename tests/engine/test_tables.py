@@ -29,7 +29,7 @@ from .tapes.test_recorded import KINDS, MOTIONS, SOLIDS
 
 
 def solids_of(rng: random.Random) -> list[Any]:
-    """Shapes of two or three kinds, as many as are lowered together, in no order."""
+    """Return shapes of two or three kinds, enough to be lowered together, in no order."""
     made: list[Any] = []
     for _ in range(rng.randint(2, 3)):
         kind, motion = rng.choice(list(KINDS)), MOTIONS[rng.choice(list(MOTIONS))]
@@ -47,7 +47,7 @@ def solids_of(rng: random.Random) -> list[Any]:
 
 
 def columns(shapes: list[Any]) -> dict[str, Any]:
-    """All that lowering makes of shapes, by name."""
+    """Return all columns of the lowered shapes, by name."""
     lowered = lowering.lower([co.Body(shape) for shape in shapes]).limited()
     found: dict[str, Any] = {name: getattr(lowered.tables, name) for name in lowered.tables._fields}
     for name in ("boxes", "frames", "body_frame", "body_item"):
@@ -76,7 +76,7 @@ def test_tables_are_the_same_to_the_bit(seed, monkeypatch):
 
 @pytest.mark.parametrize("seed", range(12, 18))
 def test_tables_of_bodies_in_blocks_are_the_same_to_the_bit(seed, monkeypatch):
-    """As many bodies at a time as make a recording worth while, with some left over that are too few."""
+    """Each block has as many bodies as a recording needs, and the last one too few."""
     monkeypatch.setattr(together_module, "_AT_ONCE", recordings.FEWEST // 2 + seed % 5)
     assert_same_tables(seed, monkeypatch)
 
@@ -87,20 +87,20 @@ def test_tables_of_more_scenes_are_the_same_to_the_bit(monkeypatch):
         assert_same_tables(seed, monkeypatch)
 
 
-# --- Rows of the numbers that differ equal the rows written out, by every access
+# --- Rows of different numbers equal the rows written out, by every access
 
 
 RNG = np.random.default_rng(5)
 
 
 def some_rows(bodies, width, different):
-    """(rows, the same written out)"""
+    """Return (rows, the same written out)."""
     values, columns = RNG.normal(size=(bodies, different)), RNG.integers(0, different, width).astype(np.int32)
     return RowTable.of(values, columns), values[:, columns]
 
 
 def every_answer(rows, whole):
-    """Pairs of what is found, and what should be."""
+    """Return pairs of found and expected values."""
     some, mask = np.array([3, 0, 5]), np.arange(len(whole)) % 3 == 1
     for a, b in ((0, whole.shape[1]), (2, 5), (4, 4), (-5, -2), (None, 7), (6, None), (0, 0)):
         for which in (slice(None), slice(1, 4), slice(0, 0), some, mask):
@@ -128,7 +128,7 @@ def test_blocks_hold_each_body_once(count):
     assert [k for some in row_blocks(count) for k in range(some.start, some.stop)] == list(range(count))
 
 
-# --- Rows of the maps to uv are in the table once for all faces of a body for which a shape makes them once
+# --- All faces of a body share rows of the maps to uv where its shape makes them once
 
 
 ROWS_OF_MAPS = {
@@ -162,7 +162,7 @@ def test_they_are_rows_of_each_body_in_a_bulk() -> None:
 
 
 def test_an_object_used_twice_is_two_bodies() -> None:
-    """How many there are does not tell whether a shape was made twice, or copied, or is one of many."""
+    """The count of references does not show whether a shape was made twice, or copied, or stands for many."""
     one, other, box = co.Cylinder((0, 0, 0), (0, 0, 1), 2), co.Cylinder((0, 0, 0), (0, 0, 1), 2), co.Box()
     twice, apart = (one | box) & (one | co.Sphere(2)), (one | box) & (other | co.Sphere(2))
     tables = [co.Scene([shape])._prepared.lowered.tables for shape in (twice, apart, pickle.loads(pickle.dumps(twice)))]
@@ -176,7 +176,7 @@ def test_an_object_used_twice_is_two_bodies() -> None:
 
 
 def test_equal_numbers_do_not_make_them_one() -> None:
-    """The number of maps depends on the kind of a body, not on its numbers: the radius of a cylinder may be 1."""
+    """The number of maps depends on the kind of a body, not on its numbers, even if the radius of a cylinder is 1."""
     shapes: list[Shape] = [co.Cylinder((0, 0, 0), (0, 0, 1), radius) for radius in (1, 2)]
     one, other = (co.Scene([shape])._prepared.lowered.tables for shape in shapes)
     assert len(one.map_rows) == len(other.map_rows)
@@ -186,7 +186,7 @@ def test_equal_numbers_do_not_make_them_one() -> None:
 
 
 WIDE = 2.0**10 * 8
-"""How far bodies without an end reach beside a ball of radius 8."""
+"""The reach of bodies without an end beside a ball of radius 8."""
 R, HEIGHT = 5 * math.sqrt(2), 2.0**-40
 F = {"ellipsoid": 10 * 0.75 * 9 + 0.5, "paraboloid": 10 * 0.75 * WIDE**2 + 6 * 0.125 * WIDE}
 TILTED = co.Disc((0, 0, 0), (1, 2, 2), 5), co.Disc((0, 0, 0), (1, 2, 2), 2)
@@ -217,7 +217,7 @@ LIMITS = {
     "a polygon": ([co.Polygon([(0, 0, 0), (3, 0, 0), (0, 4, 0)])], {"polygon": [(7 * RELATIVE, 10 / 3 * FAR)]}),
     "a disc": ([co.Disc((0, 0, 0), (0, 0, 1), 2)], {"sheet": [(8 * RELATIVE, 8**0.5 * FAR)]}),
 }  # fmt: skip
-"""Bodies, and what docs/dev/exactness.md says of them: R and F, the sums of their coordinates, by hand."""
+"""Bodies, and R and F of docs/dev/exactness.md, the sums of their coordinates, by hand."""
 
 
 @pytest.mark.parametrize("name", LIMITS)
@@ -229,7 +229,7 @@ def test_limits_are_those_of_their_formulas(name: str) -> None:
 
 
 def test_a_use_of_a_missing_prototype_is_refused():
-    """Its owner would have no limit, and be trusted."""
+    """Its owner would have no limit, and exact methods would not check it."""
     lowered = lower([co.Body(co.Box()), co.Body(co.Sphere())])
     tables = lowered.tables
     beyond = tables.plane_surface.copy()
@@ -238,7 +238,7 @@ def test_a_use_of_a_missing_prototype_is_refused():
         with_limits(tables._replace(plane_surface=beyond), lowered.boxes, lowered.rest)
 
 
-# --- What tables take for one more placement of what they know: counted from their sizes, not measured
+# --- The size of tables for one more placement of known bodies: computed from the sizes of their parts
 
 
 REAL, WHOLE = 8, 4
@@ -247,9 +247,9 @@ PART = (4 + 1) * WHOLE  # a cell, and a leaf of a Boolean body
 PLANE = 2 * WHOLE  # surface; side and face
 BODY = (1 + 4 + 3 + 4) * WHOLE  # a program, and where it is; entry, face, maps
 PIN = 3 * WALL + 7 * PART + 10 * PLANE + 3 * BODY
-"""A pin: pellet, cladding and water, of seven parts in all, with three curved walls; parts end at ten planes."""
+"""A pin of pellet, cladding and water, of seven parts in all, with three curved walls. Parts end at ten planes."""
 EDGES = 32
-"""Bytes for each place along an axis; there are as many places as the square root of the pins."""
+"""Bytes for each place along an axis, of which there are as many as the square root of the pins."""
 
 
 def test_a_pin_stores_only_its_differences(tmp_path: Path) -> None:

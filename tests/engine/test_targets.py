@@ -46,7 +46,7 @@ def code(tmp_path_factory):
 
 @pytest.mark.parametrize(("processor", "wide"), [deep(("x86-64-v3", "ymm")), ("x86-64-v4", "zmm")])
 def test_the_loop_over_balls_is_vectors(code, processor, wide):
-    """As all loops over lanes, which test_assembly.py looks at in the kernel of first hits."""
+    """All loops over lanes are vectors; test_assembly.py tests the others in the kernel of first hits."""
     lines = [line for body in functions(assembly(code, processor)).values() for line in body]
     vectors, singles = (
         sum(1 for line in lines if re.match(rf"v(?:fn?m(?:add|sub)\d+|add|sub|mul|sqrt|div|min|max){kind}", line)

@@ -36,7 +36,7 @@ def four_threads():
 
 
 def few_threads(monkeypatch, most: int) -> list[threading.Thread]:
-    """A system that gives no more than so many threads at a time."""
+    """Simulate a system that gives no more than so many threads at a time."""
     begun: list[threading.Thread] = []
     start = threading.Thread.start
 
@@ -76,7 +76,7 @@ def test_an_error_in_the_calling_thread_is_raised(four_threads, monkeypatch):
 
 
 def test_an_error_ends_the_others(four_threads):
-    """The others look whether they are to end, as kernels do; only two of the chunks ever begin."""
+    """The other chunks check whether they must end, as kernels do. Only two of the chunks ever begin."""
     begun: list[int] = []
 
     def work(geometry, begin: int, end: int) -> None:
@@ -94,9 +94,9 @@ def test_an_error_ends_the_others(four_threads):
 
 
 def interrupted_at(event: int, outcome: list[BaseException | None]) -> None:
-    """Run chunks on threads; raise KeyboardInterrupt at that line of `threads` or of what it calls of `threading`.
+    """Run chunks on threads; raise KeyboardInterrupt at a line of `threads` or of `threading` below it.
 
-    Not of other functions: Python swallows exceptions of weak references and of the collector.
+    It is not raised in other functions, because Python swallows exceptions of weak references and of the collector.
     """
     left = [event]
 
@@ -116,7 +116,7 @@ def interrupted_at(event: int, outcome: list[BaseException | None]) -> None:
     try:
         threads.run_chunks(lambda begin, end: time.sleep(5e-3), 8, 1)
         outcome.append(None)
-    except BaseException as error:  # the test looks which one
+    except BaseException as error:  # the test checks which one
         outcome.append(error)
     finally:
         sys.settrace(None)
@@ -124,7 +124,7 @@ def interrupted_at(event: int, outcome: list[BaseException | None]) -> None:
 
 @pytest.mark.parametrize("first", range(1, 5))
 def test_an_interrupt_between_any_two_lines_ends_the_wait(first):
-    """No lock stays taken, and no other error comes of it."""
+    """No lock stays taken, and no other error follows."""
     co.set_threads(2)
     try:
         for event in range(first, 160, 4):
@@ -161,7 +161,7 @@ LENGTHS_ALONG = np.random.default_rng(2).normal(size=POINTS)
 
 
 def points(chunk: int = 7) -> np.ndarray:
-    """Points along lines, by a kernel in chunks."""
+    """Return points along lines, by a kernel in chunks."""
     found = np.full((POINTS, 3), np.nan)
     threads.run_chunks(
         threads.KernelRange(hit_points, (*LINES, LENGTHS_ALONG), (found, np.zeros(1, np.int8))), POINTS, chunk
@@ -229,7 +229,7 @@ def test_indivisible_work_is_refused():
 
 @needs_machine_code
 def test_a_stop_ends_the_pieces_of_all_threads():
-    """A scene whose one ray takes seconds; after the stop and the halt all memory is given back."""
+    """One ray of the scene takes seconds. After the stop all memory is released."""
     body = co.Sphere(1)
     for k in range(1500):
         body = co.Sphere(1 + (k + 1) / 1500) - body
@@ -259,7 +259,7 @@ def test_a_stop_ends_the_pieces_of_all_threads():
 @needs_machine_code
 def test_an_interrupt_while_the_extension_works_keeps_its_memory(monkeypatch):
     class Slow:
-        """Pieces whose wait is interrupted."""
+        """Pieces of work whose wait is interrupted."""
 
         def __init__(self, *arguments):
             self.pieces = SHIPPED.pieces(*arguments)
@@ -290,7 +290,7 @@ def test_an_interrupt_while_the_extension_works_keeps_its_memory(monkeypatch):
 
 @needs_machine_code
 def test_two_hundred_threads_of_python_ask_one_scene_at_once(four_threads):
-    """The scene is prepared by whichever comes first; all share the threads of the extension."""
+    """The first thread prepares the scene, and all share the threads of the extension."""
     random = np.random.default_rng(8)
     origins, directions = random.uniform(-3, 3, (4000, 3)), random.normal(size=(4000, 3))
     asks = (
@@ -328,7 +328,7 @@ def test_calls_of_a_kernel_have_results_in_order(four_threads):
 
 
 def traced(chunk: int, **options) -> np.ndarray:
-    """Rows of spans of many rays, by a kernel that returns arrays."""
+    """Return rows of spans of many rays, by a kernel that returns arrays."""
     origins = np.random.default_rng(0).normal(size=(64 * 50, 3))
     arrays = arrays_of("x", SCENE._prepared, co.Rays(origins, (0.1, 0.2, -1.0)), 0.0, np.inf)
     counts, doubts = np.zeros(len(origins), np.int32), np.zeros(len(origins), np.int8)
@@ -378,7 +378,7 @@ def test_idle_threads_beyond_the_present_number_end():
 
 @pytest.mark.parametrize(("rays", "one"), [(700, True), (30_000, False)])
 def test_few_rays_in_small_scenes_start_no_thread(four_threads, monkeypatch, rays, one):
-    """It would take longer than their work; many rays are shared out."""
+    """A start takes longer than their work. Many rays are distributed."""
     shared: list[str] = []
     for name in ("_run_in_pool", "_run_on_threads"):
         run = getattr(threads, name)
@@ -415,7 +415,7 @@ def test_memory_of_a_thread_is_for_the_largest_body():
 
 
 def test_bodies_of_a_scene_with_many_gates_are_met_in_turn():
-    """More than are counted together: whatever a ray meets, each body's counts begin anew."""
+    """There are more bodies than are counted together. Each body's counts begin anew for each ray."""
     square = co.Union([co.Sphere(0.4, (x, y, 0)) - co.Sphere(0.2, (x, y, 0)) for x in range(16) for y in range(16)])
     many = [square.translate((16 * k, 0, 0)) for k in range(130)]
     shell = co.Sphere(1.0, (5, 5, 4)) - co.Sphere(0.5, (5, 5, 4))
@@ -426,7 +426,7 @@ def test_bodies_of_a_scene_with_many_gates_are_met_in_turn():
     points = np.random.default_rng(0).uniform(-0.3, 0.3, (50, 3)) + (5.0, 5.0, 9.0)
     spans = scene.spans(points, (0.0, 0.0, -1.0))
     assert len(spans.t_enter) > 150
-    for number in (0, 130, 131):  # which are met
+    for number in (0, 130, 131):  # rays meet these
         body = bodies[number]
         alone, own = co.Scene([body]).spans(points, (0.0, 0.0, -1.0)), spans.body == number
         assert np.array_equal(spans.t_enter[own], alone.t_enter)
@@ -447,9 +447,9 @@ def test_long_work_leaves_the_main_thread_free_for_control_c(rays, in_other_thre
 @pytest.mark.skipif(sys.implementation.name != "cpython", reason="generations are CPython's")
 @pytest.mark.parametrize("many", [False, True])
 def test_objects_are_old_after_a_pause_of_the_collector_that_made_many(many, monkeypatch):
-    """The next collection would go through all of them; few stay young, so that garbage among them goes soon."""
+    """The next collection would go through all old objects. Few stay young, so that garbage among them goes soon."""
     monkeypatch.setattr(process, "_MANY_OBJECTS", 1000 if many else 1 << 40)
-    gc.unfreeze()  # frozen objects, as those of a parent before a fork, are left alone
+    gc.unfreeze()  # the pause leaves frozen objects alone, such as those of a parent before a fork
     with process.pause_gc():
         made = [[] for _ in range(5000)]
     assert gc.isenabled()

@@ -1,4 +1,4 @@
-"""The rules of ties: of two bodies by itself, and of the leaves of one body by unit cubes, in which a Boolean has one value."""
+"""The rules of ties: of two bodies by a formula, of leaves of one body by unit cubes, where a Boolean has one value."""
 
 import math
 from itertools import pairwise
@@ -40,7 +40,7 @@ _NONE = 1 << 30
 
 
 def random_tree(rng, depth, faces):
-    """(operator, parts) of boxes between planes 0, 2 and 4, and the solid; `faces` counts the numbers of faces."""
+    """Return (operator, parts) of boxes between planes 0, 2 and 4, and the solid; `faces` counts the numbers of faces."""
     if depth == 0 or rng.random() < 0.15:
         low = 2 * rng.integers(0, 2, 3)
         high = np.minimum(low + 2 * rng.integers(1, 3, 3), 4)
@@ -57,7 +57,7 @@ def random_tree(rng, depth, faces):
 
 
 def face_between(tree, before, after):
-    """The lowest face of the boxes that turn the tree between two cubes: all operators above them turn, too."""
+    """Return the lowest face of the boxes that turn the tree between two cubes: all operators above them turn, too."""
     sort, parts, inside = tree
     if inside[before] == inside[after]:
         return _NONE
@@ -69,14 +69,14 @@ def face_between(tree, before, after):
 
 
 def walls_along(tree, axis, row):
-    """(face, entering) of each crossing along an axis through the cubes of a row."""
+    """Return (face, entering) of each crossing along an axis through the cubes of a row."""
     line = [tuple(np.insert(row, axis, k).tolist()) for k in range(len(CENTERS))]
     return [(face_between(tree, a, b), bool(tree[2][b])) for a, b in pairwise(line) if tree[2][a] != tree[2][b]]
 
 
 @pytest.mark.parametrize("seed", sampled(range(40), 3))
 def test_a_crossing_has_the_face_of_a_leaf_that_turns_the_body(seed):
-    """By every route, also where walls of several leaves coincide and some are cut away."""
+    """The face is the same on every route, even where walls of several leaves coincide and some are cut away."""
     rng = np.random.default_rng(seed)
     tree, solid = random_tree(rng, int(rng.integers(2, 6)), [0])
     turn = TURNS[seed % len(TURNS)]
@@ -127,7 +127,7 @@ def test_a_wall_far_from_a_primitive_is_not_its_own():
 
 
 def test_walls_in_common_have_one_surface_however_they_are_written():
-    """Four bodies at one t, in the order of listing."""
+    """Four bodies have one t, in the order of the list."""
     planes = co.HalfSpace((4, 0, 0), 4), co.Plane((-1, 0, 0), -1), co.Box((1, -1, -1), (2, 1, 1))
     crossings = co.Scene([co.Box(), *planes]).crossings((-5, 0.1, 0.2), (1, 0, 0))
     assert crossings.body[crossings.t == 6].tolist() == [0, 1, 2, 3]

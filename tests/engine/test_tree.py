@@ -1,4 +1,4 @@
-"""The trees: everything is in them once and within its boxes, whatever its shape and however many threads build them."""
+"""The trees: every entry is in them once and within its boxes, for any shape and any number of threads that build them."""
 
 import math
 
@@ -14,7 +14,8 @@ from conicoid.kernels import threads
 from ..samples import deep
 from .nodes import Nodes
 
-# --- The trees: everything is in them once and within its boxes, whatever its shape and however many threads build them
+# --- The trees: every entry is in them once and within its boxes, for any shape and any number of threads that build
+# them
 
 
 def balls(count, seed=0, size=0.5):
@@ -23,7 +24,7 @@ def balls(count, seed=0, size=0.5):
 
 
 def nearest(centers, radii, origins, directions):
-    """First crossings of unit rays with balls, each with all: the textbook's formula."""
+    """Return the first crossings of unit rays with balls, each with all, by the textbook's formula."""
     result = np.full(len(origins), math.inf)
     for center, radius in zip(centers, radii, strict=True):
         apart = origins - center
@@ -86,7 +87,7 @@ def test_hits_equal_those_of_each_ball_alone(name):
 
 
 def test_a_large_tree_is_the_same_on_any_number_of_threads():
-    """More entries than one thread builds alone, a third of them in one place."""
+    """There are more entries than one thread builds alone, a third of them in one place."""
     centers, radii = balls(60_000)
     centers[::3] = 0.25
     radii[::3] = np.linspace(0.001, 0.002, 20_000)
@@ -105,7 +106,7 @@ def test_a_large_tree_is_the_same_on_any_number_of_threads():
 
 
 def test_a_large_tree_finds_the_hits_of_a_small_one():
-    """Each of six parts of a large scene by itself; the nearest of all."""
+    """The nearest hit of six parts of a large scene, each by itself, is the hit of the scene."""
     centers, radii = balls(30_000)
     origins, directions = rays(5000)
     parts = [co.Scene([co.Spheres(centers[k::6], radii[k::6])]).first_hit(origins, directions) for k in range(6)]
@@ -130,14 +131,14 @@ ROUND = {
 
 
 def endless_cylinder(axis, place, radius):
-    """All points within radius of a line along an axis."""
+    """Return all points within radius of a line along an axis."""
     offset = np.array(place, dtype=float)
     offset["xyz".index(axis)] = 0.0
     return co.Quadric(coefficients=dict(ROUND[axis], constant=-(radius**2))).translate(tuple(offset))
 
 
 def into_cylinder(axis, place, radius, origins, directions):
-    """(enter, leave) of rays: the plane quadratic, by itself."""
+    """Return (enter, leave) of rays by the quadratic formula."""
     k = [i for i in range(3) if "xyz"[i] != axis]
     apart, along = origins[:, k] - np.array(place)[k], directions[:, k]
     a, b, c = (along**2).sum(axis=1), (along * apart).sum(axis=1), (apart**2).sum(axis=1) - radius**2
@@ -147,7 +148,7 @@ def into_cylinder(axis, place, radius, origins, directions):
 
 @pytest.fixture(scope="module")
 def endless():
-    """Cylinders without ends along each axis, balls, and planes across and askew."""
+    """Return cylinders without ends along each axis, balls, and planes across and oblique."""
     random = np.random.default_rng(5)
     cylinders = [("xyz"[i % 3], random.uniform(-9, 9, 3), random.uniform(0.1, 0.4)) for i in range(240)]
     items = [endless_cylinder(*cylinder) for cylinder in cylinders]
@@ -156,7 +157,7 @@ def endless():
 
 
 def test_bodies_endless_along_some_axes_are_in_trees(endless):
-    """Those endless along x, y, z each have a tree; half-spaces are endless along all three."""
+    """Bodies without ends along x, y and z each have a tree. Half-spaces are endless along all three."""
     cylinders, scene = endless
     nodes = Nodes(scene)
     nodes.check()
@@ -185,7 +186,7 @@ def test_hits_of_endless_things_are_those_of_each_by_itself(endless):
 
 
 def test_whole_lines_through_endless_things(endless):
-    """t from -inf: the spans of each cylinder are its two roots."""
+    """t begins at -inf, and the spans of each cylinder are its two roots."""
     cylinders, scene = endless
     origins, directions = rays(200)
     spans = scene.spans(origins, directions, t_min=-math.inf)
@@ -199,13 +200,13 @@ def test_whole_lines_through_endless_things(endless):
 
 
 def pins(side):
-    """A square lattice of endless pins."""
+    """Return a square lattice of endless pins."""
     places = [(x, y, 0.0) for y in range(side) for x in range(side)]
     return co.Scene([endless_cylinder("z", place, 0.3) for place in places])
 
 
 def test_pins_are_located_by_few_nodes():
-    """Sixteen times as many pins: two halvings more on each axis, hardly more than one more level of eights."""
+    """Sixteen times as many pins need two more halvings along each axis, hardly more than one level of eight children."""
     random = np.random.default_rng(3)
     mean = {}
     for side in (8, 32):
@@ -224,7 +225,7 @@ def test_pins_are_located_by_few_nodes():
 
 
 def test_long_thin_bodies_across_each_other():
-    """Rods turned every way: their boxes overlap, the hits are still those of each by itself."""
+    """Boxes of turned rods overlap. The hits are still those of each rod by itself."""
     random = np.random.default_rng(9)
     starts, ends = random.uniform(-1, 1, (2, 150, 3))
     scene = co.Scene([co.Cylinder(tuple(a), tuple(b), 0.01) for a, b in zip(starts, ends, strict=True)])
@@ -249,7 +250,7 @@ def test_bodies_of_many_leaves_have_trees_of_their_own():
 
 
 def edits_of_a_core(path):
-    """A core of 16 assemblies as it is, and with bodies moved, removed, and added between others."""
+    """Return a core of 16 assemblies as it is, and with bodies moved, removed, and added between others."""
     core = co.load_openmc(path)
     yield core
     count = len(core.bodies)
@@ -285,7 +286,7 @@ def test_assemblies_share_the_order_of_their_tree(turned, tmp_path, monkeypatch)
 
 
 def mixed(count, seed):
-    """Small shapes of many kinds strewn about, some of them unbounded."""
+    """Return small shapes of many kinds at random places, some of them unbounded."""
     random = np.random.default_rng(seed)
     kinds = [
         lambda: co.Sphere(0.5), lambda: co.Box((-0.4, -0.3, -0.5), (0.3, 0.5, 0.2)), lambda: co.Cylinder((0, 0, -0.5), (0, 0, 0.5), 0.3),
@@ -306,7 +307,7 @@ def mixed(count, seed):
 
 
 def test_a_crowd_is_the_union_of_its_members():
-    """A scene of 200 bodies answers what its members answer one by one."""
+    """A scene of 200 bodies answers as its members do one by one."""
     shapes = mixed(200, 12)
     random = np.random.default_rng(13)
     origins, directions = random.uniform(-9, 9, (600, 3)), random.normal(size=(600, 3))

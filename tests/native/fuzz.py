@@ -1,7 +1,8 @@
-"""Wrong arguments to every kernel of the extension, by its door: a program, because what gets through ends a process.
+"""Wrong arguments to every kernel of the extension, by its door.
 
-python -m tests.native.fuzz COUNT [SEED] first works with scenes and keeps some calls of every kernel. Then it makes COUNT
-calls, each with one thing about a kept one spoilt. Where the declaration of the kernel forbids it, an error must follow.
+It is a program, because a wrong argument that passes the door ends the process: python -m tests.native.fuzz COUNT
+[SEED]. First it works with scenes and keeps some calls of every kernel. Then it makes COUNT calls, each a kept one with
+one fault. An error must follow where the declaration of the kernel forbids the fault.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ _found = machine_code.SHIPPED.kernel if machine_code.SHIPPED else None
 
 
 def _before_a_wall(array: Any) -> Any:
-    """A copy that ends where memory ends that may be touched: a kernel that goes beyond it ends the process."""
+    """Return a copy that ends at protected memory: a kernel that goes beyond it ends the process."""
     page = mmap.PAGESIZE
     size = -(-array.nbytes // page) * page
     room = mmap.mmap(-1, size + page)
@@ -40,7 +41,7 @@ def _before_a_wall(array: Any) -> Any:
 
 
 def _copied(value: Any) -> Any:
-    """The same, in memory of its own: kernels write."""
+    """Return a copy in memory of its own, because kernels write."""
     if isinstance(value, np.ndarray):
         copy = _before_a_wall(value)
         copy.flags.writeable = value.flags.writeable
@@ -52,7 +53,7 @@ def _copied(value: Any) -> Any:
 
 
 def _recording(name: str) -> Callable[..., Any] | None:
-    """In place of `machine_code.entry`: a kernel that keeps what it is called with."""
+    """Return a kernel that keeps its arguments, in place of `machine_code.entry`."""
     kernel = _found(name)
     if kernel is None:
         return None
@@ -67,7 +68,7 @@ def _recording(name: str) -> Callable[..., Any] | None:
 
 
 def work() -> None:
-    """Reach every kernel."""
+    """Call every kernel."""
     import conicoid as co
     from conicoid.prepare.bvh.sah_binning import ONE_THREAD
     from conicoid.scene.warmup import CutCylinders
@@ -138,7 +139,7 @@ def work() -> None:
 
 
 def _moved(scene: Any, hits: Any) -> None:
-    """How hits and spans move with their rays and with one number."""
+    """Find the derivatives of hits and spans by their rays and by one number."""
     import conicoid as co
 
     parameters = co.parameters(scene, "bodies[0].operands[0].radius")
@@ -148,7 +149,7 @@ def _moved(scene: Any, hits: Any) -> None:
 
 
 def _as_pages_ask(scene: Any) -> None:
-    """Rays one at a time, in memory of its own."""
+    """Trace rays one at a time, in memory of its own, as pages do."""
     import conicoid as co
     from conicoid.kernels.crossings import trace_rows_alone
     from conicoid.kernels.first_hits import HitBuffers, trace_first_alone
@@ -167,7 +168,7 @@ def _as_pages_ask(scene: Any) -> None:
 
 
 def _leaves(value: Any, path: tuple[int, ...] = ()) -> Iterator[tuple[tuple[int, ...], Any]]:
-    """The parts of arguments that are no tuples, and the tuples, with the way to each."""
+    """Return the parts of arguments that are not tuples, and the tuples, with the way to each."""
     if isinstance(value, tuple):
         for k, part in enumerate(value):
             yield (*path, k), part
@@ -175,7 +176,7 @@ def _leaves(value: Any, path: tuple[int, ...] = ()) -> Iterator[tuple[tuple[int,
 
 
 def _with(value: Any, path: tuple[int, ...], part: Any) -> Any:
-    """The arguments with another part."""
+    """Return the arguments with another part."""
     if not path:
         return part
     parts = list(value)
@@ -198,7 +199,10 @@ def _strided(array: Any) -> Any:
 
 
 def _resized(array: Any, axis: int, more: int) -> Any:
-    """With something more, like the last, or less; what remains is as it was, for that the door cannot test."""
+    """Return an array with more elements, copies of the last, or fewer.
+
+    The others stay, because the door cannot check them.
+    """
     size = array.shape[axis]
     if size + more < 0 or size == 0:
         return np.zeros([max(0, n + more * (k == axis)) for k, n in enumerate(array.shape)], array.dtype)
@@ -219,7 +223,7 @@ ARRAYS: dict[str, tuple[Callable[[Any], Any], bool]] = {
     "a list": (lambda a: a.tolist(), True),
     "None": (lambda a: None, True),
     "bytes": (lambda a: b"12345678", True),
-    "strided": (lambda a: _strided(a), False),  # where there is one element it is contiguous all the same
+    "strided": (lambda a: _strided(a), False),  # an array with one element is contiguous all the same
     "backwards": (lambda a: a[::-1] if len(a) > 1 else None, True),
     "Fortran's order": (lambda a: np.asfortranarray(a), False),
     "misaligned": (_misaligned, False),
@@ -248,7 +252,7 @@ SHORTER = "shorter by one", "empty"
 
 @functools.cache
 def _free(name: str) -> frozenset[int]:
-    """Which of a kernel's arrays may have any length: only what indexes them says how long they must be."""
+    """Return which of a kernel's arrays may have any length, because only their indices limit it."""
     from native.signature import signature  # imports the engine, whose kernels must be recorded
 
     arrays = (leaf for leaf in signature(*DECLARED[name]).leaves if leaf.kind == "array")
@@ -257,7 +261,7 @@ def _free(name: str) -> frozenset[int]:
 
 @functools.cache
 def _strides(name: str) -> frozenset[int]:
-    """Which of a kernel's arrays may have elements that lie apart, in any order."""
+    """Return which of a kernel's arrays may have elements that lie apart, in any order."""
     from native.signature import signature
 
     arrays = (leaf for leaf in signature(*DECLARED[name]).leaves if leaf.kind == "array")
@@ -270,7 +274,7 @@ def _is_one(which: frozenset[int], arguments: tuple[Any, ...], path: tuple[int, 
 
 
 def spoilt(name: str, arguments: tuple[Any, ...], rng: random.Random) -> tuple[tuple[Any, ...], str, bool]:
-    """Arguments with one thing changed, what it was, and whether there must be an error."""
+    """Return arguments with one change, its name, and whether there must be an error."""
     if rng.random() < 0.02:
         return (arguments[:-1], "one less", True) if rng.random() < 0.5 else ((*arguments, 1), "one more", True)
     path, part = rng.choice(list(_leaves(arguments)))
@@ -291,7 +295,7 @@ def spoilt(name: str, arguments: tuple[Any, ...], rng: random.Random) -> tuple[t
 
 
 def fuzz(count: int, seed: int) -> Counter[str]:
-    """Spoilt calls of all kernels in turn; how many of each outcome."""
+    """Make wrong calls of all kernels in turn; return how many had each outcome."""
     rng, outcomes = random.Random(seed), Counter[str]()
     names = sorted(_calls)
     for k in range(count):
@@ -311,7 +315,7 @@ def fuzz(count: int, seed: int) -> Counter[str]:
 
 
 def main(count: int, seed: int = 0) -> None:
-    """Work, then spoil."""
+    """Work, then make wrong calls."""
     jit.entry = _recording
     work()
     left = set(machine_code.SHIPPED.kernels()) - _calls.keys()

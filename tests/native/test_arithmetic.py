@@ -1,4 +1,4 @@
-"""Objects whose answers another machine would not give to the bit are refused as they are built."""
+"""The build refuses objects whose answers another machine would not give to the bit."""
 
 import pickle
 
@@ -21,7 +21,7 @@ ARGUMENTS = "ptr %out, ptr %error, double %a"
 
 
 def made(folder, instruction, function="llvm.sqrt.f64"):
-    """The object of a kernel of one instruction."""
+    """Return the object of a kernel of one instruction."""
     text = BODY.format(function=function, arguments=ARGUMENTS, instruction=instruction)
     kernel = dict(symbol="k", arguments=["i8*", "i8*", "double"], result="none", functions=[0])
     codes = [llvm.parse_assembly(text).as_bitcode()]

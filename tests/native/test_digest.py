@@ -13,8 +13,7 @@ def test_answers_are_those_of_all_platforms():
 
 
 def test_the_numbers_are_marsaglias():
-    # xorshift64 with (13, 7, 17), worked out by hand from 1: 1 ^ 1 << 13 is 0x2001, ^ >> 7 is 0x2041,
-    # and ^ << 17 is 0x40822041.
+    # xorshift64 with (13, 7, 17), by hand from 1: 1 ^ 1 << 13 is 0x2001, ^ >> 7 is 0x2041, and ^ << 17 is 0x40822041.
     numbers = Numbers(1)
     numbers.next()
     assert numbers.state == 0x40822041

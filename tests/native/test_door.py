@@ -1,4 +1,4 @@
-"""No mistake in Python gets to machine code: every kernel by its door, with arguments of every wrong kind."""
+"""No mistake in Python reaches machine code: every kernel by its door, with wrong arguments of every kind."""
 
 import ast
 import os

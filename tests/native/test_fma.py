@@ -1,4 +1,4 @@
-"""The fused multiply-add that is linked in for processors without the instruction, against rational arithmetic."""
+"""The fused multiply-add for processors without the instruction, against rational arithmetic."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def fma(tmp_path_factory) -> Callable[..., float]:
 
 
 def expected(a: float, b: float, c: float) -> float:
-    """IEEE 754, section 5.4.1 and clause 6, to nearest, ties to even."""
+    """Return the result by IEEE 754, section 5.4.1 and clause 6, to nearest, ties to even."""
     if math.isnan(a) or math.isnan(b) or math.isnan(c):
         return math.nan
     sign = math.copysign(1, a) * math.copysign(1, b)
@@ -50,7 +50,7 @@ def expected(a: float, b: float, c: float) -> float:
     if math.isinf(c):
         return c
     exact = Fraction(a) * Fraction(b) + Fraction(c)
-    if exact == 0:  # of like signs it keeps them; otherwise it is +0
+    if exact == 0:  # a zero sum of two equal signs keeps the sign; otherwise it is +0
         both = (a == 0 or b == 0) and c == 0
         return math.copysign(0.0, c) if both and math.copysign(1, c) == sign else 0.0
     try:
@@ -61,7 +61,7 @@ def expected(a: float, b: float, c: float) -> float:
 
 
 def any_float(chance: random.Random) -> float:
-    """Of random bits; every fourth a small number, every fourth without most of its fraction."""
+    """Return random bits; every fourth float is small, and every fourth lacks most of its fraction."""
     bits, kind = chance.getrandbits(64), chance.randrange(4)
     if kind == 0:
         bits &= ~(0x7FC << 52)
@@ -71,7 +71,7 @@ def any_float(chance: random.Random) -> float:
 
 
 def near(chance: random.Random, x: float) -> float:
-    """A float within some units of the last place of another, or far below or above."""
+    """Return a float within some units of the last place of another, or far below or above."""
     if x == 0 or not math.isfinite(x):
         return x
     if chance.random() < 0.5:
@@ -80,13 +80,13 @@ def near(chance: random.Random, x: float) -> float:
 
 
 def cancelling(chance: random.Random) -> Triple:
-    """a b + c where c is about -a b: nearly all digits go."""
+    """Return a b + c where c is about -a b: nearly all digits cancel."""
     a, b = (math.ldexp(chance.uniform(1, 2), chance.randint(-540, 510)) for _ in range(2))
     return a, b, near(chance, -(a * b))
 
 
 def halfway(chance: random.Random) -> Triple:
-    """c is a power of two with a product at, or next to, the middle between two floats there."""
+    """Return factors and a power of two c. Their product is at, or next to, the middle between two floats near c."""
     whole = 2 * chance.getrandbits(51) + 1
     e = chance.randint(-1074, 900)
     return (
@@ -97,14 +97,14 @@ def halfway(chance: random.Random) -> Triple:
 
 
 def below(chance: random.Random) -> Triple:
-    """Products and sums among the numbers below the normal ones."""
+    """Return products and sums among the subnormal numbers."""
     a = math.ldexp(chance.uniform(1, 2), chance.randint(-560, -500))
     b = math.ldexp(chance.uniform(1, 2), chance.randint(-560, -500))
     return a, chance.choice((b, -b)), chance.randint(-(2**12), 2**12) * LEAST
 
 
 def above(chance: random.Random) -> Triple:
-    """At the edge of what is too large; c may bring it back."""
+    """Return products at the edge of overflow, which c may bring back."""
     a = math.ldexp(chance.uniform(1, 2), 512)
     return (
         a,

@@ -1,4 +1,4 @@
-"""What `pip wheel .` makes: requirements of each kind of build, CONICOID_KERNELS, tags; no kernel is built here."""
+"""The results of `pip wheel .`: requirements of each kind of build, CONICOID_KERNELS, tags; no test builds a kernel."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Version = namedtuple("Version", "major minor")
 
 @pytest.fixture(autouse=True)
 def project(monkeypatch):
-    monkeypatch.chdir(ROOT)  # where a front end calls the backend
+    monkeypatch.chdir(ROOT)  # front ends call the backend there
     monkeypatch.delenv("CONICOID_KERNELS", raising=False)
 
 
@@ -35,7 +35,7 @@ def names(requirements: list[str]) -> set[str]:
 
 
 def made(folder: Path, version: str = "standard") -> Path:
-    """A wheel of parts that are there."""
+    """Make a wheel of existing parts."""
     return Path(next(WheelBuilder(str(ROOT)).build(directory=str(folder), versions=[version])))
 
 
@@ -47,7 +47,7 @@ def test_a_wheel_requires_compilers_and_a_source_archive_does_not():
 
 
 def test_the_variable_is_one_of_those_that_conicoid_knows():
-    assert "CONICOID_KERNELS" in KNOWN  # or every start would warn of it
+    assert "CONICOID_KERNELS" in KNOWN  # or every start would warn about it
 
 
 def test_an_editable_install_requires_no_compilers(tmp_path):
@@ -134,7 +134,7 @@ def test_wheels_for_all_systems_take_the_levels_that_are_theirs(monkeypatch):
 def test_the_message_without_kernels_names_the_remedy(monkeypatch, patches, reason):
     advice = r"CONICOID_KERNELS=none makes a wheel without machine code"
     with monkeypatch.context() as patch:
-        patch.setattr(importlib.util, "find_spec", lambda name: None)  # a build's own environment is empty at first
+        patch.setattr(importlib.util, "find_spec", lambda name: None)  # the environment of a build is empty at first
         for place, name, value in patches:
             patch.setattr(place, name, value)
         with pytest.raises(SystemExit, match=rf"{reason}.*\. {advice}"):

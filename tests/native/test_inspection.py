@@ -1,4 +1,4 @@
-"""What is inspected before a wheel gets its name: each fault is put into a small extension, and found."""
+"""The inspection of a wheel before it gets its name: it finds each fault in a small extension."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ START = "int DllMainCRTStartup(void *a, unsigned b, void *c) { (void)a, (void)b,
 
 
 def compiled(folder: Path, source: str, target=LINUX, flags: tuple[str, ...] = ()) -> Path:
-    """A file as the linker makes it. Without the code around a library, which is compiled at first use."""
+    """Return a file of the linker, without the runtime of a library, which the compiler makes at first use."""
     file, out = folder / "door.c", folder / extension_name(target)
     if target.system == "pyodide":
         file.write_text(source)
@@ -51,7 +51,7 @@ def compiled(folder: Path, source: str, target=LINUX, flags: tuple[str, ...] = (
     "name", ["linux-x86_64", "musl-aarch64", "macos-arm64", deep("macos-x86_64"), "windows-x86_64", "pyodide-wasm32"]
 )
 def test_good_extension(tmp_path, name):
-    """Nothing is wrong with it, and what it takes from Python is seen in the format of every system."""
+    """The inspection finds no fault, and lists the functions of Python in the format of every system."""
     target = TARGETS[name]
     extension = compiled(tmp_path, GOOD, target)
     assert wrong_with_extension(extension, target) == []
@@ -95,11 +95,14 @@ FAULTS = {
     "another processor": (GOOD, ("-target", "aarch64-linux-gnu.2.17"), "is for AARCH64"),
 }
 ELSEWHERE = "mathematics of the platform", "a second door", "another processor"
-"""What the tests of a browser's extension and of wheels find, too."""
+"""Tests of a browser's extension and of wheels find these faults, too."""
 
 
 def test_faults_are_found_in_a_browsers(tmp_path):
-    """Mathematics that would be Emscripten's, and a second door: compiled as the extension is, without C's library."""
+    """The extension takes mathematics from Emscripten, or has a second door.
+
+    The test compiles it as the build does, without C's library.
+    """
     source = (
         "double sin(double); static volatile double x; EXPORT void *PyInit__kernels(void) { x = sin(x); return 0; }"
     )
@@ -134,7 +137,7 @@ def test_the_header_declares_nothing_but_the_stable_abi():
 
 
 def wheel_with(extension: Path, folder: Path) -> Path:
-    """A wheel as hatchling and its hook make it, of parts that are there."""
+    """Return a wheel of hatchling and its hook, of existing parts."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(build, "lowered", lambda folder: folder)
         patch.setattr(page, "build", page_engine)
@@ -150,11 +153,11 @@ def good_wheel(tmp_path):
 
 NO_MODULE = b"\0asm\1\0\0\0"
 IMPORTING = NO_MODULE + bytes([1, 4, 1, 0x60, 0, 0]) + bytes([2, 7, 1, 1]) + b"m" + bytes([1]) + b"f" + bytes([0, 0])
-"""A type () -> (), and a function of that type that is to come from outside as m.f."""
+"""A type () -> (), and a function of that type to import as m.f."""
 
 
 def page_engine(folder: Path) -> Path:
-    """An engine for pages that does nothing."""
+    """Return an engine for pages that does nothing."""
     out = folder / "engine.wasm"
     out.write_bytes(NO_MODULE)
     return out
@@ -174,7 +177,7 @@ def test_a_wheel_holds_the_package_its_extension_and_the_licence(good_wheel):
 
 
 def without(good: Path, out: Path, name: str, instead: dict[str, bytes]) -> Path:
-    """A wheel in which files whose names end with `name` are missing, and others are added."""
+    """Return a wheel without the files whose names end with `name`, and with other files."""
     with ZipFile(good) as archive, ZipFile(out, "w") as made:
         for each in archive.namelist():
             if not each.endswith(name):

@@ -1,4 +1,4 @@
-"""A process whose memory is limited ends with a line, not with a signal or in the middle of somebody else's code."""
+"""A process with limited memory ends with a line, not with a signal or in the middle of other code."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_little_room_to_compile_is_an_error_of_one_line(room):
 
 
 def rendered(folder: Path, mebibytes: int, jit: str) -> subprocess.CompletedProcess[str]:
-    """The command, with so much address space for the whole of it."""
+    """Run the command with a limit of address space for all of it."""
     render = f"{sys.executable} -m conicoid render {written(folder)} -o {folder / 'p.png'} --width 8 --height 8"
     environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", "CONICOID_THREADS": "1", "CONICOID_JIT": jit}
     command = ["sh", "-c", f"ulimit -v {mebibytes << 10}; exec {render}"]
@@ -64,5 +64,5 @@ def test_a_command_reports_little_memory(tmp_path, mebibytes, jit):
         assert run.returncode == 1, run.stderr
         assert run.stderr.startswith("error: not enough memory")
         assert run.stderr.count("\n") == 1
-    least = 440 if jit else 200  # where it worked when nothing was asked for beforehand
+    least = 440 if jit else 200  # it worked there without allocations beforehand
     assert run.returncode == 1 or mebibytes >= least

@@ -1,4 +1,4 @@
-"""Where the package came with machine code, no compiler gets into the process, whatever is asked."""
+"""Where the package has machine code, no call loads a compiler into the process."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The code for GPUs: what its PTX holds."""
+"""The code for GPUs: the contents of its PTX."""
 
 import re
 import shutil
@@ -14,13 +14,13 @@ from ..emulation import ptx_of
 from ..samples import marked
 
 MOST_USED = ["any_hits_few", "list_rows_few"]
-"""Kernels that most scenes need; a fast test takes the first, as each is seconds of a compiler."""
+"""Kernels of most scenes. A fast test takes the first, because each takes seconds of a compiler."""
 SMALL = [name for name in ptx.PARTS["queries"] if name.endswith(f"_{EACH}")]
 
 
 @pytest.mark.parametrize("name", marked((name, name in (MOST_USED[0], *SMALL[::5])) for name in ptx.PARTS["queries"]))
 def test_ptx_rounds_as_the_cpu_does(name):
-    """Some of what `ptx.ptx` looks at is there."""
+    """The code has some of the instructions that `ptx.ptx` checks."""
     text = ptx_of(name)
     assert f".entry {name}(" in text
     assert ".target sm_75" in text
@@ -48,7 +48,7 @@ def test_ptx_that_rounds_otherwise_is_refused(line, wrong):
 @pytest.mark.skipif(shutil.which("ptxas") is None, reason="NVIDIA's assembler is not here")
 @pytest.mark.parametrize("name", marked((name, name == MOST_USED[0]) for name in MOST_USED))
 def test_registers_and_spills_are_within_bounds(tmp_path, name):
-    """Few spills in the loop over nodes, none that local memory would be large for."""
+    """The loop over nodes spills few registers, and no array needs much local memory."""
     source = tmp_path / "kernel.ptx"
     source.write_text(ptx_of(name))
     command = ["ptxas", "-v", "-arch=sm_75", "-o", str(tmp_path / "kernel.cubin"), str(source)]

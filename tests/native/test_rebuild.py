@@ -1,4 +1,4 @@
-"""What a build of the checkout makes again after an edit: the functions that it changes, and the files that copy them."""
+"""A build of the checkout after an edit makes the functions that it changes again, and the files that copy them."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def test_dependencies_of_a_function() -> None:
 
 
 class Function(NamedTuple):
-    """One of a package of three files: what it calls, and whether it is copied into callers."""
+    """A function of a package of three files: its calls, and whether callers copy it."""
 
     calls: tuple[str, ...] = ()
     copied: bool = False
@@ -170,12 +170,12 @@ print(*kept.compiled)
         ("", "", ""),
         ("x + 1.0", "x + 2.0", "leaf"),
         ("return leaf(x) * 2.0", "return leaf(x)", "middle"),
-        ("return x + 1.0", "return int(x)", "leaf middle"),  # which has the type that it had before
+        ("return x + 1.0", "return int(x)", "leaf middle"),  # it has the type of before
         ("a: float\n    b: float", "b: float\n    a: float", "top"),
     ],
 )
 def test_functions_are_lowered_again_that_an_edit_changes(before: str, after: str, compiled: str, tmp_path) -> None:
-    """Twice: an edit, then nothing. The code that is linked is that of a build from the beginning."""
+    """The build runs twice: after an edit, and after none. The linked code is that of a build from the beginning."""
     assert before in MODULE
 
     def built(text: str) -> list[str]:
@@ -198,7 +198,7 @@ FACE = "= surface, face, side"
 
 @pytest.mark.deep
 def test_a_kernel_is_edited_and_built_again(tmp_path: Path) -> None:
-    """In a copy of the checkout, with what its last incremental build kept, if there was one."""
+    """The test edits a copy of the checkout, with the objects of its last incremental build, if there was one."""
     for folder in ("conicoid", "native", "out/edited_kernels"):
         if (ROOT / folder).exists():
             left_out = shutil.ignore_patterns("__pycache__", "_kernels.*")

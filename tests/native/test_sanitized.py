@@ -1,4 +1,4 @@
-"""The door with address and undefined-behaviour checks: a sample of queries, and of wrong arguments. The pool alone."""
+"""The door with checks of addresses and undefined behaviour: a sample of queries, wrong arguments, and the pool alone."""
 
 import os
 import shutil
@@ -24,7 +24,7 @@ pytestmark = [
 
 @pytest.fixture(scope="module")
 def checked(tmp_path_factory):
-    """A copy of the package with a checked extension, and the environment that it needs."""
+    """Return a copy of the package with a checked extension, and its environment."""
     folder = tmp_path_factory.mktemp("checked")
     runtime = subprocess.run(["gcc", "-print-file-name=libasan.so"], capture_output=True, text=True).stdout.strip()
     if not os.path.isabs(runtime):

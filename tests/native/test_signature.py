@@ -1,4 +1,4 @@
-"""What kernels say of their arguments: all that the door relies on is said, or the kernel is refused when it is built."""
+"""Declarations of kernels for the door: the build refuses a kernel with an incomplete one."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ OF_ANY_LENGTH = {
     "counts": "a table that is counted through, as large as it is",
     "weights": "of line integrals: looked up only within its length",
 }
-"""Tables whose length no other argument says, and why no row beyond their end is read."""
+"""Tables whose length no other argument gives, and the reason why no row beyond their end is read."""
 
 
 def test_a_table_of_any_length_has_a_reason():
@@ -65,7 +65,7 @@ def test_a_table_of_any_length_has_a_reason():
 
 
 def test_foreign_kernels_are_ignored():
-    kernel()(without_tables)  # says too little for a door
+    kernel()(without_tables)  # its declaration is too short for a door
     assert without_tables.__name__ not in DECLARED
 
 

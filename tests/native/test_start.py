@@ -1,4 +1,4 @@
-"""What a process imports before its first answer, where the package came with machine code: nothing that it can do without."""
+"""Imports of a process before its first answer, where the package has machine code: only necessary ones."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ COMMAND = (
     "from conicoid.cli import terminal, resources; terminal.PATIENCE = resources.PATIENCE = float('inf'); "
     "from conicoid.cli.app import app; app(sys.argv[1:], standalone_mode=False)"
 )
-"""On a slow machine a second is soon over."""
+"""A command with infinite patience, because a slow machine takes longer than a second."""
 RENDER = "render", BARREL, "-o", "o.png", "--width", "16", "--height", "16"
 
 PROGRAM = """
@@ -46,7 +46,7 @@ print(*sorted(set(sys.modules) - before))
 
 
 def imported(work: str, folder, *words: object) -> set[str]:
-    """What some work imports, besides NumPy and what that imports."""
+    """Return the modules that some work imports, besides NumPy and its own imports."""
     with child(PROGRAM.format(work=work), *words, cwd=folder) as running:
         code, out, errors = running.end(60)
     assert code == 0, errors

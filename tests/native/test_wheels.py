@@ -1,4 +1,4 @@
-"""Making wheels: what is interrupted, or faulty, leaves nothing behind; what is made is whole."""
+"""Making wheels: a break or a fault leaves no wheel behind, and a finished wheel is whole."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from native.targets import TARGETS, Target
 
 
 def run(monkeypatch, tmp_path: Path, build, *targets: str) -> int:
-    """The exit status of `python -m native.wheels`, with wheels that are letters."""
+    """Return the exit status of `python -m native.wheels`, with letters in place of wheels."""
     monkeypatch.setattr(wheels, "wheel", build)
     monkeypatch.setattr(wheels, "cuda_wheel", lambda folder: build(Target("cuda", "", "", "any", ()), folder))
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "scratch"))
@@ -72,7 +72,7 @@ def test_unknown_targets_are_refused(monkeypatch, tmp_path, capsys):
 
 
 def test_the_wheel_of_kernels_for_gpus(monkeypatch, tmp_path):
-    """With stand-ins of the kernels; tests/native/test_ptx.py looks at these."""
+    """Stand-ins take the place of the kernels, which tests/native/test_ptx.py tests."""
 
     def build(folder: Path, package: Path) -> None:
         for name in (ptx.STAMP, *(f"{each}.ptx" for each in ptx.NAMES)):

@@ -140,7 +140,7 @@ CASES: dict[str, tuple[Callable, Callable, Callable, float, Callable]] = {
     "atan2": (ATAN2, MP.atan2, places, 0.67, angles.atan2),
     "hypot": (HYPOT, length, vectors, 0.501, hypot),
 }
-"""Compiled, true, arguments, the bound in its docstring, interpreted."""
+"""Compiled, exact, arguments, the bound in its docstring, interpreted."""
 
 
 def off(found: float, true) -> float:
@@ -329,7 +329,8 @@ def test_the_scale_of_a_ray_is_a_power_of_two_that_brings_it_near_one(exponent):
 QUOTIENT, UNIT, NORMALIZED = compiled(quotient), compiled(unit_vector), compiled(normalize)
 DRAWS = np.random.default_rng(1990)
 BELOW_TWO = 2.0 - 2.0**-52
-"""All bits of its fraction are set: Markstein's theorem on reciprocals leaves it out, that on quotients does not."""
+"""All bits of its fraction are set: Markstein's theorem on reciprocals excludes it, and the one on quotients does not.
+"""
 
 
 def same_bits(a, b):

@@ -1,4 +1,4 @@
-"""Queries on a GPU that is emulated: the same bits as on the CPU, from NumPy arrays in chunks, and kind refusals."""
+"""Queries on an emulated GPU: the same bits as on the CPU, from NumPy arrays in chunks, and clear refusals."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def kernels():
 
 @pytest.fixture
 def card(kernels, monkeypatch):
-    """The card of this process, whose memory is checked at the end."""
+    """Return the card of this process, and check its memory at the end."""
     emulated = Card(kernels)
     monkeypatch.setattr(nvidia_driver, "NvidiaDriver", lambda: emulated)
     monkeypatch.setattr(device_choice, "_devices", {})
@@ -58,7 +58,7 @@ def same_hits(one, other):
 
 
 def same_answers(scene, rays, t_max=np.inf):
-    """Assert that both devices answer alike."""
+    """Assert that both devices give the same answers."""
     there, here = (dict(t_max=t_max, device=name) for name in ("cuda", "cpu"))
     same_hits(scene.first_hit(rays, **there), scene.first_hit(rays, **here))
     assert np.array_equal(scene.occluded(rays, **there), scene.occluded(rays, **here))
@@ -131,7 +131,7 @@ def test_points_in_bodies_of_all_sizes(card, leaves, size, monkeypatch):
 @pytest.mark.parametrize("sort", [ordinary, extreme])
 @pytest.mark.parametrize("kind", KINDS)
 def test_bodies_of_all_kinds(card, kind, sort):
-    """On the rays that are hard for each, as in tests/exactness/test_random_bodies.py."""
+    """The rays are hard for each kind, as in tests/exactness/test_random_bodies.py."""
     r = generator(f"device {kind}", 0)
     item = sort(kind, r)
     scene = co.Scene([item.shape(co)])
@@ -154,7 +154,7 @@ def test_copies_that_share_their_tables(card):
 
 @pytest.mark.deep
 def test_llvm_optimises_for_a_gpu(monkeypatch):
-    """The last form of the code before PTX."""
+    """The module is the last form of the code before PTX."""
     module, target = device_module(), objects.machine_for(ptx.TRIPLE, ptx.LEVEL)
     names = "shorten_nodes_each", "first_hits_few", "any_hits_few", "list_rows_few"
 
@@ -177,7 +177,7 @@ def test_llvm_optimises_for_a_gpu(monkeypatch):
 
 
 def test_overlaps_are_reported(card, caplog):
-    """As on the CPU: an error or a note where spans overlap that count, by material or at all."""
+    """As on the CPU, there is an error or a note where spans overlap that count, by material or at all."""
     iron, gold = co.Material(name="iron"), co.Material(name="gold")
     bodies = [co.Body(co.Sphere(1), iron), co.Body(co.Sphere(1).translate((1, 0, 0)), gold)]
     pins = [co.Body(co.Sphere(0.1).translate((9, y, 0)), iron) for y in range(7)]
@@ -210,7 +210,7 @@ def test_overlaps_are_reported(card, caplog):
 
 @pytest.mark.parametrize("kind", sampled(SCENES, 4))
 def test_against_exact_arithmetic(card, kind):
-    """On small whole numbers, as tests/exactness/test_whole_bodies.py: many rays and points are doubtful."""
+    """Many rays and points are doubtful, on small whole numbers as in tests/exactness/test_whole_bodies.py."""
     co.set_device("cuda")
     try:
         score = whole_score(kind, 0, 40)
@@ -328,7 +328,7 @@ def test_ctrl_c_leaves_no_chunk_behind(card, monkeypatch):
 
 
 class OnCard:
-    """An array on the emulated card, as Numba shows it, or by its DLPack alone."""
+    """An array on the emulated card, by Numba's interface, or by its DLPack alone."""
 
     def __init__(self, card, array, **changes):
         self.address = card.allocate(max(array.nbytes, 8))
@@ -342,7 +342,7 @@ class OnCard:
 
 
 def here(array):
-    """A copy of an array on the emulated card, by its interface."""
+    """Return a copy of an array on the emulated card, by its interface."""
     face = array.__cuda_array_interface__
     kind = np.dtype(face["typestr"])
     size = int(np.prod(face["shape"])) * kind.itemsize
@@ -353,7 +353,7 @@ ON_CARD = ("t", "body", "face", "surface", "hit", "entering", "doubtful", "point
 
 
 def same_there(card, scene, origins, directions, **limits):
-    """Assert that arrays on the card give the bits of the CPU, in all fields, and stay there."""
+    """Assert that arrays on the card have the bits of the CPU, in all fields, and stay there."""
     there = [OnCard(card, each) for each in (origins, directions)]
     found, expected = scene.first_hit(*there, **limits), scene.first_hit(origins, directions, **limits, device="cpu")
     for field in ON_CARD:
@@ -415,7 +415,7 @@ def test_dlpack_in_and_out(card, monkeypatch):
 
 
 class NumPy:
-    """An array of NumPy's, which takes the number of a stream."""
+    """An array of NumPy that takes the number of a stream."""
 
     def __init__(self, array):
         self.array = array
@@ -457,10 +457,10 @@ def test_another_name_is_refused():
 
 
 class Driver:
-    """NVIDIA's module, as far as it goes without a card; kernels and memory are those of an emulated one.
+    """NVIDIA's module without a card; kernels and memory are those of an emulated one.
 
-    Parameters have the names of cuda-bindings. What needs a context fails without one; `failures` are what functions
-    return in place of working.
+    Parameters have the names of cuda-bindings. Functions that need a context fail without one; `failures` are results
+    in place of success.
     """
 
     CUdevice_attribute = types.SimpleNamespace(
@@ -489,7 +489,7 @@ class Driver:
         self.contexts, self.pinned, self.is_ready = ["of another library"], {}, False
 
     def __getattribute__(self, name):
-        """Each function answers by a tuple that begins with its state."""
+        """Let each function return a tuple that begins with its status."""
         found = object.__getattribute__(self, name)
         if not name.startswith("cu") or name.startswith("cuGet"):
             return found
@@ -622,7 +622,7 @@ def as_array(address, size):
 
 @pytest.fixture
 def nvidia(monkeypatch, tmp_path):
-    """Both packages, as far as they go without a card; a function that takes the driver."""
+    """Install both packages without a card; return a function that takes the driver."""
 
     def install(made):
         monkeypatch.setattr(nvidia_driver, "_kernels", lambda: tmp_path)
@@ -637,7 +637,7 @@ def nvidia(monkeypatch, tmp_path):
 
 @pytest.fixture
 def ptx_files(monkeypatch, tmp_path):
-    """Kernels by their names alone, one as machine code for this card and another one, and no card so far."""
+    """Write kernels by their names alone, one as machine code for this card and another one, without a card so far."""
     for name in ptx.NAMES:
         (tmp_path / f"{name}.ptx").write_text(f".visible .entry {name}(\n")
     (tmp_path / "first_hits_few.ptx").rename(tmp_path / "first_hits_few.sm_80.cubin")
@@ -700,7 +700,7 @@ def test_failing_driver_calls_are_named(nvidia, ptx_files, kernels, monkeypatch,
     with pytest.raises(kind, match=text):
         scene.first_hit(rays, device="cuda")
     made.failures.clear()
-    same_answers(scene, rays)  # a lost card is lost; but what waited in its lanes is not taken for another answer
+    same_answers(scene, rays)  # a lost card stays lost, but the remains in its lanes are not another answer
     assert made.contexts == ["of another library"]
 
 
@@ -713,7 +713,7 @@ def test_the_names_of_arguments_are_those_of_cuda_bindings():
 
 
 def test_the_calls_of_the_driver(nvidia, ptx_files, kernels):
-    """Every call but the card's own work: addresses, sizes, how a kernel gets its arguments."""
+    """The test covers every call but the card's own work: addresses, sizes, and the arguments of a kernel."""
     made = Driver(Card(kernels))
     nvidia(made)
     points, rays = camera(24).origins + np.linspace(0, 5, 24)[:, None], camera(24)
@@ -753,7 +753,7 @@ def test_memory_is_kept_for_the_next_array_of_its_size(nvidia, ptx_files, kernel
     driver._call = call
     assert driver._spare_bytes == 7168
     monkeypatch.setattr(made.card, "_size", made.card._size - driver.free_memory() + 7168 + 6000)
-    second = driver.allocate(9000)  # what is kept goes where the driver has no more
+    second = driver.allocate(9000)  # free memory is reused where the driver has no more
     assert driver._spare_bytes == 0
     monkeypatch.setattr(nvidia_driver, "_MOST_SPARE", 0)
     driver.release(second)

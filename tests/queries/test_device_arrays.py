@@ -1,4 +1,4 @@
-"""Arrays that live on an emulated card: spans, sums and distances, arrays in any order, and rays that start on hits."""
+"""Arrays on an emulated card: spans, sums and distances, arrays in any order, and rays that start on hits."""
 
 import os
 from functools import partial
@@ -26,7 +26,7 @@ def few_rows(monkeypatch):
 
 
 def there(card, rays):
-    """Rays as the queries take them, on the card."""
+    """Return rays in the form of queries, on the card."""
     return (rays,) if isinstance(rays, device_results.DeviceRays) else [OnCard(card, each) for each in rays]
 
 
@@ -190,7 +190,7 @@ def test_arrays_of_float32_with_gaps_or_in_another_order(card):
 
 
 class NumPyOnCard(NumPy):
-    """An array of NumPy's whose place is a card."""
+    """An array of NumPy whose device is a card."""
 
     def __dlpack_device__(self):
         return 2, 0
@@ -223,12 +223,12 @@ def test_origins_and_directions_broadcast(card):
 
 
 def test_rays_that_start_on_hits(card):
-    """As a simulation goes on: the rays never leave the card."""
+    """As in a simulation, the rays never leave the card."""
     scene, rays = crowded_scene(), camera(40)
     found, expected = same_there(card, scene, *rays), scene.first_hit(rays, device="cpu")
     for step in range(3):
         directions = np.random.default_rng(step).normal(size=expected.normal.shape)
-        directions[~expected.hit] = np.nan  # of misses nobody looks at them
+        directions[~expected.hit] = np.nan  # kernels do not read those of misses
         spawned, right = found.spawn(OnCard(card, directions)), expected.spawn(directions)
         assert spawned.to_host() == right
         same_array(scene.occluded(spawned, t_max=3.0), scene.occluded(right, t_max=3.0, device="cpu"))

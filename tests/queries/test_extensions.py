@@ -1,4 +1,4 @@
-"""The registry by which lower layers reach higher ones, and the check for a scene."""
+"""The registry through which lower layers call higher ones, and the check for a scene."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""One ray or point of plain numbers takes a call that the scene keeps: the same answers, errors and types as in arrays."""
+"""One ray or point of plain numbers takes a call that the scene keeps: answers, errors and types are those of arrays."""
 
 import functools
 import pickle
@@ -19,7 +19,7 @@ POINTS = "contains", "body_at", "distance"
 
 
 def ready_scene():
-    """Blocks that touch, a hole, a ball that touches a block, a sheet: with a call for every query."""
+    """Return blocks that touch, a hole, a ball that touches a block, and a sheet, with a call for every query."""
     scene = co.Scene([
         co.Box((-1, -1, -1), (0, 1, 1)), co.Box((0, -1, -1), (1, 1, 1)) - co.Sphere(0.5, (1, 0, 0)), co.Disc((0, 0, 2), (0, 0, 1), 1),
         co.Sphere(0.25, (0, 0, -1.25)), co.Spheres([(3, 0, 0), (3, 2, 0)], 0.5),
@@ -32,7 +32,7 @@ def ready_scene():
 
 
 def same(one, other):
-    """Whether two answers are equal and of one type, with all fields."""
+    """Return whether two answers are equal and of one type, with all fields."""
     if not hasattr(one, "_fields"):
         return type(one) is type(other) and np.array_equal(one, other)
     fields = [(getattr(one, name), getattr(other, name)) for name in sorted({*one._fields(), *other._fields()})]
@@ -183,7 +183,7 @@ VECTORS = [
 
 
 def outcome(ask):
-    """The answer, or the kind and text of the error."""
+    """Return the answer, or the kind and text of the error."""
     try:
         return ask()
     except Exception as error:
@@ -191,7 +191,7 @@ def outcome(ask):
 
 
 def outcome_in_arrays(scene, ask):
-    """The same from the query itself."""
+    """Return the same from the query itself."""
     calls = dict(scene._prepared.single_calls)
     scene._prepared.single_calls.clear()
     found = outcome(ask)

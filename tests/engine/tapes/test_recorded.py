@@ -1,4 +1,4 @@
-"""Bodies lowered together become what each becomes alone, to the bit: patterns, numbers, what rounding took, boxes."""
+"""Bodies lowered together have the bits of each alone: patterns, numbers, rounding bounds, boxes."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from conicoid.prepare.tape import recordings
 
 from ...samples import in_turn, many
 
-# --- Bodies lowered together become what each becomes alone, to the bit: patterns, numbers, what rounding took, boxes
+# --- Bodies lowered together have the bits of each alone: patterns, numbers, rounding bounds, boxes
 
 
 def number(rng: random.Random) -> float:
@@ -46,7 +46,7 @@ def _about_origin(rng: random.Random) -> co.Box:
 
 
 def _outline(rng: random.Random) -> Any:
-    """A polygon about the origin, mostly concave."""
+    """Return a polygon about the origin, mostly concave."""
     turns = [(math.cos(1.25 * k), math.sin(1.25 * k), size(rng)) for k in range(5)]
     return [(radius * x, radius * y) for x, y, radius in turns]
 
@@ -56,7 +56,7 @@ _QUADS = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), 
 
 
 def _warped_block(rng: random.Random) -> co.Mesh:
-    """A block whose sides are not flat, two triangles each; its faces may be turned inside out."""
+    """Return a block whose sides are not flat, of two triangles each. Its faces may be turned inside out."""
     corners = [tuple(x + 0.05 * number(rng) for x in corner) for corner in _CORNERS]
     order = rng.choice((1, -1))
     return co.Mesh(corners, [face[::order] for face in _QUADS])
@@ -122,7 +122,7 @@ SOLIDS = {
 
 
 def together(shapes: list[Any], room: int) -> dict[int, tuple[Any, list[float], dict[int, Any]]]:
-    """(pattern, row, paints) by number of those that were lowered together."""
+    """Return (pattern, row, paints) of the bodies that were lowered together, by number."""
     bodies = BatchLowering()
     for number_, shape in enumerate(shapes):
         bodies.add(shape, number_)
@@ -137,7 +137,7 @@ def together(shapes: list[Any], room: int) -> dict[int, tuple[Any, list[float], 
 
 
 def check(shapes: list[Any], room: int) -> None:
-    """Compare with each alone; a fast run compares some of those that were lowered together."""
+    """Compare bodies with each alone; a fast run compares some of them."""
     found = list(together(shapes, room).items())
     for number_, (pattern, row, paints) in found[:: many(3, 1)]:
         alone = compute_shape(shapes[number_])
@@ -160,7 +160,7 @@ MOST = [
 
 @pytest.mark.parametrize(("kind", "motion"), in_turn(MOST, ["still", "shifted", "turned", "stretched"]))
 def test_most_are_lowered_together(kind, motion):
-    """Where nothing is special, no more are left than those of which there were too few of a sort."""
+    """Of plain bodies, only kinds with too few members are lowered one by one."""
     rng = random.Random(f"most {kind} {motion}")
     together([MOTIONS[motion](rng)(KINDS[kind](rng)) for _ in range(120)], 30)
 
@@ -178,7 +178,7 @@ def test_booleans(built, motion):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_bounds_of_balls_and_boxes_in_common(seed):
-    """Whether or not the ends are reached; on a grid poles touch faces, and parts may have nothing in common."""
+    """The balls and boxes may or may not reach their ends. On a grid poles touch faces, and parts may be disjoint."""
     rng = random.Random(seed)
     shapes: list[Any] = []
     for _ in range(40):
@@ -206,7 +206,7 @@ def test_blocks_cut_from_balls_have_the_bounds_of_the_blocks():
 
 
 def test_cylinders_turned_about_themselves_are_lowered_together():
-    """Their ends stay exact floats, though no entry of the matrix is a float. Half of the axes miss the origin."""
+    """The ends stay exact floats, though no entry of the matrix is a float. Half of the axes miss the origin."""
     rng = random.Random(3)
     shapes: list[Any] = []
     for _ in range(40):
@@ -225,7 +225,7 @@ def test_some_booleans_are_lowered_together():
 
 
 def test_one_body_of_many_primitives_is_composed_of_their_rows():
-    """Also where some are too few for a recording: quadrics by named coefficients."""
+    """The rows compose the body even where a kind has too few members for a recording: quadrics by named coefficients."""
     rng = random.Random(9)
     quadrics = [co.Quadric(coefficients={"xx": size(rng), "yy": size(rng), "xy": 0.1, "constant": -1.0})] * 3
     parts = [*(KINDS["Cone"](rng) for _ in range(20)), *quadrics]
@@ -252,7 +252,10 @@ def test_few_of_a_kind_are_not_worth_a_recording(monkeypatch):
 
 @pytest.mark.parametrize("kind", ["Cylinder", "Cone", "Disc"])
 def test_one_recording_serves_every_direction_and_growth(kind, monkeypatch):
-    """x lies towards whichever coordinate axis is least along the axis; a cone grows or shrinks: neither is a test."""
+    """x lies towards the coordinate axis with the least component of the axis, and a cone grows or shrinks.
+
+    Neither is a test of the recording.
+    """
     monkeypatch.setattr(recordings, "RECORDINGS", recordings.RecordingCache())
     made: list[Any] = []
     whole = recordings.TapeProgram.of
@@ -263,7 +266,7 @@ def test_one_recording_serves_every_direction_and_growth(kind, monkeypatch):
 
 
 def test_a_body_that_cannot_be_recorded_leaves_the_others_of_its_kind(monkeypatch):
-    """Its support asks for digits where the radius is 2; the first body of the first call has that radius."""
+    """The support of a body needs the digits of a radius of 2, which the first body of the first call has."""
     support = co.Sphere.support
 
     def by_digits(self, direction):
@@ -289,7 +292,7 @@ def test_unrecordable_shapes_are_lowered_alone(monkeypatch):
 
 @pytest.mark.parametrize(("built", "motion"), in_turn(SOLIDS, ("still", "shifted", "turned", "stretched")))
 def test_booleans_of_polyhedra(built, motion):
-    """Polyhedra, bounded and not, are lowered together, and so are the bodies that they are part of."""
+    """Polyhedra, bounded or not, are lowered together, and so are the Booleans of them."""
     rng = random.Random(f"{built} {motion} planes")
     shared = co.Polyhedron([(1.0, 0, 0), (0.5, 1.0, 0), (-1.0, -1.0, 0.25)], [1.0, 2.0, 3.0])
     shapes = []
@@ -318,7 +321,10 @@ def test_threads_may_record_at_once(monkeypatch):
 
 
 def test_a_shape_that_goes_by_the_types_of_its_numbers_is_not_recorded(monkeypatch):
-    """It would take another way for a recorded number; what is recorded is compared with what it becomes alone."""
+    """The shape branches on the types of its numbers.
+
+    A recorded number would take another branch, so the recording is compared with the body alone.
+    """
     tree = co.Sphere.tree
 
     def by_type(self):
@@ -329,11 +335,11 @@ def test_a_shape_that_goes_by_the_types_of_its_numbers_is_not_recorded(monkeypat
     assert together([co.Sphere(2.0, (k, 0, 0)) for k in range(20)], 20) == {}
 
 
-# --- Tubes, parts of balls, polycones and flat solids, lowered together: each as it becomes alone, to the bit
+# --- Tubes, parts of balls, polycones and flat solids, lowered together: to the bit as each alone
 
 
 def turn(rng: random.Random) -> tuple[float, float]:
-    """From an angle to another: plain ones, such as 30 and 90, others, and at times half a turn."""
+    """Return one angle after another: multiples of 15 such as 30 and 90, other angles, and some of half a turn."""
     first = rng.choice((0.0, 30.0, 90.0, 180 * rng.random()))
     return first, first + rng.choice((90.0, 180.0, 200.0, 1.0 + 350 * rng.random()))
 
@@ -390,7 +396,7 @@ UPRIGHT = {
 
 @pytest.mark.parametrize("kind", UPRIGHT)
 def test_their_formulas_are_recorded(kind):
-    """They look at no digits of their numbers: of many of one kind most are lowered together."""
+    """Their formulas do not depend on digits of their numbers, so that most of one kind are lowered together."""
     rng = random.Random(f"most {kind}")
     found = together([UPRIGHT[kind](rng).translate(point(rng)) for _ in range(120)], 120)
     assert len(found) >= 90

@@ -19,8 +19,8 @@ from conicoid.prepare.motion_batch import MotionBatch
 from conicoid.prepare.tape.recordings import NO_INPUTS, ProgramResult, TapeProgram, quad_row, schedule_tape
 from conicoid.prepare.tape.registers import STATE_OTHER_BRANCH, STATE_UNDECIDED, STATE_VALID
 
-# --- Tapes played in four floats, beside numbers of 3,000 bits
-# Random tapes and hard cases: what comes out is within its bounds, and rounded alike.
+# --- Tapes in four floats, beside numbers of 3,000 bits. Random tapes and hard cases: results are within their bounds,
+# and rounded alike.
 
 
 def sum_of(row: Any) -> Fraction:
@@ -36,11 +36,11 @@ def play(tape: Tape, inputs: Any) -> ProgramResult:
 
 
 BITS = 195
-"""To how many bits a few operations are certain."""
+"""The bits to which a few operations are certain."""
 
 
 def some_float(rng: random.Random) -> float:
-    """Often a whole number, so that sums cancel and roots and quotients come out even."""
+    """Return a float, often a whole number, so that sums cancel and roots and quotients are whole."""
     return float(rng.randint(-20, 20)) if rng.random() < 0.4 else rng.uniform(-1, 1) * 2.0 ** rng.randint(-60, 60)
 
 
@@ -52,7 +52,7 @@ def some_steps(rng: random.Random, count: int) -> list[tuple[str, int, int]]:
 
 
 def worked(steps: list[tuple[str, int, int]], values: list[Any]) -> list[Any]:
-    """The results of steps, each of which uses any before it; as numbers of any kind."""
+    """Return the results of steps, each of which uses any before it, as numbers of any kind."""
     values = [exact(each) for each in values]
     for which, a, b in steps:
         first, second = values[a], values[b]
@@ -69,7 +69,7 @@ def worked(steps: list[tuple[str, int, int]], values: list[Any]) -> list[Any]:
 
 
 def check(seed: int, tapes: int, bodies: int = 30) -> tuple[int, int]:
-    """How many bodies held, and how many were left open."""
+    """Return how many bodies held, and how many stayed undecided."""
     rng, held, opened = random.Random(seed), 0, 0
     for _ in range(tapes):
         steps, first = some_steps(rng, 10), [some_float(rng) for _ in range(4)]
@@ -88,7 +88,7 @@ def check(seed: int, tapes: int, bodies: int = 30) -> tuple[int, int]:
         for row in np.flatnonzero(played.state == STATE_VALID).tolist():
             try:
                 truth = worked(steps, inputs[row].tolist())
-            except ZeroDivisionError:  # 3,000 bits do not tell (a / b) b from a, and so their difference from zero
+            except ZeroDivisionError:  # 3,000 bits do not distinguish (a / b) b from a, nor their difference from zero
                 continue
             for k, one in enumerate(truth):
                 got = played.fours[row, k]
@@ -122,7 +122,7 @@ def test_sine_and_cosine(degrees):
 
 
 def test_sines_and_cosines_beside_every_angle_of_the_table():
-    """At multiples of the table's step, halfway between two, and next to both, in all quarters."""
+    """Angles are multiples of the table's step, halves between two of them, and their neighbours, in all quarters."""
     rng = random.Random(2)
     near = [k * 45.0 / 128.0 for k in range(-1025, 1026)]
     angles = [x for x in (*near, *(math.nextafter(x, rng.choice((-9e9, 9e9))) for x in near)) if x % 30.0]
@@ -191,7 +191,7 @@ def test_nothing_else_can_look_at_a_recorded_number(look):
 
 
 def test_differences_and_quotients_that_are_undone_are_exact():
-    """(end - start) + start is the end; so a cap stands on the point that was said, by whatever length is between."""
+    """(end - start) + start is the end. So a cap stands on the user's point, for any length between."""
     tape = Tape()
     a, b = tape.input(0.1).exact(), tape.input(0.7).exact()
     assert (b - a) + a is b
@@ -232,7 +232,7 @@ def test_numbers_of_many_bits_are_cut_with_a_bound():
 @pytest.mark.parametrize("root", [1, 3, 9, 2**28 - 1, 2**28 + 1, 2**56 - 1, 2**56 + 3, 2**84 + 5])
 @pytest.mark.parametrize("shift", [-1, 0, 1])
 def test_roots_of_squares_and_of_their_neighbours(root, shift):
-    """A square has its root exactly. Beside it the root is the true one, whose leading limb may be small."""
+    """A square has its root exactly. The root of a number beside it is the true one, whose leading limb may be small."""
     tape = Tape()
     parts = [tape.input(float(part)) for part in _parts(root)]
     whole = exact(parts[0])
@@ -252,7 +252,7 @@ def test_roots_of_squares_and_of_their_neighbours(root, shift):
 
 
 def _parts(whole: int) -> list[float]:
-    """Three floats whose sum is a whole number."""
+    """Return three floats whose sum is a whole number."""
     parts = []
     for _ in range(3):
         parts.append(float(whole))
@@ -261,7 +261,7 @@ def _parts(whole: int) -> list[float]:
 
 
 def test_a_tape_is_played_with_its_tests_first():
-    """What is not needed is left out; the test of one number comes before what is made of the other."""
+    """A tape omits unused numbers. The test of one number precedes the numbers that depend on the other."""
     tape = Tape()
     a, b = tape.input(2.0), tape.input(3.0)
     far = exact(b) * exact(b) * exact(b)
@@ -279,7 +279,7 @@ def test_a_tape_is_played_with_its_tests_first():
 @pytest.mark.parametrize("share", [0.0, 0.02, 0.3, 0.9, 1.0])
 @pytest.mark.parametrize("count", [4, 31, 33, 1000])
 def test_bodies_that_wait_for_lanes_are_all_played(share, count):
-    """A test that few of them pass, and one that most do; each has its own result in its own row."""
+    """Few bodies pass one test and most pass the other. Each has its own result in its own row."""
     tape = Tape()
     a, b = tape.input(1.0), tape.input(2.0)
     assert a > 0.0
@@ -295,7 +295,7 @@ def test_bodies_that_wait_for_lanes_are_all_played(share, count):
 
 @pytest.mark.parametrize("size", [2.0**-1000, 2.0**-700, 2.0**-260, 2.0**-100, 2.0**200, 2.0**500, 2.0**900])
 def test_numbers_at_the_ends_of_the_floats_are_certain_or_left_open(size):
-    """Where products lose bits below the floats, or overflow, lanes do not say that they know."""
+    """Where products overflow or lose bits below the floats, lanes report that they are not certain."""
     rng = random.Random(str(size))
     tape = Tape()
     a, b, c = (tape.input(x) for x in (1.0, 2.0, 3.0))
@@ -314,7 +314,7 @@ def test_numbers_at_the_ends_of_the_floats_are_certain_or_left_open(size):
 
 
 def test_roots_and_differences_keep_their_digits():
-    """Where floats cancel, those that they uncover move up: no bound is wider than the others."""
+    """Where floats cancel, later ones move up: no bound is wider than the others."""
     rng, tape = random.Random(9), Tape()
     a, b, c = (tape.input(x).exact() for x in (1.0, 2.0, 3.0))
     product = a * b * c
@@ -332,7 +332,10 @@ def test_roots_and_differences_keep_their_digits():
 
 
 def test_a_ball_holds_all_within_its_radius():
-    """In 3,000 bits and in four floats, for radii of either sign; the bound is as tight as its digits."""
+    """Balls in 3,000 bits and in four floats hold their interval for radii of either sign.
+
+    The bound is as tight as its digits.
+    """
     rng = np.random.default_rng(7)
     values = rng.normal(size=(60, 2)) * 2.0 ** rng.integers(-200, 60, size=(60, 2))
     tape = Tape()
@@ -348,7 +351,7 @@ def test_a_ball_holds_all_within_its_radius():
         assert reach <= off <= reach * (1 + Fraction(2) ** -20)
 
 
-# --- The numbers of motions, beside fractions: also where terms cancel to less than 2⁻²⁹⁰ of themselves
+# --- The numbers of motions, against fractions, even where terms cancel to less than 2⁻²⁹⁰ of themselves
 
 
 def minor(m, i, j):
@@ -357,7 +360,7 @@ def minor(m, i, j):
 
 
 def numbers_of(rows):
-    """A matrix without a shift, its shift, its inverse by Cramer's rule, and the shift of that."""
+    """Return a matrix without a shift, its shift, its inverse by Cramer's rule, and the shift of the inverse."""
     m = [[Fraction(entry) for entry in row] for row in rows]
     size = sum((-1) ** j * m[0][j] * minor(m, 0, j) for j in range(3))
     inverse = [(-1) ** (i + j) * minor(m, j, i) / size for i, j in product(range(3), range(3))]
@@ -365,13 +368,13 @@ def numbers_of(rows):
 
 
 def flat(k):
-    """Two rows are nearly at a right angle: 1 + t² - 1."""
+    """Return a matrix with two rows at nearly a right angle: 1 + t² - 1."""
     t = 2.0**-145 * (1 + k / 64)
     return [[1.0, t, 1.0], [1.0, t, -1.0], [0.0, 1.0, 0.0]]
 
 
 def thin(k):
-    """Its determinant is -t."""
+    """Return a matrix with the determinant -t."""
     t = 2.0**-300 * (1 + k / 64)
     return [[1.0, t, 1.0], [1.0, 1.0, 0.0], [1.0, 0.0, 1.0]]
 
