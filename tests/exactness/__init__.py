@@ -1,4 +1,4 @@
-"""Certified answers: rays that are hard, the documented domain, intervals, bounces, and differences below rounding.
+"""Certified answers: hard rays, the documented domain, intervals, bounces, and differences below rounding.
 
-Exact answers are those of `tests/reference`.
+`tests/reference` has the exact answers.
 """

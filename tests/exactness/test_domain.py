@@ -1,4 +1,4 @@
-"""The documented domain, 0 and magnitudes from 1e-100 to 1e100: what lies outside is refused; far out and thin bodies."""
+"""The documented domain, 0 and magnitudes from 1e-100 to 1e100: refusals outside of it; bodies that are far or thin."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ import conicoid as co
 from ..reference.items import Item
 from ..reference.random_shapes import MAKERS, WholeDraw, generator, random_shape
 
-# --- The documented domain: 0 and magnitudes from 1e-100 to 1e100. What lies outside is refused, by object, field and value
+# --- The documented domain: 0 and magnitudes from 1e-100 to 1e100. Errors outside of it name object, field and value
 
 
 OUTSIDE = (1.5e100, -3e250, 9e-101, -4e-300, 5e-324)
@@ -24,7 +24,7 @@ LIMITS = (1e100, 1e-100)
 
 
 def replaced(value: Any, new: float) -> Iterator[Any]:
-    """The value with each of its numbers in turn replaced."""
+    """Return the value with each of its numbers in turn replaced."""
     if isinstance(value, dict):
         for key, item in value.items():
             for changed in replaced(item, new):
@@ -97,14 +97,17 @@ def test_the_limits_themselves_are_inside(limit: float) -> None:
     assert hits.t_error[0] < 1e-15
 
 
-# --- Endless bodies far out and at walls through the origin, and bodies that are thin beside the box that they are cut by
+# --- Endless bodies far away and at walls through the origin, and bodies that are thin beside the box that cuts them
 
 
 @pytest.mark.parametrize("axis", range(3))
 @pytest.mark.parametrize("sense", [1, -1])
 @pytest.mark.parametrize("shape", [co.EllipticCylinder(1, 1, z_range=(2, math.inf)), co.HalfSpace((0, 0, -1), -2)])
 def test_rays_within_the_wall_of_an_endless_body(shape: co.Shape, axis: int, sense: int) -> None:
-    """z >= 2, moved so that the wall goes through the origin; a ray within it counts as below z = 0 (as x, y, z < 0)."""
+    """The half-space z >= 2 is moved so that its wall goes through the origin.
+
+    A ray within the wall counts as below z = 0 (as x, y, z < 0).
+    """
     moved = shape.translate((0, 0, -2)).scale((1, 1, sense))
     moved = (moved.rotate((0, 1, 0), 90), moved.rotate((1, 0, 0), -90), moved)[axis]
     scene = co.Scene([moved])
@@ -122,7 +125,7 @@ def test_rays_within_the_wall_of_an_endless_body(shape: co.Shape, axis: int, sen
 
 
 def test_points_far_along_a_turned_cylinder() -> None:
-    """A x² + E y² <= 1 turned: points a hair inside and outside at up to 10¹² radii along it."""
+    """Points lie a hair inside and outside of A x² + E y² <= 1, turned, at up to 10¹² radii along it."""
     a, e, axis, degrees = 3.0e13, 2.0e13, (-0.975, -0.138, 0.17), -134.0
     scene = co.Scene([co.EllipticCylinder(a, e).rotate(axis, degrees)])
     random = np.random.default_rng(8)
@@ -144,7 +147,7 @@ def test_points_far_along_a_turned_cylinder() -> None:
 
 @pytest.mark.parametrize("away", [0.0, 1e3, -4e7])
 def test_bounds_of_a_thin_part_hold_it(away: float) -> None:
-    """A x² - E y² <= 1 for |y| <= 1: |x| <= sqrt((1 + E) / A), a ten-thousandth of the box and less."""
+    """A x² - E y² <= 1 for |y| <= 1 has |x| <= sqrt((1 + E) / A), a ten-thousandth of the box and less."""
     for a, e in ((1e8, 9.4), (7e11, 0.3), (3e17, 5e3)):
         shape = co.HyperbolicCylinder(a, e, within=co.Box((-0.7, -1, -1), (0.4, 0.6, 1))).translate((away, 0, 0))
         (low, _, _), (high, _, _) = shape.bounds
@@ -152,5 +155,5 @@ def test_bounds_of_a_thin_part_hold_it(away: float) -> None:
             most = mpmath.sqrt((1 + mpmath.mpf(e)) / mpmath.mpf(a))
             assert low <= away - most
             assert high >= away + most
-            # As much wider as 64 roundings of its terms make it
+            # 64 roundings of its terms widen it so far
             assert high - low <= 2 * mpmath.sqrt((1 + e + 5e-14 * a) / a) + 1e-15 * abs(away)

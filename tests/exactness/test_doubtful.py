@@ -1,4 +1,4 @@
-"""Which hits hang on a tie, how far doubt reaches, and rays that were once answered wrongly."""
+"""Hits that depend on a tie, the reach of doubt, and rays whose answers were once wrong."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from ..reference.judge import Judge
 from ..reference.routes import in_doubt, ties
 from ..samples import in_turn
 
-# --- Which hits hang on a tie, and that doubt reaches every end of a body; rows of them keep the user's interval
+# --- Which hits depend on a tie, and that doubt reaches every end of a body; rows of them keep the user's interval
 
 
 BOX = co.Box((0, 0, 0), (1, 1, 1))
@@ -44,7 +44,7 @@ def test_rays_through_edges_are_doubtful_others_are_not() -> None:
 
 
 def test_tangents_are_doubtful() -> None:
-    """x = 1 beside the unit ball; a unit in the last place nearer, which exact methods decide, and well within."""
+    """Rays run along x = 1 beside the unit ball, a unit in the last place nearer (exact methods decide), and inside."""
     scene = co.Scene([co.Sphere()])
     x = [1.0, math.nextafter(1, 0), 0.5]
     hits = scene.first_hit([(value, 0.0, 5.0) for value in x], (0, 0, -1))
@@ -56,9 +56,9 @@ def test_tangents_are_doubtful() -> None:
 @pytest.mark.parametrize("direction", [1.0, -1.0])
 @pytest.mark.parametrize("wall", [-1.0, -0.5, 0.5, 1.0])
 def test_ends_of_both_spans_of_a_body_near_the_origin(wall: float, direction: float) -> None:
-    """A bow tie, x² + y² <= z² and |z| <= 1: along x = 0.5, y = 0 it holds z in [-1, -0.5] and [0.5, 1].
+    """The bow tie x² + y² <= z², |z| <= 1 holds z in [-1, -0.5] and [0.5, 1] along x = 0.5, y = 0.
 
-    From each of the four walls, or one unit in the last place beside it: in packets, in lists and alone.
+    Rays start from each of the four walls, or one unit in the last place beside it: in packets, in lists and alone.
     """
     scene = co.Scene([co.DoubleCone(z_range=(-1, 1))])
     for z in (math.nextafter(wall, -2), wall, math.nextafter(wall, 2)):
@@ -81,7 +81,7 @@ def test_ends_of_both_spans_of_a_body_near_the_origin(wall: float, direction: fl
 
 @pytest.mark.parametrize("speed", [1.0, 1e-60, 1e60, 3e99, 7e-99])
 def test_clipped_ends_are_those_of_the_interval_to_the_bit(speed: float) -> None:
-    """Of certain rays and of doubtful ones, whatever the length of the direction."""
+    """Rays are certain or doubtful, with directions of any length."""
     scene = co.Scene([co.HalfSpace((0, 0, 1), 0), co.Box((-1, -1, -1), (1, 1, 1))])
     low, high = 0.1 / speed, math.nextafter(0.7 / speed, math.inf)
     for x in (0.25, 1.0):  # within the box, and along its wall
@@ -94,7 +94,7 @@ def test_clipped_ends_are_those_of_the_interval_to_the_bit(speed: float) -> None
 
 
 def test_an_interval_that_ends_beyond_all_scaled_numbers() -> None:
-    """t_min = 1e300 along a direction of length 1e90: finite, however it is scaled."""
+    """The interval begins at 1e300, and the direction has the length 1e90: finite at every scale."""
     scene = co.Scene([co.HalfSpace((0, 0, 1), 0)])
     spans = scene.spans((0, 0, -1), (0, 0, -1e90), t_min=1e300)
     assert spans.t_enter.tolist() == [1e300]
@@ -117,7 +117,7 @@ TIES = {
 
 @pytest.mark.parametrize("name", TIES)
 def test_ties_of_a_box_without_a_ball_in_it(name: str) -> None:
-    """The ray alone, and in one packet with rays that look another way."""
+    """The ray goes alone, and in one packet with rays in another direction."""
     (origin, direction), tied = TIES[name]
     scene = co.Scene([co.Box((-0.5,) * 3, (0.5,) * 3) - co.Sphere(0.5)])
     assert scene.first_hit(origin, direction).doubtful == tied
@@ -147,7 +147,7 @@ SEAMS = {  # ray, t and normal of its hit, and the faces that rays beside it cro
 
 @pytest.mark.parametrize("name", SEAMS)
 def test_a_seam_within_a_body_is_no_wall_and_no_tie(name: str) -> None:
-    """Rays beside this one cross one wall only, in the order that (g·v) / (g·d) has: alone, in packets and in lists."""
+    """Rays beside this one cross one wall only, in the order of (g·v) / (g·d): alone, in packets and in lists."""
     shape, (origin, direction, t, normal), faces = SEAMS[name]
     scene = co.Scene([shape])
     hit, hits = scene.first_hit(origin, direction), scene.first_hit([origin] * 70, direction)
@@ -166,7 +166,7 @@ def test_a_seam_within_a_body_is_no_wall_and_no_tie(name: str) -> None:
 
 
 def test_a_wall_that_touches_an_edge_has_no_face() -> None:
-    """The plane x = -2 touches a wedge along the edge of its faces 1 and 2, and has the lowest number."""
+    """The plane x = -2 has the lowest number. It touches a wedge along the edge of its faces 1 and 2."""
     normals = [(-1, 0, 0), (-1, 0, 1), (-1, 0, -1), (1, 0, 0), (0, 1, 0), (0, -1, 0)]
     scene = co.Scene([co.Polyhedron(normals, [2] * 6).rotate("z", -90)])
     crossings = scene.crossings((0, 9, 0), (0, -1, 0))
@@ -177,7 +177,7 @@ def test_a_wall_that_touches_an_edge_has_no_face() -> None:
 
 @pytest.mark.parametrize("seed", range(40))
 def test_a_corner_of_three_walls_is_a_tie_if_rays_beside_it_hit_others(seed: int) -> None:
-    """Rays beside it cross the walls x = y = z = 0 in each of the six orders, and have no ties themselves."""
+    """Rays beside this one cross the walls x = y = z = 0 in each of the six orders, and have no ties themselves."""
     random = np.random.default_rng(seed)
     walls = [co.HalfSpace(-np.eye(3)[k], 0.0) for k in random.permutation(3)]
     shape = walls[0] & co.Sphere(1, (0, 5, 50))  # it has the number of the first wall, and the ray does not come near
@@ -195,7 +195,7 @@ def test_a_corner_of_three_walls_is_a_tie_if_rays_beside_it_hit_others(seed: int
 @pytest.mark.parametrize("count", [7, 8, 12, 20, 41])
 @pytest.mark.parametrize("more", [0, 1])
 def test_a_tip_of_any_number_of_walls_is_a_tie(count: int, more: int) -> None:
-    """Rays below the tip of a pyramid hit it, rays above do not: alone, and in one body with another tip behind it."""
+    """Rays below the tip of a pyramid hit it, and rays above do not: alone, and in one body with another tip behind it."""
     for seed in range(20):
         angles = np.random.default_rng(seed).permutation(count) * 2 * math.pi / count + 0.1
         normals = np.column_stack([np.cos(angles), np.sin(angles), 0 * angles + 0.5])
@@ -220,7 +220,7 @@ def test_ties_on_outlines_and_tips() -> None:
         assert marks[0].all()
         assert marks[1][[0, 1, 2, 6, 7]].all()  # corners, and the middles of the edges between them
         assert marks[2][[2, 3, 4, 8, 9]].all()
-        assert scenes[0].first_hit(on_edges, direction).doubtful.all()  # starts on the polygon and on its edge
+        assert scenes[0].first_hit(on_edges, direction).doubtful.all()  # rays start on the polygon and on its edge
     patch = co.Scene([co.CylinderPatch((0, 0, 0), (0, 0, 1), 1, 0, 180, (1, 0, 0))])
     for direction in itertools.product((-3, -1, 1, 3), (-2, 2), (-1, 1)):  # through its corners, across all its edges
         corners = np.array([(x, 0, z) for x in (-1, 1) for z in (0, 1)]) - 4 * np.array(direction)
@@ -231,11 +231,14 @@ def test_ties_on_outlines_and_tips() -> None:
     assert hits.doubtful.tolist() == [True, True, False]
     tube = co.Scene([co.Cylinder((0, 0, -1), (0, 0, 1), 1)])
     hits = tube.first_hit([(1, -5, 0), (1, 0, 5), (3, 0, 3)], [(0, 1, 0), (0, 0, -1), (-1, 0, -1)])
-    assert hits.doubtful.tolist() == [True, False, True]  # along a ruling a rule decides
+    assert hits.doubtful.tolist() == [True, False, True]  # a rule decides for a ray along a ruling
 
 
 def test_limits_of_canonical_quadrics_lie_within_their_memory() -> None:
-    """Kernels load two limits by the number of a form; places and lengths of a lattice of pins cut by eight planes."""
+    """Kernels load two limits by the number of a form.
+
+    Here the places and lengths belong to a lattice of pins cut by eight planes.
+    """
     geometry = Geometry(np.zeros(2 * table.LENGTHS + 5, np.int64), np.zeros(0, np.int32), np.zeros(53_536))
     geometry.places[[table.QUADRIC_FORMS, table.QUADRIC_LIMITS, table.LENGTHS + table.QUADRICS]] = 5_000, 49_304, 60
     size = len(geometry.floats) + count_form_floats(geometry)
@@ -254,7 +257,10 @@ AT_A_THIRD = {  # what a ray from (1, -1, -2) to (1, 2, 4) crosses and touches a
 
 @pytest.mark.parametrize("name", AT_A_THIRD)
 def test_ties_at_a_quotient_that_no_float_is_need_no_integers(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """1/3 has an error in pairs of floats, its numerator and denominator have none: integers would take 50 times as long."""
+    """1/3 has an error in pairs of floats, and its numerator and denominator have none.
+
+    Integers would take 50 times as long.
+    """
     solids, (t, entering) = AT_A_THIRD[name]
     asked: list[int] = []
     monkeypatch.setattr(doubtful_rays, "put_exact_ranks", lambda *arguments: asked.append(1))
@@ -265,7 +271,7 @@ def test_ties_at_a_quotient_that_no_float_is_need_no_integers(name: str, monkeyp
 
 @pytest.mark.parametrize("radius", [1e-60, 1e-75, 1e-80, 1e-90, 1e-100])
 def test_rays_at_the_smallest_angles_to_thin_rods(radius: float) -> None:
-    """y = (t - 3) r along the ray, so that it is within from 2 to 4; discriminants are r⁴, below the least float."""
+    """y = (t - 3) r along the ray, so that it is within from 2 to 4. Discriminants are r⁴, below the least float."""
     scene = co.Scene([co.Cylinder((-10, 0, 0), (10, 0, 0), radius)])
     spans = scene.spans((-5, -3 * radius, 0), (1, radius, 0))
     assert spans.t_enter == pytest.approx([2], rel=1e-14)
@@ -276,7 +282,7 @@ def test_rays_at_the_smallest_angles_to_thin_rods(radius: float) -> None:
 
 @pytest.mark.parametrize("radius", [1e-20, 1e-33, 1e-40, 1e-100])
 def test_balls_that_are_tiny_beside_their_distance(radius: float) -> None:
-    """A ray through the very centre: its crossings are 2 r apart, less than two floats together resolve."""
+    """A ray goes through the very center. Its crossings are 2 r apart, less than two floats together resolve."""
     center, rays = (0.59, 0.586, 1.02), ([(-3.1, 0.586, 1.02)] * 70, (1, 0, 0))
     for ball in (co.Sphere(radius, center), co.Ellipsoid((radius, radius, radius), center)):
         scene = co.Scene([ball])
@@ -287,7 +293,10 @@ def test_balls_that_are_tiny_beside_their_distance(radius: float) -> None:
 
 
 def test_curved_solids_thinner_than_the_rounding_of_their_distance() -> None:
-    """Through the middle of a lens of 1e-20, wide as 1: both its crossings are at one float, t = 5."""
+    """A ray goes through the middle of a lens of thickness 1e-20 and width 1.
+
+    Both its crossings are at one float, t = 5.
+    """
     thin, ball = co.Ellipsoid((1e-20, 1, 1), (1, 0, 0)), co.Sphere(0.1, (9, 0, 0))
     for solid in (thin, thin.rotate("x", 30), thin | ball, co.Body(thin | ball).shape - co.Sphere(0.1, (5, 5, 5))):
         scene = co.Scene([solid])
@@ -299,7 +308,7 @@ def test_curved_solids_thinner_than_the_rounding_of_their_distance() -> None:
         assert scene.occluded((-4, 0, 0), (1, 0, 0))
 
 
-# --- Rays and intervals that were once answered wrongly, as they were reported
+# --- Rays and intervals whose answers were once wrong, as users reported them
 
 
 INF = float("inf")
@@ -353,7 +362,7 @@ def test_grazing_a_body_turned_about_its_own_axis(item, degrees):
 
 @pytest.mark.parametrize("degrees", [*range(1, 180, 13), 15, 105, 0.5, 33.3, 1e-3])
 def test_any_turn_about_the_own_axis_leaves_a_cylinder_as_it_is(degrees):
-    """Rulings and tangents at lattice points: those of the cylinder that is not turned."""
+    """Rulings and tangents at lattice points are those of the cylinder that is not turned."""
     turned = TUBE.moved(("rotate", (0.0, 0.0, 1.0), float(degrees)), paper=())
     for origin, direction in (
         ((5, -1, 0), (-1, 0, 0)),
@@ -393,7 +402,7 @@ def half_space(normal, offset) -> Item:
 
 
 def test_an_interval_of_a_few_floats_about_a_crossing():
-    """Planes that meet there: hit and occluded are one answer."""
+    """Two planes meet within the interval. `first_hit` and `occluded` agree."""
     items = [
         half_space((2.0, -2.0, -2.0), -4.0),
         combined("Union", half_space((2.0, 2.0, -1.0), -2.0), half_space((-1.0, 2.0, 0.0), 0.0)),
@@ -411,7 +420,10 @@ def test_an_interval_of_a_few_floats_about_a_crossing():
 
 
 def test_a_ball_is_left_behind_just_beyond_the_origin():
-    """At t = 6.9e-19, where the roots of the fast formulas lie behind: lists of rays are to doubt it, by themselves and in packets."""
+    """At t = 6.9e-19 the roots of the fast formulas lie behind.
+
+    So lists of rays must be in doubt, alone and in packets.
+    """
     ball = Item("Sphere", {"radius": 3.0, "center": (-2.0, 1.0, 0.0)})
     for copies in (1, 80):
         judge = Judge(co, [ball])

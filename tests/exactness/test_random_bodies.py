@@ -1,4 +1,4 @@
-"""Every kind of shape against exact arithmetic, on rays that are hard: every query, every route, bounces.
+"""Every kind of shape against exact arithmetic, on hard rays: every query, every route, bounces.
 
 Shapes have ordinary scales or sizes towards the ends of the documented domain. Rays graze, run through edges and
 corners, along axes, rulings and asymptotes, start on surfaces and far away.

@@ -1,4 +1,4 @@
-"""Roots of integer quadratics in order: against mpmath where coefficients are exact, and against numbers known on paper where they are rounded."""
+"""Roots of integer quadratics in order: exact coefficients against mpmath, rounded ones against known numbers."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def expected(q: IntegerQuadratic) -> list[mpmath.mpf]:
 
 
 def test_all_small_quadratics_in_order() -> None:
-    """Roots that differ do so by more than 1e-12 here, those that agree to 40 digits are equal."""
+    """Different roots are more than 1e-12 apart here, and roots that agree to 40 digits are equal."""
     random = np.random.default_rng(1)
     quadratics = [IntegerQuadratic(*map(int, random.integers(-4, 5, 3))) for _ in range(60)]
     with mpmath.workdps(40):
@@ -40,7 +40,7 @@ def test_all_small_quadratics_in_order() -> None:
 
 
 def line_at(numerator: int, bits: int, off: int) -> Root:
-    """numerator 2^-bits, whose numerator may be off by so much."""
+    """Return numerator 2^-bits, whose numerator has so large an error."""
     (root,) = exact_real_roots(IntegerQuadratic(0, 1 << bits, -2 * numerator, (0, 0, 2 * off)))
     return root
 
@@ -60,7 +60,7 @@ def test_a_rounded_root_stands_for_the_exact_root_nearby(sense: int) -> None:
 
 
 def test_rounded_roots_of_curves() -> None:
-    """t² - 2 √2 t + 1, √2 to 3000 bits: √2 - 1, of t² + 2 t - 1 too, and √2 + 1, of t² - 2 t - 1 too."""
+    """With √2 to 3000 bits, t² - 2 √2 t + 1 has the roots √2 - 1, also of t² + 2 t - 1, and √2 + 1, of t² - 2 t - 1."""
     off = (0, 2, 0)
     rounded = exact_real_roots(IntegerQuadratic(1 << BITS, -ROOT_2, 1 << BITS, off))
     (_, plus), (_, minus) = exact_real_roots(IntegerQuadratic(1, -1, -1)), exact_real_roots(IntegerQuadratic(1, 1, -1))
@@ -93,7 +93,10 @@ def test_a_root_at_the_origin_is_zero_exactly() -> None:
 
 
 def test_hundreds_of_surfaces_through_one_point_are_one_place(monkeypatch) -> None:
-    """(t - 1) (k t - k - 3): all share the root 1, the others, 1 + 3 / k, differ; and ±√2 of every multiple are two."""
+    """The roots of (t - 1) (k t - k - 3) share 1, while the others, 1 + 3 / k, differ.
+
+    The roots ±√2 of all multiples are two.
+    """
     calls: list[int] = []
     monkeypatch.setattr(order, "compare_roots", lambda x, y: calls.append(1) or compare_roots(x, y))
     places = [order.ZERO]

@@ -25,7 +25,7 @@ from ..reference.trace import Trace, distances
 @pytest.mark.parametrize("far", [1.0, 1e2, 1e4])
 @pytest.mark.parametrize("route", ["alone", "flat", "square", "shuffled"])
 def test_along_the_outermost_plane_of_many(route, far):
-    """The rounded start lies above or below the boxes' common lid, whose plane holds the ray: it runs through them all."""
+    """The rounded start is above or below the boxes' common lid, but the lid holds the ray: it runs through all boxes."""
     random = np.random.default_rng(5)
     ends = [(k + 0.25, k + 0.75) for k in range(20)]
     scene = co.Scene([co.Box((a, -1, -1), (b, 0.2, 1)) for a, b in ends])
@@ -59,7 +59,7 @@ def exact(x: float) -> Fraction:
 
 @pytest.mark.parametrize("distance", [1e7, 1.5e11, 1e14])
 def test_points_of_a_far_source(distance):
-    """A point lies on its surface by fractions, to the rounding of its own coordinates, and spawned rays run in walls."""
+    """The point lies on its surface by fractions, to the rounding of its own coordinates. Spawned rays run in walls."""
     random = np.random.default_rng(7)
     count = 300
     target = np.stack([random.uniform(-0.6, 0.6, count), random.uniform(-0.6, 0.6, count), np.ones(count)], axis=1)
@@ -92,7 +92,7 @@ def test_points_of_a_far_source(distance):
 
 @pytest.mark.parametrize("route", ["shuffled", "square", "alone"])
 def test_the_other_side_of_a_far_ball(route):
-    """An interval around a reported crossing holds it on every route: culling allows for a start beside the ball."""
+    """The interval surrounds a reported crossing on every route, because culling allows for a start beside the ball."""
     random = np.random.default_rng(3)
     count, center = 4096, np.array([2.3e9, -1.7e8, 1.9e9])
     scene = co.Scene([co.Spheres(center + random.uniform(-3000, 3000, (6, 3)), random.uniform(2000, 5000, 6))])
@@ -130,7 +130,7 @@ def test_the_other_side_of_a_far_ball(route):
 
 @pytest.mark.parametrize("degrees", [17.3, 30.0, 45.0])
 def test_along_a_face_from_its_edge(degrees: float) -> None:
-    """An edge that rounding has put at t = 0 is in doubt on all routes, since the ray starts on the face alone."""
+    """An edge that rounding puts at t = 0 is in doubt on all routes, because the ray starts on the face alone."""
     rng = np.random.default_rng(0)
     scene = co.Scene([co.RegularPrism(4, 1.0, (-1.0, 1.0)).rotate((0, 0, 1), degrees).translate((2.0, 0.3, 0.0))])
     around = rng.normal(size=(400, 3)) * (1, 1, 0)
@@ -157,12 +157,12 @@ def ball(s: float, at: Vector) -> Item:
 
 
 def lens(s: float, at: Vector) -> Item:
-    """Two balls of radius s, their centres 1.2 s apart."""
+    """Return two balls of radius s with centers 1.2 s apart."""
     return combined("Intersection", *(ball(s, (at[0], at[1], at[2] + z * s)) for z in (-0.6, 0.6)))
 
 
 def carved(s: float, at: Vector) -> Item:
-    """A box with a ball bitten out and a rod put in."""
+    """Return a box less a ball, with a rod."""
 
     def near(*x: float) -> Vector:
         return (at[0] + s * x[0], at[1] + s * x[1], at[2] + s * x[2])

@@ -1,4 +1,4 @@
-"""Motions with irrational numbers that leave a surface rational, and what differs by less than a float64 can tell."""
+"""Motions by irrational numbers that leave a surface rational, and differences below the resolution of float64."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from conicoid.geometry.exact_crossings import surface_form
 
 from ..reference.routes import in_doubt
 
-# --- Motions with irrational numbers that leave a surface rational: what is rational on paper is found to be
+# --- Motions by irrational numbers that leave a surface rational: exact methods find it rational
 
 
 UP = (0, 0, 1)
@@ -38,7 +38,7 @@ def forms(shape):
 @pytest.mark.parametrize("name", ROUND)
 @pytest.mark.parametrize("degrees", ANGLES)
 def test_a_turn_about_the_own_axis_changes_nothing(name, degrees):
-    """The coefficients are integers again; and rays from lattice points, tangent ones among them, cross as before."""
+    """The coefficients are integers again. Rays from lattice points, with tangents among them, cross as before."""
     still = ROUND[name]
     turned = still.rotate(UP, degrees)
     assert all(form.off is None for form in forms(turned))
@@ -73,12 +73,15 @@ def test_rational_surfaces_are_recognised(name):
 
 
 def test_the_wall_of_an_oblique_cylinder_is_rational():
-    """|x|² - (a·x)² / a·a = r²; its caps stand at irrational heights from the origin unless they pass through lattice points."""
+    """The wall is |x|² - (a·x)² / a·a = r².
+
+    Its caps are at irrational heights from the origin unless they pass through lattice points.
+    """
     assert all(form.off is None for form in forms(RATIONAL["oblique axis"]))
 
 
 def test_a_translation_that_was_turned_is_not():
-    """Moved by cos 20: nothing rational about it; but the second-order part is, and 45 bits of luck must not count."""
+    """The shift by cos 20 is irrational, unlike the second-order part. An agreement of 45 bits must not count."""
     assert any(form.off is not None for form in forms(RATIONAL["there and back"]))
 
 
@@ -88,7 +91,7 @@ def test_a_plane_at_an_irrational_distance_is_not():
 
 
 def test_long_chains_of_motions_are_composed_as_they_grow():
-    """Nothing is multiplied before it is asked for; then each motion goes on from the product before it."""
+    """No product is computed before its first use. Then each motion continues from the product before it."""
     shape = co.Sphere()
     for k in range(60):
         shape = shape.rotate((1, 2, 3), 6)
@@ -113,7 +116,8 @@ def test_motions_in_a_chain_are_multiplied_once(monkeypatch):
     assert len(calls) <= 60
 
 
-# --- What differs by less than a float64 can tell: slivers between surfaces that round to the same record, and turns of wedges
+# --- Differences below the resolution of float64: slivers between surfaces that round to the same record, and turns of
+# wedges
 
 
 HAIR = 2.0**-60
@@ -130,7 +134,7 @@ def ends(shape: co.Shape, origin, direction) -> list[tuple[float, bool]]:
     ids=lambda solid: type(solid).__name__,
 )
 def test_a_solid_without_itself_moved_by_a_hair(solid: co.Shape) -> None:
-    """All reach from x = -1 to 1 along the x axis, and are moved by 1 and by 1 + 2^-60, which rounds to 1."""
+    """All reach from x = -1 to 1 along the x axis. They are moved by 1 and by 1 + 2^-60, which rounds to 1."""
     first = solid.translate((1, 0, 0))
     second = first.translate((HAIR, 0, 0))
     ray = (-5.0, 0.0, 0.0), (1, 0, 0)
@@ -144,7 +148,10 @@ def test_a_solid_without_itself_moved_by_a_hair(solid: co.Shape) -> None:
 
 
 def test_thin_tubes_within_one_another() -> None:
-    """Around an oblique axis at a distance from the origin, whose square hides that of the radii."""
+    """The tubes surround an oblique axis far from the origin.
+
+    The square of that distance hides the square of the radii.
+    """
     start, end = (1.0, 2.0, 3.0), (5.0, 10.0, 4.0)
     tube = co.Cylinder(start, end, 2e-90) - co.Cylinder(start, end, 1e-90)
     # Through (3, 6, 3.5), halfway, across (4, 8, 1)
@@ -153,7 +160,7 @@ def test_thin_tubes_within_one_another() -> None:
 
 
 def test_a_full_turn_is_one_that_rounds_to_360() -> None:
-    """0.1 and 360.1 are 360 + 1.7e-14 apart, as fractions; 360 as float64."""
+    """0.1 and 360.1 are 360 + 1.7e-14 apart as fractions, and 360 in float64."""
     whole = co.Cylinder((0, 0, 0), (0, 0, 1), 1, 0.1, 360.1, reference=(1, 0, 0))
     plain = co.Cylinder((0, 0, 0), (0, 0, 1), 1)
     random = np.random.default_rng(2)
@@ -165,7 +172,7 @@ def test_a_full_turn_is_one_that_rounds_to_360() -> None:
 
 
 def test_half_a_turn_is_one_that_rounds_to_180() -> None:
-    """0.1 to 180.1: one wall, the plane of the start angle; face 3 on both sides of the axis."""
+    """From 0.1 to 180.1 there is one wall, the plane of the start angle: face 3 on both sides of the axis."""
     first, last = 0.1, 180.1
     assert last - first == 180
     half = co.Cylinder((0, 0, 0), (0, 0, 1), 1, first, last, reference=(1, 0, 0))
@@ -175,7 +182,7 @@ def test_half_a_turn_is_one_that_rounds_to_180() -> None:
         hits = scene.first_hit((along * c + s, along * s - c, 0.5), (-s, c, 0))
         assert hits.face == 3
         assert hits.t == pytest.approx(1, abs=1e-15)
-    # From end to end within the wall's plane: half open, as for every plane; never half of it
+    # From end to end within the wall's plane: half open, as every plane; never half of it
     assert len(ends(half, (-2 * c, -2 * s, 0.5), (c, s, 0))) in (0, 2)
 
 
@@ -197,7 +204,10 @@ def test_turns_that_do_not_round_keep_both_walls() -> None:
     [co.Sphere(), co.Box(), co.Cylinder((0, 0, 0), (1, 2, 3), 1), co.Triangle((0, 0, 0), (1, 0, 0), (0, 1, 0.5))],
 )
 def test_motions_over_many_decades(shape: co.Shape) -> None:
-    """Within the domain they work, and its own inverse brings a shape back to the same surfaces; beyond they are refused."""
+    """Motions within the domain have an inverse that brings a shape back to the same surfaces.
+
+    Errors refuse those beyond it.
+    """
     long = shape.scale((1e-50, 1, 1e50)).rotate((1, 2, 3), 40)
     back = long.rotate((1, 2, 3), -40).scale((1e50, 1, 1e-50))
     low, high = long.bounds
@@ -213,11 +223,11 @@ def test_motions_over_many_decades(shape: co.Shape) -> None:
         long.scale((1e-60, 1, 1e60)).scale((1e-60, 1, 1e60))
 
 
-# --- Planes that are parallel but for a last digit meet some 1e16 away: nothing may be anchored there
+# --- Planes that are parallel but for a last digit meet some 1e16 away: no anchor may lie there
 
 
 def almost_slabs(random: np.random.Generator, sides: int) -> list[tuple[list[float], float]]:
-    """Half-spaces of a slab or a prism of thickness 2 about the origin: each normal's opposite is some ulps off."""
+    """Return half-spaces of a slab or a prism of thickness 2 about the origin. Each normal's opposite is some ulps off."""
     turn = np.linalg.qr(random.normal(size=(3, 3)))[0]
     found = []
     for normal in turn[:sides]:

@@ -49,7 +49,7 @@ def test_scenes_turned_by_any_angle(kind, numbers):
 
 
 def test_the_body_listed_first_is_met_first() -> None:
-    """One box twice, in both orders: the walls are one surface, the body that answers is the first."""
+    """One box stands there twice, in both orders. The walls are one surface, and the first body answers."""
     box = co.Box((0, 0, 0), (1, 1, 1))
     for scene in (co.Scene([box, box]), co.Scene([co.Box((0, 0, 0), (1, 2, 1)), box])):
         hits = scene.first_hit(np.array([[-1.0, 0.5, 0.25]]), (1, 0, 0))

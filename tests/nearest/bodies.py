@@ -1,4 +1,4 @@
-"""Bodies whose distances are tested, each written twice: as shapes, and as fields, negative inside, of NumPy alone."""
+"""Bodies for tests of distances, each in two forms: as shapes, and as fields, negative inside, of NumPy alone."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ import conicoid as co
 
 
 class Field:
-    """The largest, or least, of parts; or v·A v + b·v + c about a center."""
+    """The largest or least of its parts, or v·A v + b·v + c about a center."""
 
     def __init__(self, parts=(), least=False, terms=None):
         self.parts, self.least, self.terms = parts, least, terms
@@ -19,7 +19,7 @@ class Field:
         return (np.min if self.least else np.max)([part(p) for part in self.parts], axis=0)
 
     def surfaces(self):
-        """(A, b, c, center) of every surface."""
+        """Return (A, b, c, center) of every surface."""
         return [self.terms] if self.terms is not None else [t for part in self.parts for t in part.surfaces()]
 
     def __neg__(self):
@@ -29,7 +29,7 @@ class Field:
         return Field([-part for part in self.parts], not self.least)
 
     def moved(self, back, by):
-        """Carried by x -> M x + by, where `back` is the inverse of M."""
+        """Return the field moved by x -> M x + by, where `back` is the inverse of M."""
         if self.terms is not None:
             A, b, c, center = self.terms
             ahead = inverse(back)
@@ -37,7 +37,7 @@ class Field:
         return Field([part.moved(back, by) for part in self.parts], self.least)
 
     def turned(self, turn):
-        """Turned by a matrix."""
+        """Return the field turned by a matrix."""
         if self.terms is not None:
             A, b, c, center = self.terms
             return Field(terms=(turn @ A @ turn.T, turn @ b, c, turn @ center))
@@ -45,7 +45,7 @@ class Field:
 
 
 def quadric(A, b=(0, 0, 0), c=-1.0, center=(0, 0, 0)):
-    """v·A v + b·v + c with v = p - center."""
+    """Return v·A v + b·v + c with v = p - center."""
     A, b, center = (np.asarray(x, np.longdouble) for x in (np.diag(A) if np.ndim(A) == 1 else A, b, center))
     return Field(terms=(A, b, np.longdouble(c), center))
 
@@ -76,14 +76,14 @@ def ball(r, center=(0, 0, 0)):
 
 
 def rod(axis, r, center=(0, 0, 0)):
-    """An endless cylinder along a coordinate axis."""
+    """Return an endless cylinder along a coordinate axis."""
     squares = [1.0, 1.0, 1.0]
     squares[axis] = 0.0
     return quadric(squares, c=-(np.longdouble(r) ** 2), center=center)
 
 
 def turned(field, sine, cosine):
-    """Turned about z."""
+    """Return the shape turned about z."""
     s, c = np.longdouble(sine), np.longdouble(cosine)
     return field.turned(np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]], np.longdouble))
 
@@ -182,11 +182,11 @@ BODIES = {
         both(rod(2, 1), plane(DOWN, 0), plane(UP, 1), any_of(plane((0, -1, 0), 0), plane((1, 0, 0), 0))),
     ),
 }
-"""Name: (the shape, its field). Fields are no distances; of flush walls only the sign counts."""
+"""Name: (the shape, its field). Fields are not distances; of flush walls only the sign counts."""
 
 
 def random_body(rng):
-    """(shape, field) of up to four turned and moved primitives in a random Boolean."""
+    """Return (shape, field) of up to four turned and moved primitives in a random Boolean."""
     shape, field = _random_part(rng)
     for _ in range(rng.integers(1, 4)):
         other, its = _random_part(rng)
@@ -201,7 +201,7 @@ def random_body(rng):
 
 
 def _random_part(rng):
-    """A primitive, turned and moved by a matrix of floats, which both the shape and the field take as it is."""
+    """Return a primitive, turned and moved by a matrix of floats, which both the shape and the field take as it is."""
     a, b, c = rng.integers(4, 13, 3) / 8
     shape, field = [
         (co.Sphere(a), ball(a)),
@@ -220,7 +220,7 @@ def _random_part(rng):
 
 
 def inverse(matrix):
-    """Of a matrix that is nearly a rotation, in extended precision."""
+    """Return the inverse of a matrix that is nearly a rotation, in extended precision."""
     found = matrix.T
     for _ in range(4):
         found = found @ (2 * np.eye(3) - matrix @ found)

@@ -1,8 +1,8 @@
-"""The nearest wall by force, in extended precision: points of the wall all over it, and from the nearest of them Newton.
+"""The nearest wall by force, in extended precision: points all over the wall, and Newton's method from the nearest.
 
-Walls are found by halving segments from inside to outside. From each of the nearest ones the conditions of Lagrange are
-solved for one, two or three surfaces of those that pass near it; what is found counts if the body is on one side of it
-and not on another. It shares nothing with what it judges.
+Walls are found by halving segments from inside to outside. From each of the nearest points the conditions of Lagrange
+are solved for one, two or three surfaces near it. A solution counts if the body is on one side of it and not on
+another. The search shares no code with the package.
 """
 
 from itertools import combinations
@@ -27,7 +27,7 @@ class Walls:
         self.points = self.halved(a[out], b[out])[:count]
 
     def halved(self, a, b):
-        """The wall between points inside and points outside."""
+        """Return points of the wall between points inside and points outside."""
         for _ in range(64):
             middle = (a + b) / 2
             inside = (self.field(middle) <= 0)[:, None]
@@ -35,21 +35,24 @@ class Walls:
         return (a + b) / 2
 
     def has_both_sides(self, points, within, sides=96):
-        """Are there points inside and outside at a distance of each, in some directions?"""
+        """Return which points have points inside and outside at a distance, in some directions."""
         away = self.rng.normal(size=(sides, 1, 3))
         beside = points[None] + within * away / np.linalg.norm(away, axis=-1, keepdims=True)
         value = self.field(beside.reshape(-1, 3)).reshape(sides, -1)
         return (value <= 0).any(axis=0) & (value > 0).any(axis=0)
 
     def is_wall(self, points, within=EPSILON):
-        """Are there points inside and outside within 2^-30 of each? For the tips of needles in many directions."""
+        """Return whether there are points inside and outside within 2^-30 of each.
+
+        Tips of needles need many directions.
+        """
         found = self.has_both_sides(points, within)
         for i in np.flatnonzero(~found):
             found[i] = self.has_both_sides(points[i : i + 1], within, 30_000)[0]
         return found
 
     def first_wall(self, points, halved):
-        """The first of points that is one, as the one that was `halved` is."""
+        """Return the index of the first point on a wall; the `halved` one is on a wall."""
         found = self.has_both_sides(points, EPSILON)
         for i in range(halved):
             if found[i] or self.has_both_sides(points[i : i + 1], EPSILON, 30_000)[0]:
@@ -57,7 +60,7 @@ class Walls:
         return halved
 
     def nearest(self, x):
-        """(distance, point, whether Newton found it) of the nearest wall that is found from a point."""
+        """Return (distance, point, whether Newton's method found it) of the nearest wall to a point."""
         x = np.asarray(x, np.longdouble)
         away = np.linalg.norm((self.points - x).astype(float), axis=1)
         first = self.points[np.argsort(away)[:400]]
@@ -86,7 +89,7 @@ class Walls:
 
 
 def stationary(x, start, surfaces):
-    """A point of some surfaces where the distance from x is stationary, by Newton from a start; None where it ends nowhere."""
+    """Return, by Newton's method from a start, a point of some surfaces at a stationary distance from x, or None."""
     p, count = start, len(surfaces)
     rows = np.array([2 * A @ (p - center) + b for A, b, _, center in surfaces], dtype=float)
     multipliers = np.linalg.lstsq(rows.T, (x - p).astype(float), rcond=None)[0].astype(np.longdouble)

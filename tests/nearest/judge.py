@@ -1,4 +1,4 @@
-"""Distances judged against force: every one within the bound that it tells."""
+"""Distances against force: every one is within its bound."""
 
 import numpy as np
 
@@ -8,13 +8,15 @@ from .bodies import BODIES
 from .force import EPSILON, Walls
 
 ROUNDED = 4e-16
-"""Of the oracle's own numbers and of the answers' last digits."""
+"""The tolerance for the oracle's own numbers and for the answers' last digits."""
 TOUCHING = np.longdouble(2) ** -26
-"""Where two walls touch, floats know the contact by the root of their last digit; near one a search may end, and say so."""
+"""Where two walls touch, floats know the contact to the root of their last digit. Near one a search may end there, with
+that error.
+"""
 
 
 def points_about(walls, rng, count):
-    """Points far and near, beside walls, on edges of a lattice, on axes and in planes of symmetry."""
+    """Return points far and near, beside walls, on edges of a lattice, on axes and in planes of symmetry."""
     k = max(1, count // 5)
     chosen = walls.points[rng.integers(0, len(walls.points), k)].astype(float)
     lattice = rng.integers(-8, 9, (k, 3)) / 4
@@ -27,9 +29,9 @@ def points_about(walls, rng, count):
 
 
 def faults(name, rng, count, forced, body=None, widest=0.0):
-    """What is wrong with the distances of `count` points of a body; `forced` of them are searched by force.
+    """Return the faults of the distances of `count` points of a body; force searches `forced` of them.
 
-    `widest`: the share of points that may be told with a wide error, which is true all the same.
+    `widest` is the share of points that may have a wide error, which is true all the same.
     """
     shape, field = body or BODIES[name]
     walls = Walls(field, rng)
@@ -60,7 +62,7 @@ def faults(name, rng, count, forced, body=None, widest=0.0):
 
 
 def _told(name, x, away, found, walls, widest):
-    """The nearest points are on walls, at the distance that is told, with a normal of the wall."""
+    """Check that the nearest points are on walls, at their distance, with a normal of the wall."""
     apart = np.sqrt(((found.point.astype(np.longdouble) - x) ** 2).sum(axis=1))
     proved = found.body >= 0
     for i in np.flatnonzero(~proved & (found.error < np.inf)):
@@ -71,7 +73,7 @@ def _told(name, x, away, found, walls, widest):
     wide = np.flatnonzero(~sharp)
     if len(wide) > widest * len(x):
         yield f"{name}: {len(wide)} of {len(x)} errors are wide, such as {found.error[wide[0]]} at {x[wide[0]].tolist()}"
-    near = proved & (np.abs(x).max(axis=1) < 50)  # of farther ones a point is known less well than its distance
+    near = proved & (np.abs(x).max(axis=1) < 50)  # a farther point is less exact than its distance
     points = found.point.astype(np.longdouble)
     for which, within in ((near & sharp, EPSILON), (near & ~sharp, TOUCHING)):
         for i in np.flatnonzero(which)[~walls.is_wall(points[which], within)]:

@@ -1,4 +1,4 @@
-"""How far points are from walls, on paper and against force in extended precision; lower bounds; walks on spheres."""
+"""Distances from walls, by formulas and against force in extended precision; lower bounds; walks on spheres."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from .bodies import BODIES, random_body
 from .force import Walls
 from .judge import faults
 
-# --- How far points are from walls, where that is known on paper
+# --- Distances from walls that have a formula
 
 
 def exact(shape, point, **more):
@@ -29,7 +29,7 @@ def exact(shape, point, **more):
 
 
 def wedges(sides, angle):
-    """A ring of sectors with conical walls, as a polyhedra of GDML is: all their flat walls meet on the z axis."""
+    """Return a ring of sectors with conical walls, as a polyhedra of GDML: all their flat walls meet on the z axis."""
     turns = np.radians(np.linspace(0, angle, sides + 1))
     parts = []
     for a, b in pairwise(turns):
@@ -76,9 +76,13 @@ def test_bounds_of_planes_balls_and_cylinders_are_the_distance():
 HEIGHTS = np.array([0, 0.5, 1, 2, -3, 1e6])
 BORED = co.Sphere(1.25) - co.Cylinder((0, 0, -2), (0, 0, 2), 0.75)
 RIMS = np.hypot(0.75, np.maximum(np.abs(HEIGHTS) - 1, 0))
-"""Of a ball of radius 5/4 with a bore of 3/4, from its axis: the wall of that, and beyond z = 1 and -1 its rims."""
+"""Distances of a ball of radius 5/4 with a bore of 3/4, from its axis: to the bore's wall, and beyond z = 1 and -1 to
+its rims.
+"""
 EVOLUTE = 25 / (25 - 9)
-"""Inside of the evolute of an ellipse, (k, 0) with the half axes a and b has x = a² k / (a² - b²) nearest, |y| < b."""
+"""Inside of the evolute of an ellipse with half axes a and b, (k, 0) has the nearest point x = a² k / (a² - b²), |y| <
+b.
+"""
 BESIDE_APEX = (-4.378540478046168, -2.8881243932372227, 13.859126283743793)
 """The displacement to the apex, added to it, is the apex but for rounding."""
 FAR_ABOVE = (57.2, 20.3, 946)
@@ -125,7 +129,7 @@ def test_distances_on_paper(name):
 
 
 def test_the_edges_of_equal_pipes_that_cross():
-    """Two ellipses in the planes between the axes, with half axes of 1 and, along these planes, 1 / sin(half the angle)."""
+    """The edges are ellipses in the planes between the axes, with half axes of 1 and 1 / sin(half the angle)."""
     axes, point, around = (
         np.array([(4, 0, 3), (2, 2, 3)]),
         np.array((2.0, 2, 3)),
@@ -186,7 +190,7 @@ def test_ties_go_to_the_body_listed_first():
 
 
 def test_a_corner_of_many_surfaces_has_the_face_of_a_wall():
-    """Near (0, 0, 1) the body is x <= 0, y >= 0, z <= 1, x - y - z <= -1; a part that only touches it adds x >= 0."""
+    """Near (0, 0, 1) the body is x <= 0, y >= 0, z <= 1, x - y - z <= -1. A part that only touches it adds x >= 0."""
     beside = co.Box((0, -2, -1), (3, 1, 0))
     body = (beside | co.HalfSpace((1, -1, -1), -1)) & co.Box((-1, 0, -1), (0, 3, 1))
     found = co.Scene([body]).distance((0, -2.75, 1), exact=True)
@@ -211,7 +215,7 @@ NOTHING = {  # each has no point inside: of some surfaces' sides none occurs tha
 @pytest.mark.parametrize("name", NOTHING)
 @pytest.mark.parametrize("angle", [0, 30, 40])
 def test_sides_that_no_point_has_make_no_wall(name, angle):
-    """All surfaces pass through one point or line: rounding alone would make walls there."""
+    """All surfaces pass through one point or line. Rounding alone would make walls there."""
     points, box = np.array([(0.1, 0.2, 0.3), (-1, 0.5, 0.25), (1, 3, 1)]), co.Box((2, 2, 2), (4, 4, 4))
     away = np.linalg.norm(np.maximum(np.maximum(2 - points, points - 4), 0), axis=1)
     cosine, sine = math.cos(math.radians(angle)), math.sin(math.radians(angle))
@@ -223,7 +227,7 @@ def test_sides_that_no_point_has_make_no_wall(name, angle):
 
 
 def test_a_corner_is_found_on_the_line_in_which_two_planes_of_one_quadric_cross() -> None:
-    """(y + z + 1/2) (y + z - 1/2 - x) <= 0 is a wedge for x <= -1; a ball cuts its edge at (-1, -1, 1/2)."""
+    """(y + z + 1/2) (y + z - 1/2 - x) <= 0 is a wedge for x <= -1, and a ball cuts its edge at (-1, -1, 1/2)."""
     rows = ((0, -0.5, -0.5, -0.25), (-0.5, 1, 1, 0), (-0.5, 1, 1, 0), (-0.25, 0, 0, -0.25))
     wedge = co.Quadric(rows) & co.HalfSpace((1, 0, 0), -1)
     found = co.Scene([wedge - co.Sphere(1, (-1, 0, 0.5))]).distance((-0.75, 0, 1.25), exact=True)
@@ -232,7 +236,7 @@ def test_a_corner_is_found_on_the_line_in_which_two_planes_of_one_quadric_cross(
 
 
 def test_an_edge_is_found_behind_a_wall_where_four_surfaces_touch():
-    """The walls of the curve's other points had been looked for on the surfaces of the touch."""
+    """The search looked only on the surfaces of the touch for walls of the curve's other points."""
     cone = co.Quadric(((-1, 0, 0, 0.5), (0, 1, 0, -0.5), (0, 0, 1, 0.5), (0.5, -0.5, 0.5, 0.25)))
     planes = co.Quadric(((0, 0, 0.5, 0.25), (0, 0, -0.5, -0.25), (0.5, -0.5, 0, 0), (0.25, -0.25, 0, 0)))
     body = co.Union((cone, co.HalfSpace((0, -2, 2), -2), planes, co.HalfSpace((0, 3, 4), -0.5)))
@@ -246,7 +250,7 @@ def test_an_edge_is_found_behind_a_wall_where_four_surfaces_touch():
 @pytest.mark.parametrize("squares", [(2, 1, 2), (2**-21, 2, 2**23), (1, 1, 0), (1, 0, 0), (-2, -1, -2), (-1, 0, 0)])
 @pytest.mark.parametrize("center", [(0, 0, 0), (1, 3, -2)])
 def test_quadrics_that_are_a_point_a_line_or_a_plane_have_no_wall(squares, center):
-    """No ray crosses them: the body is nothing but these points, or lacks nothing but these."""
+    """No ray crosses these quadrics: the body is only these points, or lacks only these."""
     w, c = np.diag(squares).astype(float), np.array(center, float)
     thin = co.Quadric(np.block([[w, -(w @ c)[:, None]], [-(w @ c), c @ w @ c]]))
     points, box = np.array([(0.1, 0.2, 0.3), (1, 3, -2), (0, 0, 0), (-1, 2, 7)]), co.Box((2, 2, 2), (4, 4, 4))
@@ -266,7 +270,7 @@ def test_quadrics_that_are_a_point_a_line_or_a_plane_have_no_wall(squares, cente
 @pytest.mark.parametrize("sides", [(-1, 1, -1, 1), (1, 1, 1, -1), (1, -1, 1, -1), (1, 1, -1, -1)])
 @pytest.mark.parametrize("tip", [(0, 0, 0), (0.25, -0.25, 0.25)])
 def test_slender_tips_of_four_planes_are_proved(sides, tip):
-    """From straight ahead of the tip nothing is nearer. Between four planes no point a step away is within."""
+    """Straight ahead of the tip nothing is nearer. Between the four planes no point a step away is inside."""
     normals = np.array(sides)[:, None] * np.array([(1, 0, -2), (2, 1, 1), (0, 0, 1), (1, 1, 0)])
     rays = [
         d for a, b in combinations(normals, 2) for d in (np.cross(a, b), np.cross(b, a)) if (normals @ d <= 0).all()
@@ -346,7 +350,7 @@ def test_workers_and_progress():
     ],
 )  # fmt: skip
 def test_corners_and_lines_of_many_planes_have_small_errors(shape):
-    """A third plane along the line of two meets it nowhere, and a point of many planes need be no wall."""
+    """A third plane along the line of two meets it nowhere, and a point of many planes need not be a wall."""
     scene = co.Scene([shape])
     points = np.random.default_rng(4).uniform(-6, 6, (60, 3))
     found, bound = scene.distance(points, exact=True), scene.distance(points)
@@ -356,7 +360,7 @@ def test_corners_and_lines_of_many_planes_have_small_errors(shape):
 
 
 def test_a_tip_of_many_planes_is_proved_once():
-    """The corners of each three of 73 planes are the tip: a proof for each of them took some ten seconds a point."""
+    """The tip is the corner of each three of 73 planes. A proof for each of them took some ten seconds a point."""
     parts = []
     for a, b in pairwise(np.radians(np.linspace(0, 120, 25))):
         x, y = np.cos((a + b) / 2), np.sin((a + b) / 2)
@@ -369,7 +373,7 @@ def test_a_tip_of_many_planes_is_proved_once():
 
 
 def rim_distance(x: np.ndarray, start: tuple, end: tuple, radius: float) -> float:
-    """From a point outside to a round rod, in sixty digits."""
+    """Return the distance of a point outside to a round rod, in sixty digits."""
     with localcontext() as context:
         context.prec = 60
         p, a, b = ([Decimal(float(number)) for number in point] for point in (x, start, end))
@@ -383,7 +387,7 @@ def rim_distance(x: np.ndarray, start: tuple, end: tuple, radius: float) -> floa
 
 @pytest.mark.parametrize("far", [1e6, 1e8, 1e12])
 def test_points_far_from_rods_and_balls(far: float) -> None:
-    """A far point's distance is known to the last digits: f and its terms are far larger than the radius there."""
+    """A far point's distance is exact to the last digits, though f and its terms are far larger than the radius."""
     x = np.random.default_rng(3).normal(size=(60, 3)) * far
     rods = [((0, 0, 0), (0, 0, 1), 1.0), ((0, 0, 0), (1, 1, 0), 1.0), ((1, 2, 0), (2, 4, -2), 0.5)]
     known = [(co.Cylinder(*rod), [rim_distance(point, *rod) for point in x]) for rod in rods]
@@ -397,7 +401,7 @@ def test_points_far_from_rods_and_balls(far: float) -> None:
 
 
 def slender_cone_distance(x: float | Decimal, z: float, slope: float) -> Decimal:
-    """From (x, 0, z) to the generator x = -slope z, -10 <= z <= 0, of a cone."""
+    """Return the distance of (x, 0, z) to the generator x = -slope z, -10 <= z <= 0, of a cone."""
     with localcontext() as context:
         context.prec = 60
         u, v, m = Decimal(x), Decimal(z), Decimal(10 * slope) / 10
@@ -418,7 +422,7 @@ def assert_certified(solid: co.Shape, points: list, true: list[Decimal], within:
 @pytest.mark.parametrize("slope", [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7])
 @pytest.mark.parametrize("x", [1e-3, 1.0, 10.0])
 def test_points_beside_slender_cones(slope: float, x: float) -> None:
-    """About the height of the apex f hardly changes along the secular equation: rounding of its terms moved the root."""
+    """About the height of the apex f hardly changes along the secular equation. Rounding of its terms moved the root."""
     heights = [0.0, slope / 2, -slope / 2, 2 * slope, -2 * slope, 1e-9, -1e-9, -5.0]
     solid, points = co.Cone((0, 0, -10), (0, 0, 0), 10 * slope, 0), [(x, 0.0, z) for z in heights]
     assert_certified(solid, points, [slender_cone_distance(x, z, slope) for z in heights], 1e-12)
@@ -428,7 +432,7 @@ def test_points_beside_slender_cones(slope: float, x: float) -> None:
     ("slope", "within"), [(1e3, 1e-12), (1e5, 1e-12), (1e6, 1e-12), (1e7, 1e-12), (1e8, math.inf), (1e9, math.inf)]
 )
 def test_points_near_and_far_from_flat_cones(slope: float, within: float) -> None:
-    """About a far point the plane of the base is known less well than the cone is high."""
+    """The plane of the base is less exact near a far point than the cone is high."""
     size = 10.0 ** np.arange(19).repeat(10)[:, None]
     points = (np.abs(np.random.default_rng(5).normal(size=(190, 3))) * size).tolist()
     with localcontext() as context:
@@ -439,7 +443,10 @@ def test_points_near_and_far_from_flat_cones(slope: float, within: float) -> Non
 
 @pytest.mark.parametrize("thin", [1e-7, 1e-8, 1e-9])
 def test_points_beyond_rims_of_flat_sheared_ellipsoids(thin: float) -> None:
-    """An ellipse in the plane x = 3 y: from points on its axes, of 1.25 √10 and of 1 along z, a vertex is nearest."""
+    """The rim is an ellipse in the plane x = 3 y.
+
+    A vertex is nearest to points on its axes, of 1.25 √10 and of 1 along z.
+    """
     disc = co.Ellipsoid((thin, 1.25, 1)).transform([[1, 3, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
     points = [(0, 0, 3), (0, 0, -1.5), (6, 2, 0), (9, 3, 0), (-9, -3, 0)]
     true = np.array([2, 0.5, 0.75 * 10**0.5, 1.75 * 10**0.5, 1.75 * 10**0.5])
@@ -452,7 +459,7 @@ def test_points_beyond_rims_of_flat_sheared_ellipsoids(thin: float) -> None:
 
 @pytest.mark.parametrize("radius", [1e2, 1e4, 1e6, 1e7, 1e8])
 def test_corners_of_cut_flat_cones(radius: float) -> None:
-    """A convex body: from its corner in the plane z = -1 along a sum of the normals there, that is nearest."""
+    """The body is convex. A corner in the plane z = -1 is nearest to points along a sum of the normals there."""
     solid = co.Cone((0, 0, -1), (0, 0, 0), radius, 0) & co.HalfSpace((1, 0, 0), radius / 4)
     points = [(radius / 4 + 2 * t, 3 * t + radius, -1 - t) for t in (radius * 10.0**k for k in range(-1, 9))]
     with localcontext() as context:
@@ -472,7 +479,10 @@ def test_corners_of_cut_flat_cones(radius: float) -> None:
     ],
 )  # fmt: skip
 def test_points_above_a_point_of_a_convex_quadric(solid: co.Shape, squares: tuple, line: int, away: float) -> None:
-    """From a point of sum a p² + line z = 1 or 0 up its normal: the distance is known but for the point's rounding."""
+    """The point is up the normal of a point of sum a p² + line z = 1 or 0.
+
+    Its distance is exact but for the point's rounding.
+    """
     rng, points, true = np.random.default_rng(9), [], []
     with localcontext() as context:
         context.prec = 60
@@ -496,11 +506,12 @@ def test_points_above_a_point_of_a_convex_quadric(solid: co.Shape, squares: tupl
     assert_certified(solid, points, true, 1e-11)
 
 
-# --- Lower bounds: in lanes as alone to the bit, whatever else is asked for; never above the truth, and near to it
+# --- Lower bounds: in lanes as alone to the bit, whatever other results a call returns; never above the truth, and near
+# it
 
 
 def scene_of(names, seed=0, count=40):
-    """Copies of bodies, turned and moved."""
+    """Return a scene of copies of bodies, turned and moved."""
     rng = np.random.default_rng(seed)
     return co.Scene([
         BODIES[names[k % len(names)]][0].rotate(tuple(rng.normal(size=3)), float(rng.uniform(0, 360)))
@@ -561,7 +572,7 @@ def test_reach_is_each_points_own(scene):
 
 @pytest.mark.parametrize("name", [name for name, (_, field) in BODIES.items() if len(field.surfaces()) == 1])
 def test_of_one_face_it_is_the_distance(name):
-    # As far as the exact distance is told to be right
+    # As far as the exact distance is certain
     scene, x = co.Scene([BODIES[name][0]]), points_of(300, 3)
     exact, lower = scene.distance(x, exact=True), scene.distance(x).lower
     assert (lower <= np.abs(exact.distance) + exact.error).all()
@@ -598,7 +609,7 @@ def test_many_bounds_in_lanes_and_alone(seed):
         assert (lower[:300] <= np.abs(exact.distance) + exact.error).all()
 
 
-# --- Distances against force in extended precision, which shares no code with them
+# --- Distances against force in extended precision, without common code
 
 
 def test_force_finds_known_distances():
@@ -629,7 +640,7 @@ def test_distances_are_within_the_bound_that_they_tell(name, seed, count, forced
 
 
 def random_faults(seed, count, forced):
-    """Those of a random body that is not empty."""
+    """Return the faults of a random body that is not empty."""
     rng = np.random.default_rng(seed)
     while True:
         try:
@@ -679,7 +690,7 @@ def test_a_map_of_the_block_and_of_the_closed_form(example):
     ring = pixels[:, 60:]
     assert ring[12, [0, 8, 16, 23]] == pytest.approx(0.8)  # the hole, and outside
     assert ring[:, 12].min() == 1  # the line between
-    # Walked on the left, worked out on the right: mirror images but for the noise and the lines
+    # Walks on the left, the formula on the right: mirror images but for the noise and the lines
     left, right = ring[:, 1:11], ring[:, 22:12:-1]
     wall = (left != 0.8).any(axis=-1) & (right != 0.8).any(axis=-1)
     assert wall.sum() > 100
@@ -694,7 +705,7 @@ def test_neighbours_that_are_there_are_averaged(example):
 
 
 def test_sides_that_another_thread_learned_count(monkeypatch):
-    """It may learn them between the first search and its end: no error stays wide for that."""
+    """Another thread may learn sides between the search and its end. No error stays wide for that."""
     scene = co.Scene([NOTHING["planes along a line"] | co.Box((2, 2, 2), (4, 4, 4))])
     points = np.array([(0.1, 0.2, 0.3), (-1, 0.5, 0.25)])
     expected, known, first = scene.distance(points, exact=True), queries.known_sides, [np.zeros(1, np.int32)]
@@ -712,7 +723,10 @@ def _to_segment(points, start, end):
 
 @pytest.mark.parametrize("seed", [1, 7, 14, 20, 33, 37, 54])
 def test_about_tips_of_moved_cones(seed):
-    """Where the foot on a ruling is near the tip, the tip was reported; the plane that touches the tip left it open."""
+    """Where the foot on a ruling is near the tip, the nearest point was the tip.
+
+    The plane that touches the tip left it open.
+    """
     rng = np.random.default_rng(seed)
     radius, height, axis = rng.uniform(0.1, 2), rng.uniform(0.3, 3), rng.normal(size=3)
     shift, degrees = rng.normal(size=3) * 10 ** rng.uniform(-1, 2), rng.uniform(0, 180)

@@ -1,6 +1,6 @@
 """Rays that are hard: far, grazing, through edges and corners, along axes, rulings and asymptotes, from surfaces.
 
-Places are found in floats and in bulk: many hard places are wanted, not these places exactly (`whole_rays` has those).
+Places are found in floats and in bulk, because many hard places matter more than exact ones (`whole_rays` has those).
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def directions(random: Random, count: int) -> Array:
 
 
 class Aim:
-    """Bodies to be aimed at; places are relative to an anchor, in units of a power of two."""
+    """Bodies as targets of rays; places are relative to an anchor, in units of a power of two."""
 
     def __init__(self, table: Table, center: Array, size: float, random: Random) -> None:
         self.table, self.random = table, random
@@ -52,7 +52,7 @@ class Aim:
         return self.anchor + np.ldexp(places, self.exponent)
 
     def _through(self, count: int) -> Pair:
-        """Rays through a ball of the size."""
+        """Return rays through a ball of the size."""
         target = directions(self.random, count) * 0.6 * self.random.random((count, 1))
         d = directions(self.random, count)
         return target - 3 * d, d
@@ -79,7 +79,7 @@ class Aim:
         return np.einsum("ni,nij,nj->n", x, self.matrices[form], x)
 
     def _corners(self, count: int) -> Array:
-        """Points on several surfaces at once, by Newton's method with least steps from the boundary."""
+        """Find points on several surfaces at once, by Newton's method with least steps from the boundary."""
         sets = list(itertools.combinations(range(len(self.matrices)), count))
         if not sets:
             return self.boundary
@@ -98,19 +98,19 @@ class Aim:
         return x[good] if good.any() else self.boundary
 
     def pick(self, places: Array, count: int) -> tuple[Array, Array]:
-        """(some of the places, their indices)"""
+        """Return (some of the places, their indices)."""
         index = self.random.integers(len(places), size=count)
         return places[index], index
 
     def normals(self, index: Array) -> Array:
-        """Unit normals of boundary points; some direction where the gradient vanishes."""
+        """Return unit normals of boundary points, and some direction where the gradient vanishes."""
         g = self.gradient(self.form[index], self.boundary[index])
         size = np.linalg.norm(g, axis=1, keepdims=True)
         return np.where(size > 0, g / np.where(size > 0, size, 1), directions(self.random, len(index)))
 
 
 def _seen(aim: Aim, places: Array, d: Array, away: Array) -> Pair:
-    """Rays from so many sizes before the places."""
+    """Return rays from so many sizes before the places."""
     return aim.world(places - d * away[:, None]), d
 
 
@@ -136,7 +136,7 @@ def far(aim: Aim, count: int) -> Pair:
 
 
 def grazing(aim: Aim, count: int) -> Pair:
-    """Along a tangent, 2^-k sizes above or below the surface, k to 60, or on it as nearly as floats say."""
+    """Return rays along a tangent, 2^-k sizes above or below the surface, k to 60, or on it to the nearest float."""
     places, index = aim.pick(aim.boundary, count)
     normals = aim.normals(index)
     tangent = np.cross(normals, directions(aim.random, count))
@@ -148,7 +148,7 @@ def grazing(aim: Aim, count: int) -> Pair:
 
 
 def edges(aim: Aim, count: int) -> Pair:
-    """Through edges and corners, or ulps beside them, from any side or along the edge."""
+    """Return rays through edges and corners, or ulps beside them, from any side or along the edge."""
     half = count // 2
     places = np.concatenate([aim.pick(aim.edges, count - half)[0], aim.pick(aim.corners, half)[0]])
     nudge = directions(aim.random, count) * (2.0 ** -aim.random.integers(30, 60, (count, 1)))
@@ -162,7 +162,7 @@ def edges(aim: Aim, count: int) -> Pair:
 
 
 def parallel(aim: Aim, count: int) -> Pair:
-    """Along the axes of the world, or along and across normals of surfaces, as nearly as floats say."""
+    """Return rays along the axes of the world, or along and across normals of surfaces, to the nearest float."""
     axes = np.eye(3)[aim.random.integers(3, size=count)] * aim.random.choice([-1.0, 1.0], (count, 1))
     mixed = axes + np.roll(axes, 1, axis=1) * aim.random.normal(size=(count, 1))
     places, index = aim.pick(aim.boundary, count)
@@ -177,7 +177,7 @@ def parallel(aim: Aim, count: int) -> Pair:
 
 
 def asymptotic(aim: Aim, count: int) -> Pair:
-    """Where the second-order part vanishes: along rulings and asymptotes."""
+    """Return rays along which the second-order part vanishes: rulings and asymptotes."""
     places, index = aim.pick(aim.boundary, count)
     form = aim.matrices[aim.form[index]][:, :3, :3]
     u, v = directions(aim.random, count), directions(aim.random, count)
@@ -192,7 +192,7 @@ def asymptotic(aim: Aim, count: int) -> Pair:
 
 
 def starting(aim: Aim, count: int) -> Pair:
-    """From the surface as nearly as floats say, or from just beside it."""
+    """Return rays from the surface to the nearest float, or from just beside it."""
     places, _ = aim.pick(np.concatenate([aim.boundary, aim.boundary, aim.edges]), count)
     beside = directions(aim.random, count) * 10 ** aim.random.uniform(-17, -1, (count, 1))
     return aim.world(places + beside * aim.random.integers(0, 2, (count, 1))), directions(aim.random, count)
@@ -215,7 +215,10 @@ FAMILIES: dict[str, tuple[float, Callable[[Aim, int], Pair]]] = {
 
 
 def rays(aim: Aim, count: int) -> Pair:
-    """A mixture, within the documented domain; half of the directions of length 1, most others of 10^U(-3, 3), some of any."""
+    """Return a mixture, within the documented domain.
+
+    Half of the directions have length 1, most others 10^U(-3, 3), some any.
+    """
     share = sum(weight for weight, _ in FAMILIES.values())
     parts = [family(aim, max(2, round(count * weight / share))) for weight, family in FAMILIES.values()]
     origins, d = (np.concatenate([part[k] for part in parts]) for k in (0, 1))
@@ -224,7 +227,7 @@ def rays(aim: Aim, count: int) -> Pair:
 
 
 def in_domain(origins: Array, d: Array) -> Pair:
-    """Numbers under 1e-100 become zero; rays with numbers over 1e100 or without a direction go."""
+    """Replace numbers under 1e-100 by zero, and drop rays with numbers over 1e100 or without a direction."""
     origins, d = (np.where(np.abs(x) < LEAST, 0.0, x) for x in (origins, d))
     good = (np.abs(origins) <= MOST).all(axis=1) & (np.abs(d) <= MOST).all(axis=1) & (d != 0).any(axis=1)
     return origins[good], d[good]

@@ -1,4 +1,4 @@
-"""Polynomials of degree one and two, affine maps, and what such maps do to polynomials."""
+"""Polynomials of degree one and two, affine maps, and polynomials under such maps."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .numbers import ONE, ZERO, Number, cosine, number, root, sine, total
 
 Row = tuple[Number, ...]
 PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2), (0, 3), (1, 3), (2, 3), (3, 3))
-"""The order of the ten coefficients: those of X_i X_j with X = (x, y, z, 1)."""
+"""The order of the ten coefficients, of X_i X_j with X = (x, y, z, 1)."""
 
 
 def row(values: Iterable[Any]) -> Row:
@@ -46,7 +46,7 @@ class Form:
 
     @cached_property
     def side(self) -> int:
-        """Of a plane: the sign of the first component of its normal that is not zero."""
+        """The sign of the first component of a plane's normal that is not zero."""
         return next((k.sign for k in self.k[6:9] if k), 0) if self.flat else 0
 
     def numbered(self, first: int) -> Form:
@@ -68,7 +68,7 @@ class Form:
 
     @cached_property
     def whole(self) -> list[dict[int, fmpz]]:
-        """The ten coefficients times a positive number, with whole parts of no common factor."""
+        """Return the ten coefficients times a positive number, with whole parts of no common factor."""
         common, divisor = fmpz(1), fmpz(0)
         numbers = [k.k if self.exact else {1: k.fraction} for k in self.k]
         parts = [c for k in numbers for c in k.values()]

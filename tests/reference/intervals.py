@@ -1,6 +1,6 @@
 """Intervals that begin and end at crossings, beside them by one float or two, at 0 and at infinity, by every query.
 
-An end at 0 is the origin itself, others are compared with the t of the answer.
+An end at 0 is the origin itself; other ends are compared with the t of the answer.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ IN, OUT, EDGE = 1, -1, 0
 
 
 def ends(r: Random, offsets: Array, t: Array) -> tuple[Array, Array]:
-    """(t_min, t_max) of each ray, most of them at or beside its crossings."""
+    """Return (t_min, t_max) of each ray, most of them at or beside its crossings."""
     count, found = np.diff(offsets), []
     for plain in ((-np.inf, 0.0, -1.0, 0.5, -3.5), (np.inf, 0.0, 2.0, 9.0, -0.5)):
         value = r.choice(plain, len(count))
@@ -44,7 +44,7 @@ class Answers:
         self.spans = scene.spans(*rays, **limits)
 
     def laws(self) -> dict[str, Array]:
-        """Laws between the queries: for each the rays that break it."""
+        """Return laws between the queries, each with the rays that break it."""
         first, listed, ray = self.first, self.listed, rows_of(self.listed.offsets)
         hit, some = np.isfinite(first.t), np.diff(listed.offsets) > 0
         before = (listed.t <= self.low[ray]) & (self.low[ray] != 0)
@@ -65,7 +65,7 @@ class Answers:
 
 
 class Interval(Answers):
-    """Answers of the rays of a comparison; `good` rays have the right list over the whole line."""
+    """The answers of the rays of a comparison; `good` rays have the right list over the whole line."""
 
     def __init__(self, comparison: Comparison, good: Array, low: Array, high: Array) -> None:
         super().__init__(comparison.judge.scene, comparison.arguments, low, high)
@@ -90,7 +90,7 @@ class Interval(Answers):
         self._spans()
 
     def status(self) -> Array:
-        """Of each row of the whole line's list: IN, OUT, or at an EDGE where its exact place and that of the answer leave it open."""
+        """Return the status of each row: IN, OUT, or EDGE where its exact place and that of the answer do not decide."""
         a = self.comparison
         exact, found = a.exact, a.found
         aligned = np.flatnonzero(self.good[exact.ray])
@@ -111,7 +111,7 @@ class Interval(Answers):
         return np.where((above == IN) & (below == IN), IN, np.where((above == OUT) | (below == OUT), OUT, EDGE))
 
     def _alone(self, t: Array, slack: Array, wanted: Array) -> Array:
-        """Is there no other root of any surface near a row's?"""
+        """Return whether no root of any other surface is near a row's."""
         found = np.zeros(len(t), bool)
         for k in np.flatnonzero(wanted).tolist():
             groups = self.comparison.trace.groups[self.comparison.exact.ray[k]]
@@ -119,7 +119,7 @@ class Interval(Answers):
         return found
 
     def _membership(self) -> None:
-        """What must be in the list is, in order, and nothing that must not."""
+        """Check that the list has, in order, all that it must have and nothing else."""
         exact, status = self.comparison.exact, self.status()
         self.rows_status = status
         listed = rows_of(self.listed.offsets)
@@ -143,7 +143,7 @@ class Interval(Answers):
                 self.fail("crossings at its ends", np.array([ray]))
 
     def _fits(self, ray: int, status: Array) -> bool:
-        """Is the list one of those that EDGE rows allow?"""
+        """Return whether the list is one of those that EDGE rows allow."""
         exact = self.comparison.exact
         rows = iter(range(int(exact.offsets[ray]), int(exact.offsets[ray + 1])))
         for _, body, face, entering in rows_at(self.listed, ray):
@@ -157,7 +157,7 @@ class Interval(Answers):
         return all(status[k] != IN for k in rows)
 
     def _spans(self) -> None:
-        """Ends within the interval are the crossings listed for it, others are its own ends and flagged."""
+        """Check that ends within the interval are the crossings of its list, and others are its own ends, with a flag."""
         spans, listed, solid = self.spans, self.listed, self.comparison.judge.solid
         ray, rows = rows_of(spans.offsets), rows_of(listed.offsets)
         low, high = self.low[ray], self.high[ray]

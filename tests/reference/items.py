@@ -1,4 +1,4 @@
-"""What a user writes: a shape by name, parameters, operands and motion steps, from which both sides are made."""
+"""Scenes of a user: a shape by name, parameters, operands and motion steps, which both sides take."""
 
 from __future__ import annotations
 
@@ -20,9 +20,10 @@ OPERATION = {"|": operator.or_, "&": operator.and_, "-": operator.sub}
 
 @dataclass(frozen=True)
 class Item:
-    """`steps` as the user writes them. `paper`, where it is not None: other steps that are equal to them on paper.
+    """A shape with `steps` in the user's order.
 
-    `center` and `size` are, before the motion, a point in the midst of it and its largest extent, or its scale.
+    `paper`, where it is not None, are other steps that are equal to them in real numbers. `center` and `size` are,
+    before the motion, a point in the midst of it and its largest extent, or its scale.
     """
 
     kind: str
@@ -52,20 +53,20 @@ class Item:
         return self.size * float(np.linalg.norm(rows, 2))
 
     def moved(self, *steps: Step, paper: tuple[Step, ...] | None = None) -> Item:
-        """Return it moved by some steps more, which are `paper` on paper."""
+        """Return it moved by some more steps, which equal `paper` in real numbers."""
         known = None
         if self.paper is not None or paper is not None:
             known = (*self.exact_steps, *(steps if paper is None else paper))
         return replace(self, steps=(*self.steps, *steps), paper=known)
 
     def numbers(self) -> Iterator[float]:
-        """Every finite number that the user writes."""
+        """Return every finite number of the user's."""
         yield from _flat([*self.parameters.values(), *(step[1:] for step in self.steps)])
         for operand in self.operands:
             yield from operand.numbers()
 
     def shape(self, library: Any) -> Any:
-        """Return the library's shape, made by its public interface."""
+        """Return the library's shape, by its public interface."""
         made = self._combined(library) if self.operands else self._plain(library)
         for verb, *arguments in self.steps:
             made = getattr(made, verb)(*arguments)
@@ -90,7 +91,7 @@ class Item:
         return first
 
     def __repr__(self) -> str:
-        """As a user would type it, but for spheres in bulk within Booleans, which no generator makes."""
+        """Print it as a user would type it, but for spheres in bulk within Booleans, which no generator makes."""
         if self.kind == "Complement":
             text = f"(~{self.operands[0]!r})"
         elif self.operands:

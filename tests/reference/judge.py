@@ -1,4 +1,4 @@
-"""The library's answers beside the exact ones: lists, first hits, spans, membership, bounds of errors."""
+"""The library's answers against the exact ones: lists, first hits, spans, membership, bounds of errors."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from .solids import bodies
 from .trace import Array, Crossings, Trace, body_at
 
 LOOSE = 2.0**-20
-"""A bound of an error may be so much of |t| and of the ray's way to the body, no more: an answer is a place."""
+"""The largest bound of an error, as a share of |t| and of the ray's way to the body: an answer is a place."""
 FAR = 2.0**30
-"""Beyond so many times the ray's way, where it runs all but along an asymptote, the bound may be as large as it likes."""
+"""Beyond so many times the ray's way, where it is nearly an asymptote, the bound has no limit."""
 ULP = 2.0**-53
 BENT = 1e-3
-"""A normal that an error of the place may turn by more than this is not compared."""
+"""A normal is not compared if an error of the place may turn it by more than this."""
 NORMALS = 100
-"""So many normals of each query are compared."""
+"""The count of normals that are compared in each query."""
 
 
 class Judge:
-    """A scene of items; `library` is the package. Bounds of errors are small up to `far` times the ray's way."""
+    """A scene of items; `library` is the package. Bounds of errors are small up to `far` times the ray's length."""
 
     def __init__(self, library: Any, items: Sequence[Item], far: float = FAR) -> None:
         self.items, self.far = list(items), far
@@ -41,7 +41,7 @@ class Judge:
         self.score = Score()
 
     def rays(self, origins: Array, directions: Array, rays: Any = None, start: Array | None = None) -> Comparison:
-        """Return rays with their exact answers. `rays`: what the library gets, where they are spawned."""
+        """Return rays with their exact answers. `rays` are those of the library where hits spawned them."""
         return Comparison(self, Trace(self.table, origins, directions, start), rays)
 
     def membership(self, points: Array) -> None:
@@ -54,13 +54,13 @@ class Judge:
 
     @cached_property
     def coefficients(self) -> list[list[arb]]:
-        """Of each surface, as intervals."""
+        """The coefficients of each surface, as intervals."""
         with ctx.workprec(300):
             return [[ball(number(k), 200) for k in form.k] for form in self.table.forms]
 
 
 class Comparison:
-    """Some rays of a scene: the exact answer, and that of `crossings` over the whole line, or ahead where they are spawned."""
+    """Some rays of a scene: the exact answer, and that of `crossings` over the whole line, or ahead of spawned rays."""
 
     def __init__(self, judge: Judge, trace: Trace, rays: Any) -> None:
         self.judge, self.trace, self.score = judge, trace, judge.score
@@ -73,10 +73,10 @@ class Comparison:
         self.score.rows += len(self.exact.ray)
         self.score.queries += 4 * self.count
         self.found = judge.scene.crossings(*self.arguments, **({} if self.spawned else {"t_min": -np.inf}))
-        self._held: dict[int, tuple[float, float]] = {}  # of rows, t and a bound that holds for it
+        self._held: dict[int, tuple[float, float]] = {}  # of rows, t and a bound that it has satisfied
 
     def where(self, ray: int, query: str = "") -> str:
-        """A scene, a ray and its exact answer, as a user would type it."""
+        """Return a scene, a ray and its exact answer, as a user would type it."""
         e = self.exact
         rows = slice(int(e.offsets[ray]), int(e.offsets[ray + 1]))
         columns = (e.t, e.body, e.face, e.entering)
@@ -89,7 +89,7 @@ class Comparison:
         return f"{scene_text(self.judge.items)}\n  ray {ray_text}\n  {query}\n  exact crossings: {exact}"
 
     def fail(self, what: str, rays: Array, query: str | Callable[[int], str] = "") -> None:
-        """Count rays as wrong, show the first few."""
+        """Count rays as wrong and show the first few."""
         rays = np.unique(rays)
         if not len(rays):
             return
@@ -99,7 +99,7 @@ class Comparison:
         self.score.wrong[name] = self.score.wrong.get(name, 0) + len(rays)
 
     def lists(self) -> Array:
-        """Compare `crossings`: number, order, bodies, faces, senses and places. Returns the rays that are right."""
+        """Compare `crossings`: number, order, bodies, faces, senses and places. Return the rays that are right."""
         exact, found = self.exact, self.found
         rays = rows_of(found.offsets)
         good = np.diff(exact.offsets) == np.diff(found.offsets)
@@ -125,7 +125,7 @@ class Comparison:
         return good
 
     def _identities(self, surfaces: Array, found: Array, rays: Array) -> None:
-        """Walls that are one surface on paper have one number."""
+        """Check that equal surfaces have one number, and different ones two."""
         first = np.array([twins[0] for twins in self.judge.table.twins] or [0])[surfaces]
         for here, there in ((first, found), (found, first)):
             known: dict[int, int] = {}
@@ -137,7 +137,7 @@ class Comparison:
                     return
 
     def places(self, what: str, rays: Array, rows: Array, t: Array, error: Array) -> None:
-        """|t - exact| <= t_error, and that is small. `rows`: of the exact list."""
+        """Check |t - exact| <= t_error, and that t_error is small. `rows` are those of the exact list."""
         finite = np.isfinite(t) & np.isfinite(error) & (error >= 0)
         self.fail(f"{what}: t or t_error is not finite", rays[~finite])
         rays, rows, t, error = (x[finite] for x in (rays, rows, t, error))
@@ -161,7 +161,7 @@ class Comparison:
         return held
 
     def first(self) -> Any:
-        """`first_hit` and `occluded` from the origin on, all fields; returns the hits."""
+        """Compare `first_hit` and `occluded` from the origin on, all fields; return the hits."""
         e = self.exact
         ahead = np.flatnonzero(e.sign > 0)
         rays, index = np.unique(e.ray[ahead], return_index=True)
@@ -209,7 +209,7 @@ class Comparison:
         ]
 
     def _point(self, ray: int, root: Root, hits: Any) -> None:
-        """|point - (o + t d)| <= point_error, at the exact t."""
+        """Check |point - (o + t d)| <= point_error, at the exact t."""
         off = [arb(p) - x for p, x in zip(hits.point[ray].tolist(), self._at(ray, root), strict=True)]
         if norm(off) > arb(float(hits.point_error[ray])):
             self.fail(
@@ -227,7 +227,7 @@ class Comparison:
         return found[:3], curved.sqrt()
 
     def _normal(self, ray: int, root: Root, hits: Any) -> None:
-        """It is as near as the curvature and the error of the place let it be, and against the ray where that enters."""
+        """Check that it is as near as curvature and error of the place allow, and against the ray where that enters."""
         gradient, curved = self.gradient(ray, root)
         size = norm(gradient)
         if not size > 0:
@@ -245,7 +245,7 @@ class Comparison:
             self.fail("first_hit: normal", np.array([ray]), f"normal {hits.normal[ray]} is {float(turned)} off")
 
     def spans(self, good: Array) -> None:
-        """Those of the whole line: between the crossings of each solid, clipped at its ends."""
+        """Compare spans of the whole line: between the crossings of each solid, clipped at its ends."""
         if self.spawned:
             return
         spans = self.judge.scene.spans(*self.arguments, t_min=-np.inf)
@@ -278,7 +278,7 @@ class Comparison:
     def _ends(
         self, body: Array, ray: Array, good: Array, entering: bool, clipped: Array, t: Array, error: Array
     ) -> None:
-        """Ends of spans are the exact crossings of their bodies, in order."""
+        """Check that ends of spans are the exact crossings of their bodies, in order."""
         e = self.exact
         rows = np.flatnonzero(good[e.ray] & self.judge.solid[e.body] & (e.entering == entering))
         ends = np.flatnonzero(good[ray] & ~clipped)
@@ -289,7 +289,7 @@ class Comparison:
 
 
 def holds(root: Root, t: float, error: float) -> bool:
-    """|t - root| <= error"""
+    """Return whether |t - root| <= error."""
     bits = 160
     while True:
         with ctx.workprec(bits + 1200):
@@ -306,16 +306,16 @@ def norm(v: Sequence[arb]) -> arb:
 
 
 def rows_of(offsets: Array) -> Array:
-    """The ray of each row."""
+    """Return the ray of each row."""
     return np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
 
 
 def falls(t: Array, ray: Array) -> Array:
-    """The rays whose rows do not rise."""
+    """Return the rays whose rows do not rise."""
     return ray[1:][(t[1:] < t[:-1]) & (ray[1:] == ray[:-1])]
 
 
 def rows_at(found: Any, ray: int) -> list[tuple[Any, ...]]:
-    """(t, body, face, entering) of each crossing of a ray."""
+    """Return (t, body, face, entering) of each crossing of a ray."""
     rows = slice(int(found.offsets[ray]), int(found.offsets[ray + 1]))
     return list(zip(*(getattr(found, name)[rows].tolist() for name in ("t", "body", "face", "entering")), strict=True))

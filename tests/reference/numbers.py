@@ -1,8 +1,8 @@
 """Numbers of the reference: sums of rational multiples of square roots, or roundings to 3,000 bits of other numbers.
 
 Square roots of different square-free numbers are independent over the rationals (Besicovitch 1940). So such a sum is
-zero only if all its coefficients are. Sines of most angles and roots of long numbers are no such sums. They are rounded,
-and a sum of rounded terms that is 2^-2500 of its largest term is zero on paper.
+zero only if all its coefficients are. Sines of most angles and roots of long numbers are no such sums. They are
+rounded, and a sum of rounded terms below 2^-2500 of its largest term counts as zero.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def root_fraction(s: int) -> fmpq:
 
 
 class Number:
-    """sum of k[s] sqrt s, without zeros; where it is not `exact`, k has s = 1 alone, and that is rounded."""
+    """sum of k[s] sqrt s, without zeros. Where it is not `exact`, k has s = 1 alone, with a rounded coefficient."""
 
     __slots__ = ("exact", "k")
 
@@ -122,7 +122,7 @@ ZERO, ONE = number(0), number(1)
 
 
 def total(values: Iterable[Any]) -> Number:
-    """Return the sum; of rounded terms zero where they cancel."""
+    """Return the sum, which is zero where rounded terms cancel."""
     terms = [number(v) for v in values]
     if all(t.exact for t in terms):
         k: dict[int, Any] = {}
@@ -137,7 +137,7 @@ def total(values: Iterable[Any]) -> Number:
 
 
 def rounded(value: fmpq) -> fmpq:
-    """Return it in BITS bits; a shorter number stays."""
+    """Return it in BITS bits, and a shorter number unchanged."""
     top, bottom = value.p, value.q
     if top.height_bits() + bottom.height_bits() <= BITS:
         return value
@@ -194,7 +194,7 @@ def sign(value: Any) -> int:
 
 
 def ball(value: Any, bits: int) -> arb:
-    """Return an interval of so many bits around a number, or a whole number itself; not zero where that is not."""
+    """Return an interval of so many bits around a number, or a whole number itself. It holds zero only for zero."""
     if not isinstance(value, Number):
         return arb(value)
     precision = bits + 30

@@ -21,11 +21,11 @@ from .solids import Body, forms_of
 
 BITS = 160
 EQUAL_BITS = 1000
-"""Roots of rounded quadratics that agree to so many bits are equal on paper."""
+"""Roots of rounded quadratics that agree to so many bits count as equal."""
 NEAR = 2.0**-48
-"""Floats that differ by more of themselves are of different roots."""
+"""Floats that differ by a larger share have different roots."""
 NEARLY_NONE = 2200
-"""A sum of rounded terms, 2^-2200 of them, is zero on paper."""
+"""A sum of rounded terms below 2^-2200 of them counts as zero."""
 Quadratic = tuple[Any, Any, Any]
 
 
@@ -51,7 +51,7 @@ class Table:
             [j for j, g in enumerate(self.forms) if i == j or (not f.flat and proportional(f, g))]
             for i, f in enumerate(self.forms)
         ]
-        """For each surface those that are the same set of points, itself among them."""
+        """For each surface those with the same points, itself among them."""
 
     def _place(self, form: Form) -> tuple[int, int]:
         for index, known in enumerate(self.forms):
@@ -62,7 +62,7 @@ class Table:
         return len(self.forms) - 1, 1
 
     def quadratics(self, origins: Any, directions: Any) -> Iterator[Sequence[Quadratic]]:
-        """For each ray the quadratic of each surface."""
+        """Return for each ray the quadratic of each surface."""
         rays = [whole_ray(o, d) for o, d in zip(origins, directions, strict=True)]
         if not self.forms or not rays:
             return iter([()] * len(rays))
@@ -77,13 +77,13 @@ class Table:
 
 
 def _part(form: Form) -> dict[int, list[fmpz]]:
-    """The ten whole coefficients, for each square-free s."""
+    """Return the ten whole coefficients, for each square-free s."""
     every = {s for k in form.whole for s in k} or {1}
     return {s: [k.get(s, fmpz(0)) for k in form.whole] for s in sorted(every)}
 
 
 def _times(values: fmpz_mat, parts: dict[int, list[fmpz]]) -> list[Any]:
-    """Rows of values by as many coefficients: whole numbers, or numbers of whole parts."""
+    """Return rows of values times as many coefficients: whole numbers, or numbers of whole parts."""
     size = values.ncols()
     columns = {s: (values * fmpz_mat(size, 1, k[:size])).entries() for s, k in parts.items()}
     if set(columns) == {1}:
@@ -100,7 +100,7 @@ def whole_ray(origin: Sequence[float], direction: Sequence[float]) -> tuple[list
 
 
 def _products(o: list[fmpz], d: list[fmpz], w: fmpz) -> tuple[list[fmpz], ...]:
-    """Return what the coefficients multiply in A, B and C."""
+    """Return the factors of the coefficients in A, B and C."""
     (x, y, z), (u, v, r) = o, d
     return (
         [u * u, v * v, r * r, u * v, u * r, v * r],
@@ -110,7 +110,7 @@ def _products(o: list[fmpz], d: list[fmpz], w: fmpz) -> tuple[list[fmpz], ...]:
 
 
 def _settled(k: list[fmpz], sizes: Sequence[tuple[int, ...]], rows: Iterable[Quadratic]) -> list[Quadratic]:
-    """Put zero where rounded terms cancel. `sizes`: bits of each ray's O, D and W."""
+    """Put zero where rounded terms cancel. `sizes` are the bits of each ray's O, D and W."""
     m, n, last = (max(x.height_bits() for x in part) for part in (k[:6], k[6:9], k[9:]))
     found = []
     for (o, d, w), (a, b, c) in zip(sizes, rows, strict=True):
@@ -137,7 +137,7 @@ class Root:
         self._bits, self._ball = 0, None
 
     def ball(self, bits: int = BITS) -> arb:
-        """Return an interval that holds it, of about that relative precision."""
+        """Return an interval that holds the root, of about that relative precision."""
         if bits > self._bits:
             with ctx.workprec(bits + 10):
                 self._ball = self._value(bits + 10)
@@ -166,7 +166,7 @@ class Root:
 
     @property
     def sign(self) -> int:
-        """Where it lies from the origin of the ray."""
+        """The side of the ray's origin on which the root lies."""
         _, b, c = self.quadratic
         if not c and sign(b) == 2 * self.slope - 1:
             return 0
@@ -188,7 +188,7 @@ def roots(surface: int, quadratic: Quadratic, exact: bool) -> list[Root]:
 
 
 def equal(r: Root, s: Root) -> bool:
-    """Decide it by algebra, for roots of exact quadratics."""
+    """Decide equality by algebra, for roots of exact quadratics."""
     (a1, b1, c1), (a2, b2, c2) = r.quadratic, s.quadratic
     if not a1 and not a2:
         return not b1 * c2 - b2 * c1

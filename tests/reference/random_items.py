@@ -17,11 +17,11 @@ SQUARED = (
     "EllipticParaboloid", "HyperbolicParaboloid", "OneSheetHyperboloid", "TwoSheetHyperboloid", "EllipticCone",
     "EllipticCylinder", "HyperbolicCylinder", "Quadric", "DoubleCone", *BOOLEANS,
 )  # fmt: skip
-"""Kinds whose parameters go with the inverse square of the size."""
+"""Kinds whose parameters are inverse squares of the size."""
 
 
 def motion(r: Random, size: float) -> tuple[Step, ...]:
-    """One to three steps."""
+    """Return one to three steps."""
     steps: list[Step] = []
     for _ in range(r.integers(1, 4)):
         verb = pick(r, ("translate", "rotate", "turn", "scale", "stretch", "transform"))
@@ -63,7 +63,7 @@ def still(kind: str, r: Random, size: float) -> Item:
 
 
 def block(r: Random, size: float, away: float) -> Item:
-    """A bounded solid near the origin."""
+    """Return a bounded solid near the origin."""
     found = still(pick(r, BLOCKS), r, size)
     while not found.bounded:
         found = still(found.kind, r, size)
@@ -72,12 +72,12 @@ def block(r: Random, size: float, away: float) -> Item:
 
 
 def ordinary(kind: str, r: Random) -> Item:
-    """Scales 1e-6 to 1e6, moved in three cases of five."""
+    """Return a shape of scale 1e-6 to 1e6, moved in three cases of five."""
     return _moved(still(kind, r, float(10 ** r.uniform(-6, 6))), r, 0.6)
 
 
 def extreme(kind: str, r: Random) -> Item:
-    """Sizes towards the ends of the domain: 1e-92 to 1e92, or 1e-45 to 1e45 where parameters are inverse squares."""
+    """Return sizes from 1e-92 to 1e92, or from 1e-45 to 1e45 where parameters are inverse squares."""
     most = 45.0 if kind in SQUARED else 92.0
     while True:
         found = _moved(still(kind, r, float(10 ** (r.choice([-1, 1]) * r.uniform(most / 2, most)))), r, 0.4)
@@ -86,6 +86,6 @@ def extreme(kind: str, r: Random) -> Item:
 
 
 def _moved(item: Item, r: Random, share: float) -> Item:
-    """A motion of bulk spheres rounds their centres and radii; shapes far from the origin stay."""
+    """Return the shape moved. Bulk spheres stay, because a motion rounds their centers and radii, and so do far shapes."""
     stays = item.kind == "Spheres" or np.linalg.norm(item.center) > 40 * item.size
     return item if stays or r.random() > share else replace(item, steps=motion(r, item.size))

@@ -20,7 +20,7 @@ LEAST, MOST = 1e-100, 1e100
 
 
 def generator(name: str, index: int) -> Random:
-    """The same random numbers for a name and an index, wherever."""
+    """Return the same random numbers for a name and an index, everywhere."""
     return np.random.default_rng([20261127, zlib.crc32(name.encode()), index])
 
 
@@ -38,7 +38,7 @@ def direction(r: Random) -> np.ndarray:
 
 
 class FloatDraw:
-    """Floats about a scale, in one case of ten far smaller, so that thin and flat shapes come too."""
+    """Floats about a scale, in one case of ten far smaller, which makes thin and flat shapes too."""
 
     def __init__(self, random: Random, size: float) -> None:
         self.random, self.size = random, size
@@ -60,7 +60,7 @@ class FloatDraw:
         return 1 / self.length() ** 2
 
     def point(self) -> np.ndarray:
-        """The origin, a point up to thirty sizes away, or one of up to a million."""
+        """Return the origin, a point up to thirty sizes away, or one of up to a million."""
         far = self.random.choice([0.0, 1.5, 6.0], p=[0.3, 0.5, 0.2])
         return direction(self.random) * self.size * 10 ** self.random.uniform(-1, far) if far else np.zeros(3)
 
@@ -79,20 +79,20 @@ class FloatDraw:
         return float(self.random.normal() * self.size * np.linalg.norm(normal))
 
     def end(self, start: np.ndarray) -> np.ndarray:
-        """Along a coordinate axis in one case of three."""
+        """Return an end, along a coordinate axis in one case of three."""
         r = self.random
         axis = np.eye(3)[r.integers(3)] * r.choice([-1, 1]) if r.random() < 1 / 3 else direction(r)
         return start + axis * self.near(self.size)
 
     def angles(self) -> tuple[float, float]:
-        """In steps of 2^-20 degrees, so that their difference is a float."""
+        """Return angles in steps of 2^-20 degrees, so that their difference is a float."""
         r = self.random
         turn = float(r.choice([90, 180, 270, 360, r.uniform(5, 355), r.uniform(5, 355)]))
         first = round(pick(r, [0, -90, 45, r.uniform(-360, 360)]) * 2**20) / 2**20
         return first, min(first + round(turn * 2**20) / 2**20, first + 360)
 
     def quadric(self) -> dict[str, Any]:
-        """A random symmetric form, mostly bounded or central; by matrix or by names."""
+        """Return a random symmetric form, mostly bounded or central, by matrix or by names."""
         r, s = self.random, self.size / 4
         form = r.normal(size=(3, 3))
         form = (form @ form.T + 0.2 * np.eye(3) if r.random() < 0.5 else form + form.T) / s**2
@@ -105,7 +105,7 @@ class FloatDraw:
         return {"coefficients": dict(xx=xx, yy=yy, zz=zz, xy=xy, yz=yz, xz=xz, x=x, y=y, z=z, constant=constant)}
 
     def polyhedron(self, center: np.ndarray) -> dict[str, Any]:
-        """Tangent planes of a ball: a tetrahedron at least, so that it is bounded."""
+        """Return tangent planes of a ball with those of a tetrahedron at least, so that it is bounded."""
         r = self.random
         around = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]) / np.sqrt(3)
         normals = np.vstack([around, *(direction(r) for _ in range(r.integers(0, 9)))])
@@ -115,10 +115,10 @@ class FloatDraw:
 
 
 class WholeDraw(FloatDraw):
-    """Small whole numbers: tangencies, edges, corners and shared walls are exact, in great number."""
+    """Small whole numbers: tangencies, edges, corners and shared walls are exact and frequent."""
 
     AXES = ((0, 0, 1), (0, 2, 0), (-3, 0, 0), (1, 2, 2), (0, 3, 4), (2, -3, 6), (1, 1, 1), (1, -1, 0))
-    """Lengths of some of them are whole too."""
+    """Directions, some of whose lengths are whole too."""
 
     def __init__(self, random: Random) -> None:
         super().__init__(random, 8.0)
@@ -160,13 +160,13 @@ class WholeDraw(FloatDraw):
         return first, first + float(pick(self.random, (45, 90, 180, 270, 300)))
 
     def quadric(self) -> dict[str, Any]:
-        """Of all classes, degenerate ones among them: pairs of planes, lines, points, nothing, all of space."""
+        """Return a quadric of any class, with degenerate ones: pairs of planes, lines, points, nothing, all of space."""
         names = ("xx", "yy", "zz", "xy", "yz", "xz", "x", "y", "z", "constant")
         numbers = dict(zip(names, floats(self.random.choice([-2, -1, 0, 0, 0, 1, 2], 10)), strict=True))
         return {"coefficients": numbers if any([*numbers.values()][:-1]) else {**numbers, "xx": 1.0}}
 
     def polyhedron(self, center: np.ndarray) -> dict[str, Any]:
-        """The cube with some of its corners and edges cut; planes often touch it in an edge or a corner alone."""
+        """Return the cube with some of its corners and edges cut; planes often touch it in an edge or a corner alone."""
         r = self.random
         cuts = [n for n in (floats(r.integers(-1, 2, 3)) for _ in range(r.integers(0, 5))) if any(n)]
         normals = [floats(s * row) for row in np.eye(3) for s in (1, -1)]
@@ -199,7 +199,7 @@ def box(d: Draw, kind: str) -> Item:
 
 
 def on_axis(d: Draw, kind: str) -> Item:
-    """Cylinders, cones and patches."""
+    """Return cylinders, cones and patches."""
     r, start = d.random, d.point()
     end = d.end(start)
     parameters: dict[str, Any] = {"start": floats(start), "end": floats(end)}
@@ -224,7 +224,7 @@ def double_cone(d: Draw, kind: str) -> Item:
 
 
 def ranged(d: Draw, kind: str) -> Item:
-    """The canonical quadrics that a z_range makes finite (or not)."""
+    """Return the canonical quadrics that a z_range makes finite (or not)."""
     names = "AEH" if kind in ("OneSheetHyperboloid", "TwoSheetHyperboloid", "EllipticCone") else "AE"
     bent = kind == "EllipticParaboloid"
     parameters: dict[str, Any] = {name: d.inverse() if bent else d.curvature() for name in names}
@@ -275,7 +275,7 @@ def triangle(d: Draw, kind: str) -> Item:
 
 
 def polygon(d: Draw, kind: str) -> Item:
-    """Points of a dyadic lattice in a tilted plane: exactly planar, often concave or crossing itself."""
+    """Return points of a dyadic lattice in a tilted plane: exactly planar, often concave or self-crossing."""
     r = d.random
     unit, most = (1.0, 2) if isinstance(d, WholeDraw) else (2.0 ** round(np.log2(d.size / 64)), 8)
     u, v, corner = (r.integers(-min(3, most - 1), min(4, most), 3).astype(float) for _ in range(3))
@@ -292,14 +292,14 @@ def polygon(d: Draw, kind: str) -> Item:
 
 
 def spheres(d: Draw, kind: str) -> Item:
-    """Balls beside one another: some touch, some overlap, some are one in another."""
+    """Return balls beside one another: some touch, some overlap, some are one in another."""
     center, count = d.point(), int(d.random.integers(1, 10))
     centers = [floats(d.beside(center)) for _ in range(count)]
     return item(kind, d, {"centers": centers, "radii": [d.length() / 2 for _ in range(count)]}, center, d.size)
 
 
 def something_left(make: Callable[[Draw, str], Item]) -> Callable[[Draw, str], Item]:
-    """Draw again where a range or a box leaves nothing of the solid, which the library refuses."""
+    """Draw again where a range or a box leaves nothing of the solid, because the library refuses that."""
 
     def again(draw: Draw, kind: str) -> Item:
         while True:

@@ -36,21 +36,21 @@ STREAM = 33 * 64
 
 
 def in_doubt(scene: Any, rays: Any, t_min: Any = 0.0, t_max: Any = np.inf) -> Array:
-    """Of which rays (n,) the fast formulas doubt the hit, or something behind it, where each is traced alone."""
+    """Return for which rays (n,) alone the fast formulas doubt the hit, or something behind it."""
     arrays, found = arrays_of("first_hit", scene._prepared, rays, t_min, t_max), HitBuffers.new(rays.size)
     trace_first_alone(scene._prepared.geometry, arrays, 0, rays.size, found)
     return is_doubtful(found.turn)
 
 
 def ties(scene: Any, rays: Any, t_min: Any = 0.0, t_max: Any = np.inf) -> tuple[Array, Array]:
-    """t (n,), and which hits hang on a tie, as exact methods find them for all rays, doubtful or not."""
+    """Return t (n,), and which hits depend on a tie, as exact methods find them for all rays, doubtful or not."""
     arrays, found = arrays_of("first_hit", scene._prepared, rays, t_min, t_max), HitBuffers.new(rays.size)
     which = resolve_hits(scene._prepared, arrays, np.arange(rays.size), found)
     return found.t, np.isin(np.arange(rays.size), which)
 
 
 class Routes:
-    """`comparison` once more by other ways; `limits`: t_min and t_max of each ray, or None for the usual."""
+    """A `comparison` once more by other routes; `limits` are t_min and t_max of each ray, or None for the usual ones."""
 
     def __init__(self, comparison: Comparison, limits: tuple[Array, Array] | None = None) -> None:
         self.comparison, self.scene, self.limits = comparison, comparison.judge.scene, limits
@@ -72,7 +72,7 @@ class Routes:
         return self.scene.first_hit(*self.of(which), **self.within(which))
 
     def same(self, route: str, which: Array, hits: Any) -> None:
-        """The hits of rays `which`, whatever their shape, are those of the flat array."""
+        """Check that the hits of rays `which`, in any shape, are those of the flat array."""
         self.comparison.score.queries += which.size
         for name in FIELDS:
             expected, found = getattr(self.flat, name)[which], getattr(hits, name)
@@ -98,7 +98,7 @@ class Routes:
             self._lists("alone", np.array([i]), i)
 
     def picture(self, which: Array) -> None:
-        """Rays `which` (height, width)."""
+        """Check the picture of rays `which` (height, width)."""
         self.same("in a picture", which, self.hits(which))
         self._lists("in a picture", which.ravel(), which)
 

@@ -1,4 +1,4 @@
-"""What was compared and what was wrong, with messages that reproduce it."""
+"""Counts of comparisons and failures, with messages that reproduce them."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Score:
 
     @property
     def slackness(self) -> float:
-        """Median bound over median error; 0 if no ray crosses anything, as where Booleans come out empty."""
+        """Return median bound over median error, or 0 if no ray crosses anything, as where Booleans are empty."""
         if not self.errors:
             return 0.0
         return float(np.median(self.bounds) / (np.median(self.errors) or np.inf))

@@ -32,14 +32,14 @@ class Sheet:
 
 @dataclass(frozen=True)
 class Body:
-    """A solid's formula or a sheet; `faces`: how many face numbers it takes."""
+    """A solid's formula or a sheet; `faces` is its count of face numbers."""
 
     formula: Formula | None
     sheet: Sheet | None
     faces: int
 
     def moved(self, motion: Affine) -> Body:
-        """Return it moved. The gradient of a sheet stays on its physical side, mirror or not."""
+        """Return it moved. The gradient of a sheet stays on its physical side, with or without a mirror."""
         back = motion.backwards()
 
         def carried(formula: Formula | None) -> Formula | None:
@@ -95,14 +95,14 @@ def slab(z_range: Any, shift: Any = 0) -> list[Form]:
 
 
 def ellipsoid(radii: Any, center: Any = (0, 0, 0), z_range: Any = None) -> Formula:
-    """An end of the range that the surface does not reach cuts nothing and is no face."""
+    """Return an ellipsoid. An end of the range beyond the surface cuts nothing and is not a face."""
     low, high = z_range or (-math.inf, math.inf)
     z_range = (-math.inf if low <= -radii[2] else low, math.inf if high >= radii[2] else high)
     return cell(diagonal([ONE / (number(r) * r) for r in radii], -1, center=center), *slab(z_range, center[2]))
 
 
 def paraboloid(A: Any, E: Any, z_range: Any = None) -> Formula:
-    """As of an ellipsoid, an end below 0 cuts nothing."""
+    """Return a paraboloid. An end below 0 cuts nothing."""
     low, high = z_range or (-math.inf, math.inf)
     return cell(diagonal((A, E, 0), 0, z=-1), *slab((-math.inf if low <= 0 else low, high)))
 
@@ -153,7 +153,7 @@ class Axis:
         return squared([*self.across(), (-self.square, (*n[:3], n[3] + start_radius))])
 
     def wall(self, angle: Any, sense: int, face: int) -> Form:
-        """Return sense (sin X - cos Y) <= 0, X = u / |u|, Y = w × u / (|w| |u|); times |u| |w|."""
+        """Return sense (sin X - cos Y) <= 0, X = u / |u|, Y = w × u / (|w| |u|), times |u| |w|."""
         s, c, y = sine(angle), cosine(angle), cross(self.w, self.u)
         if s and c:
             s = s * root(self.square)  # of one direction alone any positive factor will do

@@ -1,4 +1,4 @@
-"""Scenes with all that every query answers about their rays, and how much of them makes a suite."""
+"""Scenes with the answers of every query about their rays, in the amounts of a suite."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ BOUNCES = 2
 BATCH = 500
 LEAST_LIMIT = 1e-200
 ODD_ANGLES = (1.0, 7.5, 22.5, 33.3, 89.999, 120.5, -0.001, 1e-9, 179.0, 37.0)
-"""Their sines are no sums of square roots."""
+"""Angles whose sines are not sums of square roots."""
 
 
 def compare(r: Random, rays: Comparison, grid: Array | None = None) -> Any:
-    """Lists, first hits, spans, intervals and routes; returns the first hits."""
+    """Compare lists, first hits, spans, intervals and routes; return the first hits."""
     good = rays.lists()
     hits = rays.first()
     rays.spans(good)
     low, high = ends(r, rays.found.offsets, rays.found.t)
-    if not rays.judge.far:  # directions of any length: limits beside 0 would be no normal numbers once they are scaled
+    if not rays.judge.far:  # directions have any length: limits beside 0 would be subnormal at their scale
         low, high = (np.where(np.abs(x) < LEAST_LIMIT, 0.0, x) for x in (low, high))
     if rays.spawned:
         low, high = np.maximum(low, 0.0), np.maximum(high, 0.0)
@@ -49,7 +49,7 @@ def compare(r: Random, rays: Comparison, grid: Array | None = None) -> Any:
 
 
 def whole_score(kind: str, number: int, count: int, turned: bool = False) -> Score:
-    """`count` rays of whole numbers and some more: pictures, rays nearly whole, bounces; bodies may all be turned alike."""
+    """Score `count` rays of whole numbers and more: pictures, nearly whole rays, bounces; one turn may move all."""
     r = generator(f"{kind}, turned" if turned else kind, number)
     items = SCENES[kind](r)
     turn = (("rotate", axis(r), float(pick(r, ODD_ANGLES))),) if turned else ()
@@ -70,7 +70,7 @@ def whole_score(kind: str, number: int, count: int, turned: bool = False) -> Sco
 
 
 def random_score(kind: str, sort: Callable[[str, Random], Item], number: int, count: int) -> Score:
-    """`count` rays that are hard on a random shape, and a bounce of some of them."""
+    """Score `count` rays that are hard on a random shape, and a bounce of some of them."""
     r = generator(f"{kind} {sort.__name__}", number)
     item = sort(kind, r)
     judge = Judge(co, [item], far=0)  # these may be as thin as they like beside their size
@@ -90,14 +90,14 @@ def random_score(kind: str, sort: Callable[[str, Random], Item], number: int, co
 
 
 def lattice(r: Random, hits: Any) -> Array:
-    """Directions along and across the surfaces of whole numbers."""
+    """Return directions along and across the surfaces of whole numbers."""
     d = directions(r, len(hits.t))
     d = np.where(r.random((len(d), 1)) < 0.2, co.reflect(hits.rays.directions, hits.normal), d)
     return np.where(np.abs(d) < 1e-90, 0.0, d)
 
 
 def onward(r: Random, hits: Any) -> Array:
-    """Directions at random, mirrored, straight on, and nearly along the surface."""
+    """Return directions at random, mirrored, straight on, and nearly along the surface."""
     count = len(hits.t)
     wild = aimed_rays.directions(r, count)
     along = wild - (wild * hits.normal).sum(axis=1, keepdims=True) * hits.normal
@@ -108,7 +108,7 @@ def onward(r: Random, hits: Any) -> Array:
 
 
 def bounced(r: Random, judge: Judge, hits: Any, d: Array) -> Any:
-    """Compare rays from hits on; returns the next hits."""
+    """Compare rays from hits on; return the next hits."""
     some = np.isfinite(hits.t)
     hits, d = hits[some], d[some]
     if not len(hits):

@@ -1,4 +1,4 @@
-"""The reference itself: numbers, motions, roots and crossings by closed forms; its judge sees each kind of wrong answer."""
+"""The reference itself: numbers, motions, roots and crossings by closed forms; its judge finds all kinds of faults."""
 
 import math
 from types import SimpleNamespace
@@ -94,7 +94,7 @@ def test_rays_are_whole_numbers():
 
 
 def test_all_small_quadratics_in_order():
-    """Roots that differ do so by more than 1e-12 here."""
+    """Different roots are more than 1e-12 apart here."""
     random = np.random.default_rng(1)
     every = [x for k in range(40) for x in roots(k, tuple(number(int(i)) for i in random.integers(-4, 5, 3)), True)]
     assert len(every) > 40
@@ -229,7 +229,7 @@ def test_sheets_give_the_side_that_was_hit():
 
 
 def test_faces_of_a_wedge():
-    """The diagonal of the wedge, from the axis on."""
+    """The rays cross the diagonal of the wedge, from the axis on."""
     wedge = Item(
         "Cylinder",
         {"start": UP[0], "end": UP[1], "radius": 2, "start_angle": 15, "end_angle": 75, "reference": (1, 0, 0)},
@@ -238,7 +238,7 @@ def test_faces_of_a_wedge():
 
 
 def test_roots_that_agree_to_many_digits_are_parted():
-    """x² + y² + 2^-k z² <= 1 and x² + y² <= 1 along x, at z = 1: they differ by 2^-(k + 1) of their place."""
+    """x² + y² + 2^-k z² <= 1 and x² + y² <= 1 along x at z = 1 differ by 2^-(k + 1) of their place."""
     tube, ray = quadric(xx=1, yy=1, constant=-1), ((-5, 0, 1), (1, 0, 0))
     for size, expected in ((2.0**-100, [1, 1, 1, 1]), (2.0**-1000, [1, 1, 1, 1]), (0.0, [1, 1])):
         (groups,) = trace([quadric(xx=1, yy=1, zz=size, constant=-1), tube], ray).groups
@@ -251,7 +251,7 @@ def test_roots_that_agree_to_many_digits_are_parted():
 
 
 def test_rounded_roots_that_agree_are_equal():
-    """Two spheres turned by one angle, whose circle in common the ray meets."""
+    """One angle turns two spheres, and the ray meets their common circle."""
     item = combined("Union", *(Item("Sphere", {"radius": 1.25, "center": (x, 0, 0)}) for x in (0, 2)))
     (groups,) = trace([turned(item, (0, 0, 1), 37.5)], ((0, 0, 0), (0, 0, 1))).groups
     assert [len(group) for group in groups] == [1, 1]
@@ -275,7 +275,7 @@ def test_body_at():
     assert [body_at(Table(bodies([RODS[270]])), np.array([[x, y, 0.5]]))[0] for x, y in ((0.5, 0.5), (-0.5, 0.5), (-0.5, -0.5), (0.5, -0.5))] == [0, 0, 0, -1]  # fmt: skip
 
 
-# --- The judge accepts right answers and sees each kind of wrong one
+# --- The judge accepts right answers and finds each kind of wrong one
 
 
 SMALL_BOX = Item("Box", {"low": (-1.0, -1.0, -1.0), "high": (1.0, 1.0, 1.0)})
@@ -294,7 +294,7 @@ FIELDS = {
 
 
 class Altered:
-    """A scene with one query whose answers are spoilt."""
+    """A scene with wrong answers of one query."""
 
     def __init__(self, scene, name, spoil):
         self._scene, self._name, self._spoil = scene, name, spoil
@@ -417,7 +417,7 @@ def test_wrong_answers_are_noticed(name):
 
 
 def test_intervals_and_routes_are_compared():
-    """Answers that are right over the whole line, but not between limits or of one ray alone."""
+    """The answers are right over the whole line, but not between limits or for one ray alone."""
     scene = co.Scene([co.Box()])
 
     def within(query):

@@ -1,4 +1,4 @@
-"""What rays do to bodies: every crossing of the whole line, in order."""
+"""Every crossing of rays with bodies on the whole line, in order."""
 
 from __future__ import annotations
 
@@ -20,9 +20,11 @@ from .solids import Body, Formula, Sheet
 Array = npt.NDArray[Any]
 NO_FACE = 1 << 30
 STEP = 2.0**-20
-"""So far beside a ray, in sizes of what is near, are those that tell which walls have a face where it crosses them."""
+"""The distance, in sizes of nearby bodies, of the rays beside one that decide which walls have a face where it crosses
+them.
+"""
 BESIDE = 2.0**-12
-"""Crossings of these differ less than that from its own."""
+"""Crossings of these rays differ less than this from its own."""
 _DIRECTIONS = np.random.default_rng(1).normal(size=(64, 3))
 
 
@@ -38,7 +40,7 @@ class Crossings:
     surface: Array
     roots: Array
     inside: Array
-    """(bodies, rays) of solids: towards t = -inf."""
+    """(bodies, rays) of solids, towards t = -inf."""
 
     @cached_property
     def t(self) -> Array:
@@ -47,7 +49,7 @@ class Crossings:
 
     @cached_property
     def sign(self) -> Array:
-        """Where they lie from the origins."""
+        """The sides of the origins on which they lie."""
         return np.array([root.sign for root in self.roots], int)
 
     def ahead(self) -> Crossings:
@@ -59,8 +61,11 @@ class Crossings:
 
 
 class Trace:
-    """Bodies of a table under rays. `start` (rays,): the surface that each starts on, or -1; one root of it, the
-    nearest to t = 0, is taken out, and all is right where t > 0."""
+    """Bodies of a table under rays.
+
+    `start` (rays,) is the surface that each starts on, or -1. Its root nearest to t = 0 is removed, and all is right
+    where t > 0.
+    """
 
     def __init__(self, table: Table, origins: Array, directions: Array, start: Array | None = None) -> None:
         self.table, self.origins, self.directions = table, np.asarray(origins, float), np.asarray(directions, float)
@@ -83,7 +88,7 @@ class Trace:
 
     @cached_property
     def states(self) -> Array:
-        """(surfaces, rays, groups + 1): negative in each gap between groups."""
+        """Return (surfaces, rays, groups + 1): negative in each gap between groups."""
         turns = np.zeros((*self.before.shape, max(map(len, self.groups), default=0) + 1), np.int8)
         turns[:, :, 0] = self.before
         for ray, groups in enumerate(self.groups):
@@ -97,14 +102,17 @@ class Trace:
         return self.states[surface] if sense > 0 else ~self.states[surface]
 
     def held(self, forms: Sequence[Form]) -> Array:
-        """Is a cell held in each gap?"""
+        """Return whether a cell holds each gap."""
         found = np.ones(self.states.shape[1:], bool)
         for form in forms:
             found &= self.state(form)
         return found
 
     def closed(self, formula: Formula) -> Array:
-        """(rays, groups): is the place of a group in a clip? Its cells hold it if they hold the gap before or after."""
+        """Return, as (rays, groups), whether the place of a group is in a clip.
+
+        Its cells hold it if they hold the gap before or after.
+        """
 
         def held(forms: Sequence[Form]) -> Array:
             gaps = self.held(forms)
@@ -113,7 +121,7 @@ class Trace:
         return truth(formula, held)
 
     def _faces(self, formula: Formula, wanted: Array) -> Array:
-        """(rays, groups) the lowest face of the cells that turn a formula: `wanted` after, in the leaf's sense.
+        """Return, as (rays, groups), the lowest face of cells that turn a formula to `wanted`, in the leaf's sense.
 
         A part that does not turn itself has no face there: a wall of its cells is cut away, or within the part.
         """
@@ -132,7 +140,7 @@ class Trace:
         return best
 
     def _body(self, body: Body) -> tuple[Array, Array, Array, Array]:
-        """(crossed, entering, face: (rays, groups); inside towards -inf)"""
+        """Return (crossed, entering, face), each (rays, groups); inside towards -inf."""
         if body.sheet is None:
             assert body.formula is not None
             gaps = truth(body.formula, self.held)
@@ -182,7 +190,7 @@ class Trace:
 
 
 def _without_start(form: Form, quadratic: Any, found: list[Root], negative: bool) -> tuple[list[Root], bool]:
-    """Take out the root that a ray starts on; the form begins as it is beyond."""
+    """Remove the root that a ray starts on. The form begins with its value beyond it."""
     if not found:  # it runs along the plane that it starts on: within it
         return found, form.side > 0 if form.flat else negative
     if len(found) == 2 and not quadratic[1]:  # a tangent: both roots are equally near
@@ -192,7 +200,7 @@ def _without_start(form: Form, quadratic: Any, found: list[Root], negative: bool
 
 
 class _Size:
-    """|root|, to be compared."""
+    """|root| for comparisons."""
 
     def __init__(self, root: Root) -> None:
         self.root = root
@@ -204,7 +212,7 @@ class _Size:
 
 
 class Loop:
-    """Is a ray within the polygon of a sheet? Even-odd, as documented: in the view along the ray."""
+    """A test whether a ray is within the polygon of a sheet: even-odd, as documented, in the view along the ray."""
 
     def __init__(self, sheet: Sheet) -> None:
         every = [x for point in sheet.loop for x in point]
@@ -218,8 +226,11 @@ class Loop:
             self.points, self.common = list(sheet.loop), number(1)
 
     def __call__(self, origin: Sequence[float], direction: Sequence[float]) -> bool:
-        """Vertices seen along the ray, (u, v) = (d_z X - d_x Z, d_z Y - d_y Z) with z the longest axis of the direction
-        (ties: z before x before y); an edge counts from its lower end inclusive, where u > 0."""
+        """Return whether the ray is within.
+
+        Vertices along the ray are (u, v) = (d_z X - d_x Z, d_z Y - d_y Z) with z the longest axis of the direction
+        (ties: z before x before y). An edge counts from its lower end inclusive, where u > 0.
+        """
         o, d, w = whole_ray(origin, direction)
         dx, dy, dz = map(abs, d)
         longest = 2 if dz >= dx and dz >= dy else 0 if dx >= dy else 1
@@ -247,13 +258,13 @@ def truth(formula: Formula, held: Callable[[Sequence[Form]], Array]) -> Array:
 
 
 def values_at(table: Table, points: Array) -> list[Sequence[Any]]:
-    """For each point the value of each form, times a positive number."""
+    """Return for each point the value of each form, times a positive number."""
     axis = np.broadcast_to([1.0, 0.0, 0.0], points.shape)
     return [[c for _, _, c in row] for row in table.quadratics(points, axis)]
 
 
 def distances(table: Table, points: Array, surfaces: Array) -> Array:
-    """How far points lie beside one surface each, to first order: |f| / |grad f|, f exact.
+    """Return the distance of points from one surface each, to first order: |f| / |grad f|, f exact.
 
     A step along an axis from a point is a quadratic A t² + B t + C, so that f is C and its slope B.
     """
@@ -267,7 +278,10 @@ def distances(table: Table, points: Array, surfaces: Array) -> Array:
 
 
 def body_at(table: Table, points: Array) -> Array:
-    """The first body that holds each point, or -1. Leaves are closed, combinations exactly Boolean; sheets hold nothing."""
+    """Return the first body that holds each point, or -1.
+
+    Leaves are closed, combinations exactly Boolean; sheets hold nothing.
+    """
     signs = np.array([[sign(v) for v in row] for row in values_at(table, points)], int).reshape(len(points), -1).T
 
     def held(forms: Sequence[Form]) -> Array:

@@ -1,4 +1,4 @@
-"""Bodies of small whole numbers, moved by angles whose sines are irrational, and scenes in which they share walls and apexes."""
+"""Bodies of small whole numbers, under angles with irrational sines, and scenes in which they share walls and apexes."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def stretch(r: Random) -> Step:
 
 
 def whole_motion(r: Random) -> tuple[Step, ...]:
-    """A motion that keeps rational numbers rational."""
+    """Return a motion that keeps rational numbers rational."""
     makers: tuple[Callable[[Random], Step], ...] = (
         lambda r: ("translate", point(r)), shear, stretch, lambda r: ("rotate", pick(r, ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0))), float(pick(r, (90, 180, -90)))),
     )  # fmt: skip
@@ -57,7 +57,7 @@ def whole_motion(r: Random) -> tuple[Step, ...]:
 
 
 def motion(r: Random) -> tuple[Step, ...]:
-    """None, rational, or with one turn or two."""
+    """Return no motion, a rational one, or one with one turn or two."""
     sort = r.random()
     if sort < 0.2:
         return ()
@@ -68,7 +68,7 @@ def motion(r: Random) -> tuple[Step, ...]:
 
 
 def spelled(r: Random, steps: tuple[Step, ...]) -> tuple[Step, ...]:
-    """Other steps that are the same on paper: turns in parts or the long way round, there and back again."""
+    """Return other steps that are the same in real numbers: turns in parts or the long way round, there and back again."""
     found: list[Step] = []
     for step in steps:
         if step[0] == "rotate":
@@ -88,7 +88,7 @@ def plain(r: Random, kind: str) -> Item:
 
 
 def own_axis(item: Item) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
-    """(point, direction) of the axis of revolution of an unmoved shape, if it has one and its numbers say so."""
+    """Return (point, direction) of the axis of revolution of an unmoved shape, if it has one by its numbers."""
     p = item.parameters
     if item.kind in ("Cylinder", "Cone") and p.get("reference") is None:
         return p["start"], tuple(b - a for a, b in zip(p["start"], p["end"], strict=True))
@@ -103,7 +103,7 @@ def own_axis(item: Item) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
 
 
 def turned_in_place(r: Random, item: Item) -> Item:
-    """About its own axis of revolution, by any angle: nothing is changed on paper."""
+    """Return the shape turned about its own axis of revolution by any angle, the same in real numbers."""
     found = own_axis(item)
     if found is None or item.steps:
         return item
@@ -117,7 +117,7 @@ def turned_in_place(r: Random, item: Item) -> Item:
 
 
 def single(r: Random, kind: str) -> Item:
-    """One shape of a kind, moved."""
+    """Return one shape of a kind, moved."""
     item = plain(r, kind)
     if kind == "Spheres":
         return item
@@ -134,7 +134,7 @@ def part(r: Random) -> Item:
 
 
 def shared(r: Random) -> list[Item]:
-    """Two or three parts that have surfaces, edges or apexes in common: one shape shifted, turned in place or cut anew."""
+    """Return some parts that share surfaces, edges or apexes: one shape shifted, turned in place or cut anew."""
     first = plain(r, str(pick(r, PARTS)))
     others = [turned_in_place(r, first)]
     shift = pick(r, ((1.0, 0.0, 0.0), (0.0, 2.0, 0.0), (0.0, 0.0, 1.0), (1.0, 1.0, 0.0)))
@@ -154,7 +154,7 @@ def shared(r: Random) -> list[Item]:
 
 
 def half_spaces(r: Random) -> Item:
-    """A Boolean of half-spaces through one point."""
+    """Return a Boolean of half-spaces through one point."""
     items = []
     for _ in range(r.integers(2, 5)):
         normal = point(r)
@@ -164,7 +164,7 @@ def half_spaces(r: Random) -> Item:
 
 
 def fan(r: Random, count: int) -> list[Item]:
-    """Half-spaces, cones and wedges through one point."""
+    """Return half-spaces, cones and wedges through one point."""
     apex = point(r, 1)
     items = []
     for _ in range(count):
@@ -186,7 +186,7 @@ def fan(r: Random, count: int) -> list[Item]:
 
 
 def joined(r: Random, items: list[Item], depth: int = 0) -> Item:
-    """A random Boolean of some items."""
+    """Return a random Boolean of some items."""
     if len(items) == 1:
         return combined("Complement", items[0]) if r.random() < 0.25 else items[0]
     if depth < 2 and len(items) > 2:
@@ -206,7 +206,7 @@ def boolean(r: Random) -> Item:
 
 
 def tree(r: Random, depth: int) -> Item:
-    """A Boolean of at most some levels, each part moved by steps of its own; here and there a part stands in it twice."""
+    """Return a tree of at most some levels, each part moved by steps of its own. Here and there it has a part twice."""
     if depth == 0 or r.random() < 0.12:
         return plain(r, str(pick(r, PARTS))).moved(*whole_motion(r))
     kind = str(pick(r, ("Union", "Union", "Intersection", "Difference", "Complement")))
@@ -223,7 +223,7 @@ def cut_sheet(r: Random) -> Item:
 
 
 def abutting(r: Random) -> list[Item]:
-    """Boxes that share walls, corners and edges, bodies in them, and a sheet between; all moved alike."""
+    """Return boxes that share walls, corners and edges, bodies in them, and a sheet between, all moved alike."""
     x, y = float(r.integers(-2, 1)), float(r.integers(-2, 1))
     low, high = (x, y, -1.0), (x + 1, y + 2, 1.0)
     items = [
@@ -243,7 +243,7 @@ def abutting(r: Random) -> list[Item]:
 
 
 def mixed(r: Random) -> list[Item]:
-    """Several bodies of any kind, one of them twice, in other words."""
+    """Return several bodies of any kind, one of them twice, in other words."""
     items = [single(r, str(pick(r, (*SOLIDS, *FLAT)))) for _ in range(r.integers(2, 5))]
     if r.random() < 0.5:
         items.append(boolean(r))
@@ -257,7 +257,7 @@ CUBE = tuple(tuple(float(sign * (i == j)) for j in range(3)) for i in range(3) f
 
 
 def in_other_words(r: Random) -> list[Item]:
-    """One solid in several ways of saying it, perhaps a neighbour of it, each moved by steps that are equal on paper."""
+    """Return one solid in several forms, perhaps a neighbour of it, each moved by steps that are equal in real numbers."""
     solids: tuple[tuple[Item, ...], ...] = (
         (
             Item("Sphere", {"radius": 1.0, "center": (0.0, 0.0, 0.0)}),
@@ -298,7 +298,7 @@ def in_other_words(r: Random) -> list[Item]:
 
 
 def decimal(r: Random) -> list[Item]:
-    """Shapes moved by decimals, which are no short binary fractions: their products take whole numbers of any length."""
+    """Return shapes moved by decimals, which are no short binary fractions. Products take whole numbers of any length."""
     shift = tuple(float(c) / 10 for c in r.integers(-9, 10, 3))
     steps: tuple[Step, ...] = (
         ("translate", shift),
@@ -310,13 +310,16 @@ def decimal(r: Random) -> list[Item]:
 
 
 def neighbours(r: Random) -> list[Item]:
-    """A few shapes of any kind; the first again, one step further, and one of them twice."""
+    """Return a few shapes of any kind, the first again, one step further, and one of them twice."""
     items = [single(r, str(pick(r, (*SOLIDS, *FLAT)))) for _ in range(r.integers(2, 5))]
     return [*items, items[0].moved(("translate", (1.0, 0.0, 0.0))), pick(r, items)]
 
 
 def crowd(r: Random) -> list[Item]:
-    """Forty solids and sheets on a lattice: boxes of the tree end where rays run, bodies touch and hold one another."""
+    """Return forty solids and sheets on a lattice.
+
+    Boxes of the tree end where rays run, and bodies touch and hold one another.
+    """
     kinds = ("Sphere", "Ellipsoid", "Box", "Box", "Cylinder", "Cone", "Polyhedron", "Disc", "Triangle", "Polygon")
     return [plain(r, pick(r, kinds)).moved(*whole_motion(r), ("translate", point(r, 9))) for _ in range(40)]
 

@@ -1,4 +1,4 @@
-"""Rays of small whole numbers, and aimed at the corners, edges, axes and centres of bodies."""
+"""Rays of small whole numbers, towards the corners, edges, axes and centers of bodies."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ NAMES = ("start", "end", "center", "low", "high", "a", "b", "c", "reference")
 
 
 def places(items: Sequence[Item]) -> Array:
-    """Points that the items' numbers name, in the world, as floats; the lattice about them, where they are on none."""
+    """Return points of the items' numbers, in the world, as floats, or of the lattice about them where they have none."""
     found = [(0.0, 0.0, 0.0)]
     for item in items:
         found += _named(item)
@@ -41,7 +41,7 @@ def _named(item: Item) -> Iterator[tuple[float, ...]]:
 
 
 def directions(r: Random, count: int) -> Array:
-    """Whole, many along axes and diagonals."""
+    """Return whole directions, many along axes and diagonals."""
     d = r.integers(-3, 4, (count, 3)).astype(float)
     simple = r.integers(-1, 2, (count, 3)).astype(float)
     d = np.where(r.random((count, 1)) < 0.5, simple, d)
@@ -50,7 +50,7 @@ def directions(r: Random, count: int) -> Array:
 
 
 def whole_rays(r: Random, items: Sequence[Item], count: int) -> tuple[Array, Array]:
-    """Half of them through points that the items name, or between two of them; t of such a point is a whole number."""
+    """Return rays, half of them through or between points of the items' numbers; t of such a point is a whole number."""
     d = directions(r, count)
     origins = r.integers(-6, 7, (count, 3)) / r.choice([1.0, 1.0, 2.0], (count, 1))
     near = places(items)
@@ -63,7 +63,7 @@ def whole_rays(r: Random, items: Sequence[Item], count: int) -> tuple[Array, Arr
 
 
 def picture(r: Random, items: Sequence[Item], side: int) -> tuple[Array, Array]:
-    """side² rays of a camera: parallel ones on a lattice, or from one point through a lattice; row by row."""
+    """Return side² rays of a camera, row by row: parallel ones on a lattice, or from one point through a lattice."""
     u, v = np.meshgrid(np.arange(side) - side // 2, np.arange(side) - side // 2)
     along = int(r.integers(3))
     across, up = (np.eye(3)[(along + k) % 3] for k in (1, 2))
@@ -78,7 +78,7 @@ def picture(r: Random, items: Sequence[Item], side: int) -> tuple[Array, Array]:
 
 
 def nudged(r: Random, origins: Array, d: Array) -> tuple[Array, Array]:
-    """The same, one number of each ray a little off."""
+    """Return the same rays with one number of each a little off."""
     origins, d = origins.copy(), d.copy()
     for values, share in ((origins, 0.6), (d, 0.5)):
         rows = np.flatnonzero(r.random(len(d)) < share)
