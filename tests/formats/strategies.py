@@ -1,7 +1,7 @@
 """Random shapes, motions, bodies and scenes for Hypothesis.
 
-Arguments are drawn by the kinds that scene files know; a class that wants more than its types say
-gets a line in `SPECIAL`. A new shape with fields of the usual kinds needs nothing here.
+The kinds that scene files know draw arguments. A class with more rules than its types has a line in `SPECIAL`. A new
+shape with fields of the usual kinds needs nothing here.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ SHEETS = [name for name in PRIMITIVES if issubclass(REGISTRY[name], Sheet) and n
 
 
 def within_domain(x: float) -> float:
-    """Zero in place of what is too small for a scene."""
+    """Return zero in place of numbers that are too small for a scene."""
     return x if abs(x) >= 1e-100 else 0.0
 
 
@@ -110,7 +110,7 @@ MANY = {
 
 
 def _many(name: str) -> st.SearchStrategy[Any]:
-    """One array for each field, of equally many bodies, which are more than stand in the file itself now and then."""
+    """Return one array for each field, of equally many bodies, sometimes more than a scene file holds inline."""
     rows = st.lists(st.fixed_dictionaries(MANY[name]), max_size=4)
     often = st.sampled_from([1, 1, 40])
     return built(
@@ -122,7 +122,7 @@ def _many(name: str) -> st.SearchStrategy[Any]:
 
 
 def built(name: str, arguments: st.SearchStrategy[dict[str, Any]]) -> st.SearchStrategy[Any]:
-    """Shapes of a class from arguments, those that it refuses left out."""
+    """Return shapes of a class from arguments, without those that it refuses."""
 
     def make(drawn: dict[str, Any]) -> Any:
         try:
@@ -134,7 +134,7 @@ def built(name: str, arguments: st.SearchStrategy[dict[str, Any]]) -> st.SearchS
 
 
 def _lenses() -> dict[str, Any]:
-    """What is turned about an axis, of numbers that are often a lens."""
+    """Return solids of revolution from numbers that are often a lens."""
     radii = st.one_of(st.floats(2, 50), st.floats(-50, -2), st.just(math.inf))
     curved, conics, near = radii.filter(math.isfinite), st.floats(-4, 2).map(within_domain), st.floats(0.5, 2)
     conic = {"radius_of_curvature": curved, "conic_constant": conics, "aperture": near}
@@ -157,7 +157,7 @@ def _lenses() -> dict[str, Any]:
 
 
 def _outlined() -> dict[str, Any]:
-    """What is made of outlines and faces: a corner is drawn, and those that cross are refused."""
+    """Return shapes of outlines and faces. Corners are random, and outlines that cross themselves are refused."""
     corners = st.tuples(st.floats(0.1, 5).map(within_domain), st.floats(0.1, 5).map(within_domain))
     outline = corners.map(lambda p: [(0.0, 0.0), (p[0], 0.0), (p[0] / 2, p[1] / 2), (0.0, p[1])])
     faces = [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)]
@@ -172,7 +172,7 @@ def _outlined() -> dict[str, Any]:
 
 
 def _angular() -> dict[str, Any]:
-    """What has ranges of angles, two radii, or sections."""
+    """Return shapes with ranges of angles, two radii, or sections."""
     near, small = st.floats(1, 4), st.floats(0, 0.9).map(within_domain)
     ends = {"start": points, "end": points}
     radii = st.tuples(small, near).map(lambda r: {"inner_radius": r[0], "outer_radius": r[1]})
@@ -228,7 +228,7 @@ SPECIAL: dict[str, Any] = {
 
 
 def of_kind(kind: ValueType, name: str) -> st.SearchStrategy[Any]:
-    """Values of a kind; `name` tells lengths and texts with a meaning from plain ones."""
+    """Return values of a kind; `name` distinguishes lengths and texts with a meaning from plain ones."""
     if isinstance(kind, OptionalType):
         return st.none() | of_kind(kind.item, name)
     if isinstance(kind, NumberType):
@@ -259,7 +259,7 @@ def of_kind(kind: ValueType, name: str) -> st.SearchStrategy[Any]:
 
 
 def primitive(name: str) -> st.SearchStrategy[Any]:
-    """Unmoved shapes of a class."""
+    """Return unmoved shapes of a class."""
     if name in SPECIAL:
         return SPECIAL[name]()
     fields = argument_fields(REGISTRY[name]).items()
@@ -270,7 +270,7 @@ def primitive(name: str) -> st.SearchStrategy[Any]:
 
 @st.composite
 def moved(draw: Any, shapes: st.SearchStrategy[Any]) -> Any:
-    """Shapes after up to three steps of motion."""
+    """Return shapes after up to three steps of motion."""
     shape = draw(shapes)
     for _ in range(draw(st.integers(0, 3))):
         verb = draw(st.sampled_from(["translate", "rotate", "scale", "transform"]))
@@ -295,7 +295,7 @@ def moved(draw: Any, shapes: st.SearchStrategy[Any]) -> Any:
 
 
 def solids() -> st.SearchStrategy[Any]:
-    """Solids of every class, moved, combined and moved again."""
+    """Return solids of every class, moved, combined and moved again."""
     leaves = moved(st.sampled_from(SOLIDS).flatmap(primitive))
 
     def combined(parts: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:

@@ -22,8 +22,8 @@ from conicoid.io.scene_file.yaml_parser import YamlError
 
 from ..samples import in_turn, quick
 
-# --- Bodies that are made together: the same as if each were read alone, and the same mistakes in the same places
-# The oracle is the reader without this, which reads one body after the other.
+# --- Bodies that are built together: the same as if each were read alone, and the same mistakes in the same places. The
+# oracle is the reader without groups, which reads one body after the other.
 
 COUNT = 22
 SHAPES = """\
@@ -79,7 +79,7 @@ def lines(form: str, *, word: str = "red") -> list[str]:
 
 
 def outcome(text: str) -> Any:
-    """Return what a file holds, or its messages; and the warnings."""
+    """Return the content of a file, or its messages; and the warnings."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
@@ -95,7 +95,7 @@ def outcome(text: str) -> Any:
 
 
 def check(text: str) -> int:
-    """Compare both ways; how many bodies were made together."""
+    """Compare both ways; return how many bodies were built together."""
     together = 0
 
     def counted(*given: Any) -> Any:
@@ -113,7 +113,7 @@ def check(text: str) -> int:
 
 
 def is_left(form: str) -> bool:
-    """Is a form of bodies left to the other reader, as more than numbers are in it or there is something to say?"""
+    """Return whether the other reader takes a form of bodies, which holds more than numbers or causes a message."""
     return form in ("cut sheet", "unknown", "integers", "radians", "whole matrix")
 
 
@@ -137,7 +137,7 @@ def check_number(form: str, place: int, number: str) -> None:
 
 @pytest.mark.parametrize(("number", "form"), in_turn(NUMBERS, BODIES))
 def test_any_number_in_some_place(form, number):
-    """Rows of columns have such numbers in test_template.py."""
+    """Columns of templates with such numbers are in test_template.py."""
     check_number(form, (NUMBERS.index(number) + len(form)) % 4, number)
 
 
@@ -169,7 +169,7 @@ def test_names_that_are_taken():
 
 
 def test_axes_and_matrices_that_vanish():
-    """Zeros in all places of a vector, where each number alone may be zero."""
+    """Zeros stand in all places of a vector, where each number alone may be zero."""
     for form, none in (("turned", ["0", "0", "-0.0", "5"]), ("moved again", ["0.0", "0", "30", "1"])):
         listed = lines(form)
         for k in (4, 12, 21):
@@ -178,7 +178,7 @@ def test_axes_and_matrices_that_vanish():
 
 
 def test_motions_that_leave_the_domain():
-    """Each step is within it, and so are some products."""
+    """Each step is within the domain, and some products are not."""
     form = "{{shape: ball, move: [{{scale: {0}}}, {{scale: {1}}}, {{translate: [{2}, 0, 0]}}, {{scale: {3}}}]}}"
     large = SHAPES.replace(
         "egg: {Sphere: {radius: 2},", "egg: {Sphere: {radius: 2}, move: [{scale: 1e60}]}\n  other: {Sphere: {},"
@@ -196,7 +196,7 @@ def test_motions_that_leave_the_domain():
 
 
 def test_limits_of_expansion_are_the_same_for_all_groups():
-    """Parts and steps of all bodies, up to the body where there are too many."""
+    """Parts and steps of all bodies count, up to the body with too many."""
     deep = ", ".join(["{Sphere: {}}"] * 400)
     steps = ", ".join(["{translate: [1, 0, 0]}"] * 300)
     shapes = f"shapes:\n  many: {{Union: [{deep}]}}\n  far: {{shape: many, move: [{steps}]}}\nbodies:\n"
@@ -214,14 +214,14 @@ def test_each_alias_of_a_body_counts(tmp_path, monkeypatch):
         parse_scene(text.replace("]}}", "]}}, *b"), tmp_path / "scene.yaml")
 
 
-# --- Bodies that are not parsed one by one: the same trees, bodies and mistakes as if they were
-# The oracle is the parser without this: trees of it, with every line and column, and scenes and messages made of them.
+# --- Bodies that are not parsed one by one: the same trees, bodies and mistakes as if they were. The oracle is the
+# parser without patterns: its trees, with every line and column, and the scenes and messages from them.
 
 RELAXED = settings(max_examples=50, deadline=None, suppress_health_check=list(HealthCheck))
 
 
 def message(node: Node | None) -> Any:
-    """All that there is of a tree."""
+    """Return the whole content of a tree."""
     if node is None:
         return None
     where = node.line, node.column, node.size
@@ -244,7 +244,7 @@ def plain_document(text: str) -> Any:
 
 
 def check_pattern(text: str) -> int:
-    """Compare both ways of parsing; how many bodies were cut out."""
+    """Compare both ways of parsing; return how many bodies were cut out."""
     try:
         found = body_patterns.parse_patterned_document(text)
     except YamlError as error:
@@ -276,7 +276,7 @@ def parts(text: str, folder: Any) -> Any:
 
 
 def both_ways(text: str, folder: Any) -> Any:
-    """What a scene file says, after a comparison with what it says without this."""
+    """Return the scene or message of a file, after a comparison with the other way."""
     found = parts(text, folder)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(
@@ -330,7 +330,7 @@ def test_bodies_that_differ_in_words_are_cut_out(form, tmp_path):
 
 @pytest.mark.parametrize(("word", "form"), in_turn(WORDS, FORMS), ids=repr)
 def test_any_word_in_any_place(form, word, tmp_path):
-    """A word among many that are plain, and a dozen that are no longer plain; in one place also the first and last."""
+    """The word stands among many plain ones and a dozen that are no longer plain, in one place first and last."""
     for place in range(5) if not quick() else (1, 2, 4):
         for those in ([10], [0], [23], range(5, 17)) if place == 2 else ([10], range(5, 17)):
             listed = rows(24)
@@ -357,7 +357,7 @@ def test_random_words(unusual, form, seed, after):
 @RELAXED
 @given(st.integers(0, 2**32), st.sampled_from(sorted(FORMS)), st.text("-[]{}:, \n\t'\"#&*!|>%?abe10.\\\r", max_size=4))
 def test_damaged_texts(seed, form, inserted):
-    """Letters put in, or some cut out, anywhere."""
+    """Letters are inserted or cut out anywhere."""
     draw, text = random.Random(seed), scene(FORMS[form], rows(30, seed), after="lights: []\n")
     for _ in range(draw.randint(1, 3)):
         at = draw.randrange(len(text))

@@ -24,7 +24,7 @@ from conicoid.io.scene_file.yaml_parser import parse_document
 from .broken import CASES
 from .strategies import scenes
 
-# --- Every broken scene file is refused with its line, what is wrong and what was expected; the command says so too
+# --- Every broken scene file is refused with its line, the mistake and the expected value, by the command too
 
 
 def test_there_are_enough():
@@ -47,7 +47,7 @@ def test_refused_with_line_and_reason(case, tmp_path):
     assert len(message) < 20_000
 
 
-# --- The published schema: valid itself, accepts what loads, rejects what editors should mark
+# --- The published schema: valid itself, accepts files that load, rejects what editors should mark
 
 ROOT = Path(__file__).resolve().parents[2]
 VALIDATOR = jsonschema.Draft202012Validator(scene_schema())
@@ -65,7 +65,7 @@ TYPES = (
 
 
 def plain(node: Node) -> Any:
-    """What a YAML 1.2 reader makes of a node."""
+    """Return a node as a YAML 1.2 reader sees it."""
     if isinstance(node, SequenceNode):
         return [plain(item) for item in node.items]
     if not isinstance(node, ScalarNode):

@@ -1,4 +1,4 @@
-"""Damaged and random files by the thousand: refused in a clear way or read, never a traceback, never long, never large."""
+"""Damaged and random files by the thousand: a clear refusal or a scene, no traceback, within limits of time and memory."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def run(kinds: list[str], first: int, count: int, folder: Path) -> None:
     for summary in lines:
         assert summary["done"] == count
         assert summary["peak"] < BYTES
-        if first < SAMPLE:  # a later block may have none of the few that are accepted of a kind
+        if first < SAMPLE:  # a later block may have none of the few accepted cases of a kind
             assert count / 40 < summary["accepted"] < count, f"{summary['kind']}: one half only is tested"
 
 

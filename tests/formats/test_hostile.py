@@ -1,4 +1,4 @@
-"""Files made to hurt: a clear error in seconds and bounded memory, nothing executed, nothing outside read."""
+"""Files made to hurt: a clear error in seconds and bounded memory, without execution, without other files."""
 
 from __future__ import annotations
 
@@ -192,7 +192,7 @@ def test_several_mistakes_are_reported_together(tmp_path):
 
 
 def doubled(levels: int) -> str:
-    """A kilobyte of references that stand for 2^levels balls, each in a place of its own."""
+    """Return a kilobyte of references that stand for 2^levels balls, each in a place of its own."""
     lines = [
         f"  s{k + 1}: {{Union: [s{k}, {{shape: s{k}, move: [{{translate: [{2**k}.5, 0, 0]}}]}}]}}\n"
         for k in range(levels)
@@ -201,7 +201,7 @@ def doubled(levels: int) -> str:
 
 
 def aliased(levels: int) -> str:
-    """The same by aliases."""
+    """Return the same by aliases."""
     lines = [
         f"  a{k + 1}: &a{k + 1} {{Union: [*a{k}, {{shape: *a{k}, move: [{{translate: [{2**k}.5, 0, 0]}}]}}]}}\n"
         for k in range(levels)
@@ -225,7 +225,7 @@ GROWING = {
 
 @pytest.mark.parametrize("name", GROWING)
 def test_files_that_grow_are_refused(name, tmp_path):
-    """By what they grow to, all bodies together, at the place where it becomes too much: before it is made."""
+    """The error has the expanded size of all bodies together, and the place, before memory is taken."""
     content, line = GROWING[name]
     (tmp_path / "scene.yaml").write_text(content)
     with pytest.raises(
@@ -246,7 +246,7 @@ def test_an_alias_stands_for_the_same_shape(tmp_path):
 
 
 def test_scenes_within_limits_can_be_saved_and_loaded(tmp_path):
-    """2^12 balls in a kilobyte are borne; 2^16, with as many unions and steps that count twice, are not written."""
+    """2^12 balls in a kilobyte load. 2^16, with as many unions and steps that count twice, are not saved."""
 
     def balls(levels: int) -> co.Scene:
         shape = co.Sphere()
@@ -265,7 +265,7 @@ def test_scenes_within_limits_can_be_saved_and_loaded(tmp_path):
 
 
 def test_long_files_may_have_many_parts(tmp_path):
-    """5,000 bodies of 17 parts each, that are 95,000 with a step each: no more than what such a length accounts for."""
+    """5,000 bodies of 17 parts each, with a step each, are 95,000 parts, within the limit for a file of that length."""
     rod = "shapes: {rod: {Union: [" + ", ".join("{Sphere: {}}" for _ in range(16)) + "]}}\nbodies:\n"
     (tmp_path / "scene.yaml").write_text(
         rod + "".join(f"  - {{shape: rod, move: [{{translate: [{k}, 0, 0]}}]}}\n" for k in range(5000))
@@ -274,7 +274,7 @@ def test_long_files_may_have_many_parts(tmp_path):
 
 
 def test_typos_cost_nothing(tmp_path, monkeypatch):
-    """A thousand unknown names and twenty thousand known ones: counted in comparisons, not in seconds."""
+    """There are a thousand unknown names and twenty thousand known ones. The test counts comparisons, not seconds."""
     compared = []
     plain = difflib.get_close_matches
     monkeypatch.setattr(
@@ -315,7 +315,7 @@ HEADS = ["", "title\n1 1 ", "1\n", "<a", "<!DOCTYPE a[", "/*", "1 0 ", "#", "SUR
 
 
 def test_kinds_of_files_are_known_in_linear_time():
-    """64 KiB of hostile text of each alphabet in a tenth of a second of processor time."""
+    """64 KiB of hostile text of each alphabet take a tenth of a second of processor time."""
     for head in HEADS:
         for unit in UNITS:
             text = head + unit * ((64 << 10) // len(unit))
@@ -419,7 +419,10 @@ def test_pictures_of_large_sparse_files(name, head, size, message, tmp_path):
 
 
 def test_a_smooth_photo_of_few_bytes_is_read(tmp_path, monkeypatch):
-    """131,072 pixels in 6 kB: where colors hardly change, a block of 64 pixels takes a code for each of three colors."""
+    """The photo has 131,072 pixels in 6 kB.
+
+    Where colors hardly change, a block of 64 pixels takes a code for each of three colors.
+    """
     image = pytest.importorskip("PIL.Image")
     monkeypatch.setattr(image_file, "_FREE_TEXELS", 1 << 10)
     rows = np.repeat(128 + 60 * np.sin(np.arange(256) / 30.0), 512).reshape(256, 512, 1).astype(np.uint8)

@@ -1,4 +1,4 @@
-"""Files of numbers made to hurt: refused in one line that names them, before memory is taken, and nothing is waited for."""
+"""Files of numbers made to hurt: refusals in one line that names them, before memory is taken, and without waiting."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def packed(compression: int = zipfile.ZIP_DEFLATED, **members: bytes) -> bytes:
 
 
 def patched(data: bytes, **fields: int) -> bytes:
-    """An archive with fields of its first member changed, in the directory and before the member itself."""
+    """Return an archive with fields of its first member changed, in the directory and before the member itself."""
     result = bytearray(data)
     places = {
         "flags": (8, 6, "<H"),
@@ -58,7 +58,7 @@ def patched(data: bytes, **fields: int) -> bytes:
 
 
 def refusal(path: Path, content: bytes) -> str:
-    """What is said about a file of rays, which is one line that names it."""
+    """Return the refusal of a file of rays, one line that names it."""
     path.write_bytes(content)
     with pytest.raises(ValueError) as caught:  # noqa: PT011  its text is what the caller looks at
         RayFile(path, whole=True).read()
@@ -126,7 +126,7 @@ def test_arrays(name, tmp_path):
 
 @pytest.mark.parametrize("name", [name for name, (_, phrase) in ARRAYS.items() if "rays must" not in phrase])
 def test_balls(name, tmp_path):
-    """The same files where a scene refers to them: told at the place in the scene."""
+    """A scene refers to the same files; the error stands at the place in the scene."""
     (tmp_path / "balls.npy").write_bytes(ARRAYS[name][0])
     (tmp_path / "scene.yaml").write_text("bodies:\n  - shape: {Spheres: {file: balls.npy}}\n")
     with pytest.raises(SceneFileError) as caught:
@@ -165,7 +165,7 @@ def test_arrays_of_numpy_are_read(tmp_path):
 
 
 def test_small_files_do_not_unpack_to_large_ones(tmp_path, monkeypatch):
-    """An honest archive of equal numbers, a thousandth of what it unpacks to, with the limits made small for it."""
+    """An honest archive of equal numbers has a thousandth of its unpacked size. The test makes the limits small for it."""
     zeros = plain(shape="(100000, 3)", data=bytes(2_400_000))
     ones = plain(shape="(100000, 3)", data=np.ones(300_000).tobytes())
     (tmp_path / "rays.npz").write_bytes(packed(origins=zeros, directions=ones))
@@ -176,7 +176,7 @@ def test_small_files_do_not_unpack_to_large_ones(tmp_path, monkeypatch):
 
 
 def test_announced_sizes_are_refused_before_memory_is_taken(tmp_path):
-    """24 GB that the archive, the header and the sizes of the member all agree on."""
+    """The archive, the header and the sizes of the member all announce 24 GB."""
     claim = plain(shape="(1000000000, 3)")
     tracemalloc.start()
     content = patched(packed(origins=claim + bytes(3 * MB), directions=GOOD), size=0xFFFFFFFF)
@@ -194,7 +194,7 @@ def test_rays_that_multiply_are_refused(tmp_path):
 
 
 def test_sparse_files_take_no_memory(tmp_path):
-    """A file of 100 GB of nothing at all."""
+    """A file of 100 GB holds no data at all."""
     with (tmp_path / "rays.npy").open("wb") as file:
         header = plain(shape="(2000000000, 6)")
         file.write(header)
@@ -248,7 +248,7 @@ def test_texts(content, phrase, tmp_path):
 
 @pytest.mark.parametrize("name", ["x" * 300 + ".npy", "round.npy", "secret.npy"])
 def test_files_of_balls_that_cannot_be_read(name, tmp_path):
-    """Names that no disk takes, links in a circle, and what may not be read."""
+    """There are names that no disk takes, cycles of links, and files without permission."""
     (tmp_path / "round.npy").symlink_to("round.npy")
     np.save(tmp_path / "secret.npy", np.ones((1, 4)))
     (tmp_path / "secret.npy").chmod(0)
@@ -260,7 +260,7 @@ def test_files_of_balls_that_cannot_be_read(name, tmp_path):
 
 
 def test_little_memory_is_reported(tmp_path):
-    """Where an array does not fit, the file is named; in a process of its own, whose memory is bounded."""
+    """The error names the file whose array does not fit. The test limits the memory of a process of its own."""
     np.save(tmp_path / "rays.npy", np.ones((5_000_000, 6)))
     child = os.fork()
     if child == 0:

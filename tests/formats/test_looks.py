@@ -1,4 +1,4 @@
-"""Looks in files: surroundings, colours, and materials by their names."""
+"""Looks in files: surroundings, colors, and materials by name."""
 
 import json
 import pickle
@@ -49,7 +49,7 @@ def test_a_small_one_of_numbers_stands_in_the_file(folder):
 
 
 def test_a_large_one_is_to_be_put_into_a_file(folder):
-    """Its numbers were written, more than a scene file may have, and `load` refused what `save` had written."""
+    """A scene file may not hold so many numbers: `save` wrote them, and `load` refused the file."""
     large = np.full((500, 1000, 3), 0.5)
     with pytest.raises(
         ValueError, match=r"^Environment: pixels must be in a file .*co.Image\(pixels\).save\('sky.exr'\)"
@@ -82,7 +82,7 @@ def test_mistakes_are_reported_with_their_place(folder, name, message):
 
 def test_without_openexr_the_way_to_install_it_is_in_the_message(folder, monkeypatch):
     image, plate = co.Image(PIXELS), co.Scene([co.Sphere()]).slice("z", 0, pixels=8)
-    monkeypatch.setitem(sys.modules, "OpenEXR", None)  # Python then finds none
+    monkeypatch.setitem(sys.modules, "OpenEXR", None)  # Python then finds no OpenEXR
     for work in (
         lambda: co.load(folder / "scene.yaml"), lambda: co.Environment(folder / "sky.exr"),
         lambda: image.save(folder / "new.exr"), lambda: plate.save(folder / "new.exr"),
@@ -99,14 +99,14 @@ def test_without_openexr_the_way_to_install_it_is_in_the_message(folder, monkeyp
 
 
 def by_formula(linear):
-    """IEC 61966-2-1 with NumPy's power; good to some ulp."""
+    """Return IEC 61966-2-1 with NumPy's power, right to some ulp."""
     return 255 * np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
 
 
 def test_bytes_are_the_formula_rounded():
     values = np.concatenate([np.linspace(0, 1, 200_001), np.geomspace(1e-12, 1, 100_000), [5e-324, 1e-300]])
     exact = by_formula(values)
-    clear = abs(exact - np.floor(exact) - 0.5) > 1e-9  # a rounding of the formula decides the others
+    clear = abs(exact - np.floor(exact) - 0.5) > 1e-9  # rounding of the formula decides the others
     assert clear.mean() > 0.99
     assert np.array_equal(srgb_bytes(values)[clear], np.rint(exact[clear]))
 
@@ -125,7 +125,7 @@ def test_missing_light_is_black_and_excess_is_white():
     assert srgb_bytes(values.astype(np.float32)[:, ::2]).tolist() == [[0, 0], [255, 255]]
 
 
-# --- Materials in scene files: the key is the name, and what is saved says them as they were said
+# --- Materials in scene files: the key is the name, and a saved material has the user's form
 
 BY_HAND = """
 materials:

@@ -224,7 +224,7 @@ def test_a_link_stays_a_link(tmp_path):
     assert (tmp_path / "real.txt").read_text() == "new"
 
 
-# --- Hits in files: all fields come back, to the bit, and nothing else is read
+# --- Hits in files: all fields come back to the bit, and readers refuse other files
 
 FIELDS = (
     "t", "body", "face", "surface", "hit", "entering", "doubtful", "t_error", "point_error", "point", "local_point",
@@ -272,7 +272,7 @@ def test_round_trip(name, detached, tmp_path):
 
 
 def _with(path, **changes):
-    """The bytes of a file with some arrays changed, or left out where None."""
+    """Return the bytes of a file with some arrays changed, or without them where they are None."""
     with np.load(path) as arrays:
         content = {name: arrays[name] for name in arrays.files} | changes
     stream = io.BytesIO()
@@ -306,7 +306,7 @@ def test_damaged_files(change, message, tmp_path):
     assert len(str(expected.value)) < 500
 
 
-# --- What `conicoid trace` writes, Python loads; what Python saves, `conicoid trace` reads; others are told what reads them
+# --- Python loads the files of `conicoid trace`, which reads those of Python; errors name the reader of other files
 
 SHELLS = co.Scene([
     co.Body(co.Sphere(1) - co.Sphere(0.5), co.matte("red", name="shell"), "ball"), co.Disc((0, 0, -3), (0, 0, 1), 2),

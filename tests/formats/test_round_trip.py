@@ -1,4 +1,4 @@
-"""What is saved comes back equal: values to the bit, steps of motions, order, names, materials."""
+"""Scenes come back equal from files: values to the bit, steps of motions, order, names, materials."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from conicoid.io.scene_file import yaml_parser, yaml_parser as scene_text
 from ..samples import sampled
 from .strategies import PRIMITIVES, moved, primitive, scenes, sheets, solids
 
-pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")  # of numbers that may be meant otherwise
+pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")  # for numbers that may be mistakes
 RELAXED = settings(max_examples=10, deadline=None, suppress_health_check=list(HealthCheck))
 
 
@@ -110,7 +110,7 @@ def test_shared_booleans_are_written_once():
 
 
 def test_paint_refers_to_materials_by_name(tmp_path):
-    """A material that several faces and bodies share stands in the file once."""
+    """A material of several faces and bodies stands in the file once."""
     red, tiles = co.lacquer("red"), co.matte(co.Checker("white", "black", scale=(0.1, 0.25)))
     bore = co.Cylinder((0, 0, -2), (0, 0, 2), 0.5).painted(red)
     block = (co.Box() - bore - bore.rotate((1, 0, 0), 90)).painted(tiles)

@@ -1,4 +1,4 @@
-"""Whatever happens while a scene is saved, and where disks are full: every scene that was there loads as what it was."""
+"""Faults while a scene is saved, and full disks: every earlier scene still loads as it was."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from conicoid._util.files import replace_file, write_text
 from conicoid.io import image_codecs as exr
 from conicoid.parallel.result_writer import ResultParts
 
-# --- Whatever happens while a scene is saved, every scene that was there before loads as what it was
+# --- Whatever happens while a scene is saved, every earlier scene still loads as it was
 
 
 CALLS = {"open", "write", "writelines", "fsync", "replace", "rename", "close", "flush", "truncate"}
-"""Functions through which anything reaches a disk."""
+"""All functions that reach a disk."""
 
 
 def balls(seed: int, count: int = 150) -> co.Scene:
@@ -39,7 +39,7 @@ OLD, BESIDE, NEW = balls(0), balls(1), balls(2)
 
 
 def prepared(folder: Path) -> Path:
-    """A folder with two scenes of one stem, both with files of balls; where a third one is going to be saved."""
+    """Prepare a folder with two scenes of one stem, both with files of balls, for a third one."""
     folder.mkdir()
     co.save(OLD, folder / "st.yaml")
     co.save(BESIDE, folder / "st.json")
@@ -47,7 +47,7 @@ def prepared(folder: Path) -> Path:
 
 
 def check(folder: Path, *, saved: bool | None) -> None:
-    """Nothing is lost; the saved scene is all there, or not there at all."""
+    """Check that nothing is lost, and that the saved scene is complete or absent."""
     assert co.load(folder / "st.json") == BESIDE
     assert co.load(folder / "st.yaml") in ([NEW] if saved else [OLD] if saved is False else [OLD, NEW])
 
@@ -99,7 +99,7 @@ def test_any_name_that_a_disk_takes(stem, tmp_path):
 
 
 def test_a_name_that_no_disk_takes(tmp_path):
-    """Half a surrogate pair cannot be written in UTF-8."""
+    """UTF-8 cannot encode half a surrogate pair."""
     scene, path = co.Scene([co.Sphere()]), str(tmp_path / "\ud800")
     hits = scene.first_hit((0, 0, 5), (0, 0, -1))
     for use in (
@@ -125,7 +125,7 @@ def test_through_a_link(tmp_path):
 
 
 class At:
-    """Does something at the n-th call that touches a disk, by watching calls to built-in functions."""
+    """Do something at the n-th call that touches a disk, by watching calls to built-in functions."""
 
     def __init__(self, number: int, act: Callable[[], None]) -> None:
         self.left, self.act, self.reached = number, act, False
@@ -150,7 +150,7 @@ def full() -> None:
 
 
 def numbered() -> Iterator[int]:
-    """0, 1, 2, ... for as long as there is such a call."""
+    """Return 0, 1, 2, ... for as long as there is such a call."""
     yield from range(200)
     raise AssertionError("saving a scene takes no such number of calls")
 
@@ -177,7 +177,7 @@ def test_a_full_disk_at_every_step(tmp_path):
 
 
 def in_child(act: Callable[[], None]) -> int:
-    """The status of a process that does it."""
+    """Return the status of a process that does it."""
     child = os.fork()
     if child == 0:
         try:
@@ -213,7 +213,7 @@ def test_killed_at_every_step(tmp_path):
 
 @pytest.mark.skipif(os.name != "posix", reason="there are no locks")
 def test_saves_at_a_time_leave_each_other_their_files(tmp_path):
-    """The name of a partial file is free again after a kill alone, and never that of what somebody planted."""
+    """A name of a partial file is free again only after a kill, and a name that a stranger planted never is."""
     path, others = tmp_path / "a.txt", []
     with contextlib.ExitStack() as stack:
         for number in range(6):
@@ -269,7 +269,10 @@ def contents(path: Path) -> Any:
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are ended by a signal")
 @pytest.mark.parametrize("suffix", [".npz", ".csv", ".parquet", ".zarr"])
 def test_results_are_resumed_after_a_kill_at_any_step(suffix, tmp_path):
-    """In the first part, between parts, and between the last names: `trace --resume` ends with the same bytes."""
+    """The kill comes in the first part, between parts, or between the last names.
+
+    `trace --resume` ends with the same bytes.
+    """
     for module in {".parquet": ["pyarrow.parquet"], ".zarr": ["zarr"]}.get(suffix, []):
         pytest.importorskip(module)
     co.save(BESIDE, tmp_path / "scene.yaml")
@@ -290,7 +293,7 @@ def test_results_are_resumed_after_a_kill_at_any_step(suffix, tmp_path):
 
         if status := in_child(act):
             assert status == signal.SIGKILL
-            if output.exists() and not (tmp_path / f"{output.name}.parts").exists():  # all is done
+            if output.exists() and not (tmp_path / f"{output.name}.parts").exists():  # the output is complete
                 remove(output)
             trace(tmp_path, suffix, "--resume")
             killed += 1
@@ -308,7 +311,7 @@ def test_parts_without_a_column_are_refused(tmp_path):
         ResultParts(tmp_path / "hits.csv", "key", True)
 
 
-# --- Results on a disk that is full: one line that names the file, nothing half-written, the old file as it was
+# --- Results on a full disk: one line that names the file, no partial file, and the old file as it was
 
 
 OpenEXR = pytest.importorskip("OpenEXR")
@@ -357,7 +360,7 @@ def test_errors_are_one_line(tmp_path):
     for path in paths:
         path.parent.mkdir()
         path.write_bytes(b"old")
-    # Without bytecode (-B): CPython would cut what it writes of a module short, and keep it
+    # Without bytecode (-B): CPython would write a truncated file for a module, and keep it
     command = [sys.executable, "-B", "-c", CODE, str(tmp_path), *WRITERS.values()]
     ran = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True, timeout=300)
     messages = dict(part.split("\n", 1) for part in ran.stderr.split("# ")[1:])

@@ -72,14 +72,14 @@ def word(value: Any) -> str:
 
 
 def written_out(body: str, rows: dict[str, np.ndarray]) -> str:
-    """Each body with its numbers in place of the names."""
+    """Return each body with its numbers in place of the names."""
     count = len(rows["a"])
     lines = (re.sub(r"\$(\w+)", lambda name: word(rows[name[1]][k].tolist()), body) for k in range(count))  # noqa: B023
     return SHAPES + "".join(f"  - {{{line}}}\n" for line in lines)
 
 
 def outcome(text: str, folder: Path) -> Any:
-    """Return what a file holds, or its messages without places; and the warnings."""
+    """Return the content of a file, or its messages without places; and the warnings."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
@@ -109,7 +109,7 @@ def test_bodies_are_those_written_out(form, tmp_path):
 
 @pytest.mark.parametrize("form", BODIES)
 def test_most_bodies_are_built_together(form, tmp_path, monkeypatch):
-    """Single rows are read with reports: the first, and those of types that columns leave out."""
+    """The reader with reports reads single rows: the first, and those whose types the columns omit."""
     rows = []
     read = template.read_row
     monkeypatch.setattr(template, "read_row", lambda *given: rows.append(given[2]) or read(*given))
@@ -119,7 +119,7 @@ def test_most_bodies_are_built_together(form, tmp_path, monkeypatch):
 
 
 def check_number(form: str, name: str, number: float, folder: Path) -> None:
-    """Put a number in some rows, or in the first one: there are the same bodies, or the same mistakes."""
+    """Put a number in some rows, or in the first one. Both files have the same bodies, or the same mistakes."""
     for those in ([5, 11], [0])[: 2 if name == "a" else 1]:
         rows = columns()
         rows[name][those] = number
@@ -250,7 +250,7 @@ def test_rows_are_counted_before_they_are_made(tmp_path, monkeypatch):
 
 
 def test_rows_in_doubt_count_once(tmp_path, monkeypatch):
-    """Rows that are read a second time, with reports, do not use up the budget of the file."""
+    """Rows that the reader with reports reads a second time do not use up the budget of the file."""
     text = "bodies: [{shape: {Painted: {operand: {Sphere: {}}, material: red}}, move: [{rotate: {axis: z, degrees: $d}}], columns: {d: [%s]}}]"
     angles = ", ".join(["0.5"] * 12)  # which may be radians: each warns
     monkeypatch.setattr(shape_reader, "FREE_PARTS", 60)
@@ -261,7 +261,7 @@ def test_rows_in_doubt_count_once(tmp_path, monkeypatch):
 
 
 def test_parts_that_rows_share_count_once_for_each_row(tmp_path, monkeypatch):
-    """Building all rows together reads them once more, which counts nothing."""
+    """Building all rows together reads the parts once more, which counts nothing."""
     moves = ", ".join(["{translate: [1, 0, 0]}"] * 5)
     text = f"bodies: [{{shape: {{Union: [{{Sphere: {{}}, move: [{moves}]}}, {{Sphere: {{radius: $r}}}}]}}, columns: {{r: %s}}}}]"
     monkeypatch.setattr(shape_reader, "PARTS_PER_VALUE", 0)

@@ -27,7 +27,7 @@ from conicoid.io.scene_file.yaml_parser import YamlError, parse_document
 
 from .fuzzing.scene_cases import sources
 
-# --- What words mean (YAML 1.2, section 10.3.2, with its own examples) and how they are written
+# --- The meaning of words (YAML 1.2, section 10.3.2, with its own examples), and how they are written
 
 
 def plain(text: str) -> ScalarNode:
@@ -161,7 +161,7 @@ def test_comments_and_directives_before_the_document():
 
 
 def same_places(node: Node, other: yaml.Node) -> None:
-    """The tree of PyYAML's own composer, which also knows where things stand."""
+    """Compare with the tree of PyYAML's own composer, which also knows places."""
     pending = [(node, other)]
     while pending:
         mine, its = pending.pop()
@@ -186,7 +186,7 @@ def test_everything_stands_where_it_stands():
 
 
 def values_of(root: Node) -> int:
-    """How many values stand in a tree, keys among them, each alias as nothing."""
+    """Return the number of values in a tree, keys among them, without aliases."""
     seen: dict[int, Node] = {}
     pending = [root]
     while pending:
@@ -205,7 +205,7 @@ def test_values_are_counted_once():
 
 
 def test_repeated_keys_know_the_first_one_of_their_own_mapping():
-    """Also where mappings came and went before: those that are values of repeated keys are not kept."""
+    """The reader drops the values of repeated keys, here mappings, so that mappings come and go before."""
     gone = "".join(f"a: {{x{k}: 1, x{k}: 2}}\n" for k in range(50))
     problems = parse_document(f"a: 1\n{gone}b:\n  c: 1\n  d: 2\n  c: 3\n  e: 4\n  e: 5\n").problems
     first = [problem.message.rpartition(" ")[2] for problem in problems]

@@ -1,4 +1,4 @@
-"""Scene files with mistakes, by what the mistake is in."""
+"""Scene files with mistakes, grouped by the part that is wrong."""
 
 from . import bodies, booleans, looks, motions, text
 

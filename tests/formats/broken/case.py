@@ -1,6 +1,6 @@
 """A scene file with mistakes: (name, content, line, phrases that the message must hold).
 
-Line 0 stands for the file as a whole. Contents are bytes where they are no text.
+Line 0 stands for the file as a whole. Contents that are not text are bytes.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ def broken(name: str, content: str | bytes, line: int, *phrases: str) -> Broken:
 
 
 def sphere(fields: str) -> str:
-    """A scene with one sphere, in line 2."""
+    """Return a scene with one sphere, in line 2."""
     return f"bodies:\n  - shape: {{Sphere: {fields}}}\n"
 
 

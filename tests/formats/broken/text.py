@@ -1,4 +1,4 @@
-"""Files that are no text, or no YAML, and what is wrong with the file as a whole."""
+"""Files that are not text, or not YAML, and faults of the file as a whole."""
 
 from .case import broken, sphere
 

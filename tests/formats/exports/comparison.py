@@ -1,4 +1,4 @@
-"""Scenes that are to answer alike, to the last bit."""
+"""Comparisons of scenes that must answer alike, to the last bit."""
 
 from __future__ import annotations
 
@@ -11,13 +11,19 @@ import conicoid as co
 
 
 def written_and_read(scene: co.Scene, path: Path, **options: Any) -> co.Scene:
-    """The scene that a file says. The numbers stay as they are: units have tests of their own."""
+    """Write a scene and return the scene of the file.
+
+    Lengths keep their numbers, because units have tests of their own.
+    """
     co.export(scene.replace(unit=None), path, **options)
     return co.load(path)
 
 
 def rays_through(scene: co.Scene, count: int = 1500) -> co.Rays:
-    """From around a scene to points in it; a tenth of them along the axes, so that they run in flat faces too."""
+    """Return rays from around a scene to points in it.
+
+    A tenth of them go along the axes, so that they run in flat faces too.
+    """
     rng = np.random.default_rng(7)
     low, high = scene.extent
     size = (high - low).max()
@@ -30,7 +36,7 @@ def rays_through(scene: co.Scene, count: int = 1500) -> co.Rays:
 
 
 def assert_same_answers(one: co.Scene, other: co.Scene, count: int = 1500) -> None:
-    """Spans, first hits and points, bit by bit; at least one ray must have met something."""
+    """Assert equal spans, first hits and points, bit by bit, and that at least one ray hits."""
     rays = rays_through(one, count)
     a, b = one.spans(rays), other.spans(rays)
     assert len(a.t_enter) > 0
@@ -44,7 +50,7 @@ def assert_same_answers(one: co.Scene, other: co.Scene, count: int = 1500) -> No
 
 
 def assert_close_answers(one: co.Scene, other: co.Scene, tolerance: float = 1e-9) -> None:
-    """The same bodies along rays, lengths within a tolerance: where numbers were rounded on the way."""
+    """Assert equal bodies along rays, with lengths within a tolerance: the file has rounded numbers."""
     rays = rays_through(one, 400)
     a, b = (scene.spans(rays).lengths() for scene in (one, other))
     size = float((one.extent[1] - one.extent[0]).max())

@@ -1,4 +1,4 @@
-"""Files of other programs that use every part of a format which can come back."""
+"""Files of other programs that use every part of a format that an export can write."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ GDML_SOLIDS = {
     '<section zOrder="0" zPosition="-6" xOffset="0" yOffset="0" scalingFactor="1"/>'
     '<section zOrder="1" zPosition="7" xOffset="1" yOffset="-2" scalingFactor="0.5"/></xtru>',
 }
-"""A solid each; to be given its name."""
+"""One solid of each element, without its name."""
 BOOLEANS = """
 <box name="block" x="20" y="20" z="20"/> <tube name="bore" rmin="0" rmax="6" z="50" deltaphi="360" aunit="deg"/>
 <subtraction name="bored"><first ref="block"/><second ref="bore"/><position x="7" y="5" z="0"/>
@@ -61,7 +61,7 @@ TURNS = ("", '<rotation x="10" y="20" z="-35" unit="deg"/>', '<rotation z="90" u
 
 
 def detector(solids: dict[str, str], more: str = "", others: tuple[str, ...] = ()) -> str:
-    """Each of some solids at a place of its own, a third of them turned, and two copies of a nest of three."""
+    """Return solids at places of their own, a third of them turned, and two copies of a nest of three."""
     names = [f"s{k}" for k in range(len(solids))]
     text = "".join(each.format(name) for name, each in zip(names, solids.values(), strict=True)) + more
     names += others

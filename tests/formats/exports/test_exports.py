@@ -35,7 +35,8 @@ from ..strategies import SOLIDS, moved, primitive
 from . import models
 from .comparison import assert_close_answers, assert_same_answers, written_and_read
 
-# --- Every solid of Conicoid, moved and combined: a format says it so that it answers as before, or refuses it by name
+# --- Every solid of Conicoid, moved and combined: a format writes it so that it answers as before, or refuses it by
+# name
 
 SUFFIXES = [each.suffixes[0] for each in EXPORT_FORMATS]
 FEW = hypothesis.settings(
@@ -50,7 +51,7 @@ CUT = co.Box((-3, -3, -3), (3, 3, 3))
 
 
 def said_or_refused(scene: co.Scene, path: Path) -> None:
-    """What comes back answers alike but for the rounding of numbers; a refusal names the body."""
+    """Check that the file answers alike but for the rounding of numbers, or that the refusal names the body."""
     try:
         notes = co.export(scene, path)
     except ValueError as error:
@@ -58,7 +59,7 @@ def said_or_refused(scene: co.Scene, path: Path) -> None:
         return
     try:
         back = co.load(path)
-    except ValueError:  # of numbers that are out of bounds once they are written in the format's own way
+    except ValueError:  # numbers that are out of bounds in the format's own form
         assert not _is_moderate(scene)
         return
     is_empty = any(note.startswith("with nothing in it") for note in notes)
@@ -68,7 +69,7 @@ def said_or_refused(scene: co.Scene, path: Path) -> None:
 
 
 def _is_moderate(scene: co.Scene) -> bool:
-    """Do no numbers of the shape differ by so much that rounding one in OpenSCAD or GDML moves others out of sight?"""
+    """Return whether rounding one number of the shape in OpenSCAD or GDML leaves the others in sight."""
     numbers = [abs(float(word)) for word in _NUMBER.findall(repr(scene.bodies[0].shape))]
     low, high = scene.bounds
     return (
@@ -80,14 +81,14 @@ def _is_moderate(scene: co.Scene) -> bool:
 @FEW
 @hypothesis.given(st.data())
 def test_every_kind(name: str, suffix: str, tmp_path_factory: pytest.TempPathFactory, data: st.DataObject) -> None:
-    """As it is, cut by a box, and cut from one."""
+    """The shape stands as it is, cut by a box, and cut from one."""
     shape = data.draw(moved(primitive(name)))
     kind = data.draw(st.sampled_from(["alone", "within", "without"]))
     shape = {"alone": shape, "within": CUT & shape, "without": CUT - shape}[kind]
     said_or_refused(co.Scene([co.Body(shape, name="thing")]), tmp_path_factory.mktemp("x") / f"out{suffix}")
 
 
-# --- What a format cannot say is refused by name, all of it in one message; what it says less of is told
+# --- One message names everything that a format cannot write; a warning names what it loses
 
 SOLID_FORMATS = (".gdml", ".scad", ".xml")
 SADDLE = co.HyperbolicParaboloid(1, 1, within=co.Box())
@@ -157,7 +158,7 @@ def test_a_file_of_openmc_has_a_cell(tmp_path: Path) -> None:
 
 
 def test_turned_parts_fill_a_cell_of_openmc_if_others_bound_them(tmp_path: Path) -> None:
-    """(0.336, 1.256, 0) is 1.3 from the centre, at 75 degrees: in the turned box, beside an unturned one and the ball."""
+    """(0.336, 1.256, 0) is 1.3 from the center, at 75 degrees: in the turned box, beside an unturned one and the ball."""
     turned, path = co.Box().rotate("z", 30), tmp_path / "a.xml"
     for solid, fills in ((turned, 0), (turned & co.Sphere(1.2), 1)):
         co.export(co.Scene([solid]), path)
@@ -166,7 +167,7 @@ def test_turned_parts_fill_a_cell_of_openmc_if_others_bound_them(tmp_path: Path)
 
 
 def test_cells_of_openmc_do_not_overlap(tmp_path: Path) -> None:
-    """What two bodies share belongs to the one that is listed first, as `body_at` says."""
+    """Space that two bodies share belongs to the first in the list, as for `body_at`."""
     scene = co.Scene([co.Body(co.Sphere(1), name="a"), co.Body(co.Sphere(1, (1, 0, 0)), name="b")])
     notes = co.export(scene, tmp_path / "out.xml")
     assert any("cut by bodies before them, as cells must not overlap: b" in note for note in notes)
@@ -177,7 +178,7 @@ def test_cells_of_openmc_do_not_overlap(tmp_path: Path) -> None:
 
 
 def test_one_overlap_of_a_body_is_enough_for_gdml(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of 10 balls that all share the origin, regions are compared once for each but the first, not for all 45 pairs."""
+    """10 balls all share the origin. Regions are compared once for each but the first, not for all 45 pairs."""
     count, is_empty = [], EmptinessTest.is_empty
     monkeypatch.setattr(EmptinessTest, "is_empty", lambda *parts: count.append(1) or is_empty(*parts))  # type: ignore[func-returns-value]
     scene = co.Scene([co.Sphere(2, (k / 8, 0, 0)) for k in range(10)])
@@ -187,7 +188,10 @@ def test_one_overlap_of_a_body_is_enough_for_gdml(tmp_path: Path, monkeypatch: p
 
 
 def test_a_ray_shows_which_balls_overlap() -> None:
-    """The stretch of the line between two centres in both balls, by the quadratic formula. Booleans have no ray."""
+    """The ray is the part of the line between two centers in both balls, by the quadratic formula.
+
+    Booleans have no ray.
+    """
     random = np.random.default_rng(41)
     centers, radii = random.uniform(-3, 3, (24, 3)), random.uniform(0.2, 2, 24)
     balls = [co.Sphere(*ball) for ball in zip(radii, map(tuple, centers), strict=True)]
@@ -218,7 +222,7 @@ def test_many_bodies_in_one_entry(tmp_path: Path) -> None:
 
 
 def test_names_of_many_volumes_are_found_in_few_steps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The n-th of one name was found in n steps: of 13,000 bonds each looked at 6,500 names."""
+    """The n-th of one name took n steps: each of 13,000 bonds looked at 6,500 names."""
     looked_up = []
 
     class Names(set):
@@ -335,7 +339,7 @@ def test_the_command_names_the_refused_body(tmp_path: Path) -> None:
     assert not (tmp_path / "x.gdml").exists()
 
 
-# --- Import, export, import: the same answers to the bit, for all that each format has
+# --- Import, export, import: the same answers to the bit, for every part of each format
 
 OPENMC = {"kinds": KINDS, "turns": TURNS}
 
@@ -347,7 +351,7 @@ def read_text(folder: Path, text: str, name: str) -> co.Scene:
 
 
 def same(one: co.Scene, other: co.Scene) -> None:
-    """Bodies as well as answers."""
+    """Assert equal bodies as well as answers."""
     assert [body.name for body in one.bodies] == [body.name for body in other.bodies]
     assert [body.material for body in one.bodies] == [body.material for body in other.bodies]
     assert_same_answers(one, other)
@@ -355,7 +359,7 @@ def same(one: co.Scene, other: co.Scene) -> None:
 
 @pytest.mark.parametrize("name", sampled(models.GDML_SOLIDS, 4))
 def test_solids_of_gdml(name: str, tmp_path: Path) -> None:
-    """As it stands, turned by odd angles, and turned by a quarter."""
+    """The scene stands as it is, turned by odd angles, and turned by a quarter."""
     thrice = {f"{name} {k}": models.GDML_SOLIDS[name] for k in range(3)}
     scene = read_text(tmp_path, models.detector(thrice), "in.gdml")
     assert len(scene) == 1 + 3 + 2 * 5
@@ -370,7 +374,7 @@ def test_booleans_of_gdml(tmp_path: Path) -> None:
 
 
 def test_a_second_export_is_the_same_text(tmp_path: Path) -> None:
-    """So nothing grows from trip to trip."""
+    """No text grows from trip to trip."""
     for text, name in ((models.detector(models.GDML_SOLIDS), "a.gdml"), (models.SCAD, "a.csg"), (KINDS, "a.xml")):
         scene, texts = read_text(tmp_path, text, name), []
         for k in range(3):
@@ -381,7 +385,7 @@ def test_a_second_export_is_the_same_text(tmp_path: Path) -> None:
 
 
 def test_openscad(tmp_path: Path) -> None:
-    """A cylinder with sides, the last part, is a polyhedron, whose corners are rounded."""
+    """The last part, a cylinder with sides, is a polyhedron, whose corners are rounded."""
     exact, sides, rest = re.split(r" multmatrix[^\n]*\n(  cylinder[^}]*)", models.SCAD)
     scene = read_text(tmp_path, exact + rest, "in.csg")
     assert len(scene) == 3
@@ -422,8 +426,9 @@ STEPPED = """<polyhedra name="{}" startphi="7" deltaphi="200" numsides="3" aunit
 def test_outlines_and_polyhedra_of_gdml(
     solid: str, strict: bool, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """As in Geant4's example of scaled volumes; a convex outline is planes from the beginning. Sides of polyhedra are
-    floats of sines, which readers get from the same element only.
+    """As in Geant4's example of scaled volumes. A convex outline is planes from the beginning.
+
+    Sides of polyhedra are floats of sines, which readers get from the same element only.
     """
     scene = read_text(tmp_path, models.detector({f"solid {k}": solid for k in range(3)}), "in.gdml")
     same(scene, written_and_read(scene, tmp_path / "out.gdml", strict=strict))
@@ -434,7 +439,7 @@ COMPUTED = """<define><constant name="r" value="1+2*3"/><quantity name="ell" val
 
 
 def test_elements_are_written_with_the_values_of_their_expressions(tmp_path: Path) -> None:
-    """A third is no decimal: it is written as a quotient. Units of the file become their values in mm."""
+    """A third is no decimal, so it is written as a quotient. Units of the file become their values in mm."""
     solid = '<paraboloid name="{}" rlo="r/3" rhi="r" dz="10/r" lunit="ell"/>'
     text = models.detector({"bowl": solid}).replace("<materials>", f"{COMPUTED}<materials>", 1)
     scene = read_text(tmp_path, text, "in.gdml")
@@ -458,7 +463,7 @@ def test_moved_and_copied_solids_keep_their_element(tmp_path: Path) -> None:
 
 
 def test_another_order_is_reported(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
-    """A hole of the first body is the third, which a volume's daughter comes before the second."""
+    """The hole of the first body is the third body, and in a volume a daughter comes before the second body."""
     hole = co.Box((-1, -1, -1), (1, 1, 1))
     whole = co.Difference((co.Box((-5, -5, -5), (5, 5, 5)), hole))
     bodies = [co.Body(whole, name="a"), co.Body(co.Sphere(1, (9, 0, 0)), name="b"), co.Body(hole, name="c")]
@@ -470,7 +475,7 @@ def test_another_order_is_reported(tmp_path: Path, caplog: pytest.LogCaptureFixt
     assert "another order" not in caplog.text
 
 
-# --- One assembly as OpenMC geometry, as MCNP deck and as GDML file, the latter two written by hand: the same spans
+# --- One assembly as OpenMC geometry, as MCNP deck and as GDML file, the latter two by hand: the same spans
 
 
 def rows() -> list[str]:
@@ -478,7 +483,7 @@ def rows() -> list[str]:
 
 
 def gdml() -> str:
-    """Pins of a pellet in a cladding, guide tubes of water in a wall, each in a box of water; lengths as in the deck."""
+    """Return pins of a pellet in a cladding, and guide tubes, each in a box of water; lengths as in the deck."""
     tube = '<tube name="{}" rmin="{}" rmax="{}" z="20" deltaphi="360" aunit="deg" lunit="mm"/>'
     sizes = {"pellet": (0, 0.4096), "cladding": (0.4096, 0.475), "inside": (0, 0.561), "wall": (0.561, 0.602)}
     solids = "".join(tube.format(name, *radii) for name, radii in sizes.items())
@@ -498,11 +503,11 @@ def gdml() -> str:
 
 
 CELLS = {"pellet": 1, "cladding": 2, "pin": 3, "inside": 4, "wall": 5, "guide": 6}
-"""What is the cell of each volume, in the other two."""
+"""The cell, in the other two formats, of each volume."""
 
 
 def spans_of(scene: co.Scene, rays: co.Rays) -> np.ndarray[Any, Any]:
-    """Ray, t_enter, t_exit and number of the cell of each span in the assembly, in that order."""
+    """Return ray, t_enter, t_exit and number of the cell of each span in the assembly, in that order."""
     spans = scene.spans(rays)
     kinds = np.array([_cell(body.name or "") for body in scene.bodies])[spans.body]
     ray = np.repeat(np.arange(len(rays)), np.diff(spans.offsets))
@@ -543,7 +548,7 @@ def test_the_same_spans(scenes: dict[str, co.Scene], rays: co.Rays) -> None:
 def test_written_in_another_format(
     scenes: dict[str, co.Scene], rays: co.Rays, name: str, suffix: str, tmp_path: Path
 ) -> None:
-    """Ends of spans are the same bits in whatever format they were said last."""
+    """Ends of spans keep their bits through every format."""
     back = written_and_read(scenes[name], tmp_path / f"out{suffix}")
     a, b = scenes[name].spans(rays), back.spans(rays)
     np.testing.assert_array_equal(a.offsets, b.offsets)
@@ -559,7 +564,7 @@ _UNITS_OF_FILES = {"gdml": "mm", "xml": "cm", "scad": "mm"}
 
 @pytest.mark.parametrize(("unit", "suffix"), in_turn([None, *_SIZES_IN_MM], _UNITS_OF_FILES))
 def test_lengths_are_converted_to_the_unit_of_the_file(tmp_path, unit, suffix):
-    """Rays hit what is read back at the distances of the scene, times the size of its unit."""
+    """Rays hit the scene of the file at the distances of the scene, times the size of its unit."""
     solids = [
         co.Sphere(0.41, (0.1, 0.2, 0.3)),
         co.Box((1, 1, 1), (2, 3, 4)).rotate("z", 30).translate((0.5, 0, 0)),
@@ -601,7 +606,7 @@ def test_scenes_of_two_units_are_not_mixed():
 
 
 def test_line_integrals_are_in_the_unit_of_the_scene(tmp_path):
-    """One plate of 2 g/cm³ and 3 mm in two units: density × length differs as the units do (docs/queries.md)."""
+    """One plate of 2 g/cm³ and 3 mm has two units, and density × length differs by these (docs/queries.md)."""
     gdml = """<gdml><materials><material name="m"><D value="2"/></material></materials>
 <solids><box name="b" x="9" y="9" z="3" lunit="mm"/></solids><structure><volume name="v"><materialref ref="m"/>
 <solidref ref="b"/></volume></structure><setup name="Default" version="1.0"><world ref="v"/></setup></gdml>"""
@@ -647,7 +652,7 @@ def test_importers_state_the_unit(tmp_path, name, text, unit):
 @pytest.mark.parametrize("name", ["a\x01b", "a\ud800b", "a\x1b[31m", "a\x7f\ufffe", "a\nb", "a\x00b"])
 @pytest.mark.parametrize("suffix", [".gdml", ".xml"])
 def test_xml_is_valid_for_any_name(name, suffix, tmp_path):
-    """A reader of XML refuses control characters, lone surrogates and U+FFFE, which a name may hold."""
+    """Readers of XML refuse control characters, lone surrogates and U+FFFE, which a name may hold."""
     bodies = [
         co.Body(co.Sphere(), co.matte("red", name=name, properties={"state": name, "macroscopic": name}), name),
         co.Body(co.Sphere(0.5).translate((3, 0, 0))),

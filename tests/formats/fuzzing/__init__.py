@@ -1,1 +1,1 @@
-"""Fuzzers of everything that Conicoid reads from files: cases made from a number, run in a process with limits."""
+"""Fuzzers of all files that Conicoid reads: cases made from a number, in a process with limits."""

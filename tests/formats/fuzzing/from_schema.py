@@ -1,4 +1,4 @@
-"""Values that a JSON Schema allows: all that the published schema of scene files uses, and nothing of the library."""
+"""Values that a JSON Schema allows, for the keywords of the published schema of scene files, without the library."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ DEEPEST = 9
 
 
 class Generator:
-    """Draws values of one schema."""
+    """Random values of one schema."""
 
     def __init__(self, random: Random, schema: dict[str, Any]) -> None:
         self.random, self.root = random, schema
@@ -52,7 +52,7 @@ class Generator:
         self.decades = random.choice([0, 0, 0, 3, 20, 50, 99])  # numbers between 10^-decades and 10^decades
 
     def value(self, schema: Any, depth: int = 0) -> Any:
-        """A value that the schema allows."""
+        """Return a value that the schema allows."""
         if "$ref" in schema:
             found = self.root
             for step in schema["$ref"].removeprefix("#/").split("/"):
@@ -68,7 +68,7 @@ class Generator:
         return self._typed(self.random.choice(kinds) if isinstance(kinds, list) else kinds, schema, depth)
 
     def _alternative(self, options: list[Any], depth: int) -> Any:
-        """Any of them; deep down one that ends soon."""
+        """Return any of the alternatives, and deep down one that ends soon."""
         if depth > DEEPEST:
             simple = [option for option in options if option.get("type") not in (None, "object", "array")]
             named = [option for option in options if option.get("$ref", "").endswith(("Sphere", "Plane", "Box"))]

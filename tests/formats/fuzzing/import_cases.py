@@ -1,4 +1,4 @@
-"""Files of other programs, damaged in their words, numbers, lines, elements and bytes: they are read, or refused by name."""
+"""Files of other programs, damaged in words, numbers, lines, elements and bytes: readers take them, or refuse by name."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def openmc_text(random: Random) -> str:
 
 
 def gdml_text(random: Random) -> str:
-    """Some solids, placed, in a loop as well."""
+    """Return some solids, placed, and in a loop."""
     solids, inside, structure = '<box name="w" x="200" y="200" z="200"/>', "", ""
     slices = '<divisionvol axis="kZAxis" number="3" width="0" offset="0" unit="mm"><volumeref ref="v0"/></divisionvol>'
     for k, name in enumerate(random.sample(sorted(SOLIDS), 4)):
@@ -88,11 +88,11 @@ SOURCES = {
     "molecules": (lambda random: random.choice([XYZ, PDB, CIF, SALT]), "a.xyz"),
     "openscad": (lambda random: random.choice(list(CASES)), "a.csg"),
 }
-"""What a text is made by, and its file."""
+"""The function that makes a text, and the name of its file."""
 
 
 def elements_damaged(random: Random, text: str) -> str:
-    """An element or an attribute left out, repeated, or exchanged with another; a value repeated, or another name."""
+    """Leave out, repeat or exchange an element or an attribute; repeat a value, or change a name."""
     pattern = random.choice([r"<(\w+)[^<>]*/>", r'\s\w+="[^"]*"', r'(?<=")[^"<>]+(?=")'])
     found = list(re.finditer(pattern, text))
     if not found:
@@ -104,7 +104,7 @@ def elements_damaged(random: Random, text: str) -> str:
 
 
 def letters_damaged(random: Random, text: str, letters: Sequence[str]) -> str:
-    """A few letters left out, doubled or replaced."""
+    """Leave out, double or replace a few letters."""
     changed = list(text)
     for _ in range(random.randint(1, 6)):
         at = random.randrange(len(changed))
@@ -113,7 +113,7 @@ def letters_damaged(random: Random, text: str, letters: Sequence[str]) -> str:
 
 
 def import_case(kind: str, seed: int, folder: Path) -> bool:
-    """A good file of a format, damaged. Whether it is read."""
+    """Damage a good file of a format; return whether it can be read."""
     random = Random(seed)
     make, name = SOURCES[kind]
     text = make(random)
@@ -129,7 +129,7 @@ def import_case(kind: str, seed: int, folder: Path) -> bool:
         imported = importlib.import_module(f"conicoid.io.{kind}.importer").import_file(
             path, ImportOptions(max_bodies=MOST_BODIES)
         )
-    except (SceneFileError, ValueError, ImportError) as error:  # others than the first: of the file as a whole
+    except (SceneFileError, ValueError, ImportError) as error:  # the last two concern the file as a whole
         message = str(error)
         assert all(line.isprintable() for line in message.splitlines()), ascii(message)
         assert not isinstance(error, SceneFileError) or error.problems
@@ -140,7 +140,7 @@ def import_case(kind: str, seed: int, folder: Path) -> bool:
 
 
 def check(imported: ImportResult, output: Path) -> None:
-    """Use what was read: a scene file that gives the same scene, bounds, and lines that can be printed."""
+    """Check the scene: a scene file that gives the same scene, bounds, and printable lines."""
     for line in (*imported.notes, *map(str, imported.legend), *(body.name or "" for body in imported.bodies)):
         assert line.isprintable(), ascii(line)
     for body in imported.bodies[:20]:

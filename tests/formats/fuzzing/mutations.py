@@ -20,7 +20,7 @@ VALUES: list[Any] = [None, True, False, 0, 1, -1, 0.5, 2, 3, 1e-9, 1e100, 1e101,
 
 
 def bytes_damaged(random: Random, data: bytes) -> bytes:
-    """A few bytes changed, dropped, doubled or moved, or the end cut off."""
+    """Change, drop, double or move a few bytes, or cut the end off."""
     result = bytearray(data)
     for _ in range(random.choice([1, 1, 1, 2, 4, 16])):
         if not result:
@@ -46,7 +46,7 @@ def bytes_damaged(random: Random, data: bytes) -> bytes:
 
 
 def text_damaged(random: Random, text: str, tokens: Sequence[str] = TOKENS) -> str:
-    """Words, numbers and lines exchanged, doubled, dropped or put in."""
+    """Exchange, double, drop or insert words, numbers and lines."""
     for _ in range(random.choice([1, 1, 2, 3, 6])):
         lines = text.split("\n")
         at = random.randrange(len(lines))
@@ -72,7 +72,7 @@ def text_damaged(random: Random, text: str, tokens: Sequence[str] = TOKENS) -> s
 
 
 def _word_changed(random: Random, text: str, tokens: Sequence[str]) -> str:
-    """One number or word in place of another."""
+    """Put one number or word in place of another."""
     found = list(re.finditer(r"-?[\d.]+(?:e-?\d+)?|\w+", text))
     if not found:
         return text
@@ -86,7 +86,7 @@ def _word_changed(random: Random, text: str, tokens: Sequence[str]) -> str:
 
 
 def tree_damaged(random: Random, tree: Any, pool: list[Any]) -> Any:
-    """A copy of a tree with some of its values exchanged for others, or for parts of other trees."""
+    """Return a copy of a tree with some of its values exchanged for others, or for parts of other trees."""
     share = random.choice([0.0, 0.003, 0.01, 0.03, 0.1])
     numbers = random.choice([0.0, 0.003, 0.01, 0.1])
 
@@ -112,7 +112,7 @@ def tree_damaged(random: Random, tree: Any, pool: list[Any]) -> Any:
 
 
 def subtrees(tree: Any) -> list[Any]:
-    """All values in a tree."""
+    """Return all values in a tree."""
     found, pending = [], [tree]
     while pending:
         value = pending.pop()

@@ -1,4 +1,4 @@
-"""Files of rays and of balls, damaged: they are read, or refused in one line that names the file."""
+"""Files of rays and of balls, damaged: readers accept them, or refuse them in one line that names the file."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ TYPES = ["'<f8'", "'>f8'", "'<f4'", "'<f2'", "'<f16'", "'<i8'", "'|u1'", "'|b1'"
 
 
 def ray_case(seed: int, folder: Path) -> bool:
-    """A damaged file of rays, or of balls in a scene. Whether it is read."""
+    """Damage a file of rays, or of balls in a scene; return whether it can be read."""
     random = Random(seed)
     balls = random.random() < 0.25
     suffix = random.choice([".npy", ".npy", ".csv"] if balls else [".npy", ".npz", ".npz", ".csv"])
@@ -38,7 +38,7 @@ def ray_case(seed: int, folder: Path) -> bool:
 
 
 def rays_read(path: Path) -> bool:
-    """Read rays, whole and in pieces; a refusal is one line that begins with the file."""
+    """Read rays, whole and in pieces. A refusal is one line that begins with the file."""
     whole = refused_or(path, lambda: RayFile(path, whole=True).read())
     pieces = refused_or(path, lambda: list(RayFile(path).pieces(2)))
     if whole is None:
@@ -55,7 +55,7 @@ def rays_read(path: Path) -> bool:
 
 
 def refused_or(path: Path, read: Callable[[], Any]) -> Any:
-    """What a call returns, or None for a refusal, whose text is looked at."""
+    """Return the result of a call, or None after a refusal with a good text."""
     try:
         return read()
     except ValueError as error:
@@ -67,7 +67,7 @@ def refused_or(path: Path, read: Callable[[], Any]) -> Any:
 
 
 def balls_read(folder: Path, path: Path) -> bool:
-    """Load a scene of the balls; a refusal is told at its place in the scene, and names the file or its values."""
+    """Load a scene of the balls. A refusal stands at its place in the scene, and names the file or its values."""
     scene = folder / "balls.yaml"
     scene.write_text(f"bodies:\n  - shape: {{Spheres: {{file: {path.name}}}}}\n")
     try:
@@ -83,7 +83,7 @@ def balls_read(folder: Path, path: Path) -> bool:
 
 
 def damaged(random: Random, suffix: str, columns: int) -> bytes:
-    """The bytes of a file, wrong in one way or another, sometimes in none."""
+    """Return the bytes of a file, wrong in one way or another, sometimes in none."""
     if suffix == ".csv":
         return csv(random, columns)
     if suffix == ".npy":
@@ -121,7 +121,7 @@ def good_npy(random: Random, columns: int) -> bytes:
 
 
 def npy_by_hand(random: Random, columns: int) -> bytes:
-    """A header with anything in it, and some bytes after it."""
+    """Return a header with any content, and some bytes after it."""
     kind, shape = random.choice(TYPES[:3] if random.random() < 0.5 else TYPES), random.choice(SHAPES)
     order = random.choice(["False", "True", "False", "0", "None", "'False'"])
     entries = [f"'descr': {kind}", f"'fortran_order': {order}", f"'shape': {shape.replace('6', str(columns))}"]
@@ -174,7 +174,7 @@ def npz_of(random: Random, members: dict[str, bytes]) -> bytes:
 
 
 def directory_damaged(random: Random, data: bytes) -> bytes:
-    """One field of the archive's directory, or of the headers of its members, exchanged for another value."""
+    """Exchange one field of the archive's directory, or of the headers of its members, for another value."""
     result = bytearray(data)
     signature, fields = random.choice([
         (b"PK\x01\x02", {4: 2, 6: 2, 8: 2, 10: 2, 16: 4, 20: 4, 24: 4, 28: 2, 30: 2, 32: 2, 34: 2, 42: 4}),

@@ -1,4 +1,4 @@
-"""Scene files: damaged ones, and ones made from the published schema. They load, or are refused with their lines."""
+"""Scene files: damaged ones, and ones from the published schema. They load, or errors name their lines."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ bodies:
 
 @functools.cache
 def sources() -> tuple[list[str], list[Any], list[Any]]:
-    """Texts of good scenes, their trees, and all values that stand in them."""
+    """Return texts of good scenes, their trees, and all values in them."""
     texts = [BY_HAND.replace("  - SpotLight: {<<: 1}\n", "")]
     texts += [path.read_text(encoding="utf-8") for path in sorted((ROOT / "examples").rglob("*.yaml"))]
     trees = [yaml.safe_load(text) for text in texts]
@@ -64,7 +64,7 @@ def sources() -> tuple[list[str], list[Any], list[Any]]:
 
 
 def prepare(folder: Path) -> None:
-    """What scene files may refer to."""
+    """Write the files that scene files may refer to."""
     if not (folder / "balls.npy").exists():
         np.save(folder / "balls.npy", np.arange(12.0).reshape(3, 4) + 1)
         np.savez(folder / "rows.npz", turn=np.arange(12.0), x=np.arange(12.0) / 7)
@@ -75,7 +75,7 @@ def prepare(folder: Path) -> None:
 
 
 def mutated_case(seed: int, folder: Path) -> bool:
-    """A good scene file with damage to its bytes, its text or its tree. Whether it loads."""
+    """Damage the bytes, the text or the tree of a good scene file; return whether it loads."""
     random = Random(seed)
     texts, trees, pool = sources()
     which = random.choice([0, 0, 0, random.randrange(len(texts))])
@@ -92,7 +92,7 @@ def mutated_case(seed: int, folder: Path) -> bool:
 
 
 def schema_case(seed: int, folder: Path) -> bool:
-    """A scene that the schema allows. Whether it loads."""
+    """Make a scene that the schema allows; return whether it loads."""
     random = Random(seed)
     schema = _schema()
     return check(written(random, Generator(random, schema).value(schema)), folder)
@@ -104,21 +104,21 @@ def _schema() -> dict[str, Any]:
 
 
 def written(random: Random, tree: Any) -> bytes:
-    """A tree as YAML or JSON."""
+    """Return a tree as YAML or JSON."""
     if not isinstance(tree, dict) or random.random() < 0.3:
         return json.dumps(tree).replace("-Infinity", "-.inf").replace("Infinity", ".inf").encode()
     return dump_yaml({str(key): value for key, value in _plain(tree).items()}).encode()
 
 
 def _plain(value: Any) -> Any:
-    """Keys that are no texts, as YAML has them, made texts."""
+    """Make texts of keys that are none, as YAML allows them."""
     if isinstance(value, dict):
         return {str(key): _plain(item) for key, item in value.items()}
     return [_plain(item) for item in value] if isinstance(value, list) else value
 
 
 def check(data: bytes, folder: Path) -> bool:
-    """Load a file; what loads has bounds and tables, and comes back equal when it is saved."""
+    """Load a file. The scene must have bounds and tables, and come back equal after a save."""
     prepare(folder)
     path = folder / "scene.yaml"
     path.write_bytes(data)
@@ -142,7 +142,7 @@ def check(data: bytes, folder: Path) -> bool:
 
 
 def check_problems(error: SceneFileError) -> None:
-    """Each mistake in a file is told on a line of its own, with its place unless it is one of the file as a whole."""
+    """Check that each mistake has a line of its own, with its place unless it is one of the file as a whole."""
     assert error.problems
     for problem in error.problems:
         assert problem.message.strip()

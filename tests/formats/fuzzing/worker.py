@@ -1,7 +1,8 @@
-"""Runs cases in a process of its own, with limits of memory and time: python -m tests.formats.fuzzing.worker FIRST COUNT FOLDER KIND...
+"""Run cases in a process with limits of memory and time: python -m tests.formats.fuzzing.worker FIRST COUNT FOLDER
+KIND...
 
-Every failure is a line of JSON; after those of a kind a line says how many cases were run, how many of them were accepted,
-and how much memory the process took so far.
+Every failure is a line of JSON. After the failures of a kind a line gives the number of cases, how many of them were
+accepted, and the largest memory of the process so far.
 """
 
 from __future__ import annotations
@@ -22,12 +23,12 @@ from .ray_cases import ray_case
 from .scene_cases import mutated_case, schema_case
 
 SECONDS, BYTES = 10, 2 << 30
-"""Of one case at most, in the time of the processor, so that a busy machine makes no difference."""
+"""Seconds of processor time for one case, so that a busy machine makes no difference."""
 KINDS = {"mutated": mutated_case, "schema": schema_case, "rays": ray_case, **IMPORTS}
 
 
 class TooSlow(BaseException):
-    """Not an Exception: nobody may catch it."""
+    """A case that takes too long. It is not an Exception, so that nobody catches it."""
 
 
 def too_slow(*_: Any) -> None:
@@ -40,7 +41,7 @@ def report(line: dict[str, Any]) -> None:
 
 
 def peak() -> int:
-    """Most bytes that this process had in memory. (`ru_maxrss` counts what its parent had when it was forked.)"""
+    """Return the most bytes that this process had in memory. (`ru_maxrss` counts its parent's memory at the fork.)"""
     lines = Path("/proc/self/status").read_text().splitlines()
     return next(int(line.split()[1]) * 1024 for line in lines if line.startswith("VmHWM:"))
 

@@ -1,6 +1,6 @@
-"""Which volume of a GDML file points are in: plain NumPy, in floats, from the XML alone; no code of the package.
+"""Find the volume of a GDML file at each point: plain NumPy, in floats, from the XML alone, independent of Conicoid.
 
-For files of plain numbers: boxes, tubes, cones, spheres, trds, traps, polycones, Booleans, placements.
+It reads files of plain numbers: boxes, tubes, cones, spheres, trds, traps, polycones, Booleans, placements.
 """
 
 import itertools
@@ -12,7 +12,7 @@ UNITS = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "rad": 1.0, "radian": 1.0, "deg": n
 
 
 def rotation(x, y, z):
-    """Rz Ry Rx."""
+    """Return Rz Ry Rx."""
     (a, b, c), (d, e, f) = np.cos([x, y, z]), np.sin([x, y, z])
     rx = np.array([[1, 0, 0], [0, a, -d], [0, d, a]])
     ry = np.array([[b, 0, e], [0, 1, 0], [-e, 0, b]])
@@ -21,7 +21,7 @@ def rotation(x, y, z):
 
 
 class Evaluator:
-    """A file. `deepest(points)` gives the name of the volume (its definition) that each is in, "" for none."""
+    """One file. `deepest(points)` gives the name of the volume (its definition) at each point, "" for none."""
 
     def __init__(self, path):
         self.root = ElementTree.parse(path).getroot()

@@ -37,5 +37,5 @@ def scene_of(folder: Path, text: str, **options) -> co.Scene:
 
 
 def solid_scene(folder: Path, solids: str, name: str, define: str = "") -> co.Scene:
-    """A scene of one solid."""
+    """Return a scene of one solid."""
     return scene_of(folder, text_of(solids, volume("world", name), define))

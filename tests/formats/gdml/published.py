@@ -1,9 +1,11 @@
-"""Numbers that others print in the tests of their solids, with the solid as GDML and, where there is one, as a shape.
+"""Numbers that others print in the tests of their solids, with the solid as GDML and, if there is one, as a shape.
 
-Source: the unit tests of VecGeom (test/unit_tests/Test*.cpp, many of them carried over from Geant4's testG4*.cc), which
-give half lengths and radians. Distances are those of DistanceToIn and DistanceToOut; numbers that are worked out there
-(constants, square roots) are worked out here. Left out: rays that lie in a wall; edges, where a normal is a choice; and
-the capacity and area that TestPolyhedra prints, which are not the solid's: n tan(δ / 2) ∫ (R² - r²) dz stands for the first.
+Source: the unit tests of VecGeom (test/unit_tests/Test*.cpp, many of them from Geant4's testG4*.cc), which give half
+lengths and radians. Distances are those of DistanceToIn and DistanceToOut. Numbers that the source computes (constants,
+square roots) are computed here.
+
+Left out: rays that lie in a wall; edges, where a normal is a choice; and the capacity and area that TestPolyhedra
+prints, which are not the solid's: n tan(δ / 2) ∫ (R² - r²) dz stands for the first.
 """
 
 from __future__ import annotations
@@ -26,7 +28,7 @@ FAR = (100, 0, 0), (0, 100, 0), (0, 0, 100), (-100, 0, 0), (0, -100, 0), (0, 0, 
 
 @dataclass
 class Published:
-    """A solid and what is printed of it; points in mm, angles in GDML in degrees."""
+    """A solid and its printed numbers; points in mm, angles in GDML in degrees."""
 
     source: str
     gdml: str
@@ -44,7 +46,7 @@ class Published:
 
 
 def from_far(x: float, y: float, z: float) -> list[tuple[Vector, Vector, float]]:
-    """Along the axes from 100 mm, and past it."""
+    """Return rays along the axes from 100 mm, and past the solid."""
     straight = list(zip(FAR, (MX, MY, MZ, X, Y, Z), (x, y, z, x, y, z), strict=True))
     return [*straight, ((100, 0, 0), XY, NEVER), ((-100, 0, 0), MXY, NEVER)]
 
@@ -54,7 +56,7 @@ def from_middle(x: float, y: float, z: float) -> list[tuple[Vector, Vector, floa
 
 
 def sphere(inner: float, outer: float, phi: tuple[float, float], theta: tuple[float, float]) -> dict[str, Any]:
-    """GDML's sphere and the shape; ranges as (start, delta) in degrees."""
+    """Return GDML's sphere and the shape; ranges as (start, delta) in degrees."""
     (a, b), (c, d) = phi, theta
     return {
         "gdml": f'<sphere name="s" rmin="{inner}" rmax="{outer}" startphi="{a}" deltaphi="{b}" starttheta="{c}" '
@@ -80,7 +82,7 @@ def cone(a: float, b: float, c: float, d: float, half: float, start: float = 0, 
 
 
 def trd(x1: float, x2: float, y1: float, y2: float, half: float) -> dict[str, Any]:
-    """From half lengths."""
+    """Return a trd from half lengths."""
     return {
         "gdml": f'<trd name="s" x1="{2 * x1}" x2="{2 * x2}" y1="{2 * y1}" y2="{2 * y2}" z="{2 * half}"/>',
         "shape": lambda: co.Trapezoid((2 * x1, 2 * y1), (2 * x2, 2 * y2), (-half, half)),
@@ -88,7 +90,7 @@ def trd(x1: float, x2: float, y1: float, y2: float, half: float) -> dict[str, An
 
 
 def trap(dz: float, dy: float, dx: float, alpha: float) -> dict[str, Any]:
-    """All sections alike, sheared by alpha."""
+    """Return a trap with equal sections, sheared by alpha."""
     shear = dy * math.tan(alpha * DEG)
     return {
         "gdml": f'<trap name="s" z="{2 * dz}" theta="0" phi="0" y1="{2 * dy}" x1="{2 * dx}" x2="{2 * dx}" '

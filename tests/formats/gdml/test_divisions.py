@@ -1,4 +1,4 @@
-"""Divisions of each kind along each axis: every point of the mother is in the slice that its coordinate says."""
+"""Divisions of each kind along each axis: every point of the mother is in the slice of its coordinate."""
 
 import numpy as np
 import pytest
@@ -40,7 +40,7 @@ def in_tube(p):
 
 
 def from_to(x, low, high):
-    """Lengths from the first slice of width 1; -1 where there is none."""
+    """Return x in slices of width 1 from the first one, or -1 outside of all."""
     return np.where((x >= low) & (x <= high), x - low, -1)
 
 
@@ -49,7 +49,7 @@ def phi(p, start):
 
 
 def across_cone(p):
-    """From the inner wall to the outer."""
+    """Return the share of the way from the inner wall to the outer."""
     t = (p[:, 2] + 6) / 12
     return (radius(p) - (1 + 2 * t)) / (3 + 2 * t)
 

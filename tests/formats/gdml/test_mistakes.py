@@ -176,7 +176,7 @@ def test_a_document_type_without_entities_is_harmless(tmp_path):
     assert len(scene_of(tmp_path, text)) == 1
 
 
-# --- Parts of a GDML file in other files, taken in by entities where that is asked for
+# --- Parts of a GDML file in other files, which entities include if the user asks for it
 
 SOLIDS = '<box name="w" x="9" y="9" z="9"/>'
 

@@ -1,4 +1,4 @@
-"""GDML: published numbers, whole files, what is shared, pickled, and coloured."""
+"""GDML: published numbers, whole files, shared volumes, pickles, and colors."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ from .test_solids import DEFINE, SOLIDS as FLAT, TWISTED
 NAMES = [one.source for one in EVERY]
 READ = [(one, way) for one in EVERY for way in ("gdml", "shape") if way == "gdml" or one.shape]
 ON = 1e-9
-"""Points that are printed as on a surface lie on it to their last digits."""
+"""Points on a surface, as printed, are on it to their last digits."""
 
 
 @pytest.fixture(scope="module", params=READ, ids=[f"{one.source} as {way}" for one, way in READ])
 def solid(request, tmp_path_factory):
-    """(what is printed, a scene of the solid alone)"""
+    """Return (the printed numbers, a scene of the solid alone)."""
     one, way = request.param
     if way == "shape":
         return one, co.Scene([one.shape()])
@@ -41,21 +41,21 @@ def solid(request, tmp_path_factory):
 
 
 def intervals(scene, point, direction):
-    """Where the whole line through a point is inside, (n, 2), in lengths from the point."""
+    """Return the intervals of the whole line through a point inside, (n, 2), in lengths from the point."""
     unit = np.array(direction, float) / np.linalg.norm(direction)
     spans = scene.spans(point, unit, t_min=-np.inf)
     return np.stack([spans.t_enter, spans.t_exit], axis=1)
 
 
 def distance_in(scene, point, direction):
-    """To where the solid begins; 0 on its surface if the line goes in there, inf if it is never met."""
+    """Return the distance to the solid; 0 on its surface if the line goes in there, inf if it never meets the solid."""
     scale = 1 + np.abs(point).max()
     found = [low for low, high in intervals(scene, point, direction) if high > ON * scale]
     return max(min(found), 0.0) if found else np.inf
 
 
 def distance_out(scene, point, direction):
-    """To where the part ends that a point is in, or on the surface of."""
+    """Return the distance out of the part that holds the point, inside or on the surface."""
     scale = 1 + np.abs(point).max()
     return max(high for low, high in intervals(scene, point, direction) if low <= ON * scale and high >= -ON * scale)
 
@@ -82,7 +82,7 @@ def test_distances(solid):
 
 
 def test_normals(solid):
-    """Seen from a little way outside, straight on."""
+    """The ray comes from a little way outside, straight on."""
     one, scene = solid
     for point, normal in one.normals:
         unit = np.array(normal, float) / np.linalg.norm(normal)
@@ -96,7 +96,7 @@ def test_sizes(solid, monkeypatch):
     one, scene = solid
     if one.extent is not None:
         low, high = scene.bounds
-        rough = 1e-9 if hasattr(scene.bodies[0].shape, "operands") else 1e-14  # of combinations they are not tight
+        rough = 1e-9 if hasattr(scene.bodies[0].shape, "operands") else 1e-14  # bounds of Booleans are not tight
         assert np.allclose(low, one.extent[0], rtol=rough, atol=1e-13)
         assert np.allclose(high, one.extent[1], rtol=rough, atol=1e-13)
     if one.volume is None and one.area is None:
@@ -111,13 +111,13 @@ def test_sizes(solid, monkeypatch):
 
 
 def test_every_solid_of_gdml_that_others_print_numbers_of_is_here():
-    """Of those that formats/gdml builds; xtru, cutTube, twistedtubs and others have formulas in test_solids."""
+    """The list has all solids of formats/gdml; xtru, cutTube, twistedtubs and others have formulas in test_solids."""
     here = {one.gdml.split()[0].lstrip("<").rstrip(">") for one in EVERY}
     elsewhere = {"cutTube", "tessellated", "xtru", "genericPolycone", "genericPolyhedra", "twistedtubs"}
     assert set(SOLID_READERS) - here == elsewhere
 
 
-# --- Whole files against an evaluator that shares no code
+# --- Whole files against an evaluator without common code
 
 SOLIDS = """
 <box name="w" x="200" y="200" z="200"/>
@@ -163,7 +163,7 @@ def test_the_deepest_volume(tmp_path, seed):
     assert (found != expected).sum() == 0
 
 
-# --- Scenes of volumes that are placed again and again can be pickled, whatever solids they are
+# --- Scenes of volumes in many places can be pickled, whatever their solids are
 
 EVERY_SOLID = FLAT | {f"twisted: {name}": solid for name, solid in TWISTED.items()}
 PROTOCOLS = 2, pickle.HIGHEST_PROTOCOL
@@ -171,7 +171,7 @@ _ACROSS = 2
 
 
 def rows_of(folder: Path, solids: str) -> co.Scene:
-    """A solid in rows and columns in a box, which is around all of them."""
+    """Return a solid in rows and columns in a box around all of them."""
     inside = "".join(
         placed("it", f'<position x="{40 * (k % _ACROSS)}" y="{40 * (k // _ACROSS)}" z="1"/>') for k in range(_ACROSS**2)
     )
@@ -182,7 +182,7 @@ def rows_of(folder: Path, solids: str) -> co.Scene:
 
 
 def answers(scene: co.Scene) -> list[np.ndarray]:
-    """What some rays meet between the first bodies."""
+    """Return the first bodies that some rays meet."""
     rng = np.random.default_rng(4)
     origins, ends = rng.uniform(-20, 60, (2, 400, 3)) * (1, 1, 0.3)
     hits, points = scene.first_hit(origins, ends - origins), scene.body_at(origins)
@@ -209,7 +209,7 @@ def test_all_kinds_of_solids_are_among_them() -> None:
     assert {kind for kind in SOLID_READERS if f"<{kind} " not in texts} == set()
 
 
-# --- Volumes that stand in many places are worked out once: the same answers, in memory of what is written
+# --- Volumes in many places are computed once: the same answers, in the memory of the text
 
 HALL = """<box name="hall" x="2000" y="2000" z="2000" lunit="mm"/>
 <box name="shelf" x="90" y="5.9" z="3.1"/><tube name="pin" rmin="0.3" rmax="0.7" z="2.9" deltaphi="360" aunit="deg"/>
@@ -217,7 +217,7 @@ HALL = """<box name="hall" x="2000" y="2000" z="2000" lunit="mm"/>
 
 
 def nested(rows: int, columns: int) -> str:
-    """Shelves of pins with two chips in each, some shelves turned by quarters and some by 30 degrees."""
+    """Return shelves of pins with two chips in each, some shelves turned by quarters and some by 30 degrees."""
     pin = volume(
         "pin", "pin", placed("chip", '<position x="0.5" z="0.1"/>') + placed("wedge", '<position y="0.5"/>'), "air"
     )
@@ -270,16 +270,16 @@ def test_memory_follows_the_size_of_the_file(tmp_path):
         return found
 
     few, many = peak(41), peak(161)
-    assert many - few < 120 * 151 * 100  # bytes a body that is one more of what there is: less than its shape alone
+    assert many - few < 120 * 151 * 100  # bytes for one more body of a volume: less than its shape alone
 
 
-# --- Colours as auxiliary information: read where they are understood, told where not, written again
+# --- Colors as auxiliary information: read where they are understood, named in a warning where not, written again
 
 BOX = '<box name="s" x="2" y="2" z="2"/>'
 
 
 def loaded(folder, value, kind="Color"):
-    """A box of a colour, and what is told."""
+    """Return a box of a color, and the warnings."""
     hint = f'<auxiliary auxtype="{kind}" auxvalue="{value}"/>'
     path = folder / "a.gdml"
     path.write_text(text_of(BOX, volume("world", "s", hint)), encoding="utf-8")
@@ -320,7 +320,7 @@ def test_opacity_is_reported(tmp_path, caplog):
 
 
 def test_one_material_in_several_colors(tmp_path):
-    """It is one material in the file that is written, and two in a scene file, where names are of looks."""
+    """It is one material in the exported file, and two in a scene file, where names belong to looks."""
     solids, inside = BOX + '<box name="w" x="99" y="99" z="99"/>', ""
     structure = ""
     for k, hint in enumerate(

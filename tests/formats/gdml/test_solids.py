@@ -14,7 +14,7 @@ DEG = np.pi / 180
 
 
 def rotated(p, degrees, axis):
-    """Points turned counter-clockwise about an axis."""
+    """Return points turned counter-clockwise about an axis."""
     c, s = np.cos(degrees * DEG), np.sin(degrees * DEG)
     i, j = [(1, 2), (2, 0), (0, 1)][axis]
     q = p.copy()
@@ -35,7 +35,7 @@ def in_box(p, x, y, z):
 
 
 def in_stack(p, planes, r=None):
-    """Between planes (z, rmin, rmax), from below or from above; `r` are other distances than those from the axis."""
+    """Return which points are between planes (z, rmin, rmax), in either order; `r` replaces distances from the axis."""
     z, r, found = p[:, 2], radius(p) if r is None else r, np.zeros(len(p), bool)
     for (z0, a, b), (z1, c, d) in itertools.pairwise(planes):
         if z0 != z1:
@@ -45,7 +45,7 @@ def in_stack(p, planes, r=None):
 
 
 def in_cone(p, a, b, c, d, h):
-    """From (rmin, rmax) = (a, b) at -h to (c, d) at h."""
+    """Return which points are between (rmin, rmax) = (a, b) at -h and (c, d) at h."""
     return in_stack(p, [(-h, a, b), (h, c, d)])
 
 
@@ -70,7 +70,10 @@ def in_para(p):
 
 
 def in_trap(p):
-    """Mother of all trapezoids: half lengths 6; 4, 2, 3, tan 0.1; 5, 2.5, 3.75 (x in proportion keeps sides flat)."""
+    """Return which points are in the mother of all trapezoids.
+
+    Its half lengths are 6; 4, 2, 3, tan 0.1; 5, 2.5, 3.75 (x in proportion keeps sides flat).
+    """
     z = p[:, 2]
     t = (z + 6) / 12
     y0 = z * np.tan(10 * DEG) * np.sin(40 * DEG)
@@ -83,7 +86,7 @@ def in_trap(p):
 
 
 def across_sides(p, count, start, delta):
-    """Distances to the sides of a polyhedra, each along the middle of its sector; infinite beyond the last."""
+    """Return distances to the sides of a polyhedra, each along the middle of its sector; infinite beyond the last."""
     step = delta / count
     angle = (np.arctan2(p[:, 1], p[:, 0]) / DEG - start) % 360
     middle = start + (np.floor(angle / step) + 0.5) * step
@@ -92,7 +95,7 @@ def across_sides(p, count, start, delta):
 
 
 def in_polyhedra(p, count, start, delta, planes, share=1.0):
-    """`planes`: (z, rmin, rmax), radii to the sides, or `share` of what is given."""
+    """Return which points are between `planes` (z, rmin, rmax), with radii to the sides, or times `share`."""
     return in_stack(p, planes, across_sides(p, count, start, delta) / share)
 
 
@@ -111,7 +114,7 @@ def in_cut_tube(p):
 
 
 def in_polygon(x, y, corners):
-    """An odd number of edges to the right."""
+    """Return which points have an odd number of edges to the right."""
     found = np.zeros(len(x), bool)
     for (a, b), (c, d) in zip(corners, [*corners[1:], corners[0]], strict=True):
         if b != d:
@@ -120,7 +123,7 @@ def in_polygon(x, y, corners):
 
 
 def in_xtru(p, corners, sections):
-    """`sections`: (z, x offset, y offset, scale), which go evenly from one to the next."""
+    """Return which points are between `sections` (z, x offset, y offset, scale), which change evenly from one to the next."""
     found = np.zeros(len(p), bool)
     for low, high in itertools.pairwise(sections):
         t = (p[:, 2] - low[0]) / (high[0] - low[0])
@@ -141,7 +144,7 @@ def xtru(corners, sections):
     )
 
 
-# 33 teeth from y = 1 to 3, each 0.2 wide, on a bar from y = 0; they are pushed in y from z = 2 to 6
+# 33 teeth from y = 1 to 3, each 0.2 wide, on a bar from y = 0; an offset moves them along y from z = 2 to 6
 TOOTH = ((0, 30), (2, 30), (2, 10), (4, 10))
 TEETH = [(-6.6, 0), *(((k + a) / 10, y / 10) for k in range(-66, 66, 4) for a, y in TOOTH), (6.6, 0)]
 PUSH = [(-4, 0, 0, 1), (2, 0, 0, 1), (6, 0, 0.7, 1)]
@@ -317,7 +320,7 @@ def test_a_solid_equals_its_formula(tmp_path, name):
 
 
 def test_normals_of_flat_solids_are_whole_numbers_if_these_are_short(tmp_path):
-    """The side of a trd rises by 4 along 14: its normal (7, 0, -2) and its offset 7 · 4 at z = 0 are floats."""
+    """The side of a trd rises by 4 along 14. Its normal (7, 0, -2) and its offset 7 · 4 at z = 0 are floats."""
     shape = solid_scene(tmp_path, '<trd name="s" x1="4" x2="12" y1="10" y2="10" z="14"/>', "s").bodies[0].shape
     sides = {(7, 0, -2): 28, (-7, 0, -2): 28, (0, 1, 0): 5, (0, -1, 0): 5, (0, 0, 1): 7, (0, 0, -1): 7}
     assert dict(zip(map(tuple, shape.normals), shape.offsets, strict=True)) == sides
@@ -341,7 +344,7 @@ def test_sides_are_flat_to_a_hundred_thousandth_of_their_size(share, tmp_path):
 
 @pytest.mark.parametrize(("delta", "count"), [("6.283185307", 2), ("6.28318530", 4)])
 def test_two_pi_of_ten_digits_is_a_full_turn(tmp_path, delta, count):
-    """Geant4's tubes are whole from 2 pi - 5e-10 on. A slit of 7e-9 has two walls that a ray across y = 0 meets."""
+    """Geant4's tubes are full from 2 pi - 5e-10 on. A slit of 7e-9 has two walls that a ray across y = 0 meets."""
     scene = solid_scene(tmp_path, f'<tube name="s" rmax="7" z="9" startphi="0" deltaphi="{delta}"/>', "s")
     assert len(scene.crossings([(5, -20, 1)], [(0, 1, 0)]).t) == count
 
@@ -394,7 +397,7 @@ def corners(low, high):
 
 
 def within_sections(p, low, high, half):
-    """Corners go evenly from low to high; at its height a point is on one side of every edge (clockwise corners)."""
+    """Corners move evenly from low to high. At its height a point is on one side of every edge (clockwise corners)."""
     share = ((p[:, 2] + half) / (2 * half))[:, None]
     at = [(1 - share) * a + share * b for a, b in zip(np.array(low, float), np.array(high, float), strict=True)]
     found = abs(p[:, 2]) <= half
@@ -405,7 +408,7 @@ def within_sections(p, low, high, half):
 
 
 def twisted_tube(p, twist, inner, outer, low, high, width):
-    """In a section the sides are at ± width / 2 from atan(k z); radii at z = 0 grow by sqrt(1 + k² z²)."""
+    """In a section the sides are at ± width / 2 from atan(k z). Radii at z = 0 grow by sqrt(1 + k² z²)."""
     z = p[:, 2]
     k = np.tan(twist / 2 * DEG) / max(abs(low), abs(high))
     grown = np.sqrt(1 + (k * z) ** 2)
@@ -470,7 +473,7 @@ def test_a_twisted_solid_has_its_sections(tmp_path, name):
 
 
 def test_a_section_that_bends_inward_is_left_out(tmp_path):
-    # Half way the corner (2, 2) of a square is at (0, 0) - (1, 1) / 2, behind the line through its neighbours.
+    # Halfway the corner (2, 2) of a square is at (0, 0) - (1, 1) / 2, behind the line through its neighbours.
     low, high = [(-2, -2), (-2, 2), (2, 2), (2, -2)], [(-2, -2), (-2, 2), (-3, -3), (2, -2)]
     scene = solid_scene(tmp_path, f'<arb8 name="a" {corners(low, high)} dz="7"/><box name="s" x="1" y="1" z="1"/>', "s")
     assert any("between its ends is not convex" in note for note in scene.notes)
@@ -480,7 +483,7 @@ def test_a_section_that_bends_inward_is_left_out(tmp_path):
 
 
 def random_planes(g):
-    """Two to five planes, some at one height, some without a bore; from above as often as from below."""
+    """Return two to five planes, some at one height, some without a bore, from above as often as from below."""
     heights = np.cumsum([-6, 2, *g.choice([0, 1, 3], g.integers(0, 4))])
     outer = g.uniform(2, 8, len(heights))
     rows = np.stack([heights, outer * g.choice([0, 0.5, 0.9], len(heights)), outer], axis=1).tolist()
@@ -488,7 +491,7 @@ def random_planes(g):
 
 
 def random_outline(g, middle):
-    """A star about (middle, 0), of either sense."""
+    """Return a star about (middle, 0), of either sense."""
     count = g.integers(5, 9)
     angles = (np.arange(count) + g.uniform(-0.2, 0.2, count)) * 2 * np.pi / count
     reach = g.uniform(1, 5, count)
@@ -496,13 +499,13 @@ def random_outline(g, middle):
 
 
 def random_quad(g):
-    """Corners of an ellipse, clockwise."""
+    """Return corners of an ellipse, clockwise."""
     angles = -np.arange(4) * 90 + g.uniform(-15, 15, 4)
     return np.stack([g.uniform(4, 6) * np.cos(angles * DEG), g.uniform(4, 6) * np.sin(angles * DEG)], axis=1).tolist()
 
 
 def random_solid(g, kind):
-    """The text of a solid called "s", and its formula."""
+    """Return the text of a solid named "s", and its formula."""
     start, delta, count = g.choice([0, 90, -200.5]), g.choice([360, 270, 100]), g.integers(3, 8)
     turn = f'name="s" startphi="{start}" deltaphi="{delta}" aunit="deg"'
     rows, outline, share = random_planes(g), random_outline(g, 6), np.cos(delta / count / 2 * DEG)
@@ -569,7 +572,7 @@ def test_random_solids_equal_their_formulas(tmp_path, kind, seed):
         low, high = np.where(within, middle, low), np.where(within, high, middle)
     p = np.concatenate([p, low - 1e-8 * step, high + 1e-8 * step])
     assert np.array_equal(np.asarray(scene.body_at(p)) == 0, inside(p))
-    # Rays to walls of the formula: a wall of it is where they arrive
+    # Rays to walls of the formula: the solid has a wall where they arrive
     hits = scene.first_hit(p[:500] * 3, low - p[:500] * 3)
     assert hits.hit.sum() > 400
     point, normal = hits.point[hits.hit], hits.normal[hits.hit]

@@ -1,4 +1,4 @@
-"""Where volumes stand: rotations by bodies without symmetry, daughters in mothers, repeats, names."""
+"""Places of volumes: rotations by bodies without symmetry, daughters in mothers, repeats, names."""
 
 from fractions import Fraction
 
@@ -29,13 +29,13 @@ def names(scene):
 
 
 def at(scene, *points):
-    """The names of the bodies at points."""
+    """Return the names of the bodies at points."""
     found = np.asarray(scene.body_at(np.array(points, float))).tolist()
     return [None if number < 0 else scene.bodies[number].name for number in found]
 
 
 def has_one_wall_between(scene, start, bodies):
-    """Is a ray along z in these bodies, and is the surface by which it leaves each that by which it enters the next?"""
+    """Return whether a ray along z is in these bodies, and leaves each by the surface by which it enters the next."""
     through = scene.crossings(start, (0, 0, 1))
     walls = [set(through.surface[through.t == t].tolist()) for t in np.unique(through.t)]
     return scene.spans(start, (0, 0, 1)).name.tolist() == bodies and list(map(len, walls)) == [1] * len(bodies)
@@ -113,7 +113,7 @@ def test_copies_of_a_profile_share_their_walls(tmp_path, solid):
 
 
 def test_motions_are_not_known_by_ids_of_before_a_pickle():
-    """What is held under the id of a motion that another motion has now."""
+    """A motion may have the id of one that no longer exists, whose entry must not serve it."""
     motions = [co.Box().rotate("x", angle).translate((angle, 0, 0)).motion for angle in (20.0, 50.0)]
     places = [GdmlPlacement(outer=motion) for motion in motions]
     template = PrimitiveTemplate(lambda shift: co.Box())
@@ -147,7 +147,7 @@ def test_a_daughter_displaces_its_mother(tmp_path):
 
 
 def test_a_solid_is_made_once_for_each_height(tmp_path, monkeypatch):
-    """As wires of a detector: five places of one turn, in a mother that loses all five."""
+    """As in a detector of wires, five places have one turn, in a mother that loses all five."""
     made, check = [], co.Revolution.__post_init__
     monkeypatch.setattr(co.Revolution, "__post_init__", lambda self: made.append(self) or check(self))
     wires = "".join(placed("p", f'<position x="{k}" y="{-k}" z="0"/><rotation x="30" unit="deg"/>') for k in range(5))
@@ -158,7 +158,7 @@ def test_a_solid_is_made_once_for_each_height(tmp_path, monkeypatch):
 
 
 def test_an_outline_of_many_corners_is_cut_once_for_all_places(tmp_path, monkeypatch):
-    """Its sides between two sections that are offset stay flat: 67 planes across x, three across y, and two ends."""
+    """The sides between two sections with an offset stay flat: 67 planes across x, three across y, and two ends."""
     cut, of = [], polyhedron.convex_parts
     monkeypatch.setattr(polyhedron, "convex_parts", lambda *given: cut.append(len(given[0])) or of(*given))
     combs = "".join(placed("c", f'<position x="0.1" y="{4.1 * k}" z="{k / 3}"/>') for k in range(-2, 3))
@@ -167,7 +167,7 @@ def test_an_outline_of_many_corners_is_cut_once_for_all_places(tmp_path, monkeyp
 
 
 def test_solids_of_a_rotated_volume_have_its_motion(tmp_path):
-    """The volume and two daughters, which stand along the axis of its rotation."""
+    """The volume and its two daughters stand along the axis of its rotation."""
     cores = placed("core", '<position z="1"/>') + placed("core", '<position z="-1"/>')
     turn = '<position x="5" y="0" z="0"/><rotation z="30" unit="deg"/>'
     structure = volume("core", "core") + volume("bar", "bar", cores) + volume("world", "w", placed("bar", turn))
@@ -241,7 +241,7 @@ def test_replicas(tmp_path):
     box = WORLD + '<box name="m" x="12" y="4" z="4"/><box name="part" x="3" y="4" z="4"/>'
     structure = volume("part", "part") + volume("m", "m", REPLICA.format(4, "x", 3, "mm", 0, "mm"))
     scene = scene_of(tmp_path, text_of(box, structure + volume("world", "w", placed("m"))))
-    assert names(scene) == ["world"] + [f"world/m/part[{k}]" for k in range(4)]  # nothing is left of m
+    assert names(scene) == ["world"] + [f"world/m/part[{k}]" for k in range(4)]  # no copy of m itself remains
     assert at(scene, (-5, 0, 0), (5, 0, 0)) == ["world/m/part[0]", "world/m/part[3]"]
 
     tubes = (
@@ -253,7 +253,7 @@ def test_replicas(tmp_path):
     angles = (30 + 60 * np.arange(6)) * DEG
     found = at(scene, *np.column_stack((5 * np.cos(angles), 5 * np.sin(angles), 0 * angles)))
     assert found == [f"world/m/part[{k}]" for k in range(6)]
-    # Their ends are those of m: what a rotation about z leaves alone is as exact as it is without one
+    # Their ends are those of m: a rotation about z keeps the exact values along z
     ends, place = tubes.replace('z="4"', 'z="7.04"'), placed("m", '<position x="0.3" y="-0.7" z="10.1"/>')
     scene = scene_of(tmp_path, text_of(ends, structure + volume("world", "w", place)))
     starts = np.column_stack((0.3 + 5 * np.cos(angles), 5 * np.sin(angles) - 0.7, 0 * angles))
@@ -275,7 +275,7 @@ TUBE, PLANES = (
 
 
 def placed_around(count: int, angle: str, unit: str) -> str:
-    """Return a placement of each wedge; Geant4 turns it by the inverse of its rotation."""
+    """Return a placement of each wedge. Geant4 turns it by the inverse of its rotation."""
     turns = (f'<rotation z="-({angle.format(k)})" unit="{unit}"/>' for k in range(count))
     return "".join(placed("part", turn, f'copynumber="{k}"') for k, turn in enumerate(turns))
 
@@ -298,7 +298,7 @@ def placed_around(count: int, angle: str, unit: str) -> str:
     ],
 )
 def test_wedges_side_by_side_share_walls(tmp_path, mother, count, rule, frame, extent):
-    """Where a ray goes from wedge to wedge there is one surface, and nothing of their mother between them."""
+    """Where a ray passes from wedge to wedge there is one surface, and no part of their mother between them."""
     part = TUBE.replace('"m"', '"part"') + f'z="40" startphi="-180/{count}" deltaphi="360/{count}" aunit="deg"'
     solids = f'<box name="w" x="400" y="400" z="400"/><{mother}/><{part}/><orb name="ball" r="0.1"/>'
     solids = solids.replace("</polycone/>", "</polycone>").replace("</polyhedra/>", "</polyhedra>")
@@ -317,7 +317,7 @@ def test_wedges_side_by_side_share_walls(tmp_path, mother, count, rule, frame, e
             assert len(set(here.surface[here.t == t].tolist())) == 1
             touched += np.sum(here.t == t) == 2
     assert touched > 200
-    # What is in a wedge is rotated as its frame, by a width from each wedge to the next
+    # The content of a wedge has the rotation of its frame, by a width from each wedge to the next
     azimuths = (frame + 8 + extent / count * np.arange(count)) * DEG
     balls = at(scene, *np.column_stack((3 * np.cos(azimuths), 3 * np.sin(azimuths), 0 * azimuths)))
     assert balls == [f"world/m/part[{k}]/ball" for k in range(count)]
@@ -334,7 +334,7 @@ def test_wedges_side_by_side_share_walls(tmp_path, mother, count, rule, frame, e
     ],
 )  # fmt: skip
 def test_slices_have_the_leaning_walls_of_their_mother(tmp_path, mother, rule, rotation):
-    """Every ray leaves the slices where it enters what is around their mother: no other body is between."""
+    """Every ray leaves the slices where it enters the body around their mother: no other body is between."""
     division = f'<divisionvol axis="{rule}" unit="mm"><volumeref ref="part"/></divisionvol>'
     solids = WORLD + mother.replace('name="m"', 'name="m" aunit="deg"') + BAR.replace("bar", "any")
     place = placed("m", '<position x="1.729" y="1.971" z="-0.955"/><rotation ' + rotation + ' unit="deg"/>')
@@ -390,7 +390,7 @@ def test_options(tmp_path):
 
 
 def test_volumes_that_are_no_others_moved_have_a_limit_of_their_own(tmp_path, monkeypatch):
-    """One bar in ten places with what is in it, and ten bars in one place each."""
+    """One bar with its content stands in ten places, and ten bars stand in one place each."""
     monkeypatch.setattr(options, "DEFAULT_BODY_LIMITS", options.BodyLimits(1000, 5))
 
     def text(several):
@@ -453,7 +453,7 @@ def test_modules_with_errors_are_read_once(tmp_path, monkeypatch):
 
 
 def test_modules_in_folders_below_and_beside(tmp_path):
-    """The root is the folder of the file unless a user names another; files refer to others from where they are."""
+    """The root is the folder of the file unless a user names another. Files refer to others from their own folder."""
     for folder in ("below", "beside"):
         (tmp_path / folder).mkdir()
     (tmp_path / "beside" / "bar.gdml").write_text(text_of(BAR, volume("part", "bar"), world="part"))
@@ -501,7 +501,7 @@ def test_copy_numbers_may_be_negative(tmp_path):
 
 
 def test_an_empty_number_is_0(tmp_path):
-    """As Geant4 evaluates it; the end of a loop must be there."""
+    """Geant4 evaluates an empty number as 0, but the end of a loop must be there."""
     (tmp_path / "a.gdml").write_text(
         '<gdml><materials><material name="a"><D value="1"/></material></materials><solids>'
         '<box name="hall" x="20" y="20" z="20"/><tube name="ring" rmin="" rmax="2" z="4" startphi="" deltaphi="360" '

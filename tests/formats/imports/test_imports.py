@@ -1,4 +1,4 @@
-"""What all imports have in common: a format is known by its content, options are checked, what is named is kept."""
+"""Properties of all imports: the content decides the format, options are checked, names stay."""
 
 import pytest
 
@@ -17,7 +17,7 @@ PIN = """<geometry>
 
 @pytest.fixture
 def pin(tmp_path):
-    path = tmp_path / "a.yaml"  # its name says something else
+    path = tmp_path / "a.yaml"  # its name suggests another format
     path.write_text(PIN)
     return path
 

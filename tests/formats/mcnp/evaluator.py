@@ -1,6 +1,6 @@
-"""Which cell is at a point, by MCNP's rules, in floats: regions, universes, lattices and transformations.
+"""Find the cell at a point by MCNP's rules, in floats: regions, universes, lattices and transformations.
 
-A model says everything twice: `text` is the deck's, the other fields are for this evaluator, written by hand.
+A model has everything twice: `text` is the deck, and the other fields are for this evaluator, written by hand.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ Change = tuple[Any, Any]
 
 @dataclass
 class Lattice:
-    """Ways from an element to the next, and what is in each: a universe, or None for the cell's own material."""
+    """The steps from an element to the next, and the content of each: a universe, or None for the cell's own material."""
 
     ways: Any
     entries: dict[tuple[int, int, int], Any]
@@ -28,7 +28,7 @@ class Lattice:
 
 @dataclass
 class CellModel:
-    """A card; and its region, universe and filling for the evaluator."""
+    """A card, with its region, universe and filling for the evaluator."""
 
     text: str
     region: str
@@ -46,7 +46,7 @@ class CellModel:
 
 @dataclass
 class Model:
-    """A deck, and what it means."""
+    """A deck and its meaning."""
 
     cells: list[CellModel]
     surfaces: dict[int, tuple[str, Sense]]
@@ -96,11 +96,11 @@ class Model:
         found[at] = f"cell {cell.number}" + (f" @ {', '.join(path)}" if path else "")
 
     def within(self, cell: CellModel, points: Points) -> Mask:
-        """Which points are in a cell's region."""
+        """Return which points are in a cell's region."""
         return self._region(cell.region, carried(points, cell.moved))
 
     def _region(self, text: str, points: Points) -> Mask:
-        """By Python's operators, which bind as MCNP's do."""
+        """Evaluate the region by Python's operators, which bind as MCNP's do."""
         by_number = {cell.number: cell for cell in self.cells}
         functions: dict[str, Callable[..., Mask]] = {
             "S": lambda n: carried_sense(self.surfaces[n][1], self.moves.get(n), points),
@@ -125,7 +125,7 @@ class Model:
 
 
 def carried(points: Points, change: Change | None) -> Points:
-    """Main coordinates as auxiliary ones."""
+    """Return main coordinates as auxiliary ones."""
     if change is None:
         return points
     origin, rows = change

@@ -1,4 +1,4 @@
-"""Decks with all that a geometry may have, and what they mean."""
+"""Decks with all parts of a geometry, and their meanings."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def ball(x: float, y: float, z: float, r: float):  # type: ignore[no-untyped-def
 
 
 def cuboid(*ends: float):  # type: ignore[no-untyped-def]
-    """Outside of xmin xmax ymin ymax zmin zmax."""
+    """Return which points are outside of xmin xmax ymin ymax zmin zmax."""
     sides = []
     for axis in range(3):
         for sign, end in ((-1, ends[2 * axis]), (1, ends[2 * axis + 1])):
@@ -67,7 +67,7 @@ TRANSFORMS: dict[str, tuple[str, tuple[object, object]]] = {
     "two columns": ("*tr1 0 0 0 30 60 j 120 30 j 90 90 j", ((0, 0, 0), ABOUT_Z)),
     "reflected": ("tr1 0 0 0 1 0 0 0 1 0 0 0 -1", ((0, 0, 0), np.diag([1, 1, -1]))),
 }
-"""Cards, and the origin and the rows that they mean."""
+"""Cards, with their origin and rows."""
 
 _pin = {
     1: ("cz 0.4", tube((0, 0, 0), (0, 0, 1), 0.4)),
@@ -150,7 +150,7 @@ HEXAGONS = Model(
     },
     "m1 92235 1\nm2 40000 1\nm3 1001 1\nm4 13027 1",
 )  # fmt: skip
-"""Within a turned cell."""
+"""It is within a turned cell."""
 
 ENDLESS = Model(
     [
@@ -224,7 +224,7 @@ TURNED = Model(
     },
     "m1 92235 1\nm2 40000 1\nm3 1001 1",
 )
-"""A lattice that a TRCL turns, with what is in it."""
+"""A lattice that a TRCL turns, with its content."""
 
 MODELS = {
     "regions": REGIONS,

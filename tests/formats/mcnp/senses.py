@@ -1,4 +1,4 @@
-"""MCNP's surfaces on points, by the formulas of its manual, in floats: is a point on the positive side?"""
+"""MCNP's surfaces at points, by the formulas of its manual, in floats: whether a point is on the positive side."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ Sense = Callable[[Points], Mask]
 
 
 def above(f: Callable[[Any, Any, Any], Any]) -> Sense:
-    """f > 0"""
+    """Return whether f > 0."""
     return lambda p: np.asarray(f(p[:, 0], p[:, 1], p[:, 2]) > 0)
 
 
 def beyond_any(*facets: Sense) -> Sense:
-    """Outside of a macrobody: on the positive side of some facet."""
+    """Return whether points are outside of a macrobody, on the positive side of some facet."""
     return lambda p: np.any([facet(p) for facet in facets], axis=0)
 
 
@@ -28,13 +28,13 @@ def plane(normal: Any, through: Any) -> Sense:
 
 
 def tube(base: Any, height: Any, radius: float) -> Sense:
-    """By the distance from a line, as the length of a cross product."""
+    """Compare with the distance from a line, as the length of a cross product."""
     axis = np.array(height, float) / np.linalg.norm(height)
     return lambda p: np.linalg.norm(np.cross(p - np.array(base, float), axis), axis=1) > radius
 
 
 def frustum(base: Any, height: Any, first: float, last: float) -> Sense:
-    """By the distance from a line against the radius at that height, of either sign."""
+    """Compare the distance from a line with the radius at that height, of either sign."""
     size = float(np.linalg.norm(height))
     axis = np.array(height, float) / size
 
@@ -57,13 +57,13 @@ def oval_tube(base: Any, major: Any, minor: Any) -> Sense:
 
 
 def foci(first: Any, second: Any, half: float) -> Sense:
-    """The sum of the distances from two points."""
+    """Compare with the sum of the distances from two points."""
     a, b = np.array(first, float), np.array(second, float)
     return lambda p: np.linalg.norm(p - a, axis=1) + np.linalg.norm(p - b, axis=1) > 2 * half
 
 
 def one_sheet(axis: int, apex: Any, square: float, nappe: int) -> Sense:
-    """On the negative side within one nappe only."""
+    """Return the sense of a cone whose negative side is within one nappe only."""
 
     def sense(p: Points) -> Mask:
         q = p - np.array(apex, float)

@@ -45,7 +45,7 @@ def test_transformations_of_a_surface_a_cell_and_a_filling(tmp_path: Path, name:
 
 
 def test_a_row_and_a_column_give_a_rotation(tmp_path: Path) -> None:
-    """Five cosines, those of a turn about (1, 2, 2)/3 by 60 degrees (Rodrigues' formula)."""
+    """The deck gives five cosines of a turn about (1, 2, 2)/3 by 60 degrees (Rodrigues' formula)."""
     axis = np.array([1, 2, 2]) / 3
     x, y, z = axis
     skew = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
@@ -73,7 +73,7 @@ NEAR = chosen(1, 10_000, 3.0)
 
 
 def check(folder: Path, card: str, region: str, sense: Sense) -> None:
-    """Cell 1 on the positive side of a region, cell 2 on its other side."""
+    """Put cell 1 on the positive side of a region and cell 2 on its other side."""
     scene = loaded(folder, f"title\n1 0 {region}\n2 0 #1\n\n7 {card}\n")
     expected = np.where(sense(NEAR), "cell 1", "cell 2").tolist()
     assert 0 < expected.count("cell 1") < len(NEAR)
@@ -124,7 +124,7 @@ def test_cells_with_tori_are_left_out_by_name(tmp_path: Path) -> None:
 
 
 def test_cells_of_a_mesh_are_left_out_by_name(tmp_path: Path) -> None:
-    """MCNP writes 0 for the surfaces of cells that take their shape from a mesh."""
+    """For cells that take their shape from a mesh, MCNP writes 0 in place of surfaces."""
     scene = loaded(
         tmp_path, "title\n1 1 -1 0 u=5 imp:n=1\n2 0 -1 fill=5 imp:n=1\n3 1 -1 1 -2 imp:n=1\n\n1 so 1\n2 so 2\n"
     )
@@ -138,7 +138,7 @@ def test_facets_that_there_are_not(tmp_path: Path) -> None:
             loaded(tmp_path, f"title\n1 0 {region}\n\n7 {card}\n")
 
 
-# --- Voids around parts from CAD: what is outside of flat pieces, or in a bore of them, becomes one polyhedron less
+# --- Voids around parts from CAD: the outside of flat pieces, or of pieces in a bore, becomes one polyhedron less
 
 BORED = """a bored wedge in a box
 1 1 -2.0 (-1 -2 3 4 -5 7) imp:n=1

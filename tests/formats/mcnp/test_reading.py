@@ -1,4 +1,4 @@
-"""Cards, shortcuts, mistakes with their lines, materials, importances, and how a deck is known."""
+"""Cards, shortcuts, mistakes with their lines, materials, importances, and how the importer recognizes a deck."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def test_materials_importances_and_notes(tmp_path: Path) -> None:
 
 
 def test_a_gap_is_found(tmp_path: Path) -> None:
-    """What is outside of the cells of importance 0 must be filled."""
+    """Cells must fill the outside of the cells of importance 0."""
     text = PIN.replace("2 2 0.05   1 -2 imp:n=1\n", "")
     assert [finding.kind for finding in co.check(loaded(tmp_path, text), rays=20_000)] == ["undefined"]
 
@@ -128,7 +128,7 @@ def test_mistakes_have_their_lines(tmp_path: Path, old: str, new: str, message: 
 
 
 def test_a_continued_card_inserts_no_file(tmp_path: Path) -> None:
-    """After & the line belongs to the card, whatever it begins with, also beyond comments."""
+    """After & the line belongs to the card, whatever its first word is, also beyond comments."""
     (tmp_path / "x.txt").write_text("imp:n=1\n")
     for between in ("", "c note\n", "     $ note\n"):
         (tmp_path / "deck.mcnp").write_text(
@@ -139,7 +139,7 @@ def test_a_continued_card_inserts_no_file(tmp_path: Path) -> None:
 
 
 def test_files_that_a_deck_reads(tmp_path: Path) -> None:
-    """READ inserts a file after the card, also in files that are inserted, and in any block (the manual, on READ)."""
+    """READ inserts a file after the card, also within an inserted file, and in any block (the manual, on READ)."""
     lines = PIN.splitlines()
     (tmp_path / "parts").mkdir()
     (tmp_path / "parts" / "Cells.inp").write_text("\n".join(lines[2:4]) + "\nREAD FILE = ../surfaces.inp noecho\n")
@@ -174,7 +174,7 @@ def test_cyclic_and_exploding_decks_are_refused(tmp_path: Path, deck: str, messa
 
 
 def test_a_transformation_of_the_filling_takes_the_place_of_trcl(tmp_path: Path) -> None:
-    """What fills a cell goes with the cell only where FILL has no transformation (the manual, on FILL)."""
+    """The filling of a cell moves with the cell only where FILL has no transformation (the manual, on FILL)."""
     text = "t\n1 0 -1 u=1\n2 0 -2 fill=1{} trcl=(2 0 0)\n\n1 so 1\n2 so 9\n"
     assert names_at(loaded(tmp_path, text.format("")), [(2, 0, 0), (0, 1.5, 0)]) == ["cell 1 @ cell 2", None]
     moved = loaded(tmp_path, text.format("(0 2 0)"))
@@ -239,7 +239,7 @@ Repeated structures, an example of the manual
 
 
 def test_boxes_that_are_infinite_in_a_direction(tmp_path: Path) -> None:
-    """Equal ends leave a direction out; the facets after it have numbers lower by two (the manual, on facets)."""
+    """Equal ends leave a direction out. The numbers of the facets after it are lower by two (the manual, on facets)."""
     planes, box = loaded(tmp_path, MANUAL.format("1 -2 -3 4 -5 6", "-7 1 -3 8")), loaded(
         tmp_path, MANUAL.format("-20", "-30")
     )  # fmt: skip
@@ -270,11 +270,11 @@ def test_a_continued_line_that_lacks_a_blank(tmp_path: Path) -> None:
         text = PIN.replace("1 1 -10.4 -1 imp:n=1", f"1 1 -10.4 {first}\n    {second}")
         with pytest.raises(ValueError, match=f":[34]:1: .*; {hint}"):
             loaded(tmp_path, text)
-    # Cards that are indented all, and a mistake that the blanks do not explain
+    # All cards are indented, and the blanks do not explain the mistake
     indented = "t\n   1 0 -1\n  10 0 -9\n   2 0 1\n\n  1 so 1\n  2 px 0\n"
     with pytest.raises(ValueError, match=r"\A\S*:3:1: cell 10: region: refers to unknown surface 9\Z"):
         loaded(tmp_path, indented)
-    # Numbers without which a card of the geometry means something else: a rotation, universes
+    # Without these numbers a card of the geometry has another meaning: a rotation, universes
     head = "t\n1 0 -1\n\n1 5 rpp 0 3 0 5 0 7\n\n"
     for card in ("tr5 10 0 0\n{}0 1 0 -1 0 0 0 0 1", "*tr5 10 0 0\n{}90 0 90 180 90 90 90 90 0", "tr5 9\nimp:n\n{}1"):
         with pytest.raises(ValueError, match=f":[78]:1: .*; {hint}"):

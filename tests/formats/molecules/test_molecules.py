@@ -12,7 +12,7 @@ from conicoid.io.molecules.atoms import COVALENT_RADII, SYMBOLS, VAN_DER_WAALS_R
 
 from ...command_line import done
 
-# --- Molecules: bonds against all pairs, published numbers, styles by what rays and measures find
+# --- Molecules: bonds against all pairs, published numbers, styles by rays and measures
 
 WATER = ([(0, 0, 0.1173), (0, 0.7572, -0.4692), (0, -0.7572, -0.4692)], ["O", "H", "H"])
 
@@ -64,7 +64,7 @@ def test_sticks_meet_in_the_middle_of_a_bond_in_the_colours_of_their_atoms():
 
 @pytest.mark.parametrize(("order", "rods", "middle"), [(1, 1, True), (2, 2, False), (1.5, 2, False), (3, 3, True)])
 def test_bonds_of_higher_order_are_several_rods(order, rods, middle):
-    """Ethene's plane: the rods of a double bond lie in the plane of the hydrogens."""
+    """The rods of ethene's double bond lie in the plane of the hydrogens."""
     places = [(-0.67, 0, 0), (0.67, 0, 0), (-1.24, 0.93, 0), (1.24, 0.93, 0)]
     ethene = co.molecule(places, ["C", "C", "H", "H"], bonds=[(0, 1, order), (0, 2, 1), (1, 3, 1)])
     scene = ethene.scene("ball and stick")
@@ -162,7 +162,7 @@ def test_files_that_are_no_molecules_are_refused(call, kind, message):
 
 
 def _pdb(*atoms, tail=""):
-    """Lines of PDB from (name in four columns, letter of an alternate place, residue, number, occupancy)."""
+    """Return lines of PDB from (name in four columns, letter of an alternate place, residue, number, occupancy)."""
     return "".join(
         f"ATOM  {i:5d} {name}{letter}{residue:>3} A{number:4d}    {3.0 * i:8.3f}{0:8.3f}{0:8.3f}{share:6.2f}{0:6.2f}"
         f"{tail}\n"
@@ -171,7 +171,7 @@ def _pdb(*atoms, tail=""):
 
 
 def test_elements_by_names_of_atoms(tmp_path):
-    """The names are those of the component dictionary of the wwPDB; columns 77 and 78 are blank."""
+    """The component dictionary of the wwPDB has these names. Columns 77 and 78 are blank."""
     names = {
         ("HG21", "VAL"): "H", ("HO5'", "DA"): "H", ("NE2 ", "GLN"): "N", (" CA ", "ALA"): "C", ("CA  ", "CA"): "Ca",
         ("HG  ", "CYS"): "H", ("HG  ", "HG"): "Hg", ("CD1 ", "LEU"): "C", ("NB  ", "HEM"): "N", ("FE  ", "HEM"): "Fe",
@@ -190,7 +190,7 @@ def test_elements_by_names_of_atoms(tmp_path):
 
 
 def test_places_that_exclude_one_another(tmp_path):
-    """Of two residues at one place the first is read; an atom that is there in half of the copies is named."""
+    """Of two residues at one place the first is read. A warning names an atom that only half of the copies have."""
     path = tmp_path / "a.pdb"
     path.write_text(
         "CRYST1    0.000    0.000    0.000  90.00  90.00  90.00 P 1           1\n"
@@ -206,7 +206,10 @@ def test_places_that_exclude_one_another(tmp_path):
 
 
 def test_places_of_residues_with_insertion_codes(tmp_path):
-    """Residues 100 and 100A are two, as in files of PDB: the second one's first place is no alternate of the first's."""
+    """Residues 100 and 100A are two, as in files of PDB.
+
+    The first place of the second is no alternate place of the first.
+    """
     pytest.importorskip("gemmi")
     names = (
         "label_atom_id label_alt_id label_comp_id label_asym_id auth_seq_id pdbx_PDB_ins_code Cartn_x Cartn_y Cartn_z"
@@ -221,7 +224,7 @@ def test_places_of_residues_with_insertion_codes(tmp_path):
 
 
 def test_a_crystal_whose_sites_exclude_one_another(tmp_path):
-    """The core dictionary of CIF: a disorder group of 1 or 2 excludes the other; one below 0 excludes its own images."""
+    """In the core dictionary of CIF a disorder group of 1 or 2 excludes the other, and one below 0 its own images."""
     pytest.importorskip("gemmi")
     extra = "\n_atom_site_disorder_group\n_atom_site_occupancy\n"
     head = SALT.replace("F m -3 m", "P 1").rstrip("\n").rpartition("_atom_site_fract_z")[0] + "_atom_site_fract_z"
@@ -254,7 +257,7 @@ def test_the_symmetry_of_a_crystal_is_known_or_told(stated, count, tmp_path):
 
 @pytest.mark.parametrize(("old", "new"), [("_fract_", "_Cartn_"), ("_cell_length_", "_cell_formula_")])
 def test_a_crystal_without_its_numbers(old, new, tmp_path):
-    """Places in Å of a crystal's CIF were read as 0, and fractions without a cell as Å."""
+    """Places in Å of a crystal's CIF came out as 0, and fractions without a cell as Å."""
     pytest.importorskip("gemmi")
     with pytest.raises(co.SceneFileError, match="sites must have places as fractions of a cell: _.*must be there"):
         co.molecule(written(tmp_path, SALT.replace(old, new), "a.cif"))
@@ -296,7 +299,7 @@ def test_no_atoms():
         none.solvent_accessible()
 
 
-# ---- Other libraries' objects, by what these have: the real ones are tried where they are installed ----
+# ---- Objects of other libraries, by their attributes: tests try the real ones where they are installed ----
 
 
 def test_objects_of_other_libraries_are_read_by_their_attributes():
@@ -344,7 +347,7 @@ def test_a_structure_of_gemmi():
     assert found.labels[0] == "O HOH 1 A"
 
 
-# --- Files of molecules: what their documentation says, and mistakes with their lines
+# --- Files of molecules: the rules of their documentation, and mistakes with their lines
 
 XYZ = """3
 water, from its angle and bond
@@ -437,7 +440,7 @@ def test_extended_xyz_has_a_cell_and_frames(tmp_path):
     ],
 )
 def test_extended_xyz_says_what_its_columns_are(columns, line, tmp_path):
-    """The format: libAtoms, https://github.com/libAtoms/extxyz: name, type and number of columns."""
+    """libAtoms, https://github.com/libAtoms/extxyz, describes the format: name, type and number of columns."""
     text = f"2\nProperties={columns}\n{line.format('O', 1, 2, 3)}\n{line.format('O', 4, 5, 6)}\n"
     found = co.molecule(written(tmp_path, text, "a.xyz"))
     assert (found.symbols, found.positions.tolist()) == (["O", "O"], [[1, 2, 3], [4, 5, 6]])
@@ -473,7 +476,7 @@ def test_the_first_model_of_a_pdb(tmp_path):
     lines = PDB.splitlines(keepends=True)
     models = [*lines[:2], "MODEL        1\n", lines[2], "ENDMDL\n", "MODEL        2\n", lines[5], "ENDMDL\n"]
     without_end = [line for line in models if line != "ENDMDL\n"]
-    frames = [lines[2], "END\n", lines[5], "END\n"]  # as programs write them that move molecules
+    frames = [lines[2], "END\n", lines[5], "END\n"]  # as programs for moving molecules write them
     for text in (models, without_end, frames):
         found = co.molecule(written(tmp_path, "".join(text)))
         assert found.symbols == ["N"]
@@ -498,7 +501,7 @@ def test_a_crystal_has_all_sites_of_its_cell(tmp_path):
 
 @pytest.mark.parametrize("serial", ["    1", "A0000", "a0000", "*****"])
 def test_files_of_many_atoms_are_known(serial, tmp_path):
-    """Hybrid-36 numbers an atom after 99,999 with letters; other programs write stars."""
+    """Hybrid-36 numbers an atom after 99,999 with letters, and other programs write stars."""
     found = detect_format(written(tmp_path, f"ATOM  {serial}  CA  ALA A   1       1.000   2.000   3.000\n", "a"))
     assert found is not None
     assert found.name.startswith("molecules")

@@ -1,4 +1,4 @@
-"""Geometries with mistakes: name -> (content, line, phrases that the message must hold). Line 0: no line."""
+"""Geometries with mistakes: name -> (content, line, phrases that the message must hold). Line 0 is no line."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ PLANES = '<surface id="1" type="x-plane" coeffs="0"/><surface id="2" type="spher
 
 
 def geometry(*lines: str) -> str:
-    """Each line counts: the first given one is line 3."""
+    """Return a geometry of lines, of which the first is line 3."""
     return "\n".join(["<geometry>", PLANES, *lines, "</geometry>"])
 
 

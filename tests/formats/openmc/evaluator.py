@@ -1,8 +1,8 @@
-"""OpenMC's rules for finding a point's cell, in plain NumPy: independent of Conicoid.
+"""OpenMC's rules for finding a point's cell, in plain NumPy, independent of Conicoid.
 
-Surfaces are evaluated as written, in world coordinates that are carried inward level by level: minus
-the translation, times the rotation matrix; into the element of a rectangular lattice by `floor`, into that of a
-hexagonal one by the nearest center. A place is named by the cells and elements on the way in.
+Surfaces are evaluated in the coordinates of the file. World coordinates go inward level by level: minus the
+translation, times the rotation matrix; into the element of a rectangular lattice by `floor`, into that of a hexagonal
+one by the nearest center. The cells and elements on the way in name a place.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def floats(element: ElementTree.Element, name: str) -> list[float]:
 
 
 class Evaluator:
-    """Finds cells in one file."""
+    """Find cells in one file."""
 
     def __init__(self, path: Path) -> None:
         root = ElementTree.parse(path).getroot()
@@ -55,7 +55,7 @@ class Evaluator:
         self.regions: dict[int, Callable[[dict[int, Any]], Any]] = {}
 
     def find(self, points: FloatArray) -> list[Place | None]:
-        """The place of each point (n, 3), None where no cell is."""
+        """Return the place of each point (n, 3), None where no cell is."""
         found: list[Place | None] = [None] * len(points)
         self._universe(self.root, np.asarray(points, float), np.arange(len(points)), (), found)
         return found
@@ -99,7 +99,7 @@ class Evaluator:
         return evaluate_region(region or "", lambda surface: self.value_of(surface, points) < 0)
 
     def value_of(self, surface: int, points: FloatArray) -> FloatArray:
-        """f of a surface, from the table of OpenMC's documentation."""
+        """Return f of a surface, from the table of OpenMC's documentation."""
         kind, c = self.surfaces[surface]
         x, y, z = points.T
         if kind == "quadric":
@@ -121,7 +121,7 @@ class Evaluator:
 
 
 def evaluate_region(text: str, negative: Callable[[int], Any]) -> Any:
-    """A region by turning it into an expression of Python: `~` binds tighter than `&`, that than `|`, as there."""
+    """Evaluate a region as an expression of Python: `~` binds tighter than `&`, and `&` than `|`, as in OpenMC."""
     words = re.sub(r"([()|&~]|[-+]?[0-9]+)", r" \1 ", text).split()
     code: list[str] = []
     for word in words:
@@ -139,7 +139,7 @@ def evaluate_region(text: str, negative: Callable[[int], Any]) -> Any:
 
 
 def rotation_matrix(numbers: list[float]) -> FloatArray:
-    """What a position is multiplied by (Cell::set_rotation in OpenMC's source)."""
+    """Return the matrix that multiplies a position (Cell::set_rotation in OpenMC's source)."""
     if len(numbers) == 9:
         return np.array(numbers).reshape(3, 3)
     phi, theta, psi = -np.radians(numbers)
@@ -153,7 +153,7 @@ Located = tuple[Any, FloatArray, dict[tuple[int, ...], int]]
 
 
 def rectangular(lattice: ElementTree.Element, points: FloatArray) -> Located:
-    """Index and center of each point's element, and the universe of each index."""
+    """Return index and center of each point's element, and the universe of each index."""
     low, pitch = floats(lattice, "lower_left"), floats(lattice, "pitch")
     shape = [int(n) for n in floats(lattice, "dimension")]
     n = len(shape)
@@ -169,7 +169,7 @@ def rectangular(lattice: ElementTree.Element, points: FloatArray) -> Located:
 
 
 def hexagonal(lattice: ElementTree.Element, points: FloatArray) -> Located:
-    """The same by the nearest center of all that may be near."""
+    """Return the same by the nearest center of all that may be near."""
     rings = int(value(lattice, "n_rings") or 0)
     pitch, middle = floats(lattice, "pitch"), floats(lattice, "center")
     upright = (value(lattice, "orientation") or "y").strip() == "y"
@@ -200,7 +200,7 @@ def hexagonal(lattice: ElementTree.Element, points: FloatArray) -> Located:
 
 @functools.cache
 def place_of(name: str) -> Place:
-    """A body's name as a place: the path outside in, then the cell; "outer" for elements outside of a lattice."""
+    """Return a body's name as a place: the path from outside, then the cell; "outer" for elements outside of a lattice."""
     own, _, path = name.partition(" @ ")
     way: list[Any] = []
     for step in path.replace(", lattice", "; lattice").replace(", cell", "; cell").split("; ") if path else []:
@@ -215,7 +215,7 @@ def place_of(name: str) -> Place:
 
 
 def same_place(found: Place | None, name: str | None) -> bool:
-    """Whether a body's name says what the evaluator found."""
+    """Return whether a body's name is the place that the evaluator found."""
     if found is None or name is None:
         return found is None and name is None
     named = place_of(name)

@@ -1,4 +1,4 @@
-"""Our own small geometries in OpenMC's format, each for something that an importer can get wrong."""
+"""Small geometries in OpenMC's format, each for a part that an importer can get wrong."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ TURNS = """
 </geometry>
 """
 
-# A lattice whose outer universe has structure of its own, so that it is repeated element by element
+# A lattice whose outer universe has structure of its own, so that it repeats element by element
 OUTER = """
 <geometry>
   <surface id="1" type="z-cylinder" coeffs="0 0 0.4"/>
@@ -179,7 +179,7 @@ NAMES = [*TEXTS, *EXAMPLE_FILES]
 
 
 def endless(side: int, radius: float) -> str:
-    """side x side elements of pitch 1 from the origin, without ends along z; in each a pin of a radius and water."""
+    """Return side x side endless elements of pitch 1 from the origin, each of a pin of a radius and water."""
     return f"""
 <geometry>
   <surface id="1" type="z-cylinder" coeffs="0 0 {radius}"/>
@@ -196,14 +196,14 @@ def endless(side: int, radius: float) -> str:
 
 
 def written(name: str, folder: Path) -> Path:
-    """The file of a model, made in `folder` unless it is one of the examples."""
+    """Return the file of a model, which is made in `folder` unless it is one of the examples."""
     if name in EXAMPLE_FILES:
         return EXAMPLE_FILES[name]
     return put(TEXTS[name], folder)
 
 
 def put(text: str, folder: Path) -> Path:
-    """A text as the file of a geometry."""
+    """Write a text as the file of a geometry."""
     path = folder / "geometry.xml"
     path.write_text(text.strip(), encoding="utf-8")
     return path
@@ -215,5 +215,5 @@ def _example(path: Path) -> co.Scene:
 
 
 def loaded(path: Path) -> co.Scene:
-    """The scene of a file; those of the examples are made ready only once."""
+    """Return the scene of a file. Those of the examples are prepared only once."""
     return _example(path) if path in EXAMPLE_FILES.values() else co.load_openmc(path)

@@ -1,4 +1,4 @@
-"""Models in which most bodies are others moved: lattices that stand along the axes, are turned, and are cut."""
+"""Models in which most bodies are moved copies: lattices along the axes, turned, and cut."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ CELLS = (
 )
 INSIDE = BALL, CONE, PIPE, WALL, GENERAL, *CELLS
 CORNER = -1, -1, -0.8
-"""The middle of spheres that cut the elements of a lattice at one corner, and no others."""
+"""The center of spheres that cut the elements of a lattice at one corner, and no others."""
 
 
 def within(x: float, y: float, z: float, radius: float) -> str:
-    """Return the sphere that encloses a model, and all of `INSIDE`."""
+    """Return the sphere around a model, and all of `INSIDE`."""
     return "".join((f'<surface id="9" type="sphere" coeffs="{x} {y} {z} {radius}" boundary="vacuum"/>', *INSIDE))
 
 

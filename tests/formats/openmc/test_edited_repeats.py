@@ -1,4 +1,4 @@
-"""Edits of imported models keep their lattices: what is new is made, and nothing is written out."""
+"""Edits of imported models keep their lattices: only new bodies get shapes of their own."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from .test_repeated import written_out
 
 @dataclasses.dataclass(frozen=True)
 class Nowhere(PrimitiveSolid):
-    """A solid without a part: nothing is in it."""
+    """A solid without a part, which is empty."""
 
     def tree(self) -> Tree:
         return NOTHING
@@ -51,7 +51,7 @@ def core(tmp_path_factory: pytest.TempPathFactory) -> co.Scene:
 
 
 def asked(scene: co.Scene, low: np.ndarray, high: np.ndarray) -> list[np.ndarray]:
-    """Answers of every kind to the same rays and points."""
+    """Return answers of every kind to the same rays and points."""
     random = np.random.default_rng(11)
     a, b = random.uniform(low, high, (2, 600, 3))
     rays = co.Rays(a, b - a)
@@ -63,7 +63,7 @@ def asked(scene: co.Scene, low: np.ndarray, high: np.ndarray) -> list[np.ndarray
 
 
 def same_answers(*edited: co.Scene) -> None:
-    """Those of a scene whose bodies are each a shape of its own."""
+    """Compare the answers with those of a scene whose bodies are each a shape of its own."""
     other = co.Scene(written_out(edited[0]))
     assert not isinstance(other.bodies, InstanceList)
     low, high = (np.nan_to_num(end, posinf=3, neginf=-3) for end in other.bounds)
@@ -77,7 +77,7 @@ def same_answers(*edited: co.Scene) -> None:
 
 
 def inside(scene: co.Scene) -> int:
-    """A body in the middle of the list."""
+    """Return a body in the middle of the list."""
     return len(scene.bodies) // 2
 
 
@@ -104,7 +104,7 @@ SCENES = "core", "cubes", "turned", "core at an angle", "cubes at an angle"
 
 @pytest.mark.parametrize(("name", "scene"), in_turn(EDITS, SCENES), indirect=["scene"])
 def test_edits_answer_as_bodies_written_out(name: str, scene: co.Scene) -> None:
-    """Made of a scene that is prepared, and of one that is not; their answers are those of one scene written out."""
+    """Scenes are prepared or not before the edit. Their answers are those of one scene with all bodies written out."""
     edited = EDITS[name](co.Scene(scene.bodies, domain=scene.domain))
     scene.prepare()
     after = EDITS[name](scene)
@@ -157,7 +157,7 @@ def test_all_bodies_may_go(core: co.Scene) -> None:
 
 
 def test_bodies_that_were_changed_are_bodies_like_others(core: co.Scene) -> None:
-    """Moved, or of another material, by themselves: in scenes, beside others, and once more."""
+    """Bodies are moved, or of another material: in scenes, beside others, and once more."""
     turned = [body.translate((100, 0, 0)) for body in core.bodies]
     assert co.Scene(turned).bodies[3].shape == core.bodies[3].shape.translate((100, 0, 0))
     assert co.Scene([dataclasses.replace(body, material="red") for body in core.bodies]).materials == (co.matte("red"),)
@@ -190,7 +190,7 @@ def test_names_stay_different(core: co.Scene) -> None:
 
 
 def test_some_bodies_of_a_list_keep_their_common_tables(core: co.Scene) -> None:
-    """In any order, and with others among them."""
+    """The bodies are in any order, and others stand among them."""
     bodies = [body for body in core.bodies if body.material != core.bodies[0].material]
     some = co.Scene([PROBE, *bodies[::-1]])
     assert isinstance(some.bodies, EditedInstances)
@@ -234,7 +234,7 @@ def test_edited_scenes_are_pickled(core: co.Scene) -> None:
 
 
 def numbered(scene: co.Scene) -> list[bytes]:
-    """Answers in which every number of a body, a face and a surface shows, to the bit."""
+    """Return answers that show every number of a body, a face and a surface, to the bit."""
     low, high = (np.nan_to_num(end, posinf=3, neginf=-3) for end in scene.bounds)
     a, b = np.random.default_rng(7).uniform(low, high, (2, 600, 3))
     hits, crossings = scene.first_hit(co.Rays(a, b - a)), scene.crossings(co.Rays(a, b - a))
@@ -245,7 +245,7 @@ def numbered(scene: co.Scene) -> list[bytes]:
 
 
 def test_bodies_are_exchanged_in_the_tables_of_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Most edits prepare nothing afresh; all have the numbers and the bits of a scene that is prepared afresh."""
+    """Most edits prepare nothing anew. All have the numbers and the bits of a newly prepared scene."""
     scene = co.load_openmc(put(core_xml(1), tmp_path), void=False)
     fresh, work = [], prepared_scene.lowering.lower
     monkeypatch.setattr(prepared_scene.lowering, "lower", lambda *of: fresh.append(1) or work(*of))

@@ -17,14 +17,14 @@ from conicoid.io.scene_file import scene_file, yaml_parser
 from ...command_line import done, refused, run
 from .models import EXAMPLE_FILES, loaded, written
 
-# --- Names, colours, void, notes: what an import says about itself
+# --- Names, colors, void, notes: the report of an import
 
 ASSEMBLY = EXAMPLE_FILES["assembly"]
 
 
 @functools.cache
 def assembly() -> openmc.ImportResult:
-    """What is read of the assembly."""
+    """Read the assembly."""
     return openmc.read(ASSEMBLY)
 
 
@@ -77,7 +77,7 @@ def test_the_same_material_has_the_same_colour_everywhere(tmp_path: Path) -> Non
 
 
 def test_oklab_of_white_and_of_red_are_the_published_ones() -> None:
-    """Björn Ottosson's page: white is (1, 0, 0); sRGB red is L 0.628, a 0.225, b 0.126."""
+    """Björn Ottosson's page has white at (1, 0, 0), and sRGB red at L 0.628, a 0.225, b 0.126."""
     assert oklch_to_linear(1, 0, 0) == pytest.approx((1, 1, 1), abs=1e-6)
     red = (0.6279554, math.hypot(0.2248631, 0.1258463), math.atan2(0.1258463, 0.2248631))
     assert oklch_to_linear(*red) == pytest.approx((1, 0, 0), abs=1e-5)
@@ -166,7 +166,7 @@ MESHES = """
 
 
 def test_cells_with_tori_and_meshes_are_left_out_by_name(tmp_path: Path) -> None:
-    """Also the only cells of a universe and of the root, whose fillings are no other roots for it."""
+    """These may be the only cells of a universe and of the root, whose fillings do not become roots instead."""
     path = put(tmp_path, model=MESHES)
     scene = co.load(path)
     assert [body.name for body in scene.bodies] == ["cell 1", "cell 7 @ cell 9, lattice 50 outer"]
@@ -182,7 +182,7 @@ def test_cells_with_tori_and_meshes_are_left_out_by_name(tmp_path: Path) -> None
     assert co.load(alone).bodies == ()
 
 
-# --- What an import says of itself: names that two materials share, words it does not know, what is not looked for
+# --- The report of an import: names that two materials share, unknown words, omitted checks
 
 THREE_CELLS = """<model><materials>{}</materials><geometry>
 <surface id="1" type="sphere" coeffs="0 0 0 1"/><surface id="2" type="sphere" coeffs="0 0 0 2"/>
@@ -291,7 +291,7 @@ def test_an_import_reports_where_undefined_regions_are_not_searched(spoil, void,
     assert [note for note in openmc.read(path, void=void).notes if note.startswith("undefined")] == message
 
 
-# --- Names are what the file says, whatever they hold: nothing that is printed or written obeys them
+# --- Names are those of the file, whatever they hold: no output follows their control characters
 
 HOSTILE = (
     "fuel&#10;#ffffff    material 9             1 bodies  water",
@@ -324,7 +324,7 @@ def test_names_cannot_forge_printed_lines(name: str, tmp_path: Path) -> None:
 
 
 def named_in_file(path: Path) -> dict[str, object]:
-    """What stands under `materials`, by the name there."""
+    """Return the entries under `materials` of a scene file, by name."""
     document = yaml_parser.parse_document(path.read_text(encoding="utf-8"))
     root, problems = document.root, document.problems
     assert root is not None
@@ -333,7 +333,7 @@ def named_in_file(path: Path) -> dict[str, object]:
 
 
 def test_a_scene_file_names_materials_as_the_legend_does(tmp_path: Path) -> None:
-    """Void comes first in the file; material 2 is Zircaloy in both."""
+    """Void comes first in the file. Material 2 is Zircaloy in both."""
     path, output = tmp_path / "model.xml", tmp_path / "scene.yaml"
     path.write_text(NAMED_MODEL.format("oxide"), encoding="utf-8")
     imported = openmc.read(path)
@@ -347,7 +347,10 @@ def test_a_scene_file_names_materials_as_the_legend_does(tmp_path: Path) -> None
 
 
 def test_a_saved_scene_calls_materials_as_they_call_themselves(tmp_path: Path) -> None:
-    """The model's names; materials without a name get letters, which cannot be taken for OpenMC's numbers."""
+    """The file has the model's names.
+
+    Materials without a name get letters, which cannot be mistaken for OpenMC's numbers.
+    """
     output = tmp_path / "scene.yaml"
     co.save(co.load_openmc(EXAMPLE_FILES["pin"]), output)
     assert list(named_in_file(output)) == ["uranium dioxide", "helium", "zirconium alloy", "water"]
@@ -356,7 +359,7 @@ def test_a_saved_scene_calls_materials_as_they_call_themselves(tmp_path: Path) -
     assert list(named_in_file(output))[25:] == ["material Z", "material AA", "material AB", "material AC"]
 
 
-# --- What materials.xml says of a material is kept with it, in units that do not differ from material to material
+# --- A material keeps its data of materials.xml, in units that do not differ from material to material
 
 MATERIAL_MODEL = """<model><materials>{}</materials><geometry>
 <surface id="1" type="sphere" coeffs="0 0 0 1"/><surface id="2" type="sphere" coeffs="0 0 0 2"/><surface id="3" type="sphere" coeffs="0 0 0 3"/>

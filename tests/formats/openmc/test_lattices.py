@@ -64,9 +64,10 @@ def hexagonal(rings: int, orientation: str, levels: int | None = None) -> Hexago
 
 
 def test_clear_elements() -> None:
-    """Of 5 x 5 squares in a box of their size those of the rim touch it; in the box of one, none is clear; without a box all are.
+    """Of 5 x 5 squares in a box of their size the rim touches it, and the others are clear.
 
-    The farthest corners of the middle one, its neighbours and the next lie 0.71, 1.58 and 2.12 from the centre.
+    In the box of one element none is clear, and without a box all are. The farthest corners of the middle element, its
+    neighbours and the next are at 0.71, 1.58 and 2.12 from the center.
     """
     lattice = read_rectangular_lattice(
         XmlElement("lattice", 1, 1, dict(id="1", dimension="5 5", lower_left="0 0", pitch="1 1", universes="1 " * 25))
@@ -108,8 +109,10 @@ def test_rectangular_universes_are_listed_from_the_top_row() -> None:
 
 
 def test_hexagonal_universes_are_listed_as_in_the_documentation() -> None:
-    """The centers of the example in OpenMC's documentation: its rows hold 1, 2, 3, 2, 3, 2, 3, 2, 1 elements, the
-    marked one is in the middle of the fifth."""
+    """OpenMC's documentation has this example, with its marked element in the middle of the fifth row.
+
+    Rows hold 1, 2, 3, 2, 3, 2, 3, 2, 1 elements.
+    """
     lattice = hexagonal(3, "y")
     rows: dict[float, list[float]] = {}
     for index in lattice.universes:
@@ -136,7 +139,7 @@ def test_the_hull_covers_the_elements_and_no_more(lattice: Lattice) -> None:
 
 @pytest.mark.parametrize("lattice", LATTICES, ids=str)
 def test_neighbours_share_their_planes(lattice: Lattice) -> None:
-    """To the last digit, so that the wall between two elements is one surface."""
+    """Planes are equal to the last digit, so that the wall between two elements is one surface."""
     found: dict[tuple[object, ...], int] = {}
     for index in lattice.universes:
         for normal, offset in lattice.prism(index).planes:
@@ -163,7 +166,10 @@ def test_no_end_of_elements_where_a_box_has_none(lattice: Lattice) -> None:
 
 @pytest.mark.parametrize("lattice", LATTICES, ids=str)
 def test_elements_around_a_box_are_those_that_reach_into_it(lattice: Lattice) -> None:
-    """In the box of the lattice: of boxes its own elements, none that only touches it; of hexagons more, but few."""
+    """In the box of a lattice of boxes these are its own elements, without those that only touch it.
+
+    Of hexagons they are a few more.
+    """
     zero = Fraction(0)
     whole = functools.reduce(Extent.union, (prism.extent for prism in lattice.hull))
     tiles = lattice.tiles_around(whole)
@@ -183,27 +189,27 @@ def test_elements_around_a_box_are_those_that_reach_into_it(lattice: Lattice) ->
     assert np.any([inside(prism, points) for prism in prisms], axis=0).all()
 
 
-# --- Whole geometries: every point is in the cell that OpenMC's rules give, and chords have the lengths of the cells
+# --- Whole geometries: every point is in the cell of OpenMC's rules, and chords have the lengths of the cells
 
 BOXES = {"assembly": ((-10.8, -10.8, -22.0), (10.8, 10.8, 402.0)), "kinds": ((-3.1, -3.1, -3.1), (3.1, 3.1, 3.1))}
 
 
 def box(name: str, scene: co.Scene) -> tuple[FloatArray, FloatArray]:
-    """Around the geometry with a margin."""
+    """Return a box around the geometry with a margin."""
     low, high = BOXES.get(name, fit_extent(np.array([body.shape.bounds for body in scene.bodies]).reshape(-1, 6)))
     margin = 0.02 * (np.array(high) - low)
     return low - margin, high + margin
 
 
 def grid(low: FloatArray, high: FloatArray, count: int) -> FloatArray:
-    """Points (count³, 3) that lie on no surface, being off by odd fractions of a step."""
+    """Return points (count³, 3) that lie on no surface, at odd fractions of a step."""
     step = (high - low) / count
     axes = [a + (np.arange(count) + f) * s for a, s, f in zip(low, step, (0.4871, 0.5113, 0.4937), strict=True)]
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
 
 
 class Model(NamedTuple):
-    """A geometry as it is read, and what OpenMC's rules say of it."""
+    """A geometry as the importer reads it, and the places of OpenMC's rules."""
 
     name: str
     scene: co.Scene
@@ -212,7 +218,7 @@ class Model(NamedTuple):
 
 @pytest.fixture(scope="module", params=marked((name, name != "assembly") for name in NAMES))
 def model(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Model:
-    """Read and made ready once for all tests."""
+    """Return a model that is read and prepared once for all tests."""
     path = written(request.param, tmp_path_factory.mktemp("model"))
     return Model(request.param, loaded(path), Evaluator(path))
 
@@ -236,14 +242,17 @@ def test_every_point_is_in_the_cell_that_the_rules_give(model: Model, count: int
 
 
 def test_the_scene_is_an_ordinary_one(model: Model, tmp_path: Path) -> None:
-    """It saves and loads as an equal scene."""
+    """The scene saves, and loads as an equal one."""
     co.save(model.scene, tmp_path / "scene.yaml")
     assert co.load(tmp_path / "scene.yaml") == model.scene
 
 
 @pytest.mark.parametrize("orientation", ["x", "y"])
 def test_beside_corners_of_hexagons_rounded_walls_decide(orientation: str, tmp_path: Path) -> None:
-    """Three walls that should meet leave gaps and overlaps of 1e-16: in none, or in the body listed first; so are spans."""
+    """Three walls should meet there, but leave gaps and overlaps of 1e-16.
+
+    A point is in no body or in the first of the list, and so are spans.
+    """
     path = tmp_path / "geometry.xml"
     path.write_text(f"""<geometry><cell id="1" universe="1" material="1"/><cell id="2" fill="5" region="-3"/>
         <hex_lattice id="5" n_rings="2" orientation="{orientation}" center="-3.3 7.77"><pitch>3.3333</pitch>
@@ -253,7 +262,7 @@ def test_beside_corners_of_hexagons_rounded_walls_decide(orientation: str, tmp_p
     parts = [(body.shape,) if isinstance(body.shape, co.Polyhedron) else body.shape.operands for body in scene.bodies]
     solids = [next(part for part in each if isinstance(part, co.Polyhedron)) for each in parts]
     walls = [list(zip(solid.normals, solid.offsets, strict=True)) for solid in solids]
-    # Corners of the element in the middle: 0, 60, ... degrees from those of the other orientation's walls
+    # Corners of the middle element: 0, 60, ... degrees from those of the walls of the other orientation
     angles = np.radians(np.arange(6) * 60 + (30 if orientation == "x" else 0))
     corners = np.column_stack([np.cos(angles), np.sin(angles), angles * 0]) * 3.3333 / 3**0.5 + (-3.3, 7.77, 0)
     points = np.repeat(corners, 60, axis=0) * (1 + random.integers(-9, 10, (360, 3)) * 2.0**-53)

@@ -1,4 +1,4 @@
-"""OpenMC: mistakes with their lines, and limits of what a file expands into."""
+"""OpenMC: mistakes with their lines, and limits of the expansion of a file."""
 
 from __future__ import annotations
 
@@ -60,7 +60,10 @@ def problems_of(text: str, path: Path) -> list[tuple[int, str]]:
 
 
 def test_independent_mistakes_of_all_stages_are_reported(tmp_path: Path) -> None:
-    """In elements, between them, and in the file as a whole; what follows from another mistake is not."""
+    """Mistakes are in elements, between them, and in the file as a whole.
+
+    Consequences of another mistake are not reported.
+    """
     text = geometry(
         "<surface id='8' type='x-torus' coeffs='0 0 0 1 2 3' boundary='sticky'/>",
         "<cell id='1' material='1' region='-1 8 77'/>",
@@ -103,7 +106,7 @@ def test_mistakes_beside_a_broken_list_of_materials_are_reported(tmp_path: Path)
 
 
 def test_numbers_beyond_floats_are_reported(tmp_path: Path) -> None:
-    """Each cell once, however often it stands."""
+    """Each cell is reported once, however many places it has."""
     text = geometry(
         "<surface id='3' type='x-plane' coeffs='1.5e308'/>",
         "<cell id='1' universe='1' material='1' region='3'/>",
@@ -179,7 +182,7 @@ def test_bytes_that_are_no_text(tmp_path: Path) -> None:
 
 
 def chain(levels: int, copies: int = 1) -> str:
-    """Universes in universes; each is filled `copies` times into the one before."""
+    """Return universes in universes, each of which fills `copies` cells of the one before."""
     lines = []
     for level in range(levels):
         for copy in range(copies):
@@ -231,7 +234,8 @@ def test_a_region_of_thousands_of_half_spaces_is_read_quickly(tmp_path: Path) ->
     assert body.shape.bounds[1].tolist() == [1, 1, 1]
 
 
-# --- What would not fit is counted, never written out, and refused at once: with the number, the bytes, the line and what to do
+# --- Expansions that would not fit are counted, never written out, and refused at once: the message has the number, the
+# bytes, the line and the remedy
 
 LIMITED = """
 import resource, sys
@@ -328,7 +332,7 @@ def test_a_lattice_is_counted_and_not_written_out(tmp_path: Path) -> None:
 def test_bodies_that_are_no_others_moved_have_a_limit_of_their_own(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Of a lattice that nothing cuts there are as many as elements, and one that is worked out."""
+    """A lattice that nothing cuts has as many bodies as elements, and one of them is computed."""
     monkeypatch.setattr(options, "DEFAULT_BODY_LIMITS", options.BodyLimits(1000, 10))
     lattice = f'<{LATTICE} dimension="20 20" pitch="1 1" universes="{"1 " * 400}"/>'
     path = put(geometry(PIN, lattice, '<cell id="2" fill="4"/>'), tmp_path)
@@ -351,7 +355,7 @@ def test_a_core_of_400000_pins_is_no_more_than_is_allowed(tmp_path: Path) -> Non
 def test_bodies_beyond_scene_files_are_refused_before_they_are_made(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A cylinder of a lattice's element is two primitives, each with its motion: four parts at least."""
+    """A cylinder in a lattice is two primitives, each with its motion: four parts at least."""
     write_core(tmp_path / "geometry.xml", 15)
     scene = co.load_openmc(tmp_path / "geometry.xml")
     made, kind = [], type(scene.bodies)
@@ -374,7 +378,7 @@ def test_thirty_million_elements_are_refused_in_one_gibibyte(tmp_path: Path) -> 
 
 
 def test_one_of_many_lattices_is_used(tmp_path: Path) -> None:
-    """The others are not written out."""
+    """The other lattices are not expanded."""
     lattices = [
         f'<{LATTICE.replace("4", str(i))} dimension="50 50" pitch="1 1" universes="{"1 " * 2500}"/>'
         for i in range(10, 60)
@@ -385,7 +389,7 @@ def test_one_of_many_lattices_is_used(tmp_path: Path) -> None:
 
 
 def test_half_spaces_at_many_places_are_limited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A cell between a hundred balls, at forty places: each ball is looked at in each place."""
+    """A cell between a hundred balls has forty places. Each ball is compared in each place."""
     monkeypatch.setattr(limits, "FEWEST_STEPS", 0)
     monkeypatch.setattr(limits, "STEPS_FOR_A_BODY", 90)
     balls = [f"<surface id='{10 + i}' type='sphere' coeffs='{i % 10} {i // 10} 0 0.4'/>" for i in range(100)]
@@ -438,7 +442,7 @@ MOTIONS = {
 
 @pytest.mark.parametrize("name", MOTIONS)
 def test_motions_out_of_range_are_refused_with_their_line(name: str, tmp_path: Path) -> None:
-    """Also where several add up, one within another."""
+    """Several motions may add up, one within another."""
     inner = '<cell id="7" universe="8" fill="1" translation="1e308 1e308 0"/>'
     for text in (
         geometry(PIN, f'<cell id="2" fill="1" {MOTIONS[name]}/>'),

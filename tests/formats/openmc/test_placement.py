@@ -1,4 +1,4 @@
-"""Where OpenMC's cells stand: placement, what a place leaves out, what it narrows."""
+"""Placement of OpenMC's cells: motions, what a place omits, what it narrows."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def point(*numbers: float) -> Point:
 
 
 def carried(rotation: CellRotation, p: Point) -> FloatArray:
-    """Where a rotation takes a point."""
+    """Return the image of a point under a rotation."""
     if rotation.motion.is_identity:
         return np.array(to_floats(rotation.turn.apply(p)))
     return rotation.motion.matrix[:3] @ [*to_floats(p), 1.0]
@@ -65,12 +65,12 @@ def test_right_angles_are_exact_also_as_a_matrix(angles: tuple[float, ...]) -> N
     assert rotation_by_matrix(tuple(point(*row) for row in rows)) == rotation
 
 
-# --- Cells without volume are left out, with a remark for each kind
+# --- Cells without volume are omitted, with a remark for each kind
 
 
 @pytest.mark.parametrize("twice", ["1 -1", "-2 2", "3 -3", "4 -4", "5 -5", "4 -6", "-4 -7"])
 def test_both_sides_of_a_surface_are_nothing(twice: str, tmp_path: Path) -> None:
-    """Of each kind of surface; of the same plane written with other numbers; and of parallel planes."""
+    """The test takes each kind of surface, the same plane by other numbers, and parallel planes."""
     surfaces = (
         '<surface id="3" type="z-cone" coeffs="0 0 0 1"/>', '<surface id="4" type="plane" coeffs="1 -2 0.5 3"/>',
         '<surface id="5" type="quadric" coeffs="1 2 3 1 0 0 0 0 0 -1"/>', '<surface id="6" type="plane" coeffs="0.2 -0.4 0.1 0.6"/>',
@@ -100,7 +100,7 @@ def test_slanted_planes_that_leave_a_slab_stay(tmp_path: Path) -> None:
 
 
 def check_cells_made_empty(name: str, folder: Path, step: int) -> None:
-    """Cells in turn are cut down to nothing: no body of one is left, and a note says so."""
+    """Cut cells in turn down to nothing: none leaves a body, and a note says so."""
     text = written(name, folder).read_text(encoding="utf-8")
     cells = re.findall(r'<cell id="(\d+)"[^>]*region="', text)
     surface = re.findall(r'<surface id="(\d+)"', text)[0]
@@ -144,7 +144,7 @@ def test_notes_of_a_kind_are_not_endless(tmp_path: Path) -> None:
     assert len(notes) < 50
 
 
-# --- Leaving out what says nothing new changes no point's answer
+# --- The omission of redundant sides changes no point's answer
 
 ZERO, ONE = Fraction(0), Fraction(1)
 
@@ -154,7 +154,7 @@ def quarter(random: np.random.Generator, reach: int = 8) -> Fraction:
 
 
 def side(random: np.random.Generator) -> SurfaceSide:
-    """Any kind of side, on a grid of quarters so that coincidences are common."""
+    """Return any kind of side, on a grid of quarters so that coincidences are common."""
     x, y, z = (quarter(random) for _ in range(3))
     kind, positive = random.integers(8), bool(random.integers(2))
     if kind < 3:
@@ -194,7 +194,7 @@ def inside(item: RegionPart, points: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("seed", sampled(range(150), 4))
 def test_the_remainder_is_equal_in_one_step_or_many(seed: int) -> None:
-    """In one go and step by step, as a hierarchy does it; on points that are on no surface."""
+    """The remainder is taken at once and step by step, as in a hierarchy, at points on no surface."""
     random = np.random.default_rng(seed)
     parts = [part(random, 2) for _ in range(random.integers(1, 9))]
     points = random.uniform(-4, 4, (4000, 3))
@@ -243,7 +243,7 @@ def test_a_vessel_around_an_element_vanishes_and_one_that_cuts_it_stays() -> Non
 
 
 def test_round_solids_beside_planes_are_as_fractions_say() -> None:
-    """Far from a plane floats decide; where it touches, fractions do."""
+    """Floats decide far from a plane, and fractions where it touches."""
     random = np.random.default_rng(7)
     touching = 0
     for _ in range(3000):
@@ -258,12 +258,12 @@ def test_round_solids_beside_planes_are_as_fractions_say() -> None:
     assert touching > 10
 
 
-# --- What is known of places that are turned: boxes around them are never too narrow, and what they leave out is counted
+# --- Turned places: boxes around them are never too narrow, and omitted bodies are counted
 
 
 @pytest.mark.parametrize("far", [1e2, 1e6, 1e8, 1e10, 1e12])
 def test_boxes_carried_between_turns_hold_their_corners(far: float) -> None:
-    """The shifts of both motions cancel; corners are carried in 3000 bits."""
+    """The shifts of both motions cancel. Corners are carried in 3000 bits."""
     outer = IDENTITY_MOTION.rotate((1, 2, 3), 20).translate((far, 0.3 * far, -0.7 * far))
     inner = IDENTITY_MOTION.rotate("z", 30).translate((0.1, 0.2, 0.3)).then(outer)
     low, high = (Fraction(-1), Fraction(-2), Fraction(-3)), (Fraction(1), Fraction(1), Fraction(2))
@@ -279,7 +279,7 @@ def test_boxes_carried_between_turns_hold_their_corners(far: float) -> None:
 
 
 def test_bounds_of_turned_places_hold_every_body(tmp_path: Path) -> None:
-    """Along the anti-diagonal shifts cancel along an axis of the world: what rounding takes is of their length."""
+    """Along the anti-diagonal shifts cancel along an axis of the world, but rounding depends on their length."""
     count, x, y = 12, 4 / 7, 3 / 7
     universes = " ".join("1" if i + j == count - 1 else "2" for i in range(count) for j in range(count))
     text = f"""<geometry><surface id="1" type="sphere" coeffs="0 0 0 0.001"/>

@@ -1,4 +1,4 @@
-"""What stands in many elements of a lattice is worked out once, and is what it would be if it were written out."""
+"""Bodies in many elements of a lattice are computed once, and equal those that are written out."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .models import put
 from .repeated_models import BALL, MODELS
 
 SLANTED = {"hexagons", "core at an angle", "cubes at an angle", "hexagons at an angle"}
-"""Where walls slant, the record that stands for equal planes may be another one."""
+"""Models with slanted walls, for which another record may stand for equal planes."""
 
 
 @pytest.fixture(params=marked((name, name != "hexagons at an angle") for name in MODELS), scope="module")
@@ -30,22 +30,22 @@ def path(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
 
 @pytest.fixture(scope="module")
 def scene(path: Path) -> co.Scene:
-    """For tests that only ask it."""
+    """Return a scene for tests that do not change it."""
     return co.load_openmc(path)
 
 
 def named(path: Path) -> str:
-    """Which of the models it is."""
+    """Return the name of the model."""
     return next(name for name, text in MODELS.items() if text == path.read_text())
 
 
 def written_out(scene: co.Scene) -> tuple[Body, ...]:
-    """The bodies, each a shape of its own."""
+    """Return the bodies, each a shape of its own."""
     return tuple(Body(body.shape, body.material, body.name) for body in scene.bodies)
 
 
 def test_pins_that_a_vessel_does_not_cut_are_alike(tmp_path: Path) -> None:
-    """Those of assemblies that it cuts, and fuel whose water it cuts, are of the kinds of all others."""
+    """Pins of assemblies that the vessel cuts, and fuel whose water it cuts, are of the kinds of all others."""
     bodies = co.load_openmc(put(core_xml(5, vessel=8.0, pins=4), tmp_path)).bodies
     assert isinstance(bodies, InstanceList)
     fuel = [number for number, body in enumerate(bodies) if body.name.startswith("cell 1 ")]
@@ -55,7 +55,7 @@ def test_pins_that_a_vessel_does_not_cut_are_alike(tmp_path: Path) -> None:
 
 
 def test_copies_are_lowered_without_a_shape_for_each_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A pin of 81 assemblies has 153 places along each axis; a few of its shapes show what a shift changes."""
+    """A pin of 81 assemblies has 153 places along each axis. A few of its shapes show the effect of a shift."""
     bodies = co.load_openmc(put(core_xml(9), tmp_path), void=False).bodies
     assert isinstance(bodies, InstanceList)
     made, work = [], type(bodies).shape_at
@@ -73,7 +73,7 @@ def test_boxes_are_made_again_as_they_were(scene: co.Scene) -> None:
 
 
 def test_answers_are_those_of_bodies_written_out(path: Path, scene: co.Scene) -> None:
-    """To the bit, but where walls slant: there the record that stands for equal planes may be another one."""
+    """Answers are equal to the bit, but where walls slant: there another record may stand for equal planes."""
     other = co.Scene(written_out(scene))
     random = np.random.default_rng(3)
     low, high = (np.nan_to_num(end, posinf=40, neginf=-40) for end in scene.bounds)
@@ -149,7 +149,7 @@ def test_scenes_are_pickled_and_changed(scene: co.Scene) -> None:
 
 @pytest.mark.parametrize("region", ["-1 (2 3 | -2 -3 7)", "-2 (1 3 | -1 -3 7)"])
 def test_cells_that_name_a_surface_twice_are_lowered_once(region: str, tmp_path: Path) -> None:
-    """A hundred that are one another moved: all quadrics have one form, and faces are not written out for each."""
+    """A hundred cells are moved copies. All quadrics have one form, and faces are not written out for each."""
     text = "".join((
         BALL, '<surface id="2" type="z-cylinder" coeffs="0 0 0.2"/>',
         '<surface id="3" type="z-plane" coeffs="0.05"/>', '<surface id="7" type="z-plane" coeffs="0.2"/>',

@@ -101,7 +101,7 @@ def test_bounds_of_a_box_hold_for_its_points(kind: str, coefficients: str) -> No
 
 
 def test_written_surfaces_equal_those_of_the_scene() -> None:
-    """The user's numbers to the last bit, as fields of the shapes; a plane's as integers."""
+    """The fields of the shapes have the user's numbers to the last bit; those of a plane are integers."""
     assert surface("plane", "1 -2 0.5 1.3").solid() == co.HalfSpace((2, -4, 1), 2.6)
     assert surface("plane", "0.123456789012345678 -2 0.5 1.3").solid() == co.HalfSpace(
         (0.123456789012345678, -2, 0.5), 1.3
@@ -128,7 +128,7 @@ def test_a_quadric_without_squares_is_its_plane() -> None:
 
 @pytest.mark.parametrize("factor", ["3", "0.7", "1e-3", "123.45", "1e12"])
 def test_multiples_of_a_plane_are_one(factor: str) -> None:
-    """In decimals, whose products with most factors are no floats; those with the opposite sign face the other way."""
+    """Decimals have no exact products with most factors in floats. Planes of the opposite sign face the other way."""
     numbers = [Fraction(number) for number in ("0.1", "-0.25", "0.3", "0.7")]
     one, other = (FlatSurface((a, b, c), d) for a, b, c, d in (numbers, [Fraction(factor) * n for n in numbers]))
     assert one.solid() == other.solid() == co.HalfSpace((2, -5, 6), 14)
@@ -148,7 +148,7 @@ def test_multiples_of_a_plane_are_one(factor: str) -> None:
     ],
 )
 def test_a_round_quadric_is_that_cylinder_sphere_or_cone(kind: str, numbers: str, quadric: str) -> None:
-    """In exact decimals: one wall, not two that differ by rounding. Of the opposite sign it is its outside."""
+    """In exact decimals they are one wall, not two that differ by rounding. With the opposite sign it is the outside."""
     assert surface("quadric", quadric) == surface(kind, numbers)
     opposite = surface("quadric", " ".join(str(-Decimal(number)) for number in quadric.split()))
     assert opposite.solid() == ~surface(kind, numbers).solid()
@@ -159,7 +159,7 @@ def test_a_round_quadric_is_that_cylinder_sphere_or_cone(kind: str, numbers: str
     "quadric", ["0.1 0.2 0.3 0 0 0 -0.1 0 0 -0.7", "1 1 0 0 0 0 -0.2 -0.4 0 -0.1182", "0 0 0 1 0 0 0 0 0.3 0"]
 )
 def test_multiples_of_a_quadric_are_one(factor: str, quadric: str) -> None:
-    """In decimals, whose products with most factors are no floats; those of the opposite sign face the other way."""
+    """Decimals have no exact products with most factors in floats. Quadrics of the opposite sign face the other way."""
     times = " ".join(str(Decimal(factor) * Decimal(number)) for number in quadric.split())
     one, other = (surface("quadric", numbers).solid().coefficients for numbers in (quadric, times))
     assert {name: math.copysign(value, float(factor) * value) for name, value in one.items()} == other
@@ -178,7 +178,7 @@ def test_other_quadrics_stay_quadrics(quadric: str) -> None:
 
 
 def test_sums_are_exact_in_decimals() -> None:
-    """-10.71 + 17 · 1.26 = 10.71, which neither holds for the nearest floats nor for their sums."""
+    """-10.71 + 17 · 1.26 = 10.71 holds neither for the nearest floats nor for their sums."""
     place = UniversePlacement(shift=(Fraction("-10.71"), Fraction(0), Fraction(0)))
     for _ in range(17):
         place = place.inner((Fraction("1.26"), Fraction(0), Fraction(0)))
@@ -187,7 +187,7 @@ def test_sums_are_exact_in_decimals() -> None:
 
 
 def test_the_cylinder_is_the_one_that_a_user_would_write() -> None:
-    """One entry of the surface table for the importer's cylinder and for co.Cylinder's."""
+    """The importer's cylinder and co.Cylinder's have one entry of the surface table."""
     mine = surface("z-cylinder", "0.63 -1.26 0.4095").solid()
     scene = co.Scene([mine, co.Cylinder((0.63, -1.26, -1), (0.63, -1.26, 1), 0.4095)])
     hits = [scene.crossings((0.7, 5, 0.1), (0, -1, 0))]
@@ -198,7 +198,7 @@ def test_the_cylinder_is_the_one_that_a_user_would_write() -> None:
 
 @pytest.mark.parametrize("ring", ["z-cylinder' coeffs='0 0 0", "sphere' coeffs='0 0 0 0"])
 def test_the_innermost_ring_may_have_radius_0(ring: str, tmp_path: Path) -> None:
-    """Programs divide a pin into rings from radius 0 on; the first cell has no volume, the second is whole."""
+    """Programs divide a pin into rings from radius 0 on. The first cell has no volume, and the second is whole."""
     text = (
         endless(2, 0.3)
         .replace('region="-1"', 'region="-1 7"')
@@ -239,7 +239,7 @@ def value(region: Region, negative: dict[int, bool]) -> bool:
 
 
 def table(text: str) -> list[bool]:
-    """What a region says for every combination of sides."""
+    """Return the value of a region for every combination of sides."""
     region = parse_region(text)
     return [
         value(region, dict(zip(SURFACES, sides, strict=True))) for sides in itertools.product([True, False], repeat=3)
@@ -345,7 +345,7 @@ def lattices(tmp_path_factory: pytest.TempPathFactory) -> dict[int, co.Scene]:
 
 
 def test_points_are_located_by_few_nodes(lattices: dict[int, co.Scene]) -> None:
-    """Sixteen times as many pins: hardly more nodes for a point, at any height; nothing stands beside the trees."""
+    """Sixteen times as many pins need hardly more nodes for a point, at any height. No body is outside the trees."""
     random = np.random.default_rng(3)
     mean = {}
     for side, scene in lattices.items():
@@ -369,7 +369,7 @@ def test_points_are_located_by_few_nodes(lattices: dict[int, co.Scene]) -> None:
 
 
 def test_a_ray_crosses_every_expected_wall(lattices: dict[int, co.Scene]) -> None:
-    """Along x through the middles of pins: water, pin, water in each element, without a gap, at any height."""
+    """Along x through the middles of pins the ray crosses water, pin, water in each element, without a gap."""
     for side, scene in lattices.items():
         spans = scene.spans((-1.0, 2.5, 123456.0), (1, 0, 0))
         ends = np.append(spans.t_enter, spans.t_exit[-1])

@@ -27,7 +27,7 @@ def points(count=4000, size=3.0):
 
 
 def polygon(x, y, corners):
-    """Within a convex polygon, corners counter-clockwise."""
+    """Return which points are in a convex polygon, corners counter-clockwise."""
     found = np.ones(np.shape(x), bool)
     for (a, b), (c, d) in zip(corners, corners[1:] + corners[:1], strict=True):
         found &= (c - a) * (y - b) - (d - b) * (x - a) >= 0
@@ -107,7 +107,7 @@ def test_modules_are_their_formulas(text, tmp_path):
 
 
 def test_a_ball_of_so_many_sides(tmp_path):
-    """OpenSCAD's: rings at polar angles 180 (k + 1/2) / n for n = $fn / 2, corners at 360 k / $fn."""
+    """OpenSCAD's ball has rings at polar angles 180 (k + 1/2) / n for n = $fn / 2, and corners at 360 k / $fn."""
     scene = loaded(tmp_path, "sphere($fn = 8, r = 2);")
     levels = [(2 * math.sin(math.pi * (k + 0.5) / 4), 2 * math.cos(math.pi * (k + 0.5) / 4)) for k in range(4)]
     at = points()
@@ -215,7 +215,7 @@ def test_omissions_are_reported_with_their_line(tmp_path):
     ],
 )  # fmt: skip
 def test_empty_solids_are_left_out(text, note, tmp_path):
-    # Whatever is left out, the unit cube remains, and nothing else
+    # The unit cube remains without the refused parts, and nothing else
     scene = loaded(tmp_path, f"cube(size = 1);\n{text}")
     assert f"line 2: {note}" in scene.notes
     assert scene.first_hit([(0.5, 0.5, 5), (2, 0.5, 5), (-0.5, 0.5, 5)], (0, 0, -1)).t.tolist() == [4, np.inf, np.inf]
