@@ -9,7 +9,7 @@ import numpy as np
 
 
 def table(spans: Any, body: int) -> tuple[Any, Any]:
-    """(enter, exit) of one body, (rays, most) each, filled up with inf."""
+    """Return arrays (enter, exit) of one body, each (rays, most), with inf behind the last span."""
     rays = len(spans.offsets) - 1
     ray = np.repeat(np.arange(rays), np.diff(spans.offsets))
     mine = spans.body == body
@@ -22,7 +22,7 @@ def table(spans: Any, body: int) -> tuple[Any, Any]:
 
 
 def same(one: tuple[Any, Any], other: tuple[Any, Any]) -> Any:
-    """(rays,) bool: equal spans to the bit."""
+    """Return, as (rays,) bool, whether spans are equal to the bit."""
     most = max(one[0].shape[1], other[0].shape[1])
     padded = [
         np.pad(end, ((0, 0), (0, most - end.shape[1])), constant_values=math.inf)

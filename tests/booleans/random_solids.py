@@ -26,21 +26,21 @@ RED = co.matte((0.9, 0.1, 0.1))
 
 
 def random_leaf(rng: np.random.Generator) -> Any:
-    """An example of the contract suite, or a shape of small whole numbers."""
+    """Return an example of the contract suite, or a shape of small whole numbers."""
     if rng.random() < 0.4:
         return SOLIDS[int(rng.integers(len(SOLIDS)))]
     return plain(rng, str(rng.choice(KINDS))).shape(co)
 
 
 def moved(rng: np.random.Generator, shape: Any, most: int) -> Any:
-    """Moved, in one case of `most` + 1 not at all."""
+    """Return a shape moved by up to `most` steps."""
     for verb, *arguments in motion(rng) if rng.integers(most + 1) else ():
         shape = getattr(shape, verb)(*arguments)
     return shape
 
 
 def random_solid(rng: np.random.Generator, depth: int) -> Any:
-    """A tree of at most some levels; operands may be equal, so that faces coincide."""
+    """Return a tree of at most some levels. Operands may be equal, so that faces coincide."""
     if depth == 0 or rng.random() < 0.15:
         return moved(rng, random_leaf(rng), 1)
     one, other = random_solid(rng, depth - 1), random_solid(rng, depth - 1)
@@ -56,7 +56,7 @@ def random_solid(rng: np.random.Generator, depth: int) -> Any:
 
 
 def random_body(rng: np.random.Generator) -> Any:
-    """A solid, now and then a sheet or a clipped one."""
+    """Return a solid, and now and then a sheet or a clipped one."""
     if rng.random() < 0.15:
         sheet = moved(rng, SHEETS[int(rng.integers(len(SHEETS)))], 1)
         solid = random_solid(rng, 1)

@@ -15,7 +15,7 @@ def random_rays(r: np.random.Generator, count: int, reach: float = 2.5) -> tuple
 
 
 def grid_rays(r: np.random.Generator, count: int, reach: int = 4) -> tuple[Any, Any]:
-    """Between points with whole and half coordinates, so that faces, edges and corners are met exactly."""
+    """Return rays between points with whole and half coordinates, which pass exactly through faces, edges and corners."""
     targets = r.integers(-2 * reach, 2 * reach + 1, (count, 3)) / 2
     directions = r.integers(-2, 3, (count, 3)).astype(float)
     directions[(directions == 0).all(axis=1)] = (1, 1, 1)
@@ -23,7 +23,7 @@ def grid_rays(r: np.random.Generator, count: int, reach: int = 4) -> tuple[Any, 
 
 
 def mixed_rays(r: np.random.Generator, count: int) -> tuple[Any, Any]:
-    """Half of each; and rays from corner to corner with a small random turn."""
+    """Return random rays and grid rays, half of each, and rays from corner to corner with a small random turn."""
     one, other, third = random_rays(r, count // 3), grid_rays(r, count // 3), grid_rays(r, count - 2 * (count // 3))
     near = third[1] + r.normal(size=third[1].shape) * 10 ** r.uniform(-16, -1, (len(third[1]), 1))
     return np.concatenate([one[0], other[0], third[0]]), np.concatenate([one[1], other[1], near])

@@ -44,7 +44,7 @@ EQUAL = {
 
 @pytest.fixture(params=[0, *map(deep, range(1, 12))])
 def solids(request: Any) -> tuple[Any, Any, Any]:
-    """Two solids and rays."""
+    """Return two solids and rays."""
     r = generator("set algebra", request.param)
     a, b = (tree(r, 2).shape(co) for _ in range(2))
     return a, b, mixed_rays(r, 200)
@@ -52,7 +52,10 @@ def solids(request: Any) -> tuple[Any, Any, Any]:
 
 @pytest.mark.parametrize("law", EQUAL)
 def test_solids_that_are_equal_on_paper_have_equal_spans(law: str, solids: Any) -> None:
-    """To the bit in one scene; in scenes of their own as many spans, equal up to the choice of a surface's record."""
+    """Equal solids have equal spans to the bit in one scene.
+
+    In scenes of their own they have as many spans, equal up to the choice of a surface's record.
+    """
     a, b, rays = solids
     for pair in EQUAL[law](a, b, b.translate((0, 1, 0))):
         spans = co.Scene(pair).spans(*rays, t_min=-math.inf)
@@ -91,7 +94,7 @@ def assert_same_spans(one: Any, other: Any, rays: Any) -> None:
 
 
 def unit_cells(scale: float, *, moved: bool, across: int = 10) -> tuple[Any, Any]:
-    """(a cube, its across³ cells united)"""
+    """Return a cube and the union of its across³ cells."""
     places = itertools.product(range(across), repeat=3)
     if moved:
         cells = [co.Box((0, 0, 0), (1, 1, 1)).translate(place).scale(scale) for place in places]
@@ -101,7 +104,7 @@ def unit_cells(scale: float, *, moved: bool, across: int = 10) -> tuple[Any, Any
 
 
 def cube_rays(seed: int, count: int, scale: float, across: int = 10) -> Any:
-    """A third along the grid, a third nearly, a third at random through the cube."""
+    """Return rays along the grid, rays nearly along it, and random rays through the cube, a third of each."""
     r = np.random.default_rng(seed)
     one = grid_rays(r, count // 3, across)
     two = grid_rays(r, count // 3, across)
@@ -126,7 +129,7 @@ def test_a_cube_of_many_cells(moved: bool, scale: float, across: int):
 @pytest.mark.parametrize("across", [5, deep(10)])
 @pytest.mark.parametrize("moved", [False, True], ids=["by parameters", "by translate and scale"])
 def test_a_cube_taken_apart(moved: bool, across: int):
-    """Nothing is left of a cube less its cells; every point of a ray in the cube is in exactly one cell."""
+    """A cube less its cells is empty, and every point of a ray in the cube is in exactly one cell."""
     cube, cells = unit_cells(1.0, moved=moved, across=across)
     rays = cube_rays(7, 3000, 1.0, across)
     assert len(co.Scene([cube - cells]).crossings(*rays, t_min=-math.inf).t) == 0

@@ -1,4 +1,4 @@
-"""Scenes with known flaws: what is found, how large it is said to be, and that its ray shows it."""
+"""Checks of scenes with known flaws: the findings, their sizes, and the rays that show them."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_sound_scenes_have_no_findings(name: str):
 
 
 def test_overlaps_of_balls():
-    """Two unit balls with centers 1.5 apart share a lens: no chord of it is longer than its rim's diameter."""
+    """Two unit balls with centers 1.5 apart share a lens. No chord of it is longer than its rim's diameter."""
     scene = co.Scene([co.Body(co.Sphere(), name="left"), co.Sphere(1, (1.5, 0, 0)), co.Sphere(1, (5, 0, 0))])
     (finding,) = co.check(scene, rays=6000)
     assert (finding.kind, finding.bodies) == ("overlap", (0, 1))
@@ -90,7 +90,10 @@ LATTICE = """<geometry>
 
 @pytest.mark.parametrize("turned", [False, True])
 def test_instances_overlap_where_written_out_bodies_do(turned: bool, tmp_path: Path):
-    """Rays through bodies of a lattice end at these; a pin that was moved overlaps its neighbours, a gap is behind it."""
+    """Rays through bodies of a lattice end at these.
+
+    The pin that was moved overlaps its neighbours and leaves a gap behind it.
+    """
     path = tmp_path / "geometry.xml"
     path.write_text(LATTICE.format("1 " * 25).replace('fill="7"', 'fill="7" rotation="0 0 30"' * turned or 'fill="7"'))
     scene = co.load_openmc(path)
@@ -210,7 +213,7 @@ def test_the_command_line_prints_the_same(tmp_path: Path):
 
 
 def test_a_lamp_in_a_ceiling():
-    """Of two walls in one place the first is reported, and no light leaves an opaque body: the lamp is never seen."""
+    """The first of two coincident walls is reported, and no light leaves an opaque body. So the lamp is never visible."""
     ceiling = co.Body(co.Box((-3, -3, 2), (3, 3, 2.1)), name="ceiling")
     for sheet in (co.Disc((0, 0, 2), (0, 0, -1), 0.5), co.Triangle((0, 0, 2), (1, 0, 2), (0, 1, 2))):
         lamp = co.Body(sheet, co.glow("white"), "lamp")
@@ -234,7 +237,10 @@ def test_a_lamp_in_a_ceiling():
 
 
 def test_rays_for_coincidences_take_one_query_for_many_pairs(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Slabs with gaps of 2^-44 between them: 3 or 24 pairs of surfaces that nearly coincide take equally many queries."""
+    """There are 3 or 24 pairs of surfaces that nearly coincide, by gaps of 2^-44 between slabs.
+
+    Both take equally many queries.
+    """
     counts = []
     follow = ProbeScan.follow
     for pairs in (3, 24):
@@ -250,7 +256,7 @@ def test_rays_for_coincidences_take_one_query_for_many_pairs(monkeypatch: pytest
 
 
 def test_chunks_of_rays_are_on_all_threads_and_findings_do_not_depend_on_them(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nine overlapping balls and 30,000 rays, so that several chunks find each pair."""
+    """Nine balls overlap, and 30,000 rays make several chunks find each pair."""
     balls = [co.Sphere(1.0, (0.5 * (k % 3), 0.6 * (k // 3), 0.1 * k)) for k in range(9)]
     spans, mains = ProbeScan._spans, list[bool]()
 

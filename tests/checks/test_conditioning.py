@@ -26,13 +26,13 @@ from ..command_line import run
 from ..samples import marked
 from ..shapes.catalogue import SAMPLES
 
-# --- Digits that remain, against formulas; what is named, and what is left out
+# --- Digits that remain, against formulas; which numbers a report names and which it omits
 
 
 @pytest.mark.parametrize("center", [(1e3, 0, 0), (-3e5, 4e5, 0), (2e9, 3e9, 6e9)])
 @pytest.mark.parametrize("radius", [1.0, 0.25])
 def test_a_ball_far_away(center, radius):
-    """The surface moves by u (|c| + r) at most, of 2 r."""
+    """The surface moves by at most u (|c| + r), of its width 2 r."""
     expected = -math.log10(U * (np.linalg.norm(center) + radius) / (2 * radius))
     assert kept(co.Sphere(radius, center)) == pytest.approx(expected, abs=1e-6)
     assert kept(co.Spheres([center, (0, 0, 0)], radius)) == pytest.approx(expected, abs=1e-6)
@@ -45,8 +45,8 @@ def test_a_ball_far_away(center, radius):
 
 
 def test_a_cone_by_coefficients_loses_half_at_its_apex():
-    # (x - 1)² + (y - 2)² = (z - 3)²: at the apex F = u Σ |terms| = 46 u, and the movement √(F / 3 w²) for widths w;
-    # the cone is endless, and looked at from -6 to 6: the box reaches to 4, and its edge of 2 is added
+    # (x - 1)² + (y - 2)² = (z - 3)²: at the apex F = u Σ |terms| = 46 u, and the movement √(F / 3 w²) for widths w; the
+    # cone is endless, and the check takes it from -6 to 6: the box reaches to 4, and its edge of 2 is added
     values = dict(xx=1, yy=1, zz=-1, x=-2, y=-4, z=6, constant=-4)
     found = only(co.Quadric(coefficients=values), co.Box((0, 1, 2), (2, 3, 4)))
     assert found.digits == pytest.approx(-math.log10(math.sqrt(46 * U / (3 * 12**2))), abs=0.01)
@@ -205,14 +205,14 @@ def test_check_and_the_command_line_name_them(tmp_path: Path):
 
 @pytest.mark.parametrize("radius", [1.0, 5.0])
 def test_level_edges_of_a_profile_stay_level(radius):
-    """One number on paper stands at both ends of such an edge: the end moves by u |z|, of a length of 2 |z|."""
+    """One decimal stands at both ends of such an edge. So the end moves by u |z|, of a length of 2 |z|."""
     corners = ((0, -20.7), (radius, -20.7), (radius, 20.7), (0, 20.7))
     tube = co.Revolution(corners)
     assert kept(tube) > 14.5
     assert kept(tube.scale((10.1, 14.3, 1))) == pytest.approx(
         kept(co.Cylinder((0, 0, -20.7), (0, 0, 20.7), 1)), abs=1.2
     )
-    # What is thin against its distance from the origin loses what it should: from 1e6 to 1e6 + 1, u (2e6 + 1) of 1
+    # A body that is thin beside its distance from the origin loses these digits: from 1e6 to 1e6 + 1, u (2e6 + 1) of 1
     far = only(co.Revolution(tuple((r, 1e6 + (z > 0)) for r, z in corners)))
     assert far.number in ("profile[0][1]", "profile[2][1]")
     assert far.digits == pytest.approx(-math.log10(U * 1e6), abs=0.31)
@@ -231,7 +231,7 @@ LATTICE = """<geometry>
 
 @pytest.mark.parametrize("pitch", marked([(1, False), (1e7, True), (1e9, False)]))
 def test_instances_are_named_as_if_each_were_tested(pitch, tmp_path, monkeypatch):
-    """The corners of the box of all shifts decide for a kind; `digits` tests every body."""
+    """The corners of the box of all shifts decide for a kind, while `digits` tests every body."""
     path = tmp_path / "lattice.xml"
     path.write_text(LATTICE.format(wide=6 * pitch, pitch=pitch, universes=" ".join("1 2".split() * 18)))
     scene = co.load(path)
@@ -251,7 +251,7 @@ def test_instances_are_named_as_if_each_were_tested(pitch, tmp_path, monkeypatch
 
 
 def test_nearly_parallel_planes_move_their_edge():
-    """z <= d, -n z + a x <= b: they meet at x = (b + n d) / a, here 0.5; the body reaches from -1.5 to there."""
+    """The planes z <= d and -n z + a x <= b meet at x = (b + n d) / a, here 0.5. The body reaches from -1.5 to there."""
     a, n, d, b = 2.0**-30, 1.0, 0.3, -0.3 + 2.0**-31
     normals = [(0, 0, 1), (a, 0, -n), (-1, 0, 0), (0, 1, 0), (0, -1, 0)]
     found = only(co.Polyhedron(normals, [d, b, 1.5, 1, 1]))
@@ -293,7 +293,7 @@ _TETRAHEDRA = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (0.2, 0.2, 0.2)]
 
 
 def _flat(kind: str, far: float, thin: float) -> co.Shape:
-    """An L-shaped prism, a frustum of one, or a tetrahedron with a dent, far from the origin and thin."""
+    """Return an L-shaped prism, a frustum of one, or a tetrahedron with a dent, far from the origin and thin."""
     if kind == "mesh":
         faces = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 4), (2, 3, 4), (3, 1, 4)]
         return co.Mesh([(x + far, y - far, thin * z + 0.3) for x, y, z in _TETRAHEDRA], faces)
@@ -330,7 +330,7 @@ def test_ordinary_bodies_are_tested_without_a_change_of_each_number(monkeypatch)
 
 
 def _leaf(kind: str, far: float, thin: float) -> co.Shape:
-    """A turned block of planes of any scale, or a rod across it or a quadric, `far` from the origin."""
+    """Return a turned block of planes of any scale, or a rod across it or a quadric, `far` from the origin."""
     random = np.random.default_rng(7)
     turn, at = np.linalg.qr(random.normal(size=(3, 3)))[0], np.array([far, 0, 0])
     if kind == "rod":

@@ -1,4 +1,4 @@
-"""Undefined regions: points that a model says are in a cell, and that are in none."""
+"""Undefined regions: points of a model that are in no cell."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def undefined(scene: co.Scene, **options: int) -> list[co.checks.Finding]:
 
 
 def test_a_gap_in_a_pin_is_found_wherever_the_pin_stands(tmp_path):
-    """Between the radii 0.4 and 0.5 nothing is defined, in two of the four elements."""
+    """The space between the radii 0.4 and 0.5 is undefined in two of the four elements."""
     scene = co.load_openmc(model(tmp_path, gap=0.45, reach=3.0))
     found = undefined(scene)
     assert len(found) == 2
@@ -88,7 +88,7 @@ def test_omitted_void_is_not_searched(tmp_path):
 
 
 def test_lattices_that_are_turned_have_no_gaps(tmp_path):
-    """Walls of neighbours are the same on paper, and what rounding leaves between them is no region."""
+    """Walls of neighbours are equal in decimals. The slivers that rounding leaves between them are no regions."""
     path = model(tmp_path, reach=1.2)
     path.write_text(
         path.read_text().replace('<cell id="4"', '<cell id="4" rotation="10 20 33" translation="0.1 0.2 0.3"')
@@ -163,7 +163,7 @@ def test_a_domain_in_a_file_is_a_solid(tmp_path):
 
 
 def apart(*gaps: tuple[float, float], wide: float = 1.0) -> co.Scene:
-    """A slab of the width 1 with gaps along x, all of them between the same two planes."""
+    """Return a slab of width 1 with gaps along x, which all lie between the same two planes."""
     rest = co.Box((0, 0, 0), (10, wide, 1))
     for low, high in gaps:
         rest = rest - co.Box((low, -1, 0.25), (high, wide + 1, 0.75))
@@ -171,7 +171,7 @@ def apart(*gaps: tuple[float, float], wide: float = 1.0) -> co.Scene:
 
 
 def test_gaps_beside_one_wall_are_distinguished():
-    """Three holes with the same floor and the same ceiling are three regions, and each has its own volume."""
+    """Three holes with the same floor and the same ceiling are three regions, each with its own volume."""
     holes = (1.0, 2.0), (4.0, 4.5), (7.0, 9.0)
     found = undefined(apart(*holes))
     for finding, (low, high) in zip(found, sorted(holes, key=lambda hole: hole[0] - hole[1]), strict=True):
@@ -183,7 +183,7 @@ def test_gaps_beside_one_wall_are_distinguished():
 
 
 def test_standard_errors_are_those_of_many_seeds():
-    """Five sigma of a volume that a formula gives, and errors as large as the scatter."""
+    """The volume is within five sigma of its formula, and the scatter over seeds has the size of the errors."""
     scene = apart((1.0, 3.0), (3.5, 4.0))
     found = [undefined(scene, rays=1500, seed=seed) for seed in range(12)]
     for place, volume in ((0, 1.0), (1, 0.25)):
@@ -195,7 +195,7 @@ def test_standard_errors_are_those_of_many_seeds():
 
 @pytest.mark.parametrize("thin", [0.05, 0.005])
 def test_a_thin_shell_is_one_region(thin):
-    """Its parts see only those beside them."""
+    """Each part of the shell sees only its neighbours."""
     low, high = (-3, -3, -3), (3, 3, 3)
     rest = co.Box(low, high) - co.Sphere(2 + thin) | co.Sphere(2)
     found = undefined(co.Scene(rest, domain=co.Box(low, high)))
@@ -205,7 +205,7 @@ def test_a_thin_shell_is_one_region(thin):
 
 
 def test_bent_gaps_are_one_region():
-    """A channel around three sides of a block, which is seen around corners by parts between."""
+    """A channel surrounds three sides of a block. Parts between its ends connect them around the corners."""
     block = co.Box((0, 0, 0), (4, 4, 1))
     channel = co.Box((1, 1, -1), (1.2, 3, 2)) | co.Box((1, 2.8, -1), (3, 3, 2)) | co.Box((2.8, 1, -1), (3, 3, 2))
     (found,) = undefined(co.Scene(block - channel, domain=block))
@@ -214,7 +214,7 @@ def test_bent_gaps_are_one_region():
 
 @pytest.mark.parametrize("thin", sampled([1e-4, 1e-3, 1e-2], 3))
 def test_thin_gaps_are_one_region(thin):
-    """A slab, and what is around a cone: both sides of its edges, which few rays see together."""
+    """The gap is a slab, or the space around a cone. Few rays see both sides of the cone's edges."""
     box = co.Box((0, 0, 0), (10, 10, 10))
     slab = co.Scene([co.Box((0, 0, 0), (10, 10, 5)), co.Box((0, 0, 5 + thin), (10, 10, 10))], domain=box)
     (found,) = undefined(slab)
@@ -228,7 +228,7 @@ def test_thin_gaps_are_one_region(thin):
 
 
 def test_a_region_that_no_point_has_met_has_a_limit_and_no_volume():
-    """Of n points in a box none was in it, so at 95 % its volume is below 3 / n of the box; nothing says that it is 0."""
+    """None of n points in a box was in the region: at 95 % its volume is below 3 / n of the box, but need not be 0."""
     thin, turn = 1e-6, lambda shape: shape.rotate((1, 2, 3), 17)
     boxes = co.Box((0, 0, 0), (10, 10, 5)), co.Box((0, 0, 5 + thin), (10, 10, 10))
     (found,) = undefined(co.Scene([turn(box) for box in boxes], domain=turn(co.Box((0, 0, 0), (10, 10, 10)))))

@@ -1,1 +1,1 @@
-"""What every registered shape must do, whatever it is: a new one joins by existing (see `examples.py`)."""
+"""The contract of every registered shape: a new one joins by its registration (see `examples.py`)."""

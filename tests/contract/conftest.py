@@ -15,7 +15,7 @@ ALL = [(name, motion) for name in SHAPES for motion in MOTIONS]
 
 
 def _fast() -> set[tuple[str, str]]:
-    """Return one motion for each example, in turn; a kind that has one example is there unmoved, and moved."""
+    """Return one motion for each example, in turn. A kind with one example is there unmoved and moved."""
     kinds = [name.rpartition("-")[0] for name in SHAPES]
     turn = {name: number + kinds.index(kind) for number, (name, kind) in enumerate(zip(SHAPES, kinds, strict=True))}
     single = {name for name, kind in zip(SHAPES, kinds, strict=True) if kinds.count(kind) == 1}
@@ -27,10 +27,9 @@ def _fast() -> set[tuple[str, str]]:
 
 
 FAST = _fast()
-"""(example, motion) of the fast tests; the deep ones take all."""
+"""(example, motion) of the fast tests; deep ones take all."""
 SAMPLES = [sample_of_kinds(turn) for turn in range(2)]
-"""Of kinds with several examples, a fast test takes every other one: the tests of a file take the even and the odd ones
-in turn."""
+"""The fast tests of a file take the even and the odd examples of a kind in turn."""
 
 
 @cache

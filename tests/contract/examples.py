@@ -1,7 +1,7 @@
 """Instances of every registered shape.
 
-A new shape whose fields have the usual names needs no entry here: its instances are derived from
-the dataclass by `FIELDS`. Where that does not do, add a line to `LISTED`.
+A new shape whose fields have the usual names needs no entry here: `FIELDS` derives its instances from the dataclass.
+Any other shape needs a line in `LISTED`.
 """
 
 from __future__ import annotations
@@ -196,7 +196,7 @@ MOTIONS: dict[str, Callable[[Any], Any]] = {
 
 
 def derived(kind: type[Shape]) -> list[Shape]:
-    """An instance made from the names of the fields that have no default."""
+    """Make an instance from the names of the fields without a default."""
     required = [f.name for f in dataclasses.fields(kind) if f.default is f.default_factory is dataclasses.MISSING]
     unknown = [name for name in required if name not in FIELDS]
     if unknown:
@@ -211,13 +211,13 @@ def examples_of(name: str) -> list[Shape]:
 
 
 def sample_of_kinds(turn: int) -> set[str]:
-    """Return every other example of each kind, the first or the second by turn; the one of a kind that has one."""
+    """Return every other example of each kind, odd or even ones by turns, and the only one of a kind that has one."""
     kinds = {name: len(examples_of(name)) for name in REGISTRY}
     return {f"{kind}-{k}" for kind, count in kinds.items() for k in range(count) if count == 1 or (k + turn) % 2 == 0}
 
 
 def every_example() -> Iterator[tuple[str, Shape]]:
-    """(readable id, shape) of all instances, unmoved."""
+    """Return (readable id, shape) of all instances, unmoved."""
     for name in sorted(REGISTRY):
         for index, shape in enumerate(examples_of(name)):
             yield f"{name}-{index}", shape

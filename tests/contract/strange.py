@@ -1,4 +1,4 @@
-"""What nobody should pass, for every parameter of every public function, and what must come of it."""
+"""Wrong values for every parameter of every public function, and the answers or errors that must follow."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ STRANGE: dict[str, Any] = {
 
 
 def replacements(value: Any) -> Iterator[tuple[str, Any]]:
-    """Strange values in place of a good one, whole and as one of its numbers."""
+    """Return strange values in place of a good one, as a whole and as one of its numbers."""
     yield from STRANGE.items()
     if isinstance(value, (tuple, list)) and value:
         for name, strange in STRANGE.items():
@@ -44,9 +44,9 @@ def replacements(value: Any) -> Iterator[tuple[str, Any]]:
 def faults(
     function: Callable[..., Any], good: dict[str, Any], names: str | None = None, **fields: str
 ) -> Iterator[str]:
-    """What is wrong with a function's answers to strange arguments, one at a time.
+    """Return the faults of a function's answers to strange arguments, one at a time.
 
-    It may raise ValueError or TypeError that name `names` and the field, or give an answer that is finite.
+    The function may raise ValueError or TypeError that names `names` and the field, or give a finite answer.
     """
     owner = names or getattr(function, "__name__", "")
     for field, value in good.items():
@@ -69,7 +69,7 @@ def faults(
 
 
 def unfinished(answer: Any) -> Iterator[str]:
-    """Numbers of an answer that are NaN. Bounds and misses may be infinite."""
+    """Return the numbers of an answer that are NaN. Bounds and misses may be infinite."""
     if isinstance(answer, co.Shape):
         if not isinstance(answer, co.Spheres) or len(answer):
             low, high = answer.bounds
@@ -84,7 +84,7 @@ def unfinished(answer: Any) -> Iterator[str]:
 
 
 def good_arguments(kind: type, instance: Any) -> dict[str, Any]:
-    """The arguments that make an instance of a dataclass again, but for its motion."""
+    """Return the arguments that make an instance of a dataclass again, but for its motion."""
     return {
         name: getattr(instance, name)
         for name in inspect.signature(kind).parameters

@@ -1,4 +1,4 @@
-"""A shape under test with rays that suit it."""
+"""A shape under test with suitable rays."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 import conicoid as co
 
 WINDOW = 6.0
-"""How much of an unbounded shape is looked at."""
+"""Half the side of the window on an unbounded shape."""
 
 
 class Subject:
@@ -22,7 +22,7 @@ class Subject:
         low, high = (np.asarray(x, dtype=float) for x in shape.bounds)
         self.bounded = bool(np.isfinite([low, high]).all())
         if not self.bounded and getattr(shape, "combines", False):
-            # the complement of something finite is looked at where that is
+            # a complement of a finite solid is tested around that solid
             inner = np.asarray((~shape).bounds, dtype=float)
             if np.isfinite(inner).all():
                 low, high = inner
@@ -31,12 +31,12 @@ class Subject:
 
     @property
     def random(self) -> np.random.Generator:
-        """The same numbers for every test of this subject, in whatever order tests run."""
+        """Return the same random numbers for every test of this subject, in any order of tests."""
         return np.random.default_rng(zlib.crc32(self.name.encode()))
 
     @cached_property
     def rays(self) -> tuple[np.ndarray, np.ndarray]:
-        """From outside at random points of the box, from points in the box, and along the axes."""
+        """Return rays from outside at random points of the box, from points in the box, and along the axes."""
         r, n = self.random, self.count
         targets = r.uniform(self.low - 0.02 * self.size, self.high + 0.02 * self.size, (n, 3))
         directions = r.normal(size=(n, 3)) * 10 ** r.uniform(-1, 1, (n, 1))
@@ -51,7 +51,7 @@ class Subject:
 
     @cached_property
     def whole_lines(self) -> Any:
-        """Spans of the whole lines."""
+        """Return spans of the whole lines."""
         return self.scene.spans(*self.rays, t_min=-math.inf)
 
     def at(self, ray: np.ndarray, t: np.ndarray) -> np.ndarray:
@@ -59,12 +59,12 @@ class Subject:
         return o[ray] + t[:, None] * d[ray]
 
     def slack(self, ray: np.ndarray, t: np.ndarray) -> np.ndarray:
-        """What rounding may shift a point by, in units of t, with a wide margin."""
+        """Return, in units of t and with a wide margin, how far rounding may shift a point."""
         travelled = np.abs(t) * self.speed[ray]
         reach = np.abs(self.rays[0][ray]).max(axis=1)
         return 1e-12 * (travelled + reach + self.size) / self.speed[ray]
 
 
 def rows(answer: Any) -> np.ndarray:
-    """The flat ray index of every row of a CSR answer."""
+    """Return the flat ray index of every row of a CSR answer."""
     return np.repeat(np.arange(len(answer.offsets) - 1), np.diff(answer.offsets))

@@ -1,4 +1,4 @@
-"""Boolean identities on rays, and motions of shapes, for every registered one."""
+"""Boolean identities on rays, and motions, for every registered shape."""
 
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ def test_local_points_and_uv_do_not_move_and_normals_keep_their_side(name, trans
     off = np.abs(here.uv - there.uv)[steady]
     off[:, 0] = np.minimum(off[:, 0], np.abs(1 - off[:, 0]))
     assert off.max(initial=0) <= 1e-8
-    # normals are carried by the inverse transpose, and stay on their physical side
+    # the inverse transpose carries normals, which stay on their physical side
     carried = here.normal @ np.linalg.inv(linear)
     carried /= np.linalg.norm(carried, axis=1, keepdims=True)
     near = hit & (np.abs(here.local_point).max(axis=1) < 100) & (np.linalg.norm(here.local_point, axis=1) > 1e-2)
@@ -141,8 +141,11 @@ def test_local_points_and_uv_do_not_move_and_normals_keep_their_side(name, trans
 
 @pytest.mark.parametrize(("name", "transform"), in_turn(SHAPES, EXACT, sample_of_kinds(1)))
 def test_quarter_turns_and_powers_of_two_are_exact(name, transform):
-    """Powers of two change no bit of any t. Turns and mirrors permute the terms of sums and change the signs of zeros,
-    which may show in the last bits of t; their parameters are exact, so the crossings are the same ones."""
+    """Powers of two change no bit of any t.
+
+    Turns and mirrors permute the terms of sums and change the signs of zeros, which may show in the last bits of t;
+    their parameters are exact, so the crossings are the same ones.
+    """
     move, carry = EXACT[transform]
     base = Subject(name, SHAPES[name], 150)
     o, d = base.rays
@@ -165,7 +168,7 @@ def test_bounds_follow_exact_motions():
 
 @pytest.mark.parametrize("name", sampled(SHAPES, 4))
 def test_four_quarter_turns_are_none(name):
-    """The composition of exact motions is exact: the same shape to the bit."""
+    """The composition of exact motions is exact: four of them give the same shape to the bit."""
     turned = SHAPES[name]
     for _ in range(4):
         turned = turned.rotate((0, 1, 0), 90)

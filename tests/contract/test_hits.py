@@ -32,7 +32,10 @@ def test_hits_lie_within_the_bounds(subject):
 
 
 def test_scene_bounds_are_those_of_the_shape(subject):
-    """Around parts that cut one another they are found in another way: as tight, or narrower, but for 1e-6 of the size."""
+    """Bounds of parts that cut one another come from another method.
+
+    They are as tight, or narrower, but for 1e-6 of the size.
+    """
     box, exact = np.array(subject.scene.bounds), np.array(subject.shape.bounds)
     if isinstance(subject.shape, (co.Intersection, co.Difference, co.Union)):
         finite = np.isfinite(exact[1] - exact[0])
@@ -120,7 +123,7 @@ def test_answers_are_read_only(subject):
 
 
 def test_uv(subject):
-    """On surfaces of revolution u is a turn in [0, 1) and v a height in [0, 1] when the shape is finite."""
+    """On surfaces of revolution u is a turn in [0, 1), and v of a finite shape is a height in [0, 1]."""
     hits = subject.scene.first_hit(*subject.rays)
     hit = np.isfinite(hits.t)
     name = type(subject.shape).__name__

@@ -1,4 +1,4 @@
-"""A shape that is registered is tested, and goes through a scene file and comes back equal, as its answers do."""
+"""Every registered shape has tests, and comes back equal from a scene file with equal answers."""
 
 import math
 
@@ -11,7 +11,7 @@ from conicoid.geometry.registry import REGISTRY
 from ..children import child
 from .examples import LISTED, derived, examples_of
 
-# --- A shape that is registered is tested
+# --- Every registered shape has tests
 
 
 @pytest.mark.parametrize("name", sorted(REGISTRY))
@@ -33,7 +33,7 @@ def test_every_shape_of_the_interface_is_public_and_registered(name):
 
 @pytest.mark.parametrize("name", ["Sphere", "Cone", "EllipticCone", "Disc", "HalfSpace", "Polyhedron"])
 def test_usual_field_names_need_no_entry(name):
-    """What a new shape would go through: an instance made from its fields alone."""
+    """The fields of a new shape alone make an instance of it."""
     assert name in LISTED
     assert type(derived(REGISTRY[name])[0]) is REGISTRY[name]
 
@@ -63,7 +63,7 @@ print(found[0] == found[1] and "radius" in found[0])
 
 
 def test_a_shape_whose_file_another_thread_imports_is_waited_for(tmp_path):
-    """It is registered before it is finished."""
+    """The shape is registered before its import is complete."""
     with child(HALF_MADE, cwd=tmp_path) as running:
         code, out, errors = running.end(60)
     assert (code, out.strip()) == (0, "True"), errors
@@ -95,13 +95,13 @@ print(REGISTRY["Polycone"] is Polycone)
 
 
 def test_a_users_own_shape_keeps_its_name(tmp_path):
-    """Even where the file of ours that has it is imported later."""
+    """The name stays where the package later imports its own file with that name."""
     with child(OWN, cwd=tmp_path) as running:
         code, out, errors = running.end(60)
     assert (code, out.strip()) == (0, "True"), errors
 
 
-# --- Every shape goes through a scene file and comes back equal, and so do the answers
+# --- Every shape comes back equal from a scene file, and so do the answers
 
 
 def test_round_trip(subject, tmp_path):

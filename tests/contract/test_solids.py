@@ -10,7 +10,7 @@ from .subject import Subject, rows
 
 
 def ends(solid: Subject):
-    """(ray, t) of every true end of a span."""
+    """Return (ray, t) of every true end of a span."""
     spans = solid.whole_lines
     ray = rows(spans)
     t = np.concatenate([spans.t_enter[~spans.enter_clipped], spans.t_exit[~spans.exit_clipped]])
@@ -39,7 +39,7 @@ def test_no_point_beyond_the_bounds_is_inside(solid):
 
 
 def test_bounds_are_tight(solid):
-    """Rays reach almost all of the box of a primitive; Booleans may have a larger box."""
+    """Rays reach almost all of the box of a primitive. Booleans may have a larger box."""
     if not solid.bounded or hasattr(solid.shape, "operands"):
         return
     n = 4000
@@ -54,7 +54,7 @@ def test_bounds_are_tight(solid):
 
 
 def test_spans_agree_with_contains(solid):
-    """At random places along every ray."""
+    """Spans and `contains` agree at random places along every ray."""
     ray = np.repeat(np.arange(solid.count), 8)
     middle = -np.einsum("ij,ij->i", *solid.rays) / solid.speed**2
     t = middle[ray] + solid.random.normal(size=len(ray)) * solid.size / solid.speed[ray]

@@ -1,4 +1,4 @@
-"""Strange arguments for every parameter: refused by name or answered, with no warning, whatever `np.errstate` says."""
+"""Strange arguments for every parameter: an error by name or an answer, and no warning, for every `np.errstate`."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ OTHER_FIELDS = dict(
     end="end|reference",
     coefficients="coefficients|A|E|H",
 )
-"""Fields that another one is told for, as it is then that one which does not fit."""
+"""Fields whose errors may name another one, which then does not fit."""
 COMBINED = {"Union", "Intersection", "Difference", "Complement", "Painted"}
 
 
 @pytest.fixture(params=["raise", deep("warn")], autouse=True)
 def settings(request: Any) -> Any:
-    """pytest turns warnings into errors; NumPy's own are settled by the user."""
+    """Let NumPy raise or warn, as a user may; pytest turns its warnings into errors."""
     with np.errstate(all=request.param):
         yield
 
@@ -75,7 +75,7 @@ def test_looks(kind: Any, good: dict[str, Any]) -> None:
 
 def test_optics() -> None:
     good = dict(directions=(1.0, 0.5, -1.0), normals=(0.0, 0.0, 1.0))
-    # A miss's NaN is answered with NaN
+    # A NaN of a miss gives NaN
     misses = ("nan", "decimal nan")
     report(line for line in faults(co.reflect, good) if not any(miss in line for miss in misses))
     report(line for line in faults(co.refract, {**good, "eta": 0.7}) if not any(miss in line for miss in misses))
@@ -106,7 +106,7 @@ def test_points_and_values() -> None:
     report(faults(SCENE.contains, dict(points=(0.5, 0.0, 0.1))))
     spans = SCENE.spans(**RAY)
     found = faults(spans.line_integral, dict(values=[1.0, 2.0]))
-    # An integral of NaN is NaN, and what is beyond float64 inf
+    # An integral of NaN is NaN, and numbers beyond float64 are inf
     report(line for line in found if "gives" not in line)
     hits = SCENE.first_hit(**RAY)
     report(faults(hits.spawn, dict(directions=(1.0, 0.0, 0.5)), directions="direction"))
@@ -127,7 +127,7 @@ def test_pictures_and_counts() -> None:
 
 
 def test_numbers_of_the_library_are_of_the_domain() -> None:
-    """Normals, and what is mirrored and refracted at them, start rays."""
+    """Normals, and directions that they mirror or refract, start rays."""
     flat = co.Scene([co.Ellipsoid((1, 1e60, 1e80)), co.Sphere(1, (9, 0, 0))])
     for origin in [(-5, 3e-1, 7e-1), (-5, 1e-30, 2e-20), (-5, 1e-90, 1e-90), (5, 1e-100, 0)]:
         hits = flat.first_hit(origin, (1, 0, 0))
@@ -140,7 +140,7 @@ def test_numbers_of_the_library_are_of_the_domain() -> None:
 
 
 def test_errors_of_t_at_the_end_of_the_domain() -> None:
-    """x² + y² <= z² whatever the scale: from (1, 1/2, 1) along (-1, -3/10, -1/5) roots are exact in rational arithmetic."""
+    """Roots of x² + y² <= z² from (1, 1/2, 1) along (-1, -3/10, -1/5) are exact in rational arithmetic at any scale."""
     o, d = (1.0, 0.5, 1.0), (-1.0, -0.3, -0.2)
     hits = co.Scene([co.DoubleCone().scale(1e-100)]).first_hit(o, d)
     exact_o, exact_d, t = [*map(Fraction, o)], [*map(Fraction, d)], Fraction(float(hits.t))

@@ -1,4 +1,4 @@
-"""An explanation: its numbers are the kernels' own, which formulas decided, and the surfaces that it names."""
+"""Explanations: their numbers are the kernels' own; which formulas decided; the surfaces that they name."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from benchmarks.comparison.scenes import write_core
 from ..booleans.random_solids import EXAMPLES, random_body
 from ..samples import deep
 
-# --- Which formulas decided: certain rays, doubtful ones with the places of all crossings, and those that take exact arithmetic
+# --- Which formulas decided: certain rays, doubtful ones with the places of all crossings, and rays for exact
+# arithmetic
 
 
 def test_a_certain_ray_has_the_bound_of_its_hit():
@@ -30,7 +31,7 @@ def test_a_certain_ray_has_the_bound_of_its_hit():
 
 @pytest.mark.parametrize("power", [36, 44, 50])
 def test_a_grazing_ray_is_located_to_thirty_digits(power):
-    """At the height 1 − 2^−k a unit ball is crossed at 5 ∓ √(1 − h²); the float formulas leave that in doubt."""
+    """At the height 1 − 2^−k a unit ball has crossings at 5 ∓ √(1 − h²), which the float formulas leave in doubt."""
     height = 1 - 2.0**-power
     found = co.Scene([co.Sphere(1)]).explain((-5, height, 0), (1, 0, 0))
     assert found.decision.first == found.decision.all == "certified"
@@ -47,7 +48,10 @@ def test_a_grazing_ray_is_located_to_thirty_digits(power):
 
 
 def test_two_roots_that_are_one():
-    """Unit balls about 0 and (1, 0, 0), along z at x = 1/2: both are met at 5 ∓ √3/2; only exact arithmetic can tell."""
+    """Unit balls about 0 and (1, 0, 0) have equal crossings 5 ∓ √3/2 along z at x = 1/2.
+
+    Only exact arithmetic finds them equal.
+    """
     scene = co.Scene([co.Sphere(1), co.Sphere(1, (1, 0, 0))])
     found = scene.explain((0.5, 0, 5), (0, 0, -1))
     assert found.decision.first == "exact"
@@ -60,7 +64,7 @@ def test_two_roots_that_are_one():
 
 
 def test_crossings_after_the_first_hit_may_be_in_doubt():
-    """A plate is hit first; beyond it a ball is grazed."""
+    """The ray hits a plate first and grazes a ball beyond it."""
     scene = co.Scene([co.Box((-3, -1, -1), (-2, 2, 1)), co.Sphere(1)])
     found = scene.explain((-5, 1 - 2.0**-44, 0), (1, 0, 0))
     assert (found.decision.first, found.decision.all) == ("floats", "certified")
@@ -69,7 +73,10 @@ def test_crossings_after_the_first_hit_may_be_in_doubt():
 
 
 def test_a_ray_through_an_edge_is_decided_by_ranks():
-    """A ray through an edge of a turned cube: two faces are left at places that differ by less than their errors."""
+    """The ray goes through an edge of a turned cube.
+
+    It leaves two faces at places that differ by less than their errors.
+    """
     scene = co.Scene([co.Box((-1, -1, -1), (1, 1, 1)).rotate((1, 2, 3), 40)])
     found = scene.explain((8.00624797748944, 14.562531536778334, 16.736100761092338), (-2, -4, -4))
     step = found.bodies[0]
@@ -84,7 +91,7 @@ def test_a_ray_through_an_edge_is_decided_by_ranks():
 
 
 def test_cancelling_terms_are_worked_out_again():
-    """A cone almost along a ruling: a is 2^-20 of its terms, so it is computed in two floats; a = 1 − slope², halved."""
+    """The ray is nearly a ruling of a cone: a = 1 − slope² is 2^-20 of its terms, so two floats compute it, halved."""
     slope = 1 + 2.0**-20
     step = co.Scene([co.EllipticCone(1, 1, 1)]).explain((0.5, 0, 0), (1, 0, slope), t_min=-10).surfaces[0]
     assert step.careful
@@ -93,17 +100,17 @@ def test_cancelling_terms_are_worked_out_again():
 
 
 def test_a_far_away_direction_is_scaled():
-    """t is that of the ray as given, also where the kernels scale it: 2.2 / 10⁴⁰."""
+    """t is that of the user's ray, also where the kernels scale it: 2.2 / 10⁴⁰."""
     found = co.Scene([co.Sphere(1)]).explain((-3, 0.6, 0), (1e40, 0, 0))
     assert float(found.hit.t) == pytest.approx(2.2e-40, rel=1e-15)
     assert found.surfaces[0].board.numbers["t0"] == pytest.approx(2.2e-40, rel=1e-15)
 
 
-# --- The numbers of an explanation are the kernels' own: they lead to what queries answer, to the bit
+# --- The numbers of an explanation are the kernels' own: they lead to the answers of queries, to the bit
 
 
 def follows(found: Any) -> None:
-    """Every crossing of the queries is a recorded root, and an event at which the value of a Boolean changes.
+    """Check that every crossing is a recorded root, and an event at which the value of a Boolean changes.
 
     Where the ray is doubtful the float formulas may differ from the answers, and the explanation has to say so.
     """
@@ -135,7 +142,7 @@ def follows(found: Any) -> None:
 
 
 def derived_spans(step: Any, found: Any) -> list[Any]:
-    """Spans of a solid: they must fit its crossings, with the ends of the interval."""
+    """Return the spans of a solid: they must fit its crossings, with the ends of the interval."""
     inner = [s.t_enter for s in step.spans if not s.enter_clipped] + [
         s.t_exit for s in step.spans if not s.exit_clipped
     ]
@@ -146,7 +153,7 @@ def derived_spans(step: Any, found: Any) -> list[Any]:
 
 
 def through(rng: np.random.Generator, scene: Any) -> co.Rays:
-    """A ray that has a chance to hit; now and then of round numbers, or from a surface."""
+    """Return a ray that probably hits, now and then of round numbers, or from a surface."""
     low, high = (np.array(end) for end in scene.extent)
     direction = rng.normal(size=3)
     origin = (low + high) / 2 + 0.3 * (high - low) * rng.normal(size=3) - 4 * rng.random() * direction
@@ -168,7 +175,7 @@ def limits(rng: np.random.Generator) -> dict[str, float]:
 
 
 def compare(rng: np.random.Generator, scene: Any, rays: int) -> int:
-    """How many of some rays the float formulas decided."""
+    """Return how many of some rays the float formulas decided."""
     certain = 0
     for _ in range(rays):
         found = scene.explain(through(rng, scene), **limits(rng))
@@ -192,7 +199,7 @@ def test_random_booleans(scenes: int, rays: int, seed: int) -> None:
 
 
 def test_extreme_lengths_of_directions():
-    """Directions that the kernels scale by a power of two: t is that of the ray as given."""
+    """The kernels scale these directions by a power of two. t is that of the user's ray."""
     scene = co.Scene([co.Sphere(1.5) - co.Box((-1, -1, -1), (1, 1, 0.5))])
     for length in (1e-40, 1e40, 1e-90):
         follows(scene.explain((0.2, 0.3, -5), np.array([0.01, 0.02, 1.0]) * length))
@@ -208,7 +215,7 @@ def test_bulk_bodies_and_the_tree():
 
 
 def test_numbers_are_those_of_the_formulas():
-    """x² + y² + z² = 1 from (−3, 0.6, 0) along x: the foot is at t = 3, c = 0.36 − 1, b² − a c = 0.64, all but exact."""
+    """From (−3, 0.6, 0) along x, x² + y² + z² = 1 has its foot at t = 3, c = 0.36 − 1, b² − a c = 0.64, all but exact."""
     step = co.Scene([co.Sphere(1)]).explain((-3, 0.6, 0), (1, 0, 0)).surfaces[0]
     assert (step.a, step.b, step.foot) == (1, 0, 3)
     assert step.c == pytest.approx(-0.64, rel=1e-15)
@@ -220,7 +227,7 @@ def test_numbers_are_those_of_the_formulas():
 
 
 def value(coefficients, point):
-    """The polynomial at a point, by its named coefficients."""
+    """Return the polynomial at a point, by its named coefficients."""
     x, y, z = point
     terms = dict(xx=x * x, yy=y * y, zz=z * z, xy=x * y, yz=y * z, xz=x * z, x=x, y=y, z=z, constant=1.0)
     return sum(c * terms[name] for name, c in coefficients.items()), sum(
@@ -236,7 +243,7 @@ SAMPLE = [
 
 @pytest.mark.parametrize("shape", SAMPLE)
 def test_hit_points_satisfy_the_equation_of_their_surface(shape):
-    """With the error bound of the point times the gradient, which is at most as large as the terms' sizes say."""
+    """The tolerance is the error bound of the point times the gradient, at most the size of the terms."""
     rng, scene = np.random.default_rng(1), co.Scene([shape.rotate((1, 2, 3), 25).translate((1, -2, 0.5))])
     low, high = scene.extent
     directions = rng.normal(size=(40, 3))
@@ -254,7 +261,7 @@ def test_the_face_of_a_hit_is_an_owner():
     scene = co.Scene([co.Body(block, name="block"), co.Body(co.Sphere(0.5, (1, 0, 0)), name="ball")])
     hit = scene.first_hit((0.8, 0, 0), (-1, 0, 0), t_max=5)
     surface = scene.surface(hit.surface)
-    # The dent and the ball that made it are one surface: face 6 of the block, outside; face 0 of the ball, inside
+    # The dent and the ball in it are one surface: face 6 of the block, outside; face 0 of the ball, inside
     assert [(o.body, o.name, o.face, o.side) for o in surface.owners] == [(0, "block", 6, -1), (1, "ball", 0, 1)]
     assert surface.equation == "(x − 1)² + y² + z² = 0.25"
     assert str(surface).splitlines()[-1] == "shared by face 6 of body 0 'block', face 0 of body 1 'ball'"
@@ -302,7 +309,7 @@ def test_numbers_that_are_none():
 
 
 def test_every_body_of_a_lattice_owns_the_plane_that_it_ends_at(tmp_path):
-    """All stand on the plane z = -182.88 cm that bounds the core from below, with their lower faces."""
+    """The lower faces of all bodies lie in the plane z = -182.88 cm that bounds the core from below."""
     write_core(tmp_path / "geometry.xml", 2, pins=5)
     scene = co.load(tmp_path / "geometry.xml")
     hit = scene.first_hit((0.1, 0.2, -500), (0, 0, 1))

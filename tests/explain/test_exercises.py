@@ -1,4 +1,4 @@
-"""What an explanation says of the exercises of the source documents: their numbers, or hand algebra, line by line."""
+"""Explanations of the exercises of the source documents, line by line: their numbers, or hand algebra."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ def explanation(shape: Any, origin: Any, direction: Any, **limits: float) -> Any
 
 
 def lines(found: Any) -> list[str]:
-    """The lines of the text, without the sources behind them."""
+    """Return the lines of the text, without the sources behind them."""
     return [line.strip().split("   [")[0] for line in found.text.splitlines()]
 
 
 def has(found: Any, *expected: str) -> None:
-    """These lines are in the text, in this order."""
+    """Assert that the text has these lines, in this order."""
     text, at = lines(found), 0
     for line in expected:
         assert line in text[at:], f"{line!r} is not in\n" + "\n".join(text[at:])
@@ -68,7 +68,7 @@ def test_sphere_by_both_methods(case):
 
 
 def test_sphere_with_a_negative_discriminant():
-    """4 beside the centre: B = −5, C = 16 + 25 − 9 = 32, D = 25 − 32 = −7; the chord: 9 − 16."""
+    """At 4 beside the center B = −5, C = 16 + 25 − 9 = 32, D = 25 − 32 = −7; by the chord 9 − 16."""
     found = explanation(co.Sphere(RADIUS, CENTER), (1, 2, -2), (0, 0, 1))
     has(found, "center S = (1, −2, 3), r = 3", "t² + 2 B t + C = 0", "B = (d, o − S) = −5", "C = (o − S)² − r² = 32",
         "D = B² − C = −7 < 0: no real root", "OC² = 41, r² = 9: the origin is outside", "t_ca = (OC, d) = 5",
@@ -101,7 +101,7 @@ def test_plane_behind_parallel_and_one_sided():
 
 
 def test_polygon_exercise():
-    """The plane is x + 2y + z + 2 = 0 (erratum); y is dropped; the edges cross at −1 + 3·6/4 = 3.5 and at 6: outside."""
+    """The plane is x + 2y + z + 2 = 0 (erratum). Without y the edges cross at −1 + 3·6/4 = 3.5 and at 6: outside."""
     found = explanation(co.Polygon(CORNERS), (-2, -7, 4), (0, 1, 0))
     has(found, "nothing is hit: t = ∞", "the ray crosses its plane outside its outline", "surface 0, plane: x + 2 y + z + 2 = 0",
         "the ray crosses the plane at t = 5, at (−2, −2, 4)", "moved to the point: (−1, 3), (5, −1), (6, 0)",
@@ -136,7 +136,7 @@ def test_box_exercise():
     assert numbers == pytest.approx(expected, abs=5e-5)
     text = [line.split(":")[0] for line in lines(found) if line[:2] in ("x:", "y:", "z:")][:3]
     assert text == ["x", "y", "z"]
-    # After X it is (−4.69, 14.08), after Y (2.29, 4.59), after Z there is no hit
+    # After X it is (−4.69, 14.08), after Y (2.29, 4.59); after Z there is no hit
     running = [line for line in lines(found) if line.startswith("t_near = ")][:3]
     near = [float(line.split("t_near = ")[1].split(",")[0].replace("−", "-")) for line in running]
     far = [float(line.split("t_far = ")[1].replace("−", "-")) for line in running]
@@ -200,7 +200,7 @@ KINDS = [
 
 @pytest.mark.parametrize(("shape", "kind", "equation", "semi_axes"), KINDS, ids=[kind for _, kind, *_ in KINDS])
 def test_the_nine_canonical_quadrics(shape, kind, equation, semi_axes):
-    """The canonical equations with A = 4, E = 1/4, H = 1 (G = 3), and a = 1/√A and so on, the longest first."""
+    """The equations have A = 4, E = 1/4, H = 1 (G = 3), and a = 1/√A and so on, the longest first."""
     surface = co.Scene([shape]).surface(0)
     assert (surface.kind, surface.equation) == (kind, equation)
     assert sorted(surface.classification.semi_axes) == pytest.approx(sorted(semi_axes), rel=1e-15)
@@ -233,7 +233,7 @@ def test_the_six_cases_of_caps(case):
 
 
 def test_sphere_of_radius_three():
-    """Its example: diag(1, 1, 1, −1) scaled by 3 is diag(1/9, 1/9, 1/9, −1), here times 9."""
+    """The notes' example is diag(1, 1, 1, −1), scaled by 3: diag(1/9, 1/9, 1/9, −1), here times 9."""
     scene = co.Scene([co.Quadric(matrix=[[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, -1]]).scale(3)])
     surface = scene.surface(0)
     assert surface.equation == "x² + y² + z² = 9"
@@ -292,7 +292,7 @@ def test_allips():
 
 
 def test_false_intersections_of_figure_3_4_8():
-    """Past the end of the cylinder its wall goes on: x = −1 is met at z = 3, t = 1; the caps z = 2 and 0 at t = 2 and 4."""
+    """The ray crosses the wall beyond the end of the cylinder, x = −1 at z = 3, t = 1, and the caps at t = 2 and 4."""
     found = explanation(co.Cylinder((0, 0, 0), (0, 0, 2), 1), (-2, 0, 4), (1, 0, -1))
     cell = found.bodies[0].cells[0]
     assert [(c.t, c.face, c.entering, c.outside_of) for c in cell.candidates] == [
@@ -304,7 +304,7 @@ def test_false_intersections_of_figure_3_4_8():
 
 
 def test_pica_is_entered_beyond_its_roots():
-    """x² + y² <= 4 z² along z at x = 6: a = −4, c = 36, t = ±3, and the inside is beyond."""
+    """Along z at x = 6, x² + y² <= 4 z² has a = −4, c = 36, t = ±3. The inside is beyond the roots."""
     found = explanation(co.DoubleCone(slope=2), (6, 0, 0), (0, 0, 1), t_min=-math.inf)
     has(
         found,
@@ -315,7 +315,7 @@ def test_pica_is_entered_beyond_its_roots():
 
 
 def test_bow_tie():
-    """x² + y² <= z², −1 <= z <= 1, up at x = 1/2: caps at ∓1, body at ∓1/2: inside from −1 to −1/2 and from 1/2 to 1."""
+    """Up at x = 1/2 the bow tie x² + y² <= z², |z| <= 1 is inside from −1 (cap) to −1/2 and from 1/2 to 1 (cap)."""
     found = explanation(co.DoubleCone(1, z_range=(-1, 1)), (0.5, 0, 0), (0, 0, 1), t_min=-math.inf)
     assert found.bodies[0].cells[0].slab == (-1, 1)
     has(found, "its planes leave t from −1 to 1", "inside, on the whole line: [−1, −0.5], [0.5, 1]")
@@ -336,7 +336,7 @@ def test_tangency_is_invisibility(shape):
 
 
 def test_the_sweep_of_a_difference():
-    """A drum z = 0 to 2 less a ball of radius 1/2 about z = 1, up its axis from z = −5: 5, 5.5, 6.5, 7."""
+    """A drum from z = 0 to 2 less a ball of radius 1/2 about z = 1, up its axis from z = −5: 5, 5.5, 6.5, 7."""
     found = explanation(co.Cylinder((0, 0, 0), (0, 0, 2), 1) - co.Sphere(0.5, (0, 0, 1)), (0, 0, -5), (0, 0, 1))
     sweep = found.bodies[0].sweep
     assert sweep.expression == "A ∩ ¬B"
@@ -349,7 +349,7 @@ def test_the_sweep_of_a_difference():
 
 
 def test_coincident_walls_act_together():
-    """Two boxes that share the wall x = 0: at t = 1 one is left and the other entered; the union stays inside."""
+    """Two boxes share the wall x = 0. At t = 1 the ray leaves one and enters the other, and stays inside of the union."""
     found = explanation(co.Box((-1, -1, -1), (0, 1, 1)) | co.Box((0, -1, -1), (1, 1, 1)), (-1 - 1, 0, 0), (1, 0, 0))
     rows = [(row.t, row.letter, row.entering, row.value) for row in found.bodies[0].sweep.rows]
     assert rows == [(1, "A", True, True), (2, "A", False, True), (2, "B", True, True), (3, "B", False, False)]
@@ -357,7 +357,7 @@ def test_coincident_walls_act_together():
 
 
 def test_a_negative_square_exchanges_the_roots():
-    """Within the asymptotic cone the notes' steps 3 and 4 would report the farther crossing."""
+    """Within the asymptotic cone steps 3 and 4 of the notes would report the farther crossing."""
     scene = co.Scene([co.TwoSheetHyperboloid(1, 1, 1)])
     text = str(scene.explain((0, 0, 5), (0, 0, -1)))  # at t = 4 and 6
     assert "t₀ = (−b − √(b² − 4 a c)) / 2a = 6" in text
@@ -366,7 +366,7 @@ def test_a_negative_square_exchanges_the_roots():
 
 
 def test_numbers_beyond_floats_are_infinite():
-    """A turned plane and a ray that is all but along it: exactly they meet at some 1e900, in front or behind."""
+    """A ray runs nearly along a turned plane. Exactly, they meet at some 1e900, in front or behind."""
     plane = co.HalfSpace((1, -1, 0), 0).rotate((1, 1, 1), 20)
     texts = [str(co.Scene([shape]).explain((1, 0, 0), (1, 1, 1))) for shape in (plane, ~plane)]
     assert all("∞" in text for text in texts)

@@ -1,4 +1,4 @@
-"""The figure of an explanation, and the calls and commands that make one."""
+"""The figure of an explanation, and the calls and commands that draw it."""
 
 import dataclasses
 import math
@@ -16,7 +16,7 @@ from ..booleans.random_solids import EXAMPLES
 from ..command_line import done, refused, run, written
 from ..samples import sampled
 
-# --- The figure: exact sections, crossings where they belong, and a picture that is well-formed and in itself
+# --- The figure: exact sections, crossings at their places, and a well-formed picture without links
 
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -27,7 +27,7 @@ def figure(shape, origin, direction):
 
 
 def test_a_ball_is_cut_in_a_circle():
-    """Beside the centre by 0.6: the plane through ray and centre cuts the unit ball in a circle of radius 1."""
+    """The plane through ray and center cuts the unit ball in a circle of radius 1, 0.6 beside the ray."""
     made = figure(co.Sphere(1), (-3, 0.6, 0), (1, 0, 0))
     (arc,) = made.arcs[0]
     assert arc.kind == "ellipse"
@@ -38,7 +38,10 @@ def test_a_ball_is_cut_in_a_circle():
 
 
 def test_a_drum_along_its_axis_is_a_rectangle():
-    """Radius 1, height 2: through the axis, walls at ±1 over the height 2, caps over the width 2."""
+    """The drum has radius 1 and height 2.
+
+    Through the axis, walls are at ±1 over the height 2, and caps over the width 2.
+    """
     made = figure(co.Cylinder((0, 0, 0), (0, 0, 2), 1), (-3, 0, 0.5), (1, 0, 0.25))
     lengths = sorted(float(np.linalg.norm(arc.start - arc.end)) for arc in made.arcs[0])
     assert lengths == pytest.approx([2, 2, 2, 2], rel=1e-12)
@@ -63,7 +66,7 @@ def test_sections_along_the_axis(shape, kind, pieces):
 ])  # fmt: skip
 @pytest.mark.parametrize("degrees", sampled([17.0, 40.0, 61.0], 3))
 def test_sections_along_a_rounded_axis(shape, kinds, degrees):
-    """The plane through a turned axis misses it by rounding: a cylinder's sides are lines, and no long ellipse."""
+    """The plane through a turned axis misses it by rounding. A cylinder's sides are lines, and no long ellipse."""
     turned = shape.rotate((1, 2, 3), degrees)
     axis = np.array(co.Scene([turned]).surface(0).classification.axes[2])
     aside = np.cross(axis, (0.3, -0.4, 0.6))
@@ -79,7 +82,7 @@ SAMPLE = [
 
 @pytest.mark.parametrize("shape", SAMPLE)
 def test_walls_lie_on_their_surfaces_and_end_at_crossings(shape):
-    """Points of every arc satisfy the surface's equation; each crossing in the window lies on an arc of its surface."""
+    """Points of every arc satisfy the surface's equation. Each crossing in the window lies on an arc of its surface."""
     scene = co.Scene([shape])
     low, high = (np.array(end) for end in scene.extent)
     direction = np.array([0.3, 0.2, -1.0])
@@ -112,7 +115,10 @@ def test_the_picture_shows_t_without_network_access():
 
 
 def test_marks_are_at_t():
-    """2.2 and 3.8 along the ray, in pixels of the drawing: their distance is 1.6 of its scale, that of o and 2.2 is 2.2."""
+    """Crossings are at 2.2 and 3.8 along the ray.
+
+    In pixels their distance is 1.6 times the scale, and that of o and 2.2 is 2.2 times.
+    """
     root = ET.fromstring(co.Scene([co.Sphere(1)]).explain((-3, 0.6, 0), (1, 0, 0)).svg)
     xs = [float(node.get("cx")) for node in root.iter(f"{SVG}circle")]
     origin, first, second = xs
@@ -129,7 +135,7 @@ def test_files(tmp_path):
 
 
 BALL = co.Sphere(1)
-ODD = {  # bodies, a ray, and what the text says
+ODD = {  # bodies, a ray, and a part of the text
     "nothing": ([], ((0, 0, 0), (1, 0, 0)), "nothing is hit: t = ∞"),
     "a miss": ([BALL], ((0, 5, 0), (1, 0, 0)), "nothing is hit: t = ∞"),
     "from inside": ([co.HalfSpace((0, 0, 1), 0)], ((0, 0, -1), (1, 0, 0)), "nothing is hit: t = ∞"),
@@ -177,7 +183,10 @@ def test_rays_and_bodies_by_name_and_number():
 
 
 def test_a_spawned_ray_knows_where_it_starts():
-    """Into the ball from (−0.8, 0.6, 0) along x: on the board t² + 2 B t = 0, B = −0.8. The hit is t = 1.6, not t = 0."""
+    """The ray goes into the ball from (−0.8, 0.6, 0) along x.
+
+    On the surface t² + 2 B t = 0, B = −0.8: the hit is t = 1.6, not t = 0.
+    """
     found = SCENE.explain(SCENE.first_hit(*RAY).spawn((1, 0, 0)))
     step = found.surfaces[int(found.hit.surface)]
     assert step.starts
@@ -211,7 +220,7 @@ def test_steps_are_values():
 
 
 def test_many_bodies_are_counted():
-    """A thousand balls in a row along y: the ray along x meets the one at y = 0, the tree leaves out the rest."""
+    """A thousand balls stand in a row along y. The ray along x meets the one at y = 0, and the tree omits the rest."""
     found = co.Scene([co.Spheres([(0, 3 * k, 0) for k in range(1000)], 1)]).explain((-5, 0, 0), (1, 0, 0))
     assert len(found.bodies) + found.misses == 1000
     assert len(found.bodies) < 40
@@ -258,7 +267,7 @@ def test_command_refuses(options, message, tmp_path):
 
 
 def test_a_sweep_counts_the_inputs_of_its_own_body():
-    """Two boxes, x in [0, 4] and in [1, 3]: their intersection needs a ray to be in both at once."""
+    """Two boxes have x in [0, 4] and in [1, 3]. A ray must be in both at once to be in their intersection."""
     slab = co.Box((0, -1, -1), (4, 1, 1)) & co.Box((1, -2, -2), (3, 2, 2))
     scene = co.Scene([slab.translate((0, 9, 0)), slab])
     sweep = scene.explain((-5, 0, 0), (1, 0, 0), body=1).bodies[-1].sweep

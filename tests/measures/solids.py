@@ -1,6 +1,6 @@
 """Solids whose volume, and often area, centroid and inertia, follow from a formula.
 
-Most are Boolean, so that they are measured by rays; moved ones are askew on purpose.
+Most are Boolean, so that rays measure them. Moved ones are askew on purpose.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ PI = math.pi
 
 @dataclass(frozen=True)
 class Known:
-    """`inertia`: the diagonal of the tensor about the centroid, where it is diagonal."""
+    """A solid with its measures. `inertia` is the diagonal of the tensor about the centroid, if that is diagonal."""
 
     name: str
     shape: Any
@@ -46,7 +46,7 @@ FRUSTUM, CAP = math.hypot(0.6, 2), 1.5 * 0.4
 RING = math.sqrt(1 - 1.2**2 / 4)
 """Radius of the hole of a napkin ring 1.2 high in the unit ball."""
 DEPTH = math.sqrt(1 - 0.3**2)
-"""How deep a bore of radius 0.3 is at its rim, in the unit ball."""
+"""The depth of a bore of radius 0.3 at its rim, in the unit ball."""
 ANGLE = math.radians(70)
 HALF, CONE = 2 / 3 * PI * 1.1**3, PI * 0.49 * 1.5 / 3
 """Volumes of half a ball of radius 1.1, and of a cone of radius 0.7 and height 1.5."""

@@ -20,7 +20,7 @@ from ..reference.routes import in_doubt
 from ..samples import in_turn, sampled
 from .solids import L_OUTLINE, OCTAHEDRON, SHEAR, askew
 
-# --- Closed forms against rays and against formulas, under motions; refusals; what an answer looks like
+# --- Closed forms against rays and against formulas, under motions; refusals; how an answer prints
 
 PI = math.pi
 
@@ -229,7 +229,7 @@ def closed(shape: co.Solid) -> co.Measures:
 
 @pytest.mark.parametrize("sides", [7, 40])
 def test_a_ball_of_so_many_sides(sides: int):
-    """A stack of frustums of regular polygons: h (A + B + sqrt(A B)) / 3 each; sides are trapezoids."""
+    """The ball is a stack of frustums of regular polygons: h (A + B + sqrt(A B)) / 3 each, with trapezoids as sides."""
     count = (sides + 1) // 2
     rings = [math.radians(180 * (k + 0.5) / count) for k in range(count)]
     areas = [sides / 2 * math.sin(math.tau / sides) * (3 * math.sin(a)) ** 2 for a in rings]
@@ -248,7 +248,7 @@ def test_a_ball_of_so_many_sides(sides: int):
 
 
 def test_random_tetrahedra_as_meshes():
-    """A sixth of a determinant, in fractions; the mean of the corners; areas by Heron's formula."""
+    """The volume is a sixth of a determinant, in fractions, the centroid a mean, and areas follow Heron's formula."""
     rng = np.random.default_rng(4)
     for _ in range(12):
         corners = rng.integers(-9, 9, (4, 3)).tolist()
@@ -371,7 +371,7 @@ def test_thin_boxes_are_not_lost(solid, volume, area):
 
 
 CUBE = (0, 0, 0), (3, 3, 3)
-"""A cube of 27, to which boxes are added, or from which they are taken as faces that look inward."""
+"""A cube of 27, with boxes added, or taken away by faces that look inward."""
 
 
 @pytest.mark.parametrize(
@@ -391,7 +391,7 @@ CUBE = (0, 0, 0), (3, 3, 3)
     ),
 )
 def test_holes_and_blocks_that_share_a_wall(boxes):
-    """Of two faces that lie on one another, one may be larger: a hole that is flush with a wall, a block on it."""
+    """Of two faces in one plane one may be larger: a hole that is flush with a wall, a block on it."""
     corners, faces = [], []
     for (low, high), sense in [(CUBE, 1), *boxes]:
         quads = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
@@ -407,7 +407,7 @@ def test_holes_and_blocks_that_share_a_wall(boxes):
 
 @pytest.mark.parametrize(("radius", "boxes"), [(2.0, 1), (1e30, 2)])
 def test_a_shape_is_boxed_once_for_each_unit(radius, boxes, monkeypatch):
-    """A scene of a molecule measures 27,000 balls, and a third of the time went into a second box of each."""
+    """A molecule of 27,000 balls took a third of the time of its measure for a second box of each."""
     boxed = []
     monkeypatch.setattr(measure_module, "fitted_box", lambda shape: boxed.append(shape) or fitted_box(shape))
     assert co.measure(co.Sphere(radius)).volume == pytest.approx(4 / 3 * math.pi * radius**3, rel=1e-14)
@@ -415,8 +415,10 @@ def test_a_shape_is_boxed_once_for_each_unit(radius, boxes, monkeypatch):
 
 
 def test_only_the_smallest_turned_box_is_bounded_exactly(monkeypatch):
-    """A bar of 10 × 1 × 1, turned by 30°, with cubes turned otherwise in it: the exact bounds of eight boxes took 0.4 s
-    a body of a tokamak, and half of its measure."""
+    """A bar of 10 × 1 × 1, turned by 30°, holds cubes under other turns.
+
+    Exact bounds of eight boxes took 0.4 s a body of a tokamak, half of its measure.
+    """
     bar = co.Box((-5, -0.5, -0.5), (5, 0.5, 0.5)).rotate("z", 30)
     shape = co.Union([co.Box((-0.2,) * 3, (0.2,) * 3).rotate("z", angle) for angle in (10, 20, 40, 50, 60, 70)] + [bar])
     moved = []
@@ -429,7 +431,7 @@ def test_only_the_smallest_turned_box_is_bounded_exactly(monkeypatch):
 
 @pytest.mark.parametrize("length", [1, 30])
 def test_rays_of_a_turned_part_are_seldom_in_doubt(length: float):
-    """A block with crossed bores, given by turned normals that are rounded: rays along its walls were all in doubt."""
+    """A block has crossed bores, by turned normals that are rounded. All rays along its walls were in doubt."""
     turn = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
     half, center = np.array([1.5, 1.0, 2.0 * length]), np.array([3.0, -2.0, 7.0])
     normals = np.concatenate([turn, -turn])

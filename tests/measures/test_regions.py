@@ -33,7 +33,7 @@ def test_against_formulas(known: Known):
 
 
 def cells(tmp_path: Path, surfaces: str, *regions: str) -> list[co.Body]:
-    """The bodies of an OpenMC model of cells with these regions."""
+    """Return the bodies of an OpenMC model of cells with these regions."""
     path = tmp_path / "geometry.xml"
     rows = "".join(f'<cell id="{k + 1}" material="1" region="{region}"/>' for k, region in enumerate(regions))
     path.write_text(f"<geometry>{surfaces}{rows}</geometry>")
@@ -79,7 +79,7 @@ def test_a_hexagonal_can(tmp_path):
 
 @pytest.fixture
 def few_rays(monkeypatch):
-    """As many rays as a test has time for, where the measure chooses how many it follows."""
+    """Limit the number of rays to the time of a test, where the measure chooses it."""
     monkeypatch.setattr(importlib.import_module("conicoid.apps.measures.measure"), "RAYS", 60_000)
 
 
@@ -139,7 +139,7 @@ def test_random_combinations_agree_with_rays_and_move_with_their_parts(count):
 
 @pytest.mark.usefixtures("few_rays")
 def test_walls_that_are_all_but_the_same_are_left_to_rays():
-    """A tube as thick as a few roundings: which wall is outside depends on rounding, so no form is trusted."""
+    """The tube is as thick as a few roundings, which decide which wall is outside. So no form is valid."""
     outer = co.Cylinder((0.1, 0, 0), (0.1, 0, 1), 0.3)
     tube = (outer - co.Cylinder((0.1, 0, -1), (0.1, 0, 2), 0.3 - 1e-15)) | co.Box((5, 0, 0), (6, 1, 1))
     found = co.measure(tube, seed=3)
@@ -201,7 +201,7 @@ def test_a_scene_with_rays_and_without_end():
 
 
 def test_volumes_of_an_imported_assembly_add_up(tmp_path):
-    """2 x 2 pins in a box: fuel, cladding and water fill it, and each is what its formula says."""
+    """2 x 2 pins stand in a box. Fuel, cladding and water fill it, and each has the volume of its formula."""
     path = tmp_path / "geometry.xml"
     path.write_text(
         f"<geometry>{PIN}{SIDES}"
@@ -221,12 +221,12 @@ def test_volumes_of_an_imported_assembly_add_up(tmp_path):
 
 
 def segment(radius: float, height: float) -> float:
-    """The part of a disc beyond a chord at a distance from its center."""
+    """Return the area of a disc beyond a chord at a distance from its center."""
     return radius**2 * math.acos(height / radius) - height * math.sqrt(radius**2 - height**2)
 
 
 def corner(radius: float, x: float, y: float) -> float:
-    """The part of a disc with coordinates above x and y from its center, by a million strips."""
+    """Return the area of a disc with coordinates above x and y from its center, by a million strips."""
     if x * x + y * y >= radius**2:
         return 0.0
     end = math.sqrt(radius**2 - y**2)
@@ -234,13 +234,13 @@ def corner(radius: float, x: float, y: float) -> float:
     return float((np.sqrt(radius**2 - at**2) - y).sum() * (end - x) / 10**6)
 
 
-# --- Measured by rays against formulas: values within their errors, errors small and honest
+# --- Rays against formulas: values within their errors, and errors that are small and honest
 
 SIGMAS = 4
 
 
 def assert_known(known: Known, found: co.measures.Measures, slack: float = 0.0) -> None:
-    """Each within its errors, and within a share of itself."""
+    """Assert that each measure is within its error, and within a share of itself."""
     inertia = np.diag(known.inertia) if known.inertia else None
     for name, value in (
         ("volume", known.volume),
@@ -275,7 +275,7 @@ def test_a_million_rays_give_a_tenth_of_a_percent(known: Known):
     "name", sampled(["thin shell", "lens of two spheres", "two thin rods askew", "half a ball", "box with a hole"], 5)
 )
 def test_errors_are_honest(name: str):
-    """Over many seeds the deviations have the size that their errors say: χ² of 60 is within 4.5 sigma of 60."""
+    """Over many seeds the deviations have the size of the errors: χ² of 60 is within 4.5 sigma of 60."""
     known = next(known for known in KNOWN if known.name == name)
     found = [co.measure(known.shape, rays=3_000, seed=seed) for seed in range(60)]
     rows = [
@@ -289,7 +289,7 @@ def test_errors_are_honest(name: str):
 
 @pytest.mark.parametrize(("shape", "area"), [(co.Sphere(1.5), 9 * math.pi), (co.Box((0, 0, 0), (1, 2, 3)), 22.0)])
 def test_crofton_by_counting(shape: co.Shape, area: float):
-    """The area by isotropic lines through a ball of radius R, 2 π R² E[crossings], agrees with that by three families."""
+    """For a ball of radius R the area by isotropic lines, 2 π R² E[crossings], agrees with that of three families."""
     n, radius = 100_000, 2.5
     random = np.random.default_rng(3)
     low, high = shape.bounds
@@ -357,7 +357,7 @@ def test_many_parts_and_great_depth():
 
 
 def test_copies_share_their_closed_form(monkeypatch):
-    """A thousand pipes of a detector took as long as a thousand different ones. Shear makes a union of boxes no other."""
+    """A thousand pipes of a detector took as long as a thousand different ones. Shear leaves a union of boxes one."""
     module, calls = importlib.import_module("conicoid.apps.measures.measure"), []
     plain = module.closed_region
     monkeypatch.setattr(module, "closed_region", lambda shape, box: calls.append(shape) or plain(shape, box))
@@ -383,7 +383,7 @@ def test_copies_share_their_closed_form(monkeypatch):
 
 
 def test_errors_of_equal_bodies_are_independent():
-    """Two pipes of radius 1 that cross have 16 / 3 in common. Their errors add up by squares only if rays differ."""
+    """Two pipes of radius 1 that cross have 16 / 3 in common. Their errors add up by squares only if their rays differ."""
     cross = co.Cylinder((-2, 0, 0), (2, 0, 0), 1) & co.Cylinder((0, -2, 0), (0, 2, 0), 1)
     scene = co.Scene([cross.translate((3 * k, 0, 0)) for k in range(30)])
     shares = []

@@ -1,7 +1,7 @@
-"""Solids with the inequality that the interface gives for them, written out in NumPy.
+"""Solids with the inequality of their interface, in NumPy.
 
-`inside(x, y, z)` knows nothing of the package: it is the formula in the frame of the world.
-`reach` is half the side of a cube around the origin that holds what is worth sampling.
+`inside(x, y, z)` uses nothing of the package: it is the formula in the frame of the world. `reach` is half the side of
+a cube around the origin that holds the places of samples.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Sample:
 
 
 def about(start: Any, end: Any, reference: Any = None) -> Callable[[Any, Any, Any], Any]:
-    """(height along the axis, distance from it, angle from the reference in degrees in [0, 360))."""
+    """Return (height along the axis, distance from it, angle from the reference in degrees in [0, 360))."""
     start, end = np.array(start, float), np.array(end, float)
     axis = (end - start) / np.linalg.norm(end - start)
     towards = np.array(reference if reference is not None else start + np.array((1, 0, 0)), float) - start

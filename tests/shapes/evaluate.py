@@ -1,4 +1,4 @@
-"""Trees of cells and uv maps evaluated at points in plain NumPy, apart from the package's own kernels."""
+"""Trees of cells and uv maps at points, in plain NumPy, without the package's own kernels."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from conicoid.geometry.transform import IDENTITY_MOTION, Motion
 
 
 def value(surface: Surface, points: Any) -> Any:
-    """The surface's left side at points (..., 3)."""
+    """Return the surface's left side at points (..., 3)."""
     if isinstance(surface, PlaneSurface):
         return points @ np.array([float(c) for c in surface.normal]) - float(surface.offset)
     rows = np.array([[float(c) for c in row] for row in surface.rows])
@@ -22,7 +22,7 @@ def value(surface: Surface, points: Any) -> Any:
 
 
 def gradient(surface: Surface, points: Any) -> Any:
-    """∇ of the left side at points (..., 3)."""
+    """Return ∇ of the left side at points (..., 3)."""
     if isinstance(surface, PlaneSurface):
         return np.broadcast_to(np.array([float(c) for c in surface.normal]), np.shape(points))
     rows = np.array([[float(c) for c in row] for row in surface.rows])
@@ -32,7 +32,7 @@ def gradient(surface: Surface, points: Any) -> Any:
 
 
 def contains(tree: Tree, points: Any, motion: Motion = IDENTITY_MOTION) -> Any:
-    """Which points (..., 3) of the world are inside the tree carried by a motion."""
+    """Return which points (..., 3) of the world are inside the tree moved by a motion."""
     if isinstance(tree, Cell):
         sides = [face.inside * value(face.surface.moved(motion), points) <= 0 for face in tree.faces]
         return np.all(sides, axis=0)
@@ -43,7 +43,7 @@ def contains(tree: Tree, points: Any, motion: Motion = IDENTITY_MOTION) -> Any:
 
 
 def faces(tree: Tree) -> dict[int, Face]:
-    """The faces of a tree by number."""
+    """Return the faces of a tree by number."""
     if isinstance(tree, Cell):
         return {face.number: face for face in tree.faces}
     found: dict[int, Face] = {}
@@ -53,6 +53,6 @@ def faces(tree: Tree) -> dict[int, Face]:
 
 
 def uv(mapping: UV, point: Any) -> tuple[float, float]:
-    """(u, v) at a point (3,) of the frame that the map is given in."""
+    """Return (u, v) at a point (3,) of the frame of the map."""
     a, b, c = np.array(mapping.matrix) @ np.append(np.array(point, float), 1.0)
     return (np.arctan2(b, a) / (2 * np.pi) % 1.0, c) if mapping.angular else (a, b)

@@ -23,7 +23,7 @@ MOTIONS = {
 
 
 def random_motion(rng: np.random.Generator) -> Motion:
-    """A random invertible matrix, half of them mirrors, with a shift."""
+    """Return a random invertible matrix, half of them mirrors, with a shift."""
     matrix = np.eye(4)
     matrix[:3, :3] = rng.normal(size=(3, 3)) + np.diag(rng.choice([-1.0, 1.0], 3))
     matrix[:3, 3] = rng.normal(size=3) * 3
@@ -38,7 +38,7 @@ def climb(
     rounds: int,
     count: int = 60,
 ) -> np.ndarray:
-    """The point that is furthest along a direction, by differential evolution: points move by differences of others."""
+    """Return the furthest point along a direction, by differential evolution: points move by differences of others."""
     people = start[np.argsort(-(start @ direction))][:count]
     for _ in range(rounds):
         others = people[rng.integers(len(people), size=(3, len(people)))]

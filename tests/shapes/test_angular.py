@@ -1,6 +1,6 @@
-"""Tubes, polycones, parts of balls, trapezoids, wedges, prisms, pyramids, parallelepipeds, cones with angles: by formulas.
+"""Tubes, polycones, parts of balls, trapezoids, wedges, prisms, pyramids, parallelepipeds, cones with angles.
 
-Points are asked of NumPy in cylindrical or spherical coordinates; volumes and areas are those of textbooks.
+NumPy decides points in cylindrical or spherical coordinates. Volumes and areas are those of textbooks.
 """
 
 import itertools
@@ -27,7 +27,7 @@ TURNS = [
     (0, 0.25),
     (7.3, 367.3),
 ]
-"""From an angle to another: a turn, less and more than half a turn, half, negative, beyond a turn, next to nothing."""
+"""Pairs of angles: a turn, less and more than half a turn, half, negative, beyond a turn, next to nothing."""
 POLAR = [
     None,
     (0, 90),
@@ -125,7 +125,7 @@ def test_a_polycone_of_two_sections_is_a_hollow_cone():
 
 
 def between(p, low, high, z0, z1, shift=(0, 0)):
-    """Rectangles `low` about the axis at z0, `high` about a shifted place at z1."""
+    """Return rectangles `low` about the axis at z0, `high` about a shifted place at z1."""
     t = (p[:, 2] - z0) / (z1 - z0)
     found = (t >= 0) & (t <= 1)
     for i in (0, 1):
@@ -178,7 +178,7 @@ def test_a_parallelepiped_is_the_cube_carried():
 
 @pytest.mark.parametrize("kind", ["tube", "cone", "section", "polycone"])
 def test_angles_grow_counter_clockwise_about_the_axis(kind):
-    """A quarter whose axis is y and whose angle 0 is towards z: y × z = x, so that it lies at z > 0, x > 0."""
+    """The axis of a quarter is y and its angle 0 is towards z: y × z = x, so that it lies at z > 0, x > 0."""
     start, end, reference = (0, 0, 0), (0, 4, 0), (0, 1, 5)
     shape = {
         "tube": lambda: co.Tube(start, end, 1, 2, 0, 90, reference),
@@ -193,7 +193,7 @@ def test_angles_grow_counter_clockwise_about_the_axis(kind):
 
 
 def test_bounds_of_parts_end_where_the_parts_do():
-    """Worked out by hand: the widest place is at an end of a range, or where the range passes an axis."""
+    """The widest place is at an end of a range, or where the range passes an axis. Bounds are by hand."""
     half, root = 0.5, math.sqrt(0.75)
     cases = [
         (co.SphereSection(2, 1, (60, 90)), (-2, -2, 0), (2, 2, 1)),
@@ -220,7 +220,7 @@ def measured(shape):
 
 
 def test_volumes_and_areas_of_textbooks():
-    """Bronshtein and Semendyayev, Handbook of Mathematics, 3.3: solids; a sector of a ball is 2π R² h / 3."""
+    """Bronshtein and Semendyayev, Handbook of Mathematics, 3.3: solids. A sector of a ball is 2π R² h / 3."""
     cases = [
         (co.Tube((1, 2, 3), (4, 6, 3), 1, 2), 3 * math.pi * 5, 2 * math.pi * 3 * 5 + 6 * math.pi),
         (co.Tube((0, 0, 0), (0, 0, 5), 1, 2, 0, 90, (1, 0, 0)), 15 * math.pi / 4, 7.5 * math.pi + 1.5 * math.pi + 10),
@@ -258,7 +258,7 @@ def test_the_volume_of_a_parallelepiped_is_the_triple_product():
     ids=lambda shape: type(shape).__name__,
 )  # fmt: skip
 def test_closed_forms_equal_sums_of_rays(shape):
-    """Centroid and inertia as well, moved; within five standard errors of chords."""
+    """Centroid and inertia of moved solids, too, are within five standard errors of chords."""
     moved = shape.rotate((1, 2, 3), 40).translate((1, 2, 3))
     closed, sampled = co.measure(moved), co.measure(moved & co.Sphere(60), rays=6_000)
     assert closed.volume_error == 0

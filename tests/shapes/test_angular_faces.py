@@ -1,4 +1,4 @@
-"""Faces of tubes, parts of balls, polycones and flat solids: numbers, normals and uv by formulas, and walls that are shared."""
+"""Faces of tubes, parts of balls, polycones and flat solids: numbers, normals and uv by formulas, and common walls."""
 
 import itertools
 import math
@@ -13,7 +13,7 @@ TURNS = [(0, 360), (20, 110), (-30, 150), (100, 370), (-200, 30)]
 
 
 def hits_of(shape, count=4000):
-    """Hits from all sides, and from within."""
+    """Return hits from all sides, and from within."""
     low, high = (np.array(end) for end in shape.bounds)
     random = np.random.default_rng(8)
     targets, directions = random.uniform(low, high, (count, 3)), random.normal(size=(count, 3))
@@ -23,7 +23,7 @@ def hits_of(shape, count=4000):
 
 
 def follow(shape, formulas, most=1e-12):
-    """Every face that is hit has the normal and the uv of its formula, a function of points (n, 3)."""
+    """Assert that every face has the normal and the uv of its formula, a function of points (n, 3)."""
     hits = hits_of(shape)
     assert set(hits.face.tolist()) == set(formulas), shape
     for face, formula in formulas.items():
@@ -49,7 +49,7 @@ def turns(p):
 
 
 def walls(turn, first, r, h, z0=0):
-    """Those at both angles, one at half a turn, none around."""
+    """Return the walls: at both angles, one at half a turn, none around."""
     found = {}
     for k, (angle, sense) in enumerate(zip(turn, (1, -1), strict=True)):
         s, c = math.sin(angle * DEG), math.cos(angle * DEG)
@@ -65,7 +65,7 @@ def level(sense, r):
 
 
 def side(slope, low, high, sense=1):
-    """A cone or cylinder whose radius grows by `slope`."""
+    """Return a cone or cylinder whose radius grows by `slope`."""
 
     def formula(p):
         out = np.column_stack([p[:, 0] / radius(p), p[:, 1] / radius(p), np.full(len(p), -slope)]) * sense
@@ -88,7 +88,7 @@ def test_faces_of_cones_with_angles(turn):
 
 
 def polar_wall(angle, sense, inner, outer):
-    """The cone of a polar angle, or a plane."""
+    """Return the cone of a polar angle, or a plane."""
     if angle == 90:
         return level(-sense, outer)
     s, c = math.sin(angle * DEG), math.cos(angle * DEG)
@@ -123,7 +123,7 @@ def test_faces_of_parts_of_balls(turn, polar):
 
 @pytest.mark.parametrize("turn", TURNS)
 def test_faces_of_polycones(turn):
-    """Two stretches about a step: outer sides 0 and 2, inner 3 and 5, level 6 to 9, walls 10 and 11."""
+    """Two stretches stand about a step: outer sides 0 and 2, inner 3 and 5, level 6 to 9, walls 10 and 11."""
     shape = co.Polycone([(0, 0.5, 1), (1, 0.5, 2), (1, 1, 1.5), (2, 0.25, 1.5)], *turn)
     formulas = {0: side(1, 0, 1), 2: side(0, 1, 2), 3: side(0, 0, 1, -1), 5: side(-0.75, 1, 2, -1)}
     formulas |= {6: level(-1, 2), 7: level(1, 2), 9: level(1, 2), **walls(turn, 10, 2, 2)}
@@ -145,7 +145,7 @@ def test_edges_of_a_revolution_in_one_line_keep_their_numbers():
 
 
 def flat(normal, u, v):
-    """A plane's normal, of any length, and uv as rows (a, b, c, d)."""
+    """Return a plane's normal, of any length, and uv as rows (a, b, c, d)."""
     unit = np.array(normal, float) / np.linalg.norm(normal)
     return lambda p: (np.tile(unit, (len(p), 1)), p @ u[:3] + u[3], p @ v[:3] + v[3])
 
@@ -201,7 +201,7 @@ def test_faces_of_a_parallelepiped():
 
 
 def test_hexagons_by_their_sides_share_walls():
-    """A ray across three pins at their pitch: where one ends the next begins, to the bit, in all three directions."""
+    """A ray crosses three pins at their pitch. Where one ends the next begins, to the bit, in all three directions."""
     pitch = 1.26
     for angle in (30, 90, 150):
         way = np.array([math.cos(angle * DEG), math.sin(angle * DEG), 0])
@@ -222,7 +222,7 @@ def test_hexagons_by_their_sides_share_walls():
 
 
 def test_shells_touch_the_ball_within_and_the_one_beside():
-    """Two ranges that share an angle share its cone, and a shell the ball in it: no gap, no overlap."""
+    """Two ranges with a common angle share its cone, and a shell shares the ball in it: no gap, no overlap."""
     bodies = [co.SphereSection(2, 1, (0, 40)), co.SphereSection(2, 1, (40, 180)), co.Sphere(1)]
     bodies += [
         co.SphereSection(3, 2, start_angle=0, end_angle=77),

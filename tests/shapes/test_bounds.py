@@ -234,7 +234,7 @@ PRIMITIVES = [
 
 @pytest.mark.parametrize(("shape", "low", "high"), [*PRIMITIVES, *KNOWN.values()], ids=lambda value: repr(value)[:70])
 def test_bounds_are_the_known_ones(shape, low, high) -> None:
-    """Cuts err outward on purpose, by the roundings of many terms and what a nearly flat quadric makes of them."""
+    """Cuts err outward on purpose, by the roundings of many terms and of nearly flat quadrics."""
     outward = 1e-11 if not isinstance(shape, PrimitiveSolid) else 4e-12 if isinstance(shape, BoxedQuadric) else 1e-13
     for found, known, sign in zip(shape.bounds, (low, high), (-1.0, 1.0), strict=True):
         endless = np.isinf(known)
@@ -277,7 +277,7 @@ OTHERS = [
     ids=lambda value: value if isinstance(value, int) else type(value).__name__,
 )
 def test_random_cuts_hold_the_solid_and_touch_it(quadric, seed: int) -> None:
-    """Points that climb along each axis stay within the bounds; on convex solids they reach them."""
+    """Points that climb along each axis stay within the bounds, and reach them on convex solids."""
     rng = np.random.default_rng([seed, 7])
     normals = rng.normal(size=(rng.integers(1, 7), 3))
     offsets = rng.uniform(0.2, 1.5, len(normals))
@@ -304,7 +304,7 @@ def test_random_cuts_hold_the_solid_and_touch_it(quadric, seed: int) -> None:
 
 
 def test_thousands_of_holes_and_deep_trees_stay_quick() -> None:
-    """The limit bounds the work, and is no timing: both take minutes if every candidate is tried."""
+    """The limit bounds the work, not the time. Both would take minutes if they tried every candidate."""
     started = time.process_time()
     plate = Box((0, 0, 0), (100, 100, 1))
     for k in range(1000):
@@ -323,14 +323,14 @@ def test_thousands_of_holes_and_deep_trees_stay_quick() -> None:
     assert time.process_time() - started < 30
 
 
-# --- Boxes around what balls and boxes have in common: against the closed form of a lens, and alike alone and together
+# --- Boxes around intersections of balls and boxes: against the closed form of a lens, and the same alone and together
 
 
 @pytest.mark.parametrize("reach", [0.25, 1.0, 1.5])
 def test_a_turned_lens(reach: float) -> None:
-    """A ball of radius 2 about the origin, and one of radius 3 beside it along x, turned about z and x.
+    """A ball of radius 2 is about the origin, and one of radius 3 beside it along x, turned about z and x.
 
-    The second ends at x = reach; the box of both cuts the first there: across x it reaches sqrt(4 - reach²), where the
+    The second ends at x = reach. The box of both cuts the first there: across x it reaches sqrt(4 - reach²), where the
     second ball is wide enough.
     """
     lens = (co.Sphere(2) & co.Sphere(3, (reach - 3, 0, 0))).rotate("x", 40)
@@ -341,14 +341,14 @@ def test_a_turned_lens(reach: float) -> None:
     assert high[1] == pytest.approx(min(2.0, second), rel=1e-11)
 
 
-# --- Bounds of pairs of quadrics under motions: they exist, and hold points that are inside for certain
+# --- Bounds of pairs of quadrics under motions: they exist, and hold points that are certainly inside
 
 
 FAST, DEEP = 30, 120
 
 
 def test_a_residue_is_no_height() -> None:
-    # Above the bowl z >= 0, on paper and in floats
+    # Above the bowl z >= 0, by formula and in floats
     low, high = (co.EllipticParaboloid(2, 0.5) & co.DoubleCone(1.5)).scale((1, 2, 0.5)).bounds
     assert low.tolist() == [-math.inf, -math.inf, 0]
     assert (high == math.inf).all()
@@ -363,7 +363,7 @@ def test_a_residue_is_no_height() -> None:
 
 @pytest.mark.parametrize("residue", [5e-324, 1e-300, 1e-100, 1e-17])
 def test_a_plane_beside_the_vertex_costs_no_digits(residue: float) -> None:
-    """As a box's side may stand there; the bowl x² + y² <= z, z <= 4 is 2 wide."""
+    """A box's side may stand there. The bowl x² + y² <= z, z <= 4 is 2 wide."""
     from conicoid.geometry.bounds.quadric_extent import cut_quadric_bounds
     from conicoid.geometry.surface import PlaneSurface, QuadricSurface
 
@@ -375,18 +375,18 @@ def test_a_plane_beside_the_vertex_costs_no_digits(residue: float) -> None:
 
 
 def exact_bounds(solid: Any) -> Any:
-    """The box that `geometry.bounds` finds, in numbers of 3000 bits."""
+    """Return the box of `geometry.bounds`, in numbers of 3000 bits."""
     return solid.bounds
 
 
 def prepared_bounds(solid: Any) -> Any:
-    """The box that `prepare.csg_plan` finds, in floats."""
+    """Return the box of `prepare.csg_plan`, in floats."""
     box = co.Scene([solid])._prepared.lowered.boxes[0]
     return box[:3], box[3:]
 
 
 def random_pair(r: Random) -> Item:
-    """Two shapes, the second moved against the first, and the part of the one that is in the other, or is not."""
+    """Return two shapes, the second moved against the first, and the part of the first inside or outside of the second."""
     parts = [plain(r, str(pick(r, SOLIDS))) for _ in range(2)]
     return combined(
         str(pick(r, ("Intersection", "Intersection", "Difference"))), parts[0], parts[1].moved(*whole_motion(r))
@@ -394,7 +394,7 @@ def random_pair(r: Random) -> Item:
 
 
 def check_pairs(seed: int, count: int, bounds: Callable[[Any], Any] = exact_bounds) -> int:
-    """How many points were held against bounds."""
+    """Compare points with bounds; return how many."""
     checked = 0
     for k in range(count):
         r = generator(f"pairs {seed}", k)
@@ -412,11 +412,11 @@ def check_pairs(seed: int, count: int, bounds: Callable[[Any], Any] = exact_boun
 
 
 def extreme_points(pair: Item, there: Any, r: Random) -> list[list[float]]:
-    """Points that are inside in exact arithmetic, far out along the world's axes."""
+    """Return points that are inside in exact arithmetic, far out along the world's axes."""
     table = Table(bodies([pair]))
 
     def seems(points: np.ndarray) -> np.ndarray:
-        """Inside in floats."""
+        """Return which points are inside in floats."""
         whole = np.concatenate([points, np.ones((len(points), 1))], axis=1).T
         products = np.array([whole[i] * whole[j] for i, j in PAIRS])
         return truth(
@@ -454,7 +454,7 @@ def test_prepared_bounds_are_as_tight_as_exact_ones() -> None:
             # Infinite exact ends would be as if the box were tighter
             wider, size = np.maximum(exact[:3] - box[:3], box[3:] - exact[3:]), (exact[3:] - exact[:3]).max()
             assert (wider <= 1e-6 * size).all(), k
-        # In a scene of many as alone, to the bit
+        # In a scene of many the same as alone, to the bit
         np.testing.assert_array_equal(box, np.concatenate(prepared_bounds(solid)))
 
 
@@ -490,7 +490,7 @@ ENDLESS = {
 
 @pytest.mark.parametrize("name", ENDLESS)
 def test_floats_bound_planes_quadrics_and_unions_together(name: str, monkeypatch: Any) -> None:
-    """z <= 4, or z <= 2 r where |x|, |y| <= 2: exact bounds of such nodes of decks took 80 ms a body."""
+    """The solids are z <= 4, or z <= 2 r where |x|, |y| <= 2. Exact bounds of such nodes of decks took 80 ms a body."""
     monkeypatch.setattr(shape_module, "region_bounds", None)
     solid, low, high = ENDLESS[name]
     shifts = np.arange(8.0)[:, None] * (1, 2, 3)
@@ -530,7 +530,7 @@ def test_floats_show_that_a_body_has_no_end(name: str, monkeypatch: Any) -> None
 
 
 def test_planes_along_one_axis_bound_what_floats_leave_open() -> None:
-    """x + y <= 1 and x - y <= 1 have x <= 1 for all z."""
+    """x + y <= 1 and x - y <= 1 give x <= 1 for all z."""
     bars = [co.HalfSpace((1, 1, 0), 1) & co.HalfSpace((1, -1, 0), 1 + k) for k in range(8)]
     boxes = co.Scene(bars)._prepared.lowered.boxes
     np.testing.assert_array_equal(boxes[:, :3], -INF)
@@ -538,7 +538,7 @@ def test_planes_along_one_axis_bound_what_floats_leave_open() -> None:
 
 
 def test_floats_show_that_a_body_is_empty(monkeypatch: Any) -> None:
-    """x + y + z of a unit ball is at most sqrt(3), of its box 3."""
+    """x + y + z of a unit ball is at most sqrt(3), and of its box 3."""
     monkeypatch.setattr(shape_module, "region_bounds", None)
     caps = [co.Sphere(1) & co.HalfSpace((-1, -1, -1), -1.8 - 0.1 * k) for k in range(8)]
     boxes = co.Scene(caps)._prepared.lowered.boxes
@@ -547,7 +547,7 @@ def test_floats_show_that_a_body_is_empty(monkeypatch: Any) -> None:
 
 @pytest.mark.parametrize("degrees", [0, 20])
 def test_a_body_as_thin_as_rounding_is_not_empty(degrees: float) -> None:
-    """Caps of a ball of radius 5, and corners of a box of 6 x 8 x 2, cut by 3 x + 4 y >= 25 less a depth: (3, 4, 0) is in all."""
+    """Caps of a ball of radius 5, and corners of a box of 6 x 8 x 2, by 3 x + 4 y >= 25 less a depth, hold (3, 4, 0)."""
     depths = [0.0, *(10.0**-k for k in range(1, 17))]
     planes = [co.HalfSpace((-3, -4, 0), depth - 25) for depth in depths]
     solids = [solid & plane for solid in (co.Sphere(5), co.Box((-3, -4, -1), (3, 4, 1))) for plane in planes]
@@ -559,7 +559,7 @@ def test_a_body_as_thin_as_rounding_is_not_empty(degrees: float) -> None:
 
 
 def test_prepared_bounds_of_a_body_as_thin_as_the_rounding_of_its_place():
-    """Sixteen steps of a float thick, far from the origin; the point is inside by exact fractions."""
+    """The body is sixteen steps of a float thick, far from the origin. The point is inside by exact fractions."""
     center = 1024.0
     thick = 8 * math.ulp(center)
     flat, round_, plane = (
@@ -572,12 +572,12 @@ def test_prepared_bounds_of_a_body_as_thin_as_the_rounding_of_its_place():
         assert (high >= (0.9, 0.25, center)).all()
 
 
-# --- Bounds of primitives under motions, and the supports that they are made of
+# --- Bounds of primitives under motions, and the supports that make them
 
 
 @pytest.mark.parametrize("sample", sampled([s for s in SAMPLES if s.bounded], 4), ids=lambda sample: sample.name)
 def test_bounds_hold_and_touch_the_solid(sample: Sample) -> None:
-    """Each side is reached, by an evolution of points that the inequality calls inside."""
+    """A population of points inside the inequality reaches each side."""
     rng = np.random.default_rng(11)
     start = rng.uniform(-sample.reach, sample.reach, (50000, 3))
     start = start[sample.inside(*start.T)]
@@ -627,7 +627,7 @@ def test_unmoved_bounds_are_exact_where_they_are_floats(shape, low, high) -> Non
 
 @pytest.mark.parametrize("slope", [1e-90, 1e-60, 1.0, 1e80, 1e90])
 def test_bounds_at_the_edge_of_the_domain(slope: float) -> None:
-    """A double cone |(x, y)| <= slope |z| reaches as far as its wider end; slopes² are within float64, slopes⁴ are not."""
+    """A double cone |(x, y)| <= slope |z| reaches as far as its wider end. slopes² are within float64, slopes⁴ are not."""
     low, high = DoubleCone(slope, z_range=(-1, 2)).bounds
     assert high.tolist() == pytest.approx([2 * slope, 2 * slope, 2], rel=1e-14)
     assert low.tolist() == pytest.approx([-2 * slope, -2 * slope, -1], rel=1e-14)
@@ -638,14 +638,14 @@ def test_bounds_at_the_edge_of_the_domain(slope: float) -> None:
     ("degrees", "scale"), [(1e-75, 1e-90), (1e-90, 1.0), (1e-98, 1e-90), (1e-60, 1e60), (30, 1e-90)]
 )
 def test_bounds_of_paraboloids_that_hardly_lean(degrees: float, scale: float) -> None:
-    """y cos a - z sin a over z = y² is most at y = cos a / (2 sin a); squares of the sine are below the least float."""
+    """y cos a - z sin a over z = y² is at most y = cos a / (2 sin a). Squares of the sine are below the least float."""
     angle = math.radians(degrees)
     bowl = EllipticParaboloid(1, 1).rotate((1, 0, 0), degrees).scale(scale)
     assert bowl.bounds.high[1] == pytest.approx(scale * math.cos(angle) ** 2 / (4 * math.sin(angle)), rel=1e-13)
 
 
 def test_inverse_roots_are_not_below_the_exact_ones() -> None:
-    """By fractions; of squares of floats, and of numbers far from 1, too. 1 / math.sqrt may be two floats below."""
+    """The test uses fractions, squares of floats, and numbers far from 1. 1 / math.sqrt may be two floats below."""
     rng, low = np.random.default_rng(5), 1.0201057368024755
     numbers = np.concatenate(
         [[low], rng.uniform(0.1, 3, 5000), np.arange(1.0, 40) ** 2, 2.0 ** np.arange(-300, 300, 7)]
@@ -658,7 +658,7 @@ def test_inverse_roots_are_not_below_the_exact_ones() -> None:
 
 
 def elliptic_solids(rng: np.random.Generator) -> list[EllipticSolid]:
-    """One of each kind, some thin, and some whose lower end is where the surface begins."""
+    """Return one of each kind, some thin, and some whose lower end is where the surface begins."""
     a, e, h, c = (float(x) for x in rng.uniform(0.1, 2, 4))
     low = float(rng.uniform(-1, 1))
     high = low + float(rng.choice([2.0, 0.1, 1e-5, 1e-9]))
@@ -676,9 +676,9 @@ def elliptic_solids(rng: np.random.Generator) -> list[EllipticSolid]:
 
 @pytest.mark.parametrize("seed", sampled(range(400), 20))
 def test_supports_of_elliptic_solids_are_those_of_50_digits(seed: int) -> None:
-    """Less by the rounding of a direction at most, which boxes add, and more by 1e-12 of the solid's size at most.
+    """Supports are less by at most the rounding of a direction, and more by at most 1e-12 of the solid's size.
 
-    They are u_z z + w sqrt(g) at ends and stationary heights.
+    Boxes add that rounding. Supports are u_z z + w sqrt(g) at ends and stationary heights.
     """
     rng = np.random.default_rng(seed)
     for solid in elliptic_solids(rng):

@@ -23,7 +23,7 @@ MOTIONS = {
 
 
 def many(count: int = COUNT) -> dict[str, Any]:
-    """One of each kind. Half of the numbers are small integers, so that walls coincide."""
+    """Return one of each kind. Half of the numbers are small integers, so that walls coincide."""
     rng = np.random.default_rng(20261122)
     even = np.arange(count) % 2 == 0
 
@@ -72,7 +72,7 @@ def assert_same(one: LoweredScene, other: LoweredScene) -> None:
 @pytest.mark.parametrize("name", OTHERS)
 def test_tables_are_those_of_the_list(name: str, motion: str) -> None:
     shape = MOTIONS[motion](MANY[name])
-    floor = co.Body(co.HalfSpace((0, 0, 1), -1))  # whose wall some share
+    floor = co.Body(co.HalfSpace((0, 0, 1), -1))  # some share its wall
     together, apart = lower([floor, co.Body(shape), floor]), lower([floor, *map(co.Body, singles(shape)), floor])
     assert_same(together, apart)
     assert together.body_item.tolist() == [0, *[1] * COUNT, 2]
@@ -110,7 +110,7 @@ def test_answers_are_those_of_the_list(name: str) -> None:
 @pytest.mark.parametrize("count", [0, 1, 3])
 @pytest.mark.parametrize("name", OTHERS)
 def test_few(name: str, count: int) -> None:
-    """None at all, and fewer than are worth a recording."""
+    """Entries have no body, or fewer than a recording needs."""
     shape = type(MANY[name]).of_table(MANY[name].table()[:count])
     assert len(shape) == count
     assert_same(lower([co.Body(shape)]), lower([*map(co.Body, singles(shape))]))
@@ -120,7 +120,7 @@ def test_few(name: str, count: int) -> None:
 
 @pytest.mark.parametrize("name", MANY)
 def test_values(name: str, tmp_path: Any) -> None:
-    """Equality, pickles, scene files inline, beside the scene, and by .npz."""
+    """Bulk bodies are equal, and come back from pickles and files, with arrays inline, beside the scene, in .npz."""
     shape = MANY[name].rotate("z", 20)
     assert shape == pickle.loads(pickle.dumps(shape)) != MANY[name]
     assert hash(shape) == hash(pickle.loads(pickle.dumps(shape)))

@@ -1,4 +1,4 @@
-"""Which quadric it is: all affine classes, under rational congruences, with known centers, axes and semi-axes."""
+"""The class of a quadric: all affine classes, under rational congruences, with known centers, axes and semi-axes."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def matrix(values: dict[str, int], factor: int = 1) -> list[list[Fraction]]:
 
 
 def congruent(q: list[list[Fraction]], affine: list[list[int]]) -> list[list[float]]:
-    """PᵀQP for an affine P, a matrix of small numbers that floats hold exactly."""
+    """Return PᵀQP for an affine P, a matrix of small numbers that are exact in floats."""
     p = [[Fraction(c) for c in row] for row in [*affine, [0, 0, 0, 1]]]
     image = [[sum(p[k][i] * q[k][m] * p[m][j] for k in range(4) for m in range(4)) for j in range(4)] for i in range(4)]
     assert all(Fraction(float(c)) == c for row in image for c in row)
@@ -75,7 +75,7 @@ def congruent(q: list[list[Fraction]], affine: list[list[int]]) -> list[list[flo
 @pytest.mark.parametrize(("values", "kind", "inside"), CLASSES, ids=lambda item: str(item) if item else "")
 @pytest.mark.parametrize("count", [3, deep(100)])
 def test_the_class_survives_congruences(values, kind, inside, count):
-    """Sylvester's law of inertia: no invertible affine map and no factor changes the class; a negative one the side."""
+    """No invertible affine map changes the class (Sylvester's law of inertia). A negative factor changes the side."""
 
     @settings(max_examples=count, deadline=None)
     @given(st.lists(st.lists(whole, min_size=4, max_size=4), min_size=3, max_size=3), st.integers(1, 9))
@@ -103,7 +103,7 @@ TURN = [[2, 3, 6], [3, -6, 2], [6, 2, -3]]
 
 
 def turned(squares: tuple[int, ...], center: tuple[int, ...], constant: int) -> list[list[float]]:
-    """Σ squares[k] (rows[k]·(x - center))² + constant, the rows TURN; unit axes are TURN / 7."""
+    """Return Σ squares[k] (rows[k]·(x - center))² + constant with rows TURN; unit axes are TURN / 7."""
     rows = np.array(TURN)
     a = sum(s * np.outer(row, row) for s, row in zip(squares, rows, strict=True))
     b = -a @ np.array(center)
@@ -202,7 +202,10 @@ MOVES = {
     ids=lambda item: str(item) if item else "",
 )
 def test_moved_ones_are_described_in_the_world(values, kind, inside, move):
-    """Kind and side stay; the center lies where the motion's matrix says, ends of real semi-axes on the surface."""
+    """Kind and side stay.
+
+    The center is at the image under the motion's matrix, and ends of real semi-axes on the surface.
+    """
     still, moved = co.Quadric(coefficients=values), MOVES[move](co.Quadric(coefficients=values))
     found = moved.classification
     assert (found.kind, found.inside) == (kind, inside)

@@ -1,4 +1,4 @@
-"""Lenses, mirrors, prisms and corner cubes: by the sag formula, and by what they do with light."""
+"""Lenses, mirrors, prisms and corner cubes: by the sag formula, and by the paths of light."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ CONSTANTS = [-4.0, -1.5, -1.0, -0.6, 0.0, 1.5]
 
 
 def sag(r, radius, conic):
-    """z = c r² / (1 + sqrt(1 - (1 + k) c² r²))"""
+    """Return z = c r² / (1 + sqrt(1 - (1 + k) c² r²))."""
     if math.isinf(radius):
         return np.zeros_like(r)
     c = 1 / radius
@@ -35,14 +35,14 @@ def points(seed, semi, low, high, count=4000):
 
 
 def apart(heights, *walls, by=1e-9):
-    """Points that lie clear of all walls."""
+    """Return points clear of all walls."""
     return np.all([np.abs(heights - wall) > by for wall in walls], axis=0)
 
 
 @pytest.mark.parametrize("conic", CONSTANTS)
 @pytest.mark.parametrize("radius", [2.0, -2.0])
 def test_a_sheet_is_hit_at_its_sag_alone(radius, conic):
-    """Along z through a disc wider than the aperture: one crossing within it, none beyond, no other half."""
+    """Rays go along z through a disc wider than the aperture: one crossing within it, none beyond, no other half."""
     sheet = co.ConicSheet(radius, conic, 2.4, hole=0.5)
     rng = np.random.default_rng(5)
     xy = rng.uniform(-1.6, 1.6, (2000, 2))
@@ -126,7 +126,7 @@ def test_faces_are_those_that_the_docs_number():
 
 
 def test_elements_of_a_group_share_their_walls():
-    """Every ray through a triplet crosses four surfaces: six walls, of which two and two are one, to the last bit."""
+    """Every ray through a triplet crosses four surfaces: six walls, of which two pairs are one, to the last bit."""
     group = co.LensGroup((40.1, -30.3, math.inf, -60.7), (5.1, 1.3, 2.7), 20, (1.6, 1.7, 1.5), (0, -1.3, 0, 0.4))
     rng = np.random.default_rng(7)
     origins = np.column_stack([rng.uniform(-5, 5, (500, 2)), np.full(500, -30.0)])
@@ -145,7 +145,7 @@ def test_elements_of_a_group_share_their_walls():
 
 
 def _carried(origins, directions):
-    """Rays moved as the group is."""
+    """Return rays with the motion of the group."""
     axis, angle = np.array([1, 2, 3]) / math.sqrt(14), math.radians(40)
     cross = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
     turn = np.eye(3) + math.sin(angle) * cross + (1 - math.cos(angle)) * cross @ cross
@@ -179,7 +179,7 @@ def test_invalid_lenses_are_refused(case):
 
 
 def test_the_glass_may_be_thinnest_between_axis_and_edge():
-    """Two faces of one curvature at the vertex, the front's conic falling back: they touch in the middle first."""
+    """Two faces have one curvature at the vertex, and the front's conic falls back. They touch in the middle first."""
     front, back, k1, k2 = 10.0, 10.4, -8.0, 0.5
     r = np.linspace(0, 6, 100001)
     gap = sag(r, back, k2) - sag(r, front, k1)
@@ -192,7 +192,7 @@ def test_the_glass_may_be_thinnest_between_axis_and_edge():
 
 
 def test_supports_in_floats_are_above_the_exact_ones_and_near_them() -> None:
-    """Walls of any size and conic, in directions of any slope, beside the maximum over rim, hole and cap in 300 bits.
+    """Supports are at least the maximum over rim, hole and cap in 300 bits, for walls and slopes of any size.
 
     Along an axis they are the least floats that are not below it.
     """
@@ -230,11 +230,11 @@ def test_supports_in_floats_are_above_the_exact_ones_and_near_them() -> None:
                     assert math.isnan(reach) or math.nextafter(reach, -math.inf) < true <= reach + 2.0**-90 * abs(true)
 
 
-# --- Prisms and corner cubes by what they do with light, and walls of solids as open sheets
+# --- Prisms and corner cubes by the paths of light, and walls of solids as open sheets
 
 
 def bent(scene, rays, steps):
-    """Rays refracted (a pair of indices) or reflected (None), one after the other."""
+    """Return rays after refractions (a pair of indices) or reflections (None), one after the other."""
     for step in steps:
         hits = scene.first_hit(rays)
         assert hits.hit.all()
@@ -249,7 +249,7 @@ def bent(scene, rays, steps):
 
 @pytest.mark.parametrize(("apex", "index"), [(60, 1.5168), (30, 1.7), (90, 1.3)])
 def test_the_least_deviation_of_a_prism(apex, index):
-    """n = sin((a + d) / 2) / sin(a / 2): the ray within is parallel to the base."""
+    """n = sin((a + d) / 2) / sin(a / 2): the ray inside is parallel to the base."""
     half = math.radians(apex / 2)
     d = 2 * math.asin(index * math.sin(half)) - 2 * half
     way = np.array([0, math.sin(d / 2), math.cos(d / 2)])
@@ -330,7 +330,7 @@ SOLIDS = {
 
 @pytest.mark.parametrize("name", SOLIDS)
 def test_the_walls_of_a_solid_are_its_surface(name):
-    """All of them together are crossed where the solid is, at the same t, on the same side."""
+    """The walls together have the crossings of the solid, at the same t, on the same side."""
     solid = SOLIDS[name]
     whole = co.Scene([solid])
     low, high = whole.bounds
@@ -362,7 +362,7 @@ def test_a_wall_cut_by_solids_is_a_thin_mirror():
 
 
 def test_a_face_on_several_surfaces_is_no_wall():
-    """A shape of a user's own may give its faces one number."""
+    """A user's own shape may give its faces one number."""
 
     @dataclass(frozen=True)
     class Slab(PrimitiveSolid):

@@ -27,7 +27,7 @@ from conicoid.geometry.shape import PrimitiveSolid
 from .catalogue import MATRIX, SAMPLES, Sample
 from .evaluate import faces, gradient, uv, value
 
-# --- Face numbers, uv and outward normals at points worked out by hand
+# --- Face numbers, uv and outward normals at points, by hand
 
 
 HERE, Z, X = (0, 0, 0), (0, 0, 1), (1, 0, 0)
@@ -133,7 +133,7 @@ def test_cells_have_one_quadric_first_and_rising_numbers(sample: Sample) -> None
         assert quadrics in ([], [0])
 
 
-# --- One surface has one name, however it is written and whatever moved it there
+# --- One surface has one name in every form, under every motion
 
 
 Q = Quadric
@@ -141,7 +141,7 @@ P, R = (1, 2, 3), (-2, 0.3, 5)
 
 
 def keys(shape: PrimitiveSolid) -> dict[int, tuple]:
-    """Face number -> (key, sense) in the world, the sense turned to the face's inside."""
+    """Return face number -> (key, sense) in the world, the sense turned to the face's inside."""
     motion, found = shape.under(), {}
     for number, face in faces(shape.tree()).items():
         key, sense = face.surface.moved(motion).key()

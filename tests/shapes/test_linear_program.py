@@ -1,4 +1,4 @@
-"""The support of half-spaces against polyhedra whose vertices are known, and boxes that preparing finds around them."""
+"""The support of half-spaces against polyhedra with known vertices, and boxes of preparation around them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from conicoid.geometry.bounds.support import plane_uv
 from conicoid.geometry.cell import cartesian_uv
 from conicoid.geometry.surface import PlaneSurface
 
-# --- The support of half-spaces against polyhedra whose vertices are known
+# --- The support of half-spaces against polyhedra with known vertices
 
 
 def support(normals, offsets, direction):
@@ -53,7 +53,7 @@ def test_unbounded_and_empty() -> None:
 
 @pytest.mark.parametrize(("seed", "unit"), [*((k, 1) for k in range(10)), (10, 1 + Fraction(1, 10**400))])
 def test_random_polyhedra_against_their_vertices(seed: int, unit: Fraction) -> None:
-    """Vertices by brute force: every three planes' common point that no other plane cuts off."""
+    """Vertices are, by brute force, every three planes' common point that no other plane cuts off."""
     rng = np.random.default_rng(seed)
     normals = np.vstack([rng.integers(-9, 10, (8, 3)), np.array(CUBE)])
     normals = normals[normals.any(axis=1)]
@@ -66,7 +66,7 @@ def test_random_polyhedra_against_their_vertices(seed: int, unit: Fraction) -> N
 
 @pytest.mark.parametrize("legs", [(3, 4, 5), (20, 21, 29), (119, 120, 169)])
 def test_many_planes_through_one_corner(legs) -> None:
-    """A pyramid whose sides, and planes that only touch its apex, meet in (1/3, 0, 7): that is the highest point."""
+    """A pyramid's sides, and planes that only touch its apex, meet in (1/3, 0, 7), the highest point."""
     a, b, c = legs
     sides = [(x, y, c) for p, q in ((a, b), (b, a), (c, 0), (0, c)) for x in (p, -p) for y in (q, -q)]
     normals = [*sides, *((x, y, 9 * z) for x, y, z in sides), (0, 0, -1)]
@@ -86,7 +86,7 @@ def test_empty_or_a_point_by_a_hair(digits) -> None:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_axes_on_a_plane_to_the_last_bit(seed: int) -> None:
-    """u and v of a plane by the formula in 120 decimal digits, whatever the size of its normal."""
+    """The formula gives u and v of a plane in 120 decimal digits, for any size of its normal."""
     rng = np.random.default_rng(seed)
     with decimal.localcontext(prec=120):
         for _ in range(40):
@@ -108,7 +108,7 @@ def test_axes_on_a_plane_to_the_last_bit(seed: int) -> None:
                 assert row[:3] == pytest.approx(expected[:3], rel=0, abs=0)
 
 
-# --- Boxes that preparing finds in floats around half-spaces: against corners in fractions, and never inside of them
+# --- Boxes of preparation in floats around half-spaces: against corners in fractions, and never inside of them
 
 
 Point = tuple[Fraction, Fraction, Fraction]
@@ -117,7 +117,7 @@ CELL = [(1, 1, 1), (-1, -1, 1), (-1, 1, -1), (1, -1, -1)]
 
 
 def corners(planes: list[tuple[Any, Any]]) -> list[Point]:
-    """The points common to three planes (normal, offset) that no other plane cuts off, by Cramer's rule."""
+    """Return the points common to three planes (normal, offset) that no other plane cuts off, by Cramer's rule."""
     rows = [tuple(map(Fraction, (*normal, offset))) for normal, offset in planes]
     found = []
     for a, b, c in itertools.combinations(rows, 3):
@@ -139,7 +139,7 @@ def _determinant(a: Any, b: Any, c: Any) -> Fraction:
 
 
 def random_cell(rng: np.random.Generator, count: int) -> list[tuple[Any, Any]]:
-    """A tetrahedron that further planes cut; some have whole numbers, so that several meet in a point."""
+    """Return a tetrahedron cut by further planes. Some have whole numbers, so that several meet in a point."""
     normals = np.concatenate([np.array(CELL) + 0.3 * rng.normal(size=(4, 3)), rng.normal(size=(count, 3))])
     if rng.random() < 0.5:
         normals = np.round(2 * normals) / 2
@@ -153,7 +153,7 @@ def random_cell(rng: np.random.Generator, count: int) -> list[tuple[Any, Any]]:
 
 @pytest.mark.parametrize("count", [0, 1, 3, 6])
 def test_boxes_hold_all_corners_tightly(count, monkeypatch) -> None:
-    """Both where all bodies are of one plan, and for each alone; floats decide nearly all."""
+    """All bodies have one plan, or each is alone. Floats decide nearly all."""
     rng = np.random.default_rng(count)
     cells = [random_cell(rng, count) for _ in range(12)]
     left: list[Any] = []

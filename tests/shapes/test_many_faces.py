@@ -26,7 +26,7 @@ BALL = sided_ball(10.0, 16)
 
 _TURNS = 2 * np.pi * np.arange(40) / 40
 PRISM = co.Polyhedron(np.stack([np.cos(_TURNS), np.sin(_TURNS), 0 * _TURNS], axis=1).tolist(), [1.0] * 40)
-"""Unbounded along z, where no end says near which point its faces are anchored."""
+"""It is unbounded along z, so that no end fixes the anchors of its faces."""
 
 
 def rough(seed: int, count: int = 60) -> co.Polyhedron:
@@ -50,7 +50,7 @@ SHAPES = {
 
 
 def copies(solid: co.Solid) -> list[co.Solid]:
-    """A solid that stands twice at one place, as GDML's daughters stand in their mothers, too, and at others."""
+    """Return a solid that stands twice at one place, as GDML's daughters in their mothers do, and at others."""
     once = [solid, solid.translate((3, 0, 0)), solid.translate((0, 2, 1)), solid.rotate("z", 20), solid.rotate("z", 30)]
     return [*once, *once[:4]]
 
@@ -95,7 +95,7 @@ def test_a_flat_solid_that_stands_twice_at_one_place_is_lowered_once(monkeypatch
 
 @pytest.mark.parametrize(("axis", "degrees"), [("x", 90), ("x", 30), ((1, 2, 3), 25)])
 def test_faces_of_a_turned_solid_are_recorded(axis, degrees, monkeypatch):
-    """Sources of OpenSCAD turn cylinders of a hundred sides: a face takes 10 µs from a recording, 15 ms alone."""
+    """Sources of OpenSCAD turn cylinders of a hundred sides. A face takes 10 µs from a recording, and 15 ms alone."""
     computed = []
     monkeypatch.setattr(primitive_batch, "compute_shape", lambda face: computed.append(face) or compute_shape(face))
     quadrangles = [co.Extrusion([(0, 0), (1 + 0.1 * k, 0), (1, 1), (0, 0.7)]) for k in range(8)]
@@ -104,7 +104,7 @@ def test_faces_of_a_turned_solid_are_recorded(axis, degrees, monkeypatch):
         batch, places = PrimitiveBatch(), np.arange(len(shapes), dtype=np.int32)
         batch.add(shapes, MotionChains([shape.motion.steps for shape in shapes]), places)
         batch.lower()
-        assert len(computed) < 10  # mostly those that were recorded
+        assert len(computed) < 10  # most faces come from a recording
         computed.clear()
 
 
@@ -192,7 +192,7 @@ def test_polyhedra_together_have_the_numbers_and_the_boxes_of_each(kind: str, mo
     for place, shape in enumerate(shapes):
         again = co.Polyhedron(shape.normals, shape.offsets)._with_motion(
             shape.motion
-        )  # what the batch learnt is not used
+        )  # without the results of the batch
         single = compute_shape(again)
         assert np.array_equal(rows[place], single.row)
         box = rows[place][single.pattern.bounds_at + 6 * len(single.pattern.leaves) :][:6]

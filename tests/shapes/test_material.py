@@ -17,7 +17,7 @@ from conicoid.materials.light import as_lights
 from conicoid.materials.material import Material
 from conicoid.materials.presets import CONSTRUCTORS
 
-# --- Materials, textures, lights and backgrounds: records that say what is wrong with them
+# --- Materials, textures, lights and backgrounds: errors name the wrong field
 
 
 @pytest.mark.parametrize("name", CONSTRUCTORS)
@@ -112,11 +112,11 @@ def test_invalid_materials_are_refused(call, error, message):
         call()
 
 
-# --- Colours: sRGB by the standard's formula, names, and what is refused
+# --- Colors: sRGB by the standard's formula, names, and refusals
 
 
 def encoded(linear: float) -> float:
-    """IEC 61966-2-1, one number at a time."""
+    """Apply IEC 61966-2-1 to one number at a time."""
     return 12.92 * linear if linear <= 0.0031308 else 1.055 * math.pow(linear, 1 / 2.4) - 0.055
 
 
@@ -165,7 +165,7 @@ def test_invalid_colours_are_refused_by_name(bad):
 
 
 def at(image, direction):
-    """The pixel of a direction."""
+    """Return the pixel of a direction."""
     height, width, _ = image.pixels.shape
     x, y, z = np.array(direction) / np.linalg.norm(direction)
     row = min(height - 1, int(np.arccos(z) / np.pi * height))
@@ -173,7 +173,7 @@ def at(image, direction):
 
 
 def test_the_zenith_has_the_luminance_and_chromaticity_of_the_formula():
-    """Its luminance in kcd/m² at the zenith is that of the formula; r, g and b make it up by Rec. 709."""
+    """The zenith has the luminance of the formula in kcd/m². r, g and b make it up by Rec. 709."""
     sky = co.materials.clear_sky((1, 0, 1), 3.0, intensity=1.0, height=512)
     r, g, b = at(sky, (1e-6, 0, 1))
     chi = (4 / 9 - 3 / 120) * (np.pi - 2 * np.pi / 4)
@@ -192,13 +192,13 @@ def test_it_is_brightest_at_the_sun():
 
 
 def test_the_ground_sends_back_its_share():
-    """Radiance ρ E / π below the horizon, E = ∫ L cos; linear in the reflectance."""
+    """Radiance is ρ E / π below the horizon, E = ∫ L cos, linear in the reflectance."""
     dark, bright = (co.materials.clear_sky(ground=(k, k, k), height=32).pixels[-1, 0] for k in (0.1, 0.4))
     assert bright == pytest.approx(4 * dark, rel=1e-6)
     assert (co.materials.clear_sky(ground="black", height=32).pixels[16:] == 0).all()
 
 
-# --- Materials by index of many bodies in one entry: as if each body had its own
+# --- Materials by index of many bodies in one entry: the same as if each body had its own
 
 
 RED, BLUE = co.matte("red", name="red"), co.matte("blue", name="blue")
@@ -245,7 +245,7 @@ def test_pictures_are_those_of_the_bodies_apart(name: str) -> None:
 
 @pytest.mark.parametrize("count", [1, 30])
 def test_values(count: int, tmp_path: Any) -> None:
-    """Equality, pickles and scene files, inline and beside the scene."""
+    """Such entries are equal, and come back from pickles and scene files, inline and beside the scene."""
     shape = co.Spheres(np.tile(PLACES, (count, 1)), 1)
     body = co.Body(shape, materials=[RED, BLUE, None], material_index=np.tile(INDEX, count))
     other = co.Body(shape, materials=[RED, BLUE, None], material_index=np.tile(INDEX[::-1], count))

@@ -16,14 +16,14 @@ from ..samples import sampled
 
 
 def star(count, seed, middle=0.0):
-    """A polygon that is star-shaped about its middle, and concave."""
+    """Return a concave polygon that is star-shaped about its middle."""
     rng = np.random.default_rng(seed)
     angles, radii = np.sort(rng.uniform(0, 2 * math.pi, count)), rng.uniform(0.3, 1.5, count)
     return [(float(x) + middle, float(y)) for x, y in zip(radii * np.cos(angles), radii * np.sin(angles), strict=True)]
 
 
 def inside(polygon, x, y):
-    """By even-odd, of arrays of points."""
+    """Return, by even-odd, which points of arrays are inside."""
     found = np.zeros(np.shape(x), bool)
     for (x1, y1), (x2, y2) in zip(polygon, polygon[1:] + polygon[:1], strict=True):
         if y1 != y2:
@@ -76,7 +76,7 @@ def test_revolutions_contain_the_points_of_their_profile(profile, angles):
 
 
 def test_the_volume_of_a_revolution_is_pappus():
-    """Area times the way of its centroid: of the flange, 6 · ... as three rectangles."""
+    """The volume is the area times the way of its centroid: of the flange, 6 · ... as three rectangles."""
     rectangles = [(1, 1.5, 3), (1.5, 2, 1), (2, 3, 3)]  # inner, outer, height
     expected = sum(math.pi * (b * b - a * a) * h for a, b, h in rectangles)
     found = co.measure(co.Revolution(FLANGE), rays=40_000)
@@ -97,7 +97,7 @@ def test_faces_of_a_revolution_are_its_edges():
 
 
 def ring(count=8):
-    """A ring of square section, of which no plane sees all faces."""
+    """Return a ring of square section. No plane sees all of its faces."""
     vertices, faces = [], []
     for i in range(count):
         angle = 2 * math.pi * i / count
@@ -135,7 +135,7 @@ def test_a_cube_of_triangles_is_a_box():
 
 
 def test_a_face_out_of_plane_is_cut_into_triangles():
-    """A cube of which one corner is pulled out: each of its three faces there becomes two triangles."""
+    """One corner of a cube is out of plane: each of its three faces there becomes two triangles."""
     corners = [(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
     corners[7] = (1.25, 1.5, 1.125)
     quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
@@ -167,7 +167,7 @@ def test_impossible_meshes_are_refused(make, message):
 
 
 def touches(a, b, c, d, neighbours):
-    """Whether two edges have a common point, or neighbours (b = c) one beside their corner; by Cramer's rule."""
+    """Return whether two edges have a common point, or neighbours (b = c) one beside their corner, by Cramer's rule."""
     a, b, c, d = (tuple(map(Fraction, point)) for point in (a, b, c, d))
     r, s, q = ((end[0] - begin[0], end[1] - begin[1]) for begin, end in ((a, b), (c, d), (a, c)))
     across, t, u = (one[0] * other[1] - one[1] * other[0] for one, other in ((r, s), (q, s), (q, r)))
@@ -181,7 +181,7 @@ def touches(a, b, c, d, neighbours):
 
 @pytest.mark.parametrize("size", [1.0, 1e-160, 1e150])
 def test_outlines_touch_themselves_exactly(size):
-    """Corners lie on a small grid, some a unit in the last place beside it: thousands of edges nearly touch."""
+    """Corners lie on a small grid, some a unit in the last place beside it. Thousands of edges nearly touch."""
     rng = np.random.default_rng(8)
     for count in [4] * 300 + [6] * 200:
         grid = rng.integers(1, 5, (count, 2)) * np.where(rng.random((count, 2)) < 0.3, 1 + 2.0**-52, 1.0)
@@ -236,7 +236,7 @@ def half_spaces(corners, faces):
 
 
 def chord(normals, offsets, origin, direction):
-    """Return where a line enters and leaves a convex piece, in fractions; None if it misses."""
+    """Return where a line enters and leaves a convex piece, in fractions, or None if it misses."""
     low, high = Fraction(-1000), Fraction(1000)
     for normal, offset in zip(normals.tolist(), offsets.tolist(), strict=True):
         slope = sum(n * u for n, u in zip(normal, direction, strict=True))
@@ -262,7 +262,7 @@ def joined_spans(chords):
 
 @pytest.mark.parametrize("seed", sampled(range(300), 26))
 def test_a_mesh_is_where_its_pieces_wind_more_than_zero_times(seed, monkeypatch):
-    """Convex pieces that overlap, touch, lie in one another, are turned inside out, or are there twice.
+    """Convex pieces overlap, touch, lie in one another, are inside out, or are there twice.
 
     The oracle knows no faces: the winding number is the sum of the senses of the pieces that contain a point.
     """
@@ -289,7 +289,7 @@ def test_a_mesh_is_where_its_pieces_wind_more_than_zero_times(seed, monkeypatch)
         return
     turned = 1 if volume > 0 else -1
     mesh = co.Mesh(vertices, faces)
-    if seed % 4 == 0:  # fractions alone find the same parts
+    if seed % 4 == 0:  # fractions alone give the same parts
         monkeypatch.setattr(facets, "_TURNS", [])
         assert str(co.Mesh(vertices, faces).tree()) == str(mesh.tree())
     scene = co.Scene([mesh])
@@ -338,7 +338,7 @@ def skyline(rng):
 
 @pytest.mark.parametrize("seed", sampled(range(200), 50))
 def test_prisms_that_overlap_fill_the_cubes_of_a_grid(seed):
-    """Concave faces in common planes, one prism a hole: what is inside, volumes and areas."""
+    """There are concave faces in common planes, and one prism is a hole: points inside, volumes and areas."""
     rng = np.random.default_rng(seed)
     vertices, faces, cells = [], [], np.zeros((9, 9, 9), int)
     for sense in (1, 1, -1):

@@ -1,4 +1,4 @@
-"""Motions: their inverse is that of their steps, and what floats tell about them is what exact arithmetic tells."""
+"""Motions: the inverse is that of their steps, and verdicts in floats are those of exact arithmetic."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ FIVE_TIMES = [[3, -4, 0, 1], [4, 3, 0, 0], [0, 0, 5, 2], [0, 0, 0, 1]]
 
 
 def random_step(motion: Motion, rng: np.random.Generator, decades: float = 1) -> Motion:
-    """One more step; sizes spread over so many decades on both sides of 1."""
+    """Return one more step, with sizes over so many decades on both sides of 1."""
     size = float(10.0 ** rng.uniform(-decades, decades))
     kind = rng.integers(7)
     if kind == 0:
@@ -53,7 +53,7 @@ def random_motion(rng: np.random.Generator, decades: float = 1) -> Motion:
 
 
 def of_product(motion: Motion) -> tuple[ex.Rows, ex.Row]:
-    """The inverse by the cofactors of the product."""
+    """Return the inverse by the cofactors of the product."""
     rows, shift = motion.affine
     back = ex.inverse(rows)
     x, y, z = ex.apply(back, shift)
@@ -109,7 +109,7 @@ def test_similarities_know_their_factor(case):
     motion, factor = SIMILAR[case]
     assert motion.similarity == factor
     for further, expected in ((motion.scale(3), factor and factor * 3), (motion.scale((1, 2, 3)), None)):
-        assert further.similarity == expected  # what goes on from a motion that knows its factor
+        assert further.similarity == expected  # a product with a motion of known factor
 
 
 NOT_SIMILAR = [
@@ -124,7 +124,7 @@ def test_near_similarities_are_none(case):
 
 
 def verdict(motion: Motion) -> bool:
-    """Whether a motion stays in the domain, in 3000 bits."""
+    """Return whether a motion stays in the domain, in 3000 bits."""
     try:
         back, _ = of_product(motion)
     except ZeroDivisionError:
@@ -236,7 +236,7 @@ def tables(shapes: list[Any]) -> Iterator[bytes]:
 
 
 def moved_balls(seed: int) -> list[Any]:
-    """Balls large and tiny, near and far, moved in several ways, some of which are the same on paper."""
+    """Return balls large and tiny, near and far, moved in several ways, some of which are equal in real numbers."""
     rng, balls = np.random.default_rng([seed, 3]), []
     for _ in range(6):
         motion, radius = random_motion(rng), float(10.0 ** rng.uniform(-12, 2))

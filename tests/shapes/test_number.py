@@ -1,4 +1,4 @@
-"""Numbers that bound their own error: against Arb's intervals of twice the digits, and the rules for what an interval leaves open."""
+"""Numbers with error bounds: against Arb's intervals of twice the digits, and the rules for undecided intervals."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def holds(n: BigFloat, true: flint.arb) -> bool:
 
 
 def sharp(n: BigFloat, places: int = BITS - 64) -> bool:
-    """Is the error below 2^-places of the number?"""
+    """Return whether the error is below 2^-places of the number."""
     return abs(n.mantissa) >> places >= n.off
 
 
@@ -194,13 +194,13 @@ def test_equal_numbers_have_one_hash(value):
 
 
 def stretched(k: int) -> Symmetric:
-    """The larger k is, the more bits its eigenvalues take."""
+    """Return a form whose eigenvalues take more bits with larger k."""
     rows = ((2, 1, Fraction(k, 7), 0), (1, 3 * 10 ** (10 * k), 1, 0), (Fraction(k, 7), 1, 5, 0), (0, 0, 0, -1))
     return tuple(tuple(map(Fraction, row)) for row in rows)
 
 
 def test_threads_do_not_share_a_precision():
-    """Each thread's intervals meet those found alone, though other threads ask for fewer bits and for more."""
+    """Each thread's intervals meet those of one thread, though other threads compute with fewer and with more bits."""
     alone = {k: eigen_decomposition(stretched(k))[0] for k in (1, 2, 7, 8)}
     wrong: list[int] = []
 

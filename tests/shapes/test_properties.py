@@ -1,4 +1,4 @@
-"""Names and properties of materials: kept, compared, refused by name, in files, pickles and answers."""
+"""Names and properties of materials: values, comparisons, refusals by name, files, pickles and answers."""
 
 import copy
 import dataclasses
@@ -187,7 +187,7 @@ def test_long_arrays_are_abbreviated():
 
 @pytest.mark.parametrize("count", [1, 5])
 def test_single_faces_are_painted(count):
-    """Each painted side of a box looks like a box of that colour, alone and in Booleans."""
+    """Each painted side of a box looks like a box of that color, alone and in Booleans."""
     colours = ["red", "lime", "blue", "yellow", "cyan", "magenta"]
     box, light = co.Box((-1, -1, -1), (1, 1, 1)), [co.AmbientLight(1.0)]
     directions = np.concatenate([np.eye(3), -np.eye(3)])

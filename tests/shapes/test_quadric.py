@@ -1,4 +1,4 @@
-"""The general quadric: principal axes, anchors, degenerate ones, and what its fields keep."""
+"""The general quadric: principal axes, anchors, degenerate ones, and the values of its fields."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_the_principal_form_is_the_polynomial(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", range(20))
 def test_eigenvalues_and_directions(seed: int) -> None:
-    """Against NumPy's own eigenvalues; directions orthonormal and exact to 400 bits."""
+    """Compare with NumPy's own eigenvalues. Directions are orthonormal and exact to 400 bits."""
     rng = np.random.default_rng(100 + seed)
     a = rng.normal(size=(4, 4))
     surface = Quadric(matrix=a).surface
@@ -87,7 +87,7 @@ def test_upright_quadrics_keep_their_numbers(coefficients, squares, anchor, line
 
 
 def test_signature_of_canonical_kinds() -> None:
-    """Signs of the eigenvalues of turned canonical quadrics; zeros are exact."""
+    """The signs are those of the eigenvalues of turned canonical quadrics. Zeros are exact."""
     exact_turn = np.array([[2, -2, 1], [1, 2, 2], [2, 1, -2]])  # columns orthogonal, of length 3
     for diagonal, signs in (
         ((1, 1, 1), (1, 1, 1)),
@@ -106,7 +106,7 @@ def test_signature_of_canonical_kinds() -> None:
 
 
 def test_small_eigenvalues_beside_large_ones_keep_their_digits() -> None:
-    """[[10²⁰, 1], [1, 10⁻²⁰ (1 + 2⁻²⁰)]]: the small eigenvalue is det / trace, far below 53 bits of the large one."""
+    """The small eigenvalue of [[10²⁰, 1], [1, 10⁻²⁰ (1 + 2⁻²⁰)]] is det / trace, far below 53 bits of the large one."""
     small = 1e-20 * (1 + 2.0**-20)
     surface = Quadric(matrix=[[1e20, 1, 0, 0], [1, small, 0, 0], [0, 0, 1, 0], [0, 0, 0, -1]]).surface
     low, _, high = sorted(surface.squares)
@@ -177,7 +177,7 @@ def test_coefficients_compare_hash_and_stay() -> None:
 
 
 def test_a_paraboloid_across_an_axis_of_the_world_has_no_end_there():
-    """(x + z)² + y² - 2x - 2y - z = 1: with u = x + z, v = y - 1 x is u² - u + v² - 2 and z is 2 + 2u - u² - v²."""
+    """(x + z)² + y² - 2x - 2y - z = 1 with u = x + z, v = y - 1: x is u² - u + v² - 2 and z is 2 + 2u - u² - v²."""
     low, high = Quadric(coefficients=dict(xx=1, yy=1, zz=1, xz=2, x=-2, y=-2, z=-1, constant=-1)).bounds
     assert low.tolist() == [-2.25, -np.inf, -np.inf]
     assert high.tolist() == [np.inf, np.inf, 3.0]
@@ -186,7 +186,7 @@ def test_a_paraboloid_across_an_axis_of_the_world_has_no_end_there():
 @pytest.mark.parametrize("rank", [1, 2, 3])
 @pytest.mark.parametrize("count", [60, pytest.param(600, marks=pytest.mark.deep)])
 def test_bounds_hold_quadrics_of_small_integers(rank, count):
-    """Their axes are irrational, or along those of the world, as matrices with zeros have it; far ones tell of ends that are none."""
+    """Their axes are irrational, or along those of the world where matrices have zeros; ends of far ones are none."""
     random = np.random.default_rng(rank)
     points = random.normal(size=(4000, 3)) * 10.0 ** random.uniform(-1, 3, (4000, 1))
     for _ in range(count):

@@ -1,4 +1,4 @@
-"""Lengths, roots, sines and tangents of the preparation are the nearest floats; products are added in order."""
+"""Lengths, roots, sines and tangents of preparation are the nearest floats; sums of products keep the order of terms."""
 
 import itertools
 import math
@@ -78,7 +78,7 @@ def test_sines_of_arrays():
 
 
 def test_products_are_added_from_the_first_term_to_the_last():
-    """Python's floats, one operation after the other, are the reference: BLAS and einsum may add in another order."""
+    """Python's floats, one operation after the other, are the reference. BLAS and einsum may add in another order."""
     random = np.random.default_rng(4)
     a, b = random.normal(size=(50, 3)), random.normal(size=(3, 7))
     for i in range(50):
@@ -89,7 +89,7 @@ def test_products_are_added_from_the_first_term_to_the_last():
 
 
 def test_stationary_directions_are_eigenvectors_across_the_normal():
-    """P S P v = λ v with P the projection across n; where S is the same in all directions across n, any two will do."""
+    """P S P v = λ v with P the projection across n. Where S is the same in all directions across n, any two will do."""
     normals = np.concatenate([unit_rows(np.random.default_rng(5).normal(size=(40, 3)))[0], np.eye(3), -np.eye(3)])
     for squares in ((1, 1, -1), (1, -1, 0), (1, 0, 0), (1, 1, 1), (-1, -1, 1), (0, 0, 0)):
         first, second = _stationary_directions(normals, np.array(squares, float)).reshape(2, -1, 3)
@@ -113,7 +113,7 @@ def test_the_axis_along_which_a_vector_is_least_is_the_first_of_several():
 
 
 def test_numbers_with_derivatives_are_counted_as_floats_are():
-    """They are symbols, but of no recording: a count, and the first sign, must not ask them for a tape."""
+    """Dual numbers are symbols, but of no recording. A count, and the first sign, must not need a tape."""
     falling, still, nothing = Dual(exact(-2.0), {1: 1.0}), Dual(exact(3.0), {}), Dual(exact(0.0), {})
     assert rounded.count_nonzero([falling, nothing, still]) == 2
     assert rounded.leading_sign([nothing, falling, still]) == -1.0

@@ -1,4 +1,4 @@
-"""Sheets: uv, normals and bounds at places known by hand, and planes that are shared."""
+"""Sheets: uv, normals and bounds at known places, and common planes."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def test_known_bounds(sheet, low, high) -> None:
 
 
 def test_polygon_normals_are_newells() -> None:
-    """The exercise of the ray tracing notes: its three points lie in x + 2 y + z + 2 = 0."""
+    """In the exercise of the ray tracing notes three points lie in x + 2 y + z + 2 = 0."""
     sheet = Polygon(((-3, -3, 7), (3, -4, 3), (4, -5, 4)))
     plane = sheet.sheet(sheet.under()).plane
     normal = np.array([float(c) for c in plane.normal])

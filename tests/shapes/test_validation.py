@@ -1,4 +1,4 @@
-"""Senseless parameters are refused; arrays of callers; plain vectors and triangles are decided at once."""
+"""Senseless parameters are refused; arrays of callers; quick checks of plain vectors and triangles."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from conicoid.geometry.primitives import Box, Sphere
 from conicoid.geometry.quadrics import Ellipsoid
 from conicoid.geometry.registry import REGISTRY
 
-# --- Senseless parameters are refused with the shape, the field, what was expected and the value found
+# --- Errors about senseless parameters name the shape, the field, the expected and the found value
 
 
 NAN, INF = math.nan, math.inf
@@ -130,7 +130,7 @@ def test_ends_of_ranges_may_be_infinite() -> None:
 
 
 def test_polygons_may_be_flat_to_rounding() -> None:
-    """A square in a skew plane: its corners round off the plane by an ulp or so."""
+    """The corners of a square in a skew plane are rounded off it by an ulp or so."""
     third = 1 / 3
     corners = [
         (1 + third, 0.1, -third),
@@ -179,7 +179,7 @@ def test_cut_ellipsoids_keep_some_of_the_solid(size: float, ends: tuple[float, f
             Ellipsoid(z_range=(low, high), **made)
 
 
-# --- What callers pass as arrays: masked entries are found wherever they are, and are never read as NaN
+# --- Arrays of callers: masked entries are found everywhere, and never read as NaN
 
 
 MASKED = np.ma.array([1.0, 2.0, 3.0], mask=[0, 1, 0])
@@ -205,7 +205,7 @@ def test_they_are_refused_in_lists(origins):
         co.Rays(origins, (0, 0, 1))
 
 
-# --- Plain vectors and triangles are decided at once; what is decided so is what a closer look finds
+# --- Quick checks of plain vectors and triangles give the results of closer ones
 
 
 ODD: list[Any] = [
@@ -254,13 +254,13 @@ def test_vectors_of_odd_kinds():
 
 
 def on_a_line(a: Any, b: Any, c: Any) -> bool:
-    """In rational arithmetic."""
+    """Return, in rational arithmetic, whether points are on a line."""
     p, q = ([Fraction(y) - Fraction(x) for x, y in zip(a, end, strict=True)] for end in (b, c))
     return all(p[i] * q[j] == p[j] * q[i] for i, j in ((0, 1), (0, 2), (1, 2)))
 
 
 def triangles(seed: int) -> list[Any]:
-    """Corners on a line, beside it by an ulp or a little more, of all sizes, and far off."""
+    """Return corners on a line, beside it by an ulp or a little more, of all sizes, and far away."""
     rng = np.random.default_rng(seed)
     a, step = rng.integers(-9, 10, 3) * 10.0 ** rng.integers(-3, 4), rng.normal(size=3) * 10.0 ** rng.uniform(-40, 40)
     b, c = a + step, a + step * rng.integers(-3, 4)

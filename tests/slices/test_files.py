@@ -18,7 +18,7 @@ import conicoid as co
 
 from ..command_line import done, refused, run, written
 
-# --- Slices and voxels as files, read back by formats' own means
+# --- Slices and voxels as files, against readers of the formats
 
 SCENE = co.Scene([
     co.Body(co.Sphere(1), co.matte("#c03020", name="red <one>"), "ball & all"),
@@ -36,12 +36,12 @@ def svg_of(tmp_path, **options):
 
 
 def places_of(text: str):
-    """Numbers of a path, which has letters between them."""
+    """Return numbers of a path, which has letters between them."""
     return [float(number) for number in re.findall(r"-?\d[\d.e+-]*", text)]
 
 
 def in_plane(x, y):
-    """Where in the world pixels of the slice are: 50 to a length, from the corner (-3.5, -3)."""
+    """Return where in the world pixels of the slice are: 50 to a length, from the corner (-3.5, -3)."""
     return np.asarray(x) / 50 - 3.5, 3 - np.asarray(y) / 50
 
 
@@ -70,7 +70,7 @@ def test_svg_has_true_curves(tmp_path):
 
 @pytest.mark.parametrize("name", ["a\0b", "a\x01b", "a\ud800b", "a\ufffeb", "a\x0bb"])
 def test_names_with_characters_that_xml_has_not(name, tmp_path):
-    """XML 1.0, production 2: no control characters but tab and ends of lines, no half pairs, not U+FFFE."""
+    """XML 1.0, production 2, allows no control characters but tab and ends of lines, no half pairs, not U+FFFE."""
     scene = co.Scene([co.Body(co.Sphere(1), co.matte("red", name=name), name=name)])
     scene.slice("z").save(tmp_path / "a.svg", by="material")
     explained = scene.explain((0, 0, 5), (0, 0, -1))
@@ -91,7 +91,7 @@ def test_svg_has_a_legend_of_colours(tmp_path):
 
 
 def cubics_of(content: str):
-    """(n, 4, 2): the Béziers of a page's content."""
+    """Return (n, 4, 2), the Béziers of a page's content."""
     found, here = [], None
     for line in content.splitlines():
         numbers: list[float] = []
@@ -179,7 +179,7 @@ ONE = co.Box((0, 0, 0), (1, 1, 1))
 
 
 def marked(tmp_path, other, origin):
-    """Pixels of a window where two bodies hold the centre, where they overlap, and whether the legend says so."""
+    """Return pixels of a window where two bodies hold the center, where they overlap, and whether the legend says so."""
     scene = co.Scene([ONE, other])
     cut = scene.slice(origin=origin, u=(2, 0, 0), v=(0, 1, 0), pixels=(25, 15))
     cut.save(tmp_path / "cut.svg", problems=True)

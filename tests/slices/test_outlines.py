@@ -1,4 +1,4 @@
-"""Outlines of slices: through the roots of rays in the plane, with what they say on both sides, of the right kinds."""
+"""Outlines of slices: through the roots of rays in the plane, with the bodies on both sides, of the right kinds."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ BALL = co.Sphere()
 
 
 def planes(rng: np.random.Generator, count: int):
-    """Corners and sides of windows about the origin, across axes and oblique."""
+    """Return corners and sides of windows about the origin, across axes and oblique."""
     yield (-2.0, -2.0, 0.25), (4.0, 0.0, 0.0), (0.0, 4.0, 0.0)
     yield (0.0, -2.0, -2.0), (0.0, 4.0, 0.0), (0.0, 0.0, 4.0)
     for _ in range(count):
@@ -27,20 +27,20 @@ def planes(rng: np.random.Generator, count: int):
 
 
 def place(cut: Slice, points):
-    """Of points in the plane: along u and v."""
+    """Return coordinates of points in the plane, along u and v."""
     sides = [side / math.sqrt(side @ side) for side in (cut.u, cut.v)]
     return np.stack([points @ side for side in sides], axis=-1)
 
 
 def rays_in(cut: Slice, rng: np.random.Generator, count: int):
-    """Lines in the plane: across, up and oblique."""
+    """Return lines in the plane: across, up and oblique."""
     s, t, angle = rng.uniform(0, 1, (count, 1)), rng.uniform(0, 1, (count, 1)), rng.uniform(0, 2 * np.pi, (count, 1))
     angle[: count // 2] = 0
     return co.Rays(cut.corner + s * cut.u + t * cut.v, np.cos(angle) * cut.u + np.sin(angle) * cut.v)
 
 
 def within(outline, where) -> bool:
-    """Is a place between the ends of a piece?"""
+    """Return whether a place is between the ends of a piece."""
     t = float(outline._curve.parameter((where - outline._origin)[None])[0])
     turns = (0, 2 * math.pi, -2 * math.pi) if outline.kind == "ellipse" else (0,)
     slack = 1e-7 * (1 + abs(t))
@@ -48,7 +48,10 @@ def within(outline, where) -> bool:
 
 
 def check_roots(cut: Slice, scene: co.Scene, rng: np.random.Generator, count: int) -> int:
-    """Every crossing of rays in the plane lies on an outline of its surface and its body, to 1e-12; returns how many."""
+    """Check that every crossing of rays in the plane is on an outline of its surface and its body, to 1e-12.
+
+    Return how many.
+    """
     found = scene.crossings(rays_in(cut, rng, count), t_min=-np.inf)
     left, right, bottom, top = cut.extent
     size, checked = max(right - left, top - bottom), 0
@@ -56,7 +59,7 @@ def check_roots(cut: Slice, scene: co.Scene, rng: np.random.Generator, count: in
         place(cut, found.point), found.surface, found.body, found.t_error, strict=True
     ):
         inside = left < where[0] < right and bottom < where[1] < top
-        if not inside or error * size > 1e-13:  # grazing: the root itself is not known so well
+        if not inside or error * size > 1e-13:  # a grazing ray: the root itself is not so exact
             continue
         own = [one for one in cut.outlines if surface in one.surfaces and body in one.bodies and within(one, where)]
         assert own, (where, surface, body)
@@ -67,7 +70,7 @@ def check_roots(cut: Slice, scene: co.Scene, rng: np.random.Generator, count: in
 
 
 def check_sides(cut: Slice, scene: co.Scene) -> int:
-    """A little to the left and right of an outline are the bodies that it says; returns at how many places."""
+    """Check that the bodies of an outline are a little to its left and right. Return at how many places."""
     left, right, bottom, top = cut.extent
     size, checked = max(right - left, top - bottom), 0
     for one in cut.outlines:
@@ -98,7 +101,7 @@ def test_outlines_pass_through_the_roots(name: str, count: int, rays: int):
 
 
 def test_walls_cross_walls_of_other_batches(monkeypatch):
-    """Sixteen balls in a square grid, each overlapping its neighbours. The batch size is three."""
+    """Sixteen balls stand in a square grid, each overlapping its neighbours. The batch size is three."""
     monkeypatch.setattr(outline, "_WALLS", 3)
     scene = co.Scene([co.Sphere(0.6, (x, y, 0.1)) for x in range(4) for y in range(4)])
     cut = scene.slice(origin=(-1, -1, 0), u=(5, 0, 0), v=(0, 5, 0), pixels=16)
@@ -107,7 +110,7 @@ def test_walls_cross_walls_of_other_batches(monkeypatch):
 
 
 def only(cut: Slice):
-    """The single outline of a slice."""
+    """Return the single outline of a slice."""
     (one,) = cut.outlines
     return one
 
@@ -168,7 +171,7 @@ def test_touched_bodies_have_no_outline():
 
 
 def test_a_cap_that_touches_a_pole_has_no_outline():
-    """Caps z = ±1 of the hole touch the ball in the middle of their sections; the walls of the hole end at ±sqrt(3)/2."""
+    """Caps z = ±1 of the hole touch the ball in the middle of their sections. The walls of the hole end at ±sqrt(3)/2."""
     bored = co.Sphere(1) - co.Cylinder((0, 0, -1), (0, 0, 1), 0.5)
     outlines = co.Scene([bored]).slice("y", 0).outlines
     assert len(outlines) == 4
@@ -177,7 +180,7 @@ def test_a_cap_that_touches_a_pole_has_no_outline():
 
 
 def test_a_wall_that_touches_the_plane_takes_no_other_away():
-    """Along the line of contact it has no sign of its own; beside it, that of its outside."""
+    """Along the line of contact the wall has no sign of its own, and beside it that of its outside."""
     can, block = co.Cylinder((0, 0, -1), (0, 0, 1), 1), co.Box((-2, -3, -2), (2, 1, 2))
     assert co.Scene([can]).slice("y", at=1).outlines == ()
     assert len(co.Scene([can, block]).slice("y", at=1).outlines) == 4
@@ -209,7 +212,7 @@ ALMOST = {
 
 
 def almost(seed: int):
-    """A shape turned by little, and a window of any size at a place of its wall, along axes or oblique, with a ball."""
+    """Return a shape turned by little and a window at its wall, along axes or oblique, of any size, with a ball."""
     rng = np.random.default_rng(seed)
     shape = list(ALMOST.values())[seed % len(ALMOST)].rotate(
         rng.normal(size=3) if seed % 2 else (1, 2, 3), rng.choice([-1, 1]) * 10.0 ** rng.uniform(-17, 1.5)
@@ -228,7 +231,7 @@ def almost(seed: int):
     (range(46), 30), *deeper(((seed,), 200) for seed in range(1000, 4000)),
 ])  # fmt: skip
 def test_conics_that_are_almost_parabolas_or_lines(seeds, rays):
-    """Centres and half-axes of their sections are up to 1e17 windows long."""
+    """Centers and half-axes of their sections are up to 1e17 windows long."""
     checked = np.zeros(2, int)
     for seed in seeds:
         scene, cut, rng = almost(seed)
@@ -241,7 +244,7 @@ def test_conics_that_are_almost_parabolas_or_lines(seeds, rays):
     "shape", [co.EllipticParaboloid(1, 1), co.TwoSheetHyperboloid(1, 1, 1), co.EllipticCylinder(1, 1)]
 )
 def test_outlines_of_turned_shapes_are_near_those_at_rest(shape, degrees):
-    """They are those at rest, to first order in the turn."""
+    """To first order in the turn the outlines are those at rest."""
     window = {"origin": (-4, 0.7, -4), "u": (8, 0, 0), "v": (0, 0, 8), "pixels": 8}
     rest = co.Scene([shape]).slice(**window).outlines
     turned = co.Scene([shape.rotate("x", degrees)]).slice(**window).outlines
@@ -257,7 +260,7 @@ def test_outlines_of_turned_shapes_are_near_those_at_rest(shape, degrees):
 
 @pytest.mark.parametrize("degrees", [1e-100, 1e-20, 1e-16, 1e-9, 37])
 def test_a_plane_cuts_a_parabolic_cylinder_in_parabolas_or_lines(degrees):
-    """However little it is turned: the determinant is zero, and so are both of its terms but for 1e-204."""
+    """The turn may be very small: the determinant is zero, and so are both of its terms but for 1e-204."""
     windows = (
         ((-4, -4, 0.3), (8, 0, 0), (0, 8, 0)), ((0.2, -4, -4), (0, 8, 0), (0, 0, 8)), ((-4, 0.7, -4), (8, 0, 0), (0, 0, 8)),
         ((-4, -3, -4), (8, 0, 0), (0, 6, 8)), ((1, 1, 1), (2, 1, 2), (1, 2, -2)), ((-0.5, -3, -1), (2, 0, 1), (-1, 0, 2)),
@@ -271,7 +274,8 @@ def test_a_plane_cuts_a_parabolic_cylinder_in_parabolas_or_lines(degrees):
 
 
 def test_a_lens_ends_where_its_walls_cross():
-    # Unit balls about (±1/2, 0, 0) cross on the circle of radius sqrt(3)/2; of each two thirds of a half circle are seen.
+    # Unit balls about (±1/2, 0, 0) cross on the circle of radius sqrt(3)/2; two thirds of a half circle of each are
+    # visible.
     lens = co.Scene([co.Sphere(1, (-0.5, 0, 0)) & co.Sphere(1, (0.5, 0, 0))]).slice("z", pixels=8)
     assert len(lens.outlines) == 2
     for one in lens.outlines:
@@ -336,7 +340,7 @@ def test_invalid_slices_are_refused():
 
 @pytest.mark.parametrize("size", [1e-90, 1e90])
 def test_bodies_of_extreme_size(size):
-    """Squares of such lengths are beyond float64. A hollow ball is cut in two circles."""
+    """The squares of such lengths are beyond float64. A hollow ball has a section of two circles."""
     cut = co.Scene([co.Sphere(size) - co.Sphere(size / 2)]).slice("y", pixels=40)
     outer, inner = sorted((one for one in cut.outlines), key=lambda one: -one.radii[0])
     assert outer.radii == pytest.approx((size, size), rel=1e-15)

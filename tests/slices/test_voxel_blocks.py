@@ -1,4 +1,4 @@
-"""Voxels that are written as they are worked out: the same as in memory, whole or not at all."""
+"""Voxels that are written block by block: the same as in memory, complete or absent."""
 
 import math
 
@@ -18,7 +18,7 @@ SHAPE = 11, 13, 9
 
 @pytest.fixture(autouse=True)
 def small_blocks(monkeypatch):
-    """As if voxels were many."""
+    """Make blocks small, as if there were many voxels."""
     monkeypatch.setattr(voxel_blocks, "SIDE", 4)
     monkeypatch.setattr(voxels, "SIDE", 4)
     monkeypatch.setattr(voxels, "_POINTS", 130)
@@ -79,7 +79,7 @@ def test_fractions_are_those_in_memory(path, axis, room, monkeypatch):
     assert alike(stored.fractions, kept.fractions)
     assert alike(stored.bounds, kept.bounds)
     (ring, box), (off, edge) = stored.volumes()
-    # a ball that is bored through keeps 4/3 π h³ for the half height h of its wall
+    # a ball with a bore keeps 4/3 π h³ for the half height h of its wall
     assert abs(ring - 4 / 3 * math.pi * 0.75**1.5) <= off
     assert abs(box - 0.7 * 2 * 1.5) <= edge
     monkeypatch.setattr(voxels, "_BYTES", 1 << 27)

@@ -1,4 +1,4 @@
-"""Voxels: shares sum to closed volumes within their bounds, and each holds what points say that are dense in it."""
+"""Voxels: shares sum to closed volumes within their bounds, and each is the mean of dense points in it."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def test_every_share_is_that_of_dense_points(name: str):
 
 
 def _around(count: int, middle: tuple[float, float, float], half: float, holes: float) -> tuple[co.Solid, list[Box]]:
-    """A box less `count` small ones, and these: more leaves than bodies without trees have."""
+    """Return a box less `count` small ones, and these: more leaves than bodies without trees have."""
     corners = [np.array((11.0 * (k % 4), 11.0 * (k // 4), 0.0)) + middle for k in range(count)]
     made = [(tuple((at - holes).tolist()), tuple((at + holes).tolist())) for at in corners]
     solid: co.Solid = co.Box(*(tuple((np.array(middle) + sign * half).tolist()) for sign in (-1, 1)))
@@ -79,7 +79,7 @@ def _around(count: int, middle: tuple[float, float, float], half: float, holes: 
 @pytest.mark.parametrize("axis", ["x", "y", "z"])
 @pytest.mark.parametrize("samples", [1, 2, 3])
 def test_bounds_hold_of_bodies_of_many_parts(axis, samples: int):
-    """Boxes less fourteen boxes each, against what these overlap with each voxel."""
+    """Boxes less fourteen boxes each are compared with these boxes' overlaps with each voxel."""
     solids, holes = zip(*(_around(14, middle, 100, 5.0) for middle in ((0, 0, 0), (3.5, -7.25, 1.125))), strict=True)
     window, shape = ((-100.0, -100.0, -25.0), (100.0, 100.0, 25.0)), (6, 6, 2)
     found = co.Scene(list(solids)).voxels(window, shape, fractions="body", axis=axis, samples=samples)
@@ -97,7 +97,7 @@ def test_bounds_hold_of_bodies_of_many_parts(axis, samples: int):
         exact = overlaps(tuple(low), tuple(high)) - sum(overlaps(*box) for box in boxes)
         off = np.abs(found.fractions[number] - exact)
         assert (off <= found.bounds[number] + 1e-12).all()
-        assert (off > found.bounds[number] / 1000).any()  # the middle of a column does not tell all of it
+        assert (off > found.bounds[number] / 1000).any()  # the middle of a column does not represent all of it
 
 
 def test_prisms_along_the_rays_are_exact_but_for_rounding():
@@ -117,7 +117,7 @@ def test_materials_and_overlaps():
     voxels = scene.voxels(((-1, -1, -1), (2, 1, 1)), (6, 4, 4), fractions="material")
     assert voxels.names == ("steel", "air")
     (steel_volume, air_volume), _ = voxels.volumes()
-    assert steel_volume == pytest.approx(16, rel=1e-13)  # what two bodies share counts twice
+    assert steel_volume == pytest.approx(16, rel=1e-13)  # the overlap of two bodies counts twice
     assert abs(air_volume - 4 / 3 * math.pi) <= voxels.volumes()[1][1]
 
 
