@@ -53,14 +53,14 @@ def head():
 
 
 def beam(view, pixels):
-    """Origins 3 units out, at the middles of pixels over [-1, 1]²."""
+    """Return origins 3 units out, at the middles of pixels over [-1, 1]²."""
     d, u, v = (np.array(x) for x in VIEWS[view])
     s = (2 * np.arange(pixels) + 1) / pixels - 1
     return -3 * d + s[None, :, None] * u + s[:, None, None] * v, d
 
 
 def turned(phi, theta, psi):
-    """Rz(ψ) Rx(θ) Rz(φ) by mpmath, to 40 digits."""
+    """Return Rz(ψ) Rx(θ) Rz(φ) by mpmath, to 40 digits."""
     with mpmath.workdps(40):
 
         def rotation(degrees, i, j):
@@ -77,7 +77,7 @@ def extended(matrix):
 
 
 def closed_form(origins, direction):
-    """Σ ρ chord in 80-bit floats."""
+    """Return Σ ρ chord in 80-bit floats."""
     assert np.finfo(np.longdouble).eps < 2e-19
     o, d = origins.astype(np.longdouble), np.asarray(direction, dtype=np.longdouble)
     total = np.zeros(o.shape[:-1], dtype=np.longdouble)
@@ -94,7 +94,7 @@ def closed_form(origins, direction):
 
 
 def exact_pixel(origin, direction):
-    """The same with mpmath, 40 digits."""
+    """Return the same pixel by mpmath, to 40 digits."""
     with mpmath.workdps(40):
         total = mpmath.mpf(0)
         for row in HEAD.tolist():
@@ -147,7 +147,7 @@ def test_middle_pixel_by_hand():
 # --- Projections, and scans of other programs
 
 
-# --- Sinograms: the Shepp-Logan head against its closed form, and the same bits wherever they are made
+# --- Sinograms: the Shepp-Logan head against its closed form, and the same bits on all routes
 
 SCANS = {
     "parallel": co.ct.parallel(np.arange(0, 180, 20.0), 24, spacing=0.09, offset=0.01),
@@ -160,7 +160,7 @@ SCANS = {
 
 
 def exact(scan):
-    """Sums of densities times chords along the rays of a scan, in 80-bit floats."""
+    """Return sums of densities times chords along the rays of a scan, in 80-bit floats."""
     rays = co.Rays.from_scan(scan).to_rays()
     lines = zip(rays.origins.reshape(-1, 3), rays.directions.reshape(-1, 3), strict=True)
     return np.array([closed_form(o[None], d)[0] for o, d in lines]).reshape(scan.shape)
@@ -208,14 +208,14 @@ def test_a_failure_leaves_no_file(tmp_path):
 
 
 def test_rays_end_at_the_detector():
-    # A ball behind the detector is not seen, and one that the source is in counts from there
+    # A ball behind the detector does not count, and one around the source counts from there
     wall = co.Scene([co.Sphere(1, (0, 9, 0)), co.Sphere(1, (0, -5, 0))])
     scan = co.ct.fanflat([0], 1, 5, 3)
     assert co.ct.project(wall, scan, [1, 1]).tolist() == [[1.0]]
 
 
 TENTH = "co.ct.cone(np.arange(0, 360, 5.0), 1200, 1200, 3, 2, spacing=(0.004, 0.004))"
-"""Of a scan of 720 views."""
+"""A tenth of the views of a scan of 720."""
 PROJECT = f"""
 import resource, sys
 import numpy as np
@@ -231,7 +231,10 @@ print(own + 2 * resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
 @pytest.mark.deep
 @pytest.mark.skipif(sys.platform != "linux", reason="needs Linux")
 def test_a_hundred_million_rays_in_two_gigabytes(tmp_path):
-    """In a process of its own: the peak of this one is that of all tests before. `ru_maxrss` counts a parent's memory."""
+    """The test runs in a process of its own, because the peak of this one is that of all tests before.
+
+    `ru_maxrss` counts a parent's memory.
+    """
     with child(PROJECT, tmp_path / "sinogram.npy") as running:
         code, most, errors = running.end(1200)
     assert code == 0, errors
@@ -404,7 +407,7 @@ def test_nine_parameters_of_rtk():
 
 
 def test_parallel_rays_and_cylinders_of_rtk():
-    # Without angles the rotated axes are those of the world; the source is up z, so that rays go down
+    # Without angles the rotated axes are those of the world. The source is up z, so that rays go down
     scan = co.ct.rtk([0], 1, 2, 100, 0, spacing=(2, 1), projection_offset=(0.5, 0))
     origin, direction = ray(scan, 0, 0, 1)
     assert direction.tolist() == [0, 0, -1]

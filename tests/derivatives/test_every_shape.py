@@ -19,25 +19,28 @@ from conicoid.numerics import bigfloat as ex
 from ..contract.examples import MOTIONS, every_example
 from ..samples import sampled
 
-# --- Derivatives of hits by every number of every shape, against differences of first hits of shapes with other numbers
+# --- Derivatives of hits by every number of every shape, against differences of first hits of changed shapes
 
 
 EXAMPLES = dict(every_example())
 FIELDS = ("t", "point", "normal", "uv")
 STEP = 2.0**-16
 SMOOTH, KINK, SHARE, CLOSE = 1e-4, 1e-4, 0.05, 1e-8
-"""Differences of both orders, and of both sides, are so near; derivatives are nearer to those of fourth order, by a share."""
+"""Differences of both orders, and of both sides, agree so closely; derivatives agree with those of fourth order, by a
+share.
+"""
 OPEN = {"Conic-4": ("",), "Lens-4": ("",), "SphereSection-6": ("",), "Revolution": ("[1]",), "Polycone": ("",),
         "Cylinder-4": ("angle",), "Cone-6": ("angle",), "Tube-4": ("angle",), "SphereSection-5": ("angle",),
         "SphereSection": ("range[0]", "range[1]")}  # fmt: skip
-"""Ends of the names of numbers that have no derivative: of walls that are one for these numbers alone, of heights by which a
-level wall becomes a cone, of a rim at an equator, of walls that are planes at half a turn or a right angle."""
+"""Ends of the names of numbers without a derivative: of walls that coincide for these numbers alone, of heights at
+which a level wall becomes a cone, of a rim at an equator, of walls that are planes at half a turn or a right angle.
+"""
 TILTS = ("start", "end", "normal", "offsets", "coefficients", "outline", "scale_at_top", "z_range", "vertices")
-"""Parts of the names of numbers by which `uv` may have no derivative, since they tilt an axis or bend a plane."""
+"""Parts of the names of numbers by which `uv` may have no derivative, because they tilt an axis or bend a plane."""
 
 
 def rays_at(shape: Any, count: int, seed: int) -> tuple[Any, Any]:
-    """Rays through the part of a shape that is near its middle, or near that of what a complement leaves out."""
+    """Return rays through the part of a shape near its middle, or near the middle of a complement's hole."""
     random = np.random.default_rng(seed)
     low, high = (np.clip(end, -4, 4) for end in shape.bounds)
     if isinstance(shape, co.Solid) and np.isinf(shape.bounds).all() and np.isfinite((~shape).bounds).all():
@@ -48,7 +51,7 @@ def rays_at(shape: Any, count: int, seed: int) -> tuple[Any, Any]:
 
 
 def wrong(name: str, motion: str, numbers: int) -> tuple[list[str], int]:
-    """(what is wrong with derivatives by some numbers and by the rays, how many were compared)."""
+    """Return (faults of derivatives by some numbers and by the rays, how many were compared)."""
     shape, seed = MOTIONS[motion](EXAMPLES[name]), zlib.crc32(f"{name} {motion}".encode())
     scene = co.Scene([co.Body(shape, name="it")])
     parameters, random = co.parameters(scene), np.random.default_rng(seed)
@@ -57,14 +60,14 @@ def wrong(name: str, motion: str, numbers: int) -> tuple[list[str], int]:
     ways = random.normal(size=(2, *hits.point.shape))
     values, found, compared = np.array(parameters.values), [], 0
     changes = list(np.eye(len(values))[random.permutation(len(values))[:numbers]])
-    if isinstance(shape, co.Polygon):  # which stays flat where all corners move alike
+    if isinstance(shape, co.Polygon):  # it stays flat where all corners move alike
         changes += [np.array([name.endswith(f"[{k}]") for name in parameters.names], float) for k in range(3)]
     changes.append(np.zeros(len(values)))  # the rays alone
     for change in changes:
         try:
             scenes = {side: parameters.scene(values + side * STEP * change) for side in (1, -1, 2, -2)}
         except ValueError:
-            continue  # at the end of what is allowed: a full turn, a pole, a polygon that is flat no more
+            continue  # at the end of the domain: a full turn, a pole, a polygon that is no longer flat
         ends = {
             side: there.first_hit(
                 hits.rays.origins + side * STEP * ways[0], hits.rays.directions + side * STEP * ways[1]
@@ -110,7 +113,7 @@ def test_by_every_number(name, motion):
 
 
 SOLIDS = {name: shape for name, shape in every_example() if isinstance(shape, PrimitiveSolid) and name != "Lens-4"}
-"""That lens is a whole ball, whose faces are one sphere, and tie."""
+"""That lens is a whole ball. Its faces are one sphere, and tie."""
 
 
 @pytest.mark.parametrize("name", sampled(SOLIDS, 7))
@@ -131,17 +134,17 @@ def test_a_wall_moves_as_its_solid_does(name):
         assert np.array_equal(alone.t, hits.t[rays])
         moved = alone.jvp(its, [known["it." + each.removeprefix("it.solid.")] for each in its.names])
         expected = hits[rays].jvp(numbers, change)
-        tied = np.isnan(expected.t)  # of walls of the solid in one plane, this is one
+        tied = np.isnan(expected.t)  # one of several walls of the solid in one plane
         for field in ("t", "point", "normal", "uv"):
             own, its_solids = getattr(moved, field), getattr(expected, field)
             np.testing.assert_allclose(own[~tied], its_solids[~tied], rtol=1e-12, atol=1e-12)
 
 
-# --- A shape of a user's own has derivatives without code for them; where its formulas look at digits it says so
+# --- A user's own shape has derivatives without code for them; where its formulas depend on digits an error says so
 
 
 def tower(square):
-    """A hyperboloid x² + y² <= r² + m² z² between two planes, with a way to square its numbers."""
+    """Return a class of hyperboloids x² + y² <= r² + m² z² between two planes, with a way to square its numbers."""
 
     @dataclass(frozen=True)
     class Tower(PrimitiveSolid):

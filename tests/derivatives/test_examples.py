@@ -10,7 +10,7 @@ import pytest
 
 import conicoid as co
 
-# --- The doublet and the phantom come out as told
+# --- The doublet and the phantom come out right
 
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"

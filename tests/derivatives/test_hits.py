@@ -9,7 +9,7 @@ import conicoid as co
 
 
 def moved(scene, rays, **changes):
-    """The tangents of first hits for changes of parameters by their names."""
+    """Return the tangents of first hits for changes of parameters by their names."""
     parameters = co.parameters(scene)
     tangent = np.zeros(len(parameters))
     for name, change in changes.items():
@@ -74,7 +74,7 @@ def test_vjp_is_the_transpose_of_jvp(crowd):
 
 
 def test_differences_of_a_crowd(crowd):
-    # Scenes with other numbers are traced, so that bulk bodies and Booleans are asked as a user would.
+    # Scenes with other numbers are traced, so that bulk bodies and Booleans take a user's route.
     scene, origins, directions = crowd
     parameters = co.parameters(scene)
     random = np.random.default_rng(5)
@@ -140,7 +140,10 @@ def test_flush_walls_tie_where_both_are_walls():
 
 
 def test_u_jumps_only_by_numbers_that_tilt_an_axis():
-    """On the side of an upright cylinder v = (z - start) / (end - start); u counts from x or y, equally least."""
+    """On the side of an upright cylinder v = (z - start) / (end - start).
+
+    u counts from x or y, which are equally small.
+    """
     scene, ray = co.Scene([co.Body(co.Cylinder((0, 0, -1), (0, 0, 3), 1), name="rod")]), ((5, 0.5, 1.5), (-1, 0, 0))
     assert moved(scene, ray, **{"rod__start[2]": 1}).uv == pytest.approx([0, (1.5 - 3) / 4**2], abs=1e-15)
     assert moved(scene, ray, **{"rod__end[2]": 1}).uv == pytest.approx([0, -(1.5 + 1) / 4**2], abs=1e-15)
@@ -222,7 +225,7 @@ def test_normals_turn_by_the_curvature():
 
 
 def test_radii_that_are_equal_have_derivatives():
-    """The largest of them is a unit alone: dt / dr = x² / (r x·d), along each axis."""
+    """The largest radius is a unit alone: dt / dr = x² / (r x·d), along each axis."""
     scene = co.Scene([co.Ellipsoid((2, 2, 2))])
     numbers, hit = co.parameters(scene), scene.first_hit((5, 0.1, 0.2), (-1, 0, 0))
     slopes = [float(hit.jvp(numbers, row).t) for row in np.eye(len(numbers))[:3]]

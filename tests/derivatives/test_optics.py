@@ -24,7 +24,7 @@ def mirrored(d, n):
 
 
 def bent(d, n, eta):
-    """Snell's law by angles: sin θ₂ = eta sin θ₁, in the plane of d and n."""
+    """Apply Snell's law by angles: sin θ₂ = eta sin θ₁, in the plane of d and n."""
     size, n = mp.norm(d), n / mp.norm(n)
     u = d / size
     n = n if (u.T * n)[0] > 0 else -n

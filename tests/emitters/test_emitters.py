@@ -16,7 +16,7 @@ from conicoid.render.lights.environment import (
 from conicoid.render.lights.light_sampling import sample_triangle, triangle_angle
 from conicoid.render.lights.light_tables import triangulate
 
-# --- Polygons cut into triangles: all of the area, nothing beside it; what crosses itself is left alone
+# --- Polygons cut into triangles: all of the area and no more; polygons that cross themselves stay as they are
 
 ARROW = [(0, 0), (4, -3), (1, 0), (4, 3)]
 COMB = [(0, 0), (6, 0), (6, 3), (5, 3), (5, 1), (4, 1), (4, 3), (3, 3), (3, 1), (2, 1), (2, 3), (0, 3)]
@@ -24,7 +24,7 @@ ROUND = [(math.cos(a), math.sin(a)) for a in np.linspace(0, 6, 20)]
 
 
 def area(loop):
-    """The shoelace formula."""
+    """Return the area by the shoelace formula."""
     x, y = np.array(loop, float).T
     return 0.5 * abs(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1)))
 
@@ -60,7 +60,10 @@ def _drawn(image, numbers, out):
 
 
 def test_directions_have_the_stated_density():
-    """χ² over the pixels: the density is even within each, so its share is density times solid angle."""
+    """The density is even within each pixel, so a pixel's share is density times solid angle.
+
+    χ² compares shares over all pixels.
+    """
     count = 40_000
     numbers, out = np.random.default_rng(1).random((count, 2)), np.empty((count, 5))
     _drawn(lower_environment(IMAGE), numbers, out)
@@ -124,7 +127,7 @@ def test_solid_angles(corners, angle):
     ],
 )
 def test_directions_have_the_mean_of_stokes_theorem(corners, turned):
-    """∫ ω dω over a spherical polygon is Σ θ n / 2 over its edges, of angle θ and unit normal n inwards (Lambert)."""
+    """∫ ω dω over a spherical polygon is Σ θ n / 2 over its edges, of angle θ and inward unit normal n (Lambert)."""
     corners = corners[::-1] if turned else corners
     f = row(*corners)
     count = 50_000
@@ -144,7 +147,10 @@ def test_directions_have_the_mean_of_stokes_theorem(corners, turned):
 
 
 def test_little_noise_close_to_a_lamp():
-    """A square lamp a tenth over the floor: the irradiance is known, and 64 samples are within a percent of it."""
+    """A square lamp is a tenth above the floor.
+
+    The irradiance has a closed form, and 64 samples are within a percent of it.
+    """
     half, height = 1.0, 0.1
     x = half / height
     corner = x / math.sqrt(1 + x * x)

@@ -38,7 +38,7 @@ def test_filmic_is_hables():
 
 
 def agx(rgb):
-    """Wrensch's minimal AgX, by hand; what it gives is encoded for the display."""
+    """Return Wrensch's minimal AgX, step by step. Its result is encoded for the display."""
     r, g, b = rgb
     mixed = (
         0.842479062253094 * r + 0.0784335999999992 * g + 0.0792237451477643 * b,
@@ -102,7 +102,7 @@ def test_refusals(call, message):
 
 
 def test_png_of_16_bits(tmp_path):
-    """Read by FFmpeg in full, and by Pillow, which keeps the upper byte of each number."""
+    """FFmpeg reads the file in full, and Pillow keeps the upper byte of each number."""
     import av
 
     pixels = np.random.default_rng(5).random((37, 23, 3)).astype(np.float32)
@@ -119,11 +119,12 @@ def test_png_of_16_bits(tmp_path):
     assert np.abs(upper - found / 257).max() <= 1
 
 
-# --- Reconstruction filters: samples lie as the filters' integrals say, and pictures are the same for any tiles and threads
+# --- Reconstruction filters: samples have the distribution of the filters, and pictures are the same for any tiles and
+# threads
 
 
 def curve(name, x):
-    """The filters' formulas, written down once more."""
+    """Return the filters by their formulas."""
     r = RADII[name]
     t, far = 2 * np.pi * (x + r) / (2 * r), abs(x)
     return {
@@ -197,11 +198,11 @@ def test_between_values():
     assert portable_interp(x, places, values) == pytest.approx(np.interp(x, places, values), abs=1e-15)
 
 
-# --- Noise that is taken out: pictures come nearer to what they are without it
+# --- Denoising: pictures come nearer to those without noise
 
 
 def picture():
-    """Light of two colours, exactly and with noise."""
+    """Return light of two colors, exact and with noise."""
     exact = np.zeros((64, 64, 3), np.float32)
     exact[:, :32], exact[:, 32:] = (0.6, 0.2, 0.1), (0.1, 0.3, 0.5)
     noise = np.random.default_rng(6).normal(0, 0.15, exact.shape).astype(np.float32)
@@ -233,7 +234,7 @@ def test_without_the_library_it_is_named(monkeypatch):
 # --- Layers of a picture, and the commands' options of film
 
 
-# --- Layers: what is seen at the pixels' centres, and files that hold them
+# --- Layers: values at the pixels' centers, and files of them
 
 OpenEXR = pytest.importorskip("OpenEXR")
 
@@ -301,7 +302,7 @@ def test_names_of_layers():
     assert SCENE.render(4, 3, 1).layers == {}
 
 
-# --- conicoid render with what films have: the same as Python's calls
+# --- `conicoid render` with the options of films: the same as Python's calls
 
 FILE = """
 camera: {position: [4, -6, 3], look_at: [0, 0, 0.5], aperture: 0.2}
@@ -359,7 +360,7 @@ def test_ineffective_options_are_refused(scene, options, message):
 
 
 def test_a_preview_is_written_again_and_again(scene, tmp_path, monkeypatch):
-    """The last one is the picture."""
+    """The last preview is the picture."""
     written = []
     save = co.Image.save
     monkeypatch.setattr(
@@ -374,7 +375,10 @@ def test_a_preview_is_written_again_and_again(scene, tmp_path, monkeypatch):
 
 
 def test_a_preview_in_the_terminal(scene, tmp_path, monkeypatch):
-    """Above the line of progress, which is made to be a terminal's and to appear at once."""
+    """The preview stands above the line of progress.
+
+    The test makes the stream a terminal, and lets the line appear at once.
+    """
     from rich.console import Console
 
     from conicoid.cli import terminal

@@ -1,4 +1,4 @@
-"""Pictures that are gone on with: to more samples, to less noise, after Ctrl-C and after death; always to the same bits."""
+"""Pictures that continue: to more samples, to less noise, after Ctrl-C and after a kill; always to the same bits."""
 
 from __future__ import annotations
 
@@ -53,9 +53,9 @@ def test_samples_are_continued(whole, tmp_path):
     calls = []
     again = scene().render(WIDTH, HEIGHT, 40, NAME, resume=tmp_path / "file", progress=lambda *step: calls.append(step))
     assert (again.pixels == whole.pixels).all()
-    assert calls == []  # nothing was to be done
+    assert calls == []  # the picture was complete
     fewer = scene().render(WIDTH, HEIGHT, 8, NAME, resume=tmp_path / "file")
-    assert (fewer.pixels == whole.pixels).all()  # what there is is not thrown away
+    assert (fewer.pixels == whole.pixels).all()  # existing samples are not discarded
     with pytest.raises(ValueError, match="holds parts of other work"):
         scene().render(WIDTH, HEIGHT, 40, NAME, seed=1, resume=tmp_path / "file")
 
@@ -121,7 +121,7 @@ def test_the_error_of_a_pixel_is_the_standard_error():
     sums[0, :, :3], sums[0, :, SQUARES], sums[0, :, COUNT] = light.sum(axis=0), (light[..., 0] ** 2).sum(axis=0), 2000
     mean, error = light[..., 0].mean(axis=0), light[..., 0].std(axis=0, ddof=1) / np.sqrt(2000)
     assert pixel_errors(sums)[0] == pytest.approx(np.sqrt(mean + error) - np.sqrt(mean), rel=1e-6)
-    assert error == pytest.approx(np.full(9, 0.2 / np.sqrt(12 * 2000)), rel=0.1)  # of an even distribution
+    assert error == pytest.approx(np.full(9, 0.2 / np.sqrt(12 * 2000)), rel=0.1)  # of a uniform distribution
 
 
 def test_squares_at_the_edges_count_their_pixels():
@@ -141,7 +141,7 @@ def test_pixels_below_the_noise_limit_are_done():
     assert select_squares(sums, 48, expected * 0.9, 8).tolist() == [[0, 1]]
     assert select_squares(sums, 48, expected * 1.1, 8).tolist() == [[0, 0]]
     assert select_squares(sums, 48, None, 8).tolist() == [[1, 1]]
-    sums[..., COUNT] = LEAST_SAMPLES + 1  # where no pass ends nothing is decided
+    sums[..., COUNT] = LEAST_SAMPLES + 1  # where no pass ends no pixel is decided
     assert select_squares(sums, 48, 1.0, 8).tolist() == [[1, 1]]
 
 
@@ -156,7 +156,7 @@ def test_noise_ends_where_it_is_low(tmp_path):
     converged = scene().render(WIDTH, HEIGHT, 1000, NAME).pixels
     difference = np.sqrt(np.clip(image.pixels, 0, None)) - np.sqrt(np.clip(converged, 0, None))
     assert np.sqrt((difference**2).mean()) < 1.5 * limit
-    # what noise it was stopped at changes nothing of what follows
+    # the noise limit of the first run changes no bit of the second
     scene().render(WIDTH, HEIGHT, 90, NAME, noise=0.05, resume=tmp_path / "file")
     again = scene().render(WIDTH, HEIGHT, 400, NAME, noise=limit, resume=tmp_path / "file")
     assert (again.pixels == image.pixels).all()
@@ -190,7 +190,7 @@ image.save(sys.argv[5])
 
 
 def _until_it_is_there(asked, most, folder):
-    """A picture whose process is killed at random up to `most` times; how often it was, and the picture's file.
+    """Return how often, up to `most` times, the process of a picture was killed at random, and the picture's file.
 
     asked: samples, integrator and seed. Each process lives until it has kept something, and a little longer.
     """
@@ -218,7 +218,7 @@ def _until_it_is_there(asked, most, folder):
 
 def _kill(times, tmp_path, samples, integrator):
     pytest.importorskip("OpenEXR")
-    """Pictures one after the other, each to its last bit, until processes were killed so many times."""
+    """Pictures one after the other, each compared to its last bit, until so many kills."""
     killed, seed = 0, 0
     while killed < times:
         folder = tmp_path / str(seed)

@@ -1,4 +1,4 @@
-"""Direct light: lamps in Whitted's pictures by closed forms, and light in lanes; the same to the bit."""
+"""Direct light: lamps in Whitted's pictures by closed forms, and light in lanes with the same bits."""
 
 import math
 
@@ -7,7 +7,7 @@ import pytest
 
 import conicoid as co
 
-# --- Lamps in Whitted's pictures: as bright as closed forms say, with penumbrae, and the same to the bit
+# --- Lamps in Whitted's pictures: the brightness of closed forms, penumbrae, and the same bits everywhere
 
 
 WHITE, BLACK = (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)
@@ -16,7 +16,7 @@ FLOOR = co.Body(co.Plane((0, 0, 1), 0), co.matte(WHITE))
 
 
 def at(x=0.0, y=0.0):
-    """A view of one point of the floor, under whatever is over it."""
+    """Return a view of one point of the floor, under any bodies over it."""
     return co.OrthographicCamera((x, y - 1e-3, 1e-4), (x, y, 0), up=(0, 0, 1), height=1e-9)
 
 
@@ -43,14 +43,14 @@ CORNER = 1.5 / math.sqrt(1 + 1.5**2)
     ids=["ball", "disc", "square", "cylinder"],
 )
 def test_form_factors(shape, factor):
-    """Radiance L and a form factor F give a white floor L F."""
+    """A lamp of radiance L with a form factor F gives a white floor L F."""
     lamp = co.Body(shape, co.glow((3, 2, 0)))
     assert color([lamp], samples=4096) == pytest.approx(np.array((3, 2, 0)) * factor, rel=5e-3)
 
 
 @pytest.mark.parametrize("share", [-1.2, -0.7, -0.2, 0.0, 0.5, 0.9, 1.2])
 def test_the_penumbra_of_a_disc(share):
-    """A half-plane halfway up hides what of the disc is at X < -x: a segment, (1/2 + (s √(1-s²) + asin s) / π) of it."""
+    """A half-plane halfway up hides the part of the disc at X < -x, a segment: (1/2 + (s √(1-s²) + asin s) / π) of it."""
     radius, height = 0.1, 10.0
     lamp = co.Body(co.Disc((0, 0, height), (0, 0, 1), radius), co.glow(1000))
     hides = co.Body(co.Polygon([(-9, -9, 5), (0, -9, 5), (0, 9, 5), (-9, 9, 5)]), co.matte(BLACK))
@@ -62,7 +62,7 @@ def test_the_penumbra_of_a_disc(share):
 
 
 def test_many_lamps_add_up():
-    """Each gives a floor under it, h below and aside by d, L R² h / (h² + d²)^{3/2}, about."""
+    """Each lamp, h above the floor and aside by d, gives about L R² h / (h² + d²)^{3/2}."""
     lamps = [co.Body(co.Sphere(0.05, (k, 0.5, 3)), co.glow(500 + 50 * k)) for k in range(20)]
     expected = sum((500 + 50 * k) * 0.05**2 / (9.25 + k * k) * 3 / math.sqrt(9.25 + k * k) for k in range(20))
     assert color(lamps, samples=1 << 13) == pytest.approx([expected] * 3, rel=0.01)
@@ -78,13 +78,13 @@ def test_lamps_and_lights_add_up():
 
 
 def test_lamps_in_mirrors_are_seen_and_light_mirrored_bodies():
-    """A mirror at 45° over the camera's ray: beyond it is a wall, that a disc lights as it does the floor."""
+    """A mirror stands at 45° over the camera's ray. Beyond it is a wall, which a disc lights as it does the floor."""
     wall = co.Body(co.Plane((-1, 0, 0), -2), co.matte(WHITE))
     mirror = co.Body(co.Disc((0, 0, 5), (1, 0, -1), 0.01), co.mirror(1.0))
     lamp = co.Body(co.Disc((0, 0, 5), (1, 0, 0), 1).translate((-0.5, 0, 0)), co.glow(1))
     view = co.OrthographicCamera((0, 0, 4.9), (0, 0, 5), up=(0, 1, 0), height=1e-9)
     seen = co.Scene([wall, mirror, lamp], NO_LIGHT, view, BLACK).render(1, 1, 4096).pixels[0, 0]
-    whole = 1 / (1 + 2.5**2)  # less what the mirror hides: a disc of 0.01 that is 2 away, aslant
+    whole = 1 / (1 + 2.5**2)  # less the part behind the mirror: a disc of 0.01 at a distance of 2, aslant
     assert seen == pytest.approx([whole] * 3, rel=5e-3)
 
 
@@ -116,11 +116,11 @@ def test_pictures_are_equal_to_the_bit_in_any_combination(tmp_path):
 
 
 def test_glowing_bodies_that_are_no_lamps_give_no_light():
-    """As it says in docs/pictures.md: a box shines and lights nothing."""
+    """docs/pictures.md says so: a box glows and lights nothing."""
     assert color([co.Body(co.Box((-1, -1, 2), (1, 1, 3)), co.glow(1))], samples=4).max() == 0
 
 
-# --- Direct light in lanes: the same to the bit as ray by ray, which any glass in a scene asks for
+# --- Direct light in lanes: the same bits as ray by ray, which any glass in a scene requires
 
 
 GREY = co.matte((0.7, 0.5, 0.3))
@@ -160,7 +160,7 @@ def test_as_ray_by_ray(bodies, light):
 @pytest.mark.parametrize("light", LIGHTS)
 @pytest.mark.parametrize("up", [(0, 0, 1), (1, 0, 0)])
 def test_rays_along_an_axis_that_meet_nothing(light, up):
-    """Where their places at infinity are no numbers: 0 times infinity."""
+    """Their places at infinity are not numbers: 0 times infinity."""
     camera = co.OrthographicCamera((0, -9, 0), (0, 0, 0), up=up, height=4)
     settings = dict(camera=camera, lights=[LIGHTS[light]], background="black")
     ball = co.Body(co.Sphere(1), GREY)
@@ -174,7 +174,7 @@ def test_rays_along_an_axis_that_meet_nothing(light, up):
 
 
 def test_a_light_on_the_wall_that_it_lights():
-    """There is no way from it to the point where it is; its neighbours see it at a right angle to their normals."""
+    """The light has no way to the point where it is. Its neighbours see it at a right angle to their normals."""
     light = co.PointLight((0, 0, 0), 1, falloff="inverse_square")
     camera = co.OrthographicCamera((0, 0, 1), (0, 0, 0), up=(0, 1, 0), height=2)
     scene = co.Scene([co.Body(co.Box((-1, -1, -1), (1, 1, 0)), GREY)], [light], camera, "black")
@@ -182,7 +182,7 @@ def test_a_light_on_the_wall_that_it_lights():
 
 
 def test_a_point_over_a_floor_and_its_shadow():
-    """I cos(a) / d² of intensity I, times the albedo: 1 / π of Lambert's law is in the unit of intensity."""
+    """The point has I cos(a) / d² of intensity I, times the albedo: 1 / π of Lambert's law is in the unit of intensity."""
     floor = co.Body(co.Box((-9, -9, -1), (9, 9, 0)), co.matte((0.5, 0.25, 1)))
     roof = co.Body(co.Sphere(0.5, (4, 0, 1)), co.matte("white"))
     scene = co.Scene([floor, roof], lights=[co.PointLight((4, 0, 3), 2, falloff="inverse_square")], background="black")

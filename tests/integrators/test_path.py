@@ -12,13 +12,13 @@ from conicoid.render import sampling as sobol
 from ..compiled import compiled
 from ..samples import deep
 
-# --- Light transport against closed forms: the light of points, balls, discs and squares, furnaces, walls that leak none
+# --- Light transport against closed forms: the light of points, balls, discs and squares, furnaces, walls without leaks
 
 
 WHITE = (1.0, 1.0, 1.0)
 BLACK = (0.0, 0.0, 0.0)
 ASIDE = co.OrthographicCamera((0, -1e-3, 1e-4), (0, 0, 0), up=(0, 0, 1), height=1e-9)
-"""A view of the origin, under whatever is right over it."""
+"""A view of the origin, under a body right over it."""
 
 
 def floor(material=None):
@@ -26,7 +26,7 @@ def floor(material=None):
 
 
 def color(items, lights=(), background=BLACK, camera=ASIDE, samples=256, **options):
-    """The colour of one pixel, which sees one point."""
+    """Return the color of one pixel, which sees one point."""
     scene = co.Scene(items, lights=list(lights), camera=camera, background=background)
     return scene.render(1, 1, samples, **{"integrator": "path", **options}).pixels[0, 0]
 
@@ -112,7 +112,7 @@ def test_two_triangles_are_a_square():
     ids=lambda lamp: type(lamp).__name__,
 )
 def test_lamps_that_are_drawn_are_as_bright_as_those_that_paths_find(lamp):
-    """A lamp that is cut is no shape that is drawn from; here nothing is cut off."""
+    """A cut lamp is not a shape to draw points from; here the cut removes nothing."""
     box = co.Box((-9, -9, -9), (9, 9, 9))
     drawn, found = (color([floor(), co.Body(shape, co.glow(1))], samples=1 << 15) for shape in (lamp, lamp & box))
     assert drawn == pytest.approx(found, rel=5e-3)
@@ -127,7 +127,7 @@ def test_within_a_lamp_all_is_as_bright_as_its_colour(lamp):
 
 
 def test_a_lamp_flush_with_a_ceiling_gives_light_where_it_is_listed_first():
-    """Coincident surfaces: the body that is listed first is seen, and that alone gives light."""
+    """Of coincident surfaces the first in the list is visible, and it alone gives light."""
     lamp, ceiling = (
         co.Body(co.Disc((0, 0, 1), (0, 0, 1), 1), co.glow(1)),
         co.Body(co.Box((-3, -3, 1), (3, 3, 2)), BLACK),
@@ -155,7 +155,7 @@ def image(height=8, width=16, seed=0):
 
 
 def bilinear(pixels, d):
-    """Radiance of an image along directions, written anew."""
+    """Return the radiance of an image along directions, by a second implementation."""
     height, width, _ = pixels.shape
     row = np.arccos(d[:, 2]) / np.pi * height - 0.5
     column = np.arctan2(d[:, 1], d[:, 0]) / (2 * np.pi) % 1 * width - 0.5
@@ -170,7 +170,7 @@ def bilinear(pixels, d):
 
 
 def test_surroundings_of_an_image():
-    """A floor gets ∫ L cos / π, here by the midpoint rule."""
+    """A floor has ∫ L cos / π, here by the midpoint rule."""
     pixels = image()
     u, v = (np.stack(np.meshgrid(*[np.arange(600)] * 2)).reshape(2, -1) + 0.5) / 600
     z, turn = np.sqrt(u), 2 * np.pi * v
@@ -187,11 +187,11 @@ def test_a_bright_spot_of_an_image_is_aimed_at():
     assert np.std(few) < 0.2 * np.mean(few)
 
 
-# What walls and media do
+# Walls and media
 
 
 def test_walls_that_abut_leak_nothing():
-    """A black room of six boxes within a bright sky, face to face: no path comes out."""
+    """A black room of six boxes, face to face, stands in a bright sky. No path leaves it."""
     walls = [
         co.Box((-2, -2, -2), (2, 2, -1)), co.Box((-2, -2, 1), (2, 2, 2)), co.Box((-2, -2, -1), (-1, 2, 1)),
         co.Box((1, -2, -1), (2, 2, 1)), co.Box((-1, -2, -1), (1, -1, 1)), co.Box((-1, 1, -1), (1, 2, 1)),
@@ -212,7 +212,7 @@ def test_clear_glass_in_a_furnace_is_not_seen(index):
 
 
 def test_absorption_by_beers_law():
-    """A slab of index 1, 2 thick, along the axis: exp(-2 σ) of the background."""
+    """The slab has index 1 and is 2 thick along the axis: exp(-2 σ) of the background."""
     slab = co.Body(co.Box((-5, -5, -2), (5, 5, 0)), co.Material(transparency=1, absorption=(0.1, 0.5, 2)))
     down = co.OrthographicCamera((0, 0, 5), (0, 0, 0), up=(0, 1, 0), height=1e-6)
     seen = color([slab], background=WHITE, camera=down, samples=4)
@@ -229,9 +229,10 @@ def test_a_cloud_that_absorbs_nothing_is_not_seen_in_a_furnace(anisotropy):
 
 
 def test_light_scattered_once():
-    """Along a chord of length 2 R of a ball of fog, light that comes parallel across it and is scattered once.
+    """A chord of length 2 R of a ball of fog scatters parallel light from across it once.
 
-    σ ∫ exp(-σ s) p exp(-σ l(s)) ds E with l the way in from the side, p = 1 / (4π), E = π I; here for thin fog.
+    It sends σ ∫ exp(-σ s) p exp(-σ l(s)) ds E, with l the way in from the side, p = 1 / (4π), E = π I; here for thin
+    fog.
     """
     sigma = 0.5
     s = (np.arange(20000) + 0.5) / 10000
@@ -244,7 +245,7 @@ def test_light_scattered_once():
 
 
 def test_a_pane_lets_light_of_a_lamp_through_as_it_shows_it():
-    """1 - 2 F / (1 + F) of a thin pane, F = 0.04 at normal incidence, nearly so for a lamp far above."""
+    """A thin pane transmits 1 - 2 F / (1 + F), F = 0.04 at normal incidence, nearly so for a lamp far above."""
     lamp, pane = (
         co.Body(co.Disc((0, 0, 20), (0, 0, 1), 0.5), co.glow(1000)),
         co.Body(co.Plane((0, 0, 1), 5), co.glass(1.5)),
@@ -257,7 +258,7 @@ def test_a_pane_lets_light_of_a_lamp_through_as_it_shows_it():
 
 
 def test_depth_counts_scatterings():
-    """In a closed room of albedo 1/2 that glows with 1: 1 + 1/2 + 1/4 + ..."""
+    """A closed room of albedo 1/2 glows with 1: 1 + 1/2 + 1/4 + ..."""
     room = co.Body(co.Sphere(3), co.glow(1, (0.5, 0.5, 0.5)))
     inside = co.OrthographicCamera((0, 0, 1.5), (0, 0, 0), up=(0, 1, 0), height=1e-6)
     for depth in (0, 1, 2, 5):
@@ -270,7 +271,7 @@ def test_direct_light_is_a_path_of_one_scattering():
     assert (color(items, integrator="direct") == color(items, depth=1)).all()
 
 
-# The same to the bit
+# The same bits
 
 STILL_LIFE = co.Scene(
     [
@@ -298,14 +299,14 @@ def test_any_number_of_threads_makes_the_same_picture(integrator):
 
 
 def test_a_prism_parts_colours_and_keeps_white():
-    """The mean colour of what dispersing glass sends on is that of glass that does not disperse: white in a furnace."""
+    """Dispersing glass has the mean color of glass that does not disperse: white in a furnace."""
     ball = co.Body(co.Sphere(1), co.glass(1.5, dispersion=0.01))
     view = co.OrthographicCamera((0, 0, 5), (0, 0, 0), up=(0, 1, 0), height=1.5)
     seen = co.Scene([ball], background=WHITE, camera=view).render(16, 16, 256, "path", depth=50).pixels
     assert seen.mean(axis=(0, 1)) == pytest.approx([1, 1, 1], rel=0.02)
 
 
-# --- The points of light transport: nets in each pair of dimensions, the same at any time, without regard to each other
+# --- The points of light transport: nets in each pair of dimensions, the same at any time, independent of one another
 
 
 @numba.njit
@@ -320,7 +321,7 @@ def _points(seed, pixel, count, pair):
 @pytest.mark.parametrize("pixel", [0, 12345])
 @pytest.mark.parametrize("power", [1, 4, 7, deep(10)])
 def test_every_box_of_a_power_of_two_has_one_point(pair, pixel, power):
-    """A (0, m, 2)-net: also of the first 2^m points, so that a picture may go on."""
+    """A (0, m, 2)-net is also one in its first 2^m points, so that a picture may go on."""
     points = _points(3, pixel, 2**power, pair)
     assert ((points >= 0) & (points < 1)).all()
     for across in range(power + 1):
@@ -341,7 +342,7 @@ def test_seeds_pixels_and_pairs_have_points_of_their_own(other):
 
 
 def test_pairs_and_pixels_are_independent_on_the_whole():
-    """Moments of 16 points in each of 4000 pixels, in two pairs, to 5 standard errors of independent ones."""
+    """Moments of 16 points in each of 4000 pixels, in two pairs, are within 5 standard errors of independent ones."""
     a, b = (np.concatenate([_points(0, pixel, 16, pair) for pixel in range(4000)]) for pair in (4, 5))
     four = np.concatenate([a, b], axis=1)
     assert np.abs(four.mean(axis=0) - 0.5).max() < 5 / np.sqrt(12 * len(four))

@@ -9,11 +9,11 @@ import conicoid as co
 
 DOWN = co.OrthographicCamera((0, 0, 10), (0, 0, 0), up=(0, 1, 0), height=1e-3)
 WHITE = (1.0, 1.0, 1.0)
-FAINT = 2.0**-11  # rays that add less than 2⁻¹² are not followed
+FAINT = 2.0**-11  # the integrator drops rays that add less than 2⁻¹²
 
 
 def color(items, lights=(), background=WHITE, camera=DOWN, **options):
-    """The colour that a single ray straight down the z axis brings back."""
+    """Return the color of a single ray straight down the z axis."""
     lights = lights or [co.AmbientLight(1)]
     return co.Scene(items, lights=lights, camera=camera, background=background).render(1, 1, 1, **options).pixels[0, 0]
 
@@ -43,7 +43,7 @@ def test_ambient_light_adds_up():
 
 
 def test_inverse_square():
-    """From height 3 over a point 4 to the side: distance 5, cosine 3/5, so 3/5 of I / 25."""
+    """The light is at height 3 over a point 4 to the side. The distance is 5 and the cosine 3/5, so 3/5 of I / 25."""
     far = color([floor(co.matte(WHITE))], [co.PointLight((4, 0, 3), 50, falloff="inverse_square")])
     same = color([floor(co.matte(WHITE))], [co.PointLight((4, 0, 3), 50)])
     assert far == pytest.approx([50 / 25 * 0.6] * 3, rel=1e-6)
@@ -52,7 +52,7 @@ def test_inverse_square():
 
 @pytest.mark.parametrize(("aim", "share"), [(10, 1), (19.9, 1), (25, 0.5), (30.1, 0), (60, 0)])
 def test_spot_and_its_soft_edge(aim, share):
-    """Full within 20°, none beyond 30°, 3s² - 2s³ = 1/2 half way."""
+    """The light is full within 20°, and there is none beyond 30°. Halfway it is 3s² - 2s³ = 1/2."""
     angle = math.radians(aim)
     light = co.SpotLight((0, 0, 5), (math.sin(angle), 0, -math.cos(angle)), angle=30, soft_edge=10)
     assert color([floor(co.matte(WHITE))], [light]) == pytest.approx([share] * 3, rel=1e-6, abs=1e-9)
@@ -62,7 +62,7 @@ def test_spot_and_its_soft_edge(aim, share):
 
 
 def test_glowing_bodies_are_seen():
-    """Its emission, whatever light there is; it lights nothing here."""
+    """The ray sees the body's emission under any light. The body lights nothing here."""
     lamp = co.Body(co.Box((-1, -1, 0), (1, 1, 1)), co.glow((3, 2, 0.5)))
     assert color([lamp]).tolist() == [3, 2, 0.5]
     assert color([lamp], [co.DirectionalLight((0, 0, -1), 9)]).tolist() == [3, 2, 0.5]
@@ -85,7 +85,7 @@ def test_a_sheet_is_lit_on_its_visible_side():
 
 
 def test_light_through_a_pane_of_glass():
-    """Straight through two walls and 0.5 of glass: (1 - R)² exp(-0.5 a), R = ((n - 1) / (n + 1))²."""
+    """The ray goes straight through two walls and 0.5 of glass: (1 - R)² exp(-0.5 a), R = ((n - 1) / (n + 1))²."""
     glass = co.Body(co.Box((-9, 2.5, -9), (9, 3, 9)), co.glass(1.5, absorption=(0, 1, 2), specular=0))
     wall = co.Body(co.Box((-9, -1, -9), (9, 0, 9)), co.matte(WHITE))
     camera = co.OrthographicCamera((0, 2, 0), (0, 0, 0), height=1e-3)
@@ -94,7 +94,7 @@ def test_light_through_a_pane_of_glass():
 
 
 def test_light_at_an_angle_through_a_pane():
-    """θ = 60°, n = √3: r_s = -1/2, r_p = 0 (Brewster), so each wall keeps 1 - 1/8; the way is straight, 2 × 0.5."""
+    """With θ = 60°, n = √3: r_s = -1/2, r_p = 0 (Brewster), so each wall keeps 1 - 1/8. The way is straight, 2 × 0.5."""
     glass = co.Body(co.Box((-99, -99, 2), (99, 99, 2.5)), co.glass(math.sqrt(3), absorption=0.7, specular=0))
     camera = co.OrthographicCamera((0, 0, 1), (0, 0, 0), up=(0, 1, 0), height=1e-3)
     light = co.DirectionalLight((math.sqrt(3), 0, -1))
@@ -111,12 +111,12 @@ def test_mirrors_show_the_sky():
 
 
 def test_mirrors_facing_each_other_end_at_the_depth():
-    """Between two perfect mirrors nothing but mirrored rays: with a lamp-like wall after k turns."""
+    """Floor and lid each mirror half of the light, and the lid glows with the other half."""
     box = co.Body(co.Box((-9, -9, -1), (9, 9, 0)), co.mirror(0.5))
     lid = co.Body(co.Box((-9, -9, 20), (9, 9, 21)), co.Material((1, 1, 1), ambient=1, reflectivity=0.5))
     camera = co.OrthographicCamera((0, 0, 10), (0, 0, 0), up=(0, 1, 0), height=1e-3)
     for depth in range(5):
-        # floor 1/2, lid (1 - 1/2) seen, on with 1/4 and so forth
+        # floor 1/2, lid (1 - 1/2) visible, on with 1/4 and so forth
         expected = sum(0.5 * 0.5 * 0.25**k for k in range((depth + 1) // 2))
         assert color([box, lid], camera=camera, depth=depth) == pytest.approx([expected] * 3, rel=1e-6)
 
@@ -130,7 +130,7 @@ def test_schlick_on_lacquer():
 
 @pytest.mark.parametrize("index", [1.0, 1.33, 1.52, 2.4])
 def test_beers_law_through_a_slab(index):
-    """Straight down, all orders of reflection inside: T = (1 - R)² A / (1 - R² A²), A = exp(-a d)."""
+    """The ray goes straight down, with all orders of reflection inside: T = (1 - R)² A / (1 - R² A²), A = exp(-a d)."""
     slab = co.Body(co.Box((-50, -50, 1), (50, 50, 3)), co.glass(index, absorption=(0, 0.3, 1), specular=0))
     black = floor(co.Material((0, 0, 0), diffuse=0, ambient=0))
     below = co.OrthographicCamera((0, 0, 0.5), (0, 0, 5), up=(0, 1, 0), height=1e-3)
@@ -142,7 +142,7 @@ def test_beers_law_through_a_slab(index):
 
 
 def test_a_white_furnace_shows_no_glass():
-    """Inside uniform light of 1 a clear body of any shape sends back 1: energy is kept at every wall."""
+    """In uniform light of 1 a clear body of any shape sends back 1, because every wall keeps the energy."""
     shapes = [
         co.Sphere(1),
         co.Box((-1.5, -0.4, -0.4), (-1.1, 0.4, 0.4)),
@@ -173,14 +173,14 @@ def test_glass_ball_turns_the_world_upside_down():
 
 
 def test_total_reflection_in_a_prism():
-    """A right-angled prism of glass: a ray that meets the long side at 45° > asin(1 / 1.52) turns by 90°."""
+    """A ray meets the long side of a right-angled prism of glass at 45° > asin(1 / 1.52) and turns by 90°."""
     prism = co.Polyhedron([(0, -1, 0), (0, 0, -1), (0, 1, 1), (1, 0, 0), (-1, 0, 0)], [0, 0, 1, 1, 1])
     camera = co.OrthographicCamera((0, -5, 0.5), (0, 0, 0.5), height=1e-3)
     sky = co.Sky((1, 1, 1), (1, 1, 1), (0, 0.5, 1))  # straight down is where it leaves
     seen = color([co.Body(prism, co.glass(specular=0))], background=sky, camera=camera)
     r = (0.52 / 2.52) ** 2
     once = (1 - r) ** 2 * np.array((0, 0.5, 1))
-    # part is thrown back at the exit, turned again, and leaves by the entry: horizon, white; so is R at the entry
+    # a part is reflected at the exit, turned again, and leaves by the entry: horizon, white; so is R at the entry
     back = r + (1 - r) ** 2 * r
     assert seen == pytest.approx(once + back, abs=0.01)
 
@@ -221,7 +221,7 @@ def test_a_cut_through_a_curved_solid_is_invisible():
 
 
 def test_overlapping_media_act_like_abutting_ones():
-    """The body listed first has priority: what of the water lies in the glass is glass."""
+    """The first body in the list has priority: the part of the water within the glass is glass."""
     glass = co.Body(co.Box((-1, -1, -1), (0, 1, 1)), GREEN)
     abutting = picture([glass, co.Body(co.Box((0, -1, -1), (1, 1, 1)), WATER)])
     overlapping = picture([glass, co.Body(co.Box((-0.5, -1, -1), (1, 1, 1)), WATER)])
@@ -229,7 +229,7 @@ def test_overlapping_media_act_like_abutting_ones():
 
 
 def test_a_drink_needs_no_gap():
-    """Water in a glass: as an abutting body, or as one that overlaps the whole glass and is listed after it."""
+    """The water in a glass is an abutting body, or a later one in the list that overlaps the whole glass."""
     outer, inner = co.Cylinder((0, 0, -0.9), (0, 0, 1), 0.9), co.Cylinder((0, 0, -0.7), (0, 0, 1), 0.7)
     glass = co.Body(outer - inner, GREEN)
     fitted = picture([glass, co.Body(inner & co.HalfSpace((0, 0, 1), 0.5), WATER)])
@@ -238,7 +238,7 @@ def test_a_drink_needs_no_gap():
 
 
 def test_air_in_glass_and_glass_around_air():
-    """A bubble as a body of index 1 listed first, or as a hole: the same."""
+    """A bubble is a body of index 1 that comes first in the list, or a hole: the same."""
     dull = co.glass(absorption=(1, 0.2, 0.6), specular=0)
     with_body = picture([co.Body(co.Sphere(0.6), co.glass(1, specular=0)), co.Body(co.Sphere(1), dull)])
     with_hole = picture([co.Body(co.Sphere(1) - co.Sphere(0.6), dull)])
@@ -246,7 +246,7 @@ def test_air_in_glass_and_glass_around_air():
 
 
 def test_bodies_that_touch_glass_are_seen_through_it():
-    """A wall of glass against an opaque wall: equal t, whichever is listed first."""
+    """A wall of glass touches an opaque wall at one t. Either may come first in the list."""
     plate = co.Body(co.Box((-1, -1, -1), (1, 1, -0.5)), GREEN)
     first = co.Scene([plate, GROUND], lights=LIGHTS, camera=CAMERA).render(72, 54, 2).pixels
     last = co.Scene([GROUND, plate], lights=LIGHTS, camera=CAMERA).render(72, 54, 2).pixels
@@ -258,7 +258,7 @@ def test_bodies_that_touch_glass_are_seen_through_it():
 
 
 def test_a_camera_may_stand_in_water():
-    """Through 4 of water to the floor, and on the way up total reflection of what is under water."""
+    """The camera looks through 4 of water to the floor, and upwards total reflection shows bodies under water."""
     sea = co.Body(
         co.Box((-90, -90, 0), (90, 90, 12)), co.glass(co.materials.WATER, absorption=(0.5, 0.1, 0), specular=0)
     )
@@ -273,7 +273,7 @@ def test_a_camera_may_stand_in_water():
 
 
 def test_checker_in_space_is_steady_on_the_boundary_of_its_cubes():
-    """The floor's top is z = 0, where cubes meet: the colour is that of the matter below, on every pixel."""
+    """The floor's top is z = 0, where cubes meet. The color is that of the matter below, on every pixel."""
     checker = co.matte(co.Checker((1, 1, 1), (0, 0, 0), scale=1, space=True), ambient=1)
     camera = co.OrthographicCamera((0.5, 0.5, 10), (0.5, 0.5, 0), up=(0, 1, 0), height=3)
     pixels = co.Scene([floor(checker)], lights=[co.AmbientLight(1)], camera=camera).render(30, 30, 1).pixels[..., 0]
@@ -284,7 +284,7 @@ def test_checker_in_space_is_steady_on_the_boundary_of_its_cubes():
 
 
 def test_checker_on_uv():
-    """u of a cylinder is angle / 360: eight sectors of alternating colours."""
+    """u of a cylinder is angle / 360: eight sectors of alternating colors."""
     checker = co.matte(co.Checker((1, 1, 1), (0, 0, 0), scale=(1 / 8, 10)))
     tube = co.Body(co.Cylinder((0, 0, 0), (0, 0, 5), 1, 0, 360, (1, 0, 0)), checker)
     for k in range(8):

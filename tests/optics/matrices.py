@@ -1,4 +1,4 @@
-"""First-order optics by 2 × 2 matrices of (y, n u), written for the tests alone: shares nothing with the package."""
+"""First-order optics by 2 × 2 matrices of (y, n u), for the tests alone, without code of the package."""
 
 import math
 
@@ -6,7 +6,7 @@ import numpy as np
 
 
 def first_order(rows):
-    """efl, bfl, ffl, and the z of the foci and principal planes, from (radius, thickness, index or "mirror")."""
+    """Return efl, bfl, ffl, and the z of the foci and principal planes, from (radius, thickness, index or "mirror")."""
     total, before, side, vertices = np.eye(2), 1.0, 1, [0.0]
     for k, (radius, thickness, medium, *_) in enumerate(rows):
         if medium == "mirror":

@@ -1,4 +1,4 @@
-"""n_d and V_d as the makers print them beside the coefficients: name, n_d, V_d."""
+"""n_d and V_d from the makers' sheets, beside the coefficients: name, n_d, V_d."""
 
 PRINTED = """
 BACD16 1.62041 60.34

@@ -1,4 +1,4 @@
-"""Lens prescriptions as they were published, with the focal lengths that their sources print.
+"""Published prescriptions of lenses, with the focal lengths that their sources print.
 
 Rows: radius, thickness, refractive index behind it (1 is air, "mirror" reflects), and for conics the constant.
 """
@@ -18,10 +18,10 @@ class Published:
     aperture: float
     source: str
     printed: dict[str, str] = field(default_factory=dict)
-    """efl, bfl (from the last vertex), ffl (from the first), with the digits that the source prints (nine at most)."""
+    """efl, bfl (from the last vertex), ffl (from the first), with the printed digits (nine at most)."""
     stop: int = 0
     rounded: float = 0.0
-    """By how much the indices may differ from those that the source had when it printed: their last digit's half."""
+    """Half the last digit of the indices, which may differ so much from those of the source's own computation."""
 
 
 LENSES = {

@@ -1,4 +1,4 @@
-"""Glass: catalogues, Fresnel's formulas, and which side a ray is on."""
+"""Glass: catalogues, Fresnel's formulas, and the bodies on both sides of a hit."""
 
 import math
 import pickle
@@ -11,7 +11,7 @@ from conicoid.render.bsdf.registry import lower_materials
 
 from .printed import PRINTED
 
-# --- Refractive indices by wavelength: the catalogue against what its makers print, and materials that have them
+# --- Refractive indices by wavelength: the catalogue against the makers' sheets, and materials of the catalogue
 
 ROWS = [line.split() for line in PRINTED.strip().split("\n")]
 
@@ -101,7 +101,7 @@ def test_pictures_take_n_d_and_the_slope_between_blue_and_red():
     sf11 = co.optics.glass("N-SF11")
     assert rows["index"][0] == sf11.n_d
     assert rows["index"][3] == 1.5
-    # by Cauchy's formula with it, the Abbe number is that of the catalogue
+    # Cauchy's formula with it gives the Abbe number of the catalogue
     assert rows["dispersion"][0] * (0.4861327**-2 - 0.6562725**-2) == pytest.approx(
         (sf11.n_d - 1) / sf11.abbe_number, rel=1e-12
     )
@@ -119,7 +119,7 @@ def test_pictures_take_n_d_and_the_slope_between_blue_and_red():
     ],
 )  # fmt: skip
 def test_a_formula_without_an_index_is_refused(formula):
-    """At 0.5 μm these are roots of numbers below 0, poles, or below 0; they were NaN, inf and -1.5 in films."""
+    """At 0.5 μm these are roots of numbers below 0, poles, or below 0. Films had NaN, inf and -1.5."""
     message = "index must be n > 0, or n .* got (nan|-?inf|-1.5)"
     for call in (formula, lambda w: co.optics.Coating([(formula, 0.1)]).at(w)):
         with pytest.raises(ValueError, match=f"{type(formula).__name__}: {message}"):
@@ -146,7 +146,7 @@ COS = np.cos(np.linspace(0, 1.5, 31))
 
 
 def film(w, cos, n0, n, d, ns, p):
-    """Airy's sum over the beams in one film: r = (a + b e) / (1 + a b e), e = exp(2iδ), by hand from two walls."""
+    """Return Airy's sum over the beams in one film: r = (a + b e) / (1 + a b e), e = exp(2iδ), by hand from two walls."""
     sine = n0 * np.sqrt(1 - cos**2)
     c1, c2 = np.sqrt(1 - (sine / n) ** 2 + 0j), np.sqrt(1 - (sine / ns) ** 2 + 0j)
 
@@ -305,7 +305,7 @@ def test_wavelengths_in_nanometres_are_refused():
             table()
 
 
-# --- hits.before and hits.after: which body a ray is in on both sides of a wall
+# --- hits.before and hits.after: the body that holds a ray on both sides of a wall
 
 
 SOLIDS = [
@@ -330,7 +330,7 @@ BLOCKS = [  # with walls in common, as parts of one body and of several
 
 @pytest.mark.parametrize("look", [None, co.glass(1.4)])
 def test_between_two_walls_a_ray_is_in_one_body(look):
-    """After each wall, and before the next one, it is in the body that holds the point midway."""
+    """After each wall, and before the next one, the ray is in the body that holds the point midway."""
     rng = np.random.default_rng(7)
     strewn = [
         [shape.rotate(rng.normal(size=3), 360 * rng.random()).translate(rng.normal(0, 0.7, 3)) for shape in SOLIDS]

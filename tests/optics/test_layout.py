@@ -13,12 +13,12 @@ NAME = "{http://www.w3.org/2000/svg}"
 
 
 def paths_of(layout):
-    """The path data of each body."""
+    """Return the path data of each body."""
     return [path.get("d") for path in ET.fromstring(layout.svg).iter(NAME + "path")]
 
 
 def samples(d, count=40):
-    """Points (n, 2) of a path, (z, y) with y up: a small evaluator of the commands M L A Q C Z."""
+    """Return points (n, 2) of a path, (z, y) with y up, by a small evaluator of the commands M L A Q C Z."""
     tokens = re.findall(r"[MLAQCZ]|[-+]?[\d.]+(?:e[-+]?\d+)?", d)
     points, at, start, i = [], np.zeros(2), np.zeros(2), 0
 
@@ -57,7 +57,7 @@ def samples(d, count=40):
 
 
 def arc(start, end, rx, ry, sweep, u):
-    """SVG 2, appendix B.2.4, for the small arc of an ellipse in the frame of its axes."""
+    """Evaluate the small arc of an ellipse in the frame of its axes, by SVG 2, appendix B.2.4."""
     a, b = start / (rx, ry), end / (rx, ry)
     half, middle = (b - a) / 2, (a + b) / 2
     rest = math.sqrt(max(0.0, 1 - half @ half))
@@ -82,7 +82,7 @@ SOLIDS = {
 
 @pytest.mark.parametrize("name", SOLIDS)
 def test_a_drawn_curve_is_the_section(name):
-    """Every point of the path lies on the solid's surface: a little inside of it is glass, a little outside none."""
+    """Every point of the path is on the solid's surface: glass is a little inside of it, and none a little outside."""
     scene = co.Scene([co.Body(SOLIDS[name], co.glass())])
     drawing = co.optics.layout(scene)
     assert drawing.omissions == ()

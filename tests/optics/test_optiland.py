@@ -27,7 +27,7 @@ RAYS = 3000
 
 
 def scene(z, radius=5.0, detector=60.0):
-    """A source of parallel light at z = -20, and a detector, behind which nothing stands."""
+    """Return a source of parallel light at z = -20, and a detector, behind which nothing stands."""
     made = NSQScene()
     spectrum = Spectrum.monochromatic(0.5876)
     made.add_source("sun", CoordinateSystem(z=-20), CollimatedSourceConfig(spectrum=spectrum, aperture_radius=radius))
@@ -41,21 +41,21 @@ def scene(z, radius=5.0, detector=60.0):
 
 
 def landed(result):
-    """Where rays met the screen, by their number."""
+    """Return the places of rays on the screen, by the numbers of the rays."""
     rays = result.detectors["screen"]
     order = np.lexsort((np.asarray(rays.y), np.asarray(rays.x)))
     return np.column_stack([np.asarray(rays.x), np.asarray(rays.y)])[order], np.asarray(rays.flux)[order]
 
 
 def both(made, **options):
-    """The same simulation, its random numbers too, by Optiland alone and by Conicoid."""
+    """Run one simulation, with its random numbers, by Optiland alone and by Conicoid."""
     theirs = made.trace(RAYS, seed=7, backend=NumpyBackend(seed=7), **options)
     ours = made.trace(RAYS, seed=7, backend=co.optics.OptilandBackend(seed=7), **options)
     return theirs, ours
 
 
 def same(theirs, ours):
-    """The totals, to rounding: the two differ in the last bits of where a ray is."""
+    """Compare the totals to rounding: the two differ in the last bits of places of rays."""
     for name in (
         "total_flux_in",
         "total_flux_detected",
@@ -91,7 +91,7 @@ def test_a_doublet_and_a_mirror_of_optilands_are_traced_alike():
 
 
 def test_a_lens_written_for_optiland_is_equal():
-    """One closed solid in place of three surfaces."""
+    """One closed solid stands in place of three surfaces."""
     built, message = scene(50), scene(50)
     built.add_lens("lens", CoordinateSystem(z=3), LensConfig(50, -60, 6, "N-BK7", 10))
     message.add_component(
@@ -103,7 +103,7 @@ def test_a_lens_written_for_optiland_is_equal():
 
 
 def test_booleans_that_optiland_refuses():
-    """A ball lens with a bore: outside of the bore rays go as through the ball, inside of it straight on."""
+    """A ball lens has a bore. Outside of it rays go as through the ball, and inside of it straight on."""
     with pytest.raises(NotImplementedError):
         Volume.difference()
     with pytest.raises(NotImplementedError):
@@ -128,7 +128,7 @@ def test_booleans_that_optiland_refuses():
 
 
 def test_no_light_leaks_between_three_touching_parts():
-    """Half a ball on a plate, flush: their union is one body, the shared wall is no surface."""
+    """Half a ball stands on a plate, flush. Their union is one body, and the shared wall is not a surface."""
     made = scene(30, radius=3, detector=200)
     dome = (co.Sphere(6) & co.HalfSpace((0, 0, 1), 0)) | co.Cylinder((0, 0, 0), (0, 0, 2), 6)
     made.add_component("dome", co.optics.optiland_component(dome, "N-BK7"))
@@ -139,7 +139,7 @@ def test_no_light_leaks_between_three_touching_parts():
 
 
 def test_light_from_within_and_thin_walls():
-    """A source in a hollow ball that is thinner than the 1e-9 by which Optiland tells the start of a ray from a hit."""
+    """A source is in a hollow ball thinner than 1e-9, by which Optiland distinguishes a ray's start from a hit."""
     made = NSQScene()
     made.add_source(
         "spark", CoordinateSystem(), PointSourceConfig(spectrum=Spectrum.monochromatic(0.5876), half_angle_deg=30)
@@ -149,7 +149,7 @@ def test_light_from_within_and_thin_walls():
     made.add_component("shell", co.optics.optiland_component(shell, "N-BK7"))
     result = made.trace(500, seed=1, backend=co.optics.OptilandBackend(seed=1))
     rays = result.detectors["screen"]
-    # Straight through, as the walls are parallel: x / z is that of the direction.
+    # Straight through, because the walls are parallel: x / z is that of the direction.
     assert np.asarray(rays.x) == pytest.approx(30 * np.asarray(rays.L) / np.asarray(rays.N), abs=1e-7)
     assert result.total_flux_detected > 0.8
     assert result.diagnostics.medium_stack_underflows == 0

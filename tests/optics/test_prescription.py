@@ -63,7 +63,7 @@ def test_a_function_of_the_wavelength():
 
 
 def test_light_may_come_back_through_a_lens():
-    """A concave mirror, and a cemented lens on the way back: thicknesses below 0."""
+    """A concave mirror sends light back through a cemented lens: thicknesses are below 0."""
     rows = [
         dict(radius=-400, thickness=-150, medium="mirror", diameter=60),
         dict(radius=-120, thickness=-5, medium=1.6, diameter=30),
@@ -84,7 +84,7 @@ def test_light_may_come_back_through_a_lens():
 
 @pytest.mark.parametrize("field", [0, 1.5])
 def test_a_paraboloid_has_no_spherical_aberration(field):
-    """On the axis all rays meet in the focus; off it the chief ray of a stop at the mirror goes to f tan(field)."""
+    """On the axis all rays meet in the focus. Off it the chief ray of a stop at the mirror goes to f tan(field)."""
     f = 200.0
     system = co.optics.prescription(
         [dict(radius=-2 * f, thickness=-f, medium="mirror", conic=-1, diameter=80 + 4 * field, stop=True)], 80
@@ -98,7 +98,7 @@ def test_a_paraboloid_has_no_spherical_aberration(field):
 
 
 def test_a_classical_cassegrain_is_sharp():
-    """Paraboloid, and a hyperboloid of k = -((m + 1) / (m - 1))² with both foci in place: m is the magnification."""
+    """A paraboloid and a hyperboloid of k = -((m + 1) / (m - 1))² have both foci in place; m is the magnification."""
     f, m, back = 500.0, 4.0, 100.0
     p = (f + back) / (m + 1)  # from the secondary to the focus of the primary; m p behind it lies the image
     rows = [
@@ -132,7 +132,7 @@ def test_the_errors_of_a_spherical_mirror():
 
 
 def test_edges_and_stops_take_light():
-    """A beam twice as wide as the opening: a quarter of it gets through."""
+    """The beam is twice as wide as the opening: a quarter of it passes."""
     rows = [dict(thickness=20, diameter=8, stop=True), (80, 3, 1.5, 30), (-80, 70, 1, 30)]
     system = co.optics.prescription(rows, 16)
     assert [body.name for body in system.bodies] == ["stop", "lens 1"]
@@ -144,7 +144,7 @@ def test_edges_and_stops_take_light():
 
 
 def test_the_optical_path_to_an_image_is_one():
-    """From afar to the focus of a plano-hyperbolic lens (k = -n²), all paths are equal: Fermat."""
+    """From infinity to the focus of a plano-hyperbolic lens (k = -n²) all paths are equal, by Fermat's principle."""
     n, f = 1.5, 60.0
     rows = [(INF, 5, n, 30), dict(radius=-(n - 1) * f, thickness=f, conic=-(n**2), diameter=30)]
     system = co.optics.prescription(rows, 26)
@@ -159,7 +159,7 @@ def test_the_optical_path_to_an_image_is_one():
 
 
 def test_a_ball_in_the_way_of_followed_rays():
-    """n = 2: a ball lens focuses rays near the axis on its back."""
+    """With n = 2 a ball lens focuses rays near the axis on its back."""
     ball = co.Scene([co.Body(co.Sphere(10), co.glass(2.0))])
     points = co.optics.cardinal_points(ball)
     assert points.focal_length == pytest.approx(10, rel=1e-8)
@@ -184,7 +184,7 @@ def test_followed_rays_are_absorbed_reflected_and_let_through():
 
 
 def test_a_prescription_is_a_value():
-    """Equal by what it says, pickled, and its scene saved and read again."""
+    """Prescriptions are equal by their contents, can be pickled, and their scenes saved."""
     import pickle
 
     made = [
@@ -197,7 +197,7 @@ def test_a_prescription_is_a_value():
 
 
 def test_no_module_hides_a_function():
-    """A module is an attribute of its package once it is imported, and a public name must not be one's."""
+    """An imported module becomes an attribute of its package, and must not have a public name."""
     import pkgutil
 
     import conicoid.apps.optics
@@ -262,14 +262,14 @@ def system_of(name):
 
 
 def last_digit(text):
-    """Half a unit of the last digit of a printed number."""
+    """Return half a unit of the last digit of a printed number."""
     digits, _, power = text.partition("E")
     decimals = len(digits.partition(".")[2])
     return 0.5 * 10.0 ** (int(power or 0) - decimals)
 
 
 def slack(lens, what):
-    """By how much the quantity may differ as the indices are rounded: to first order, all of them the wrong way."""
+    """Return the change of the quantity by rounded indices: to first order, all of them in the worst direction."""
     found = 0.0
     for i, row in enumerate(lens.rows):
         if lens.rounded and row[2] not in (1, "mirror"):
@@ -303,7 +303,10 @@ LENSES_OF_GLASS = [name for name, lens in LENSES.items() if all(row[2] != "mirro
 
 @pytest.mark.parametrize("name", LENSES_OF_GLASS)
 def test_the_scene_alone_gives_the_same_rays(name):
-    """Without the prescription: bodies and refractive indices of materials. The stop is left out, it has no index."""
+    """The scene holds bodies and refractive indices of materials, without the prescription.
+
+    The stop has no index and is left out.
+    """
     system = system_of(name)
     glass = co.Scene([body for body in system.bodies if body.name != "stop"])
     points = co.optics.cardinal_points(glass)
@@ -326,7 +329,7 @@ def test_at_least_ten_are_compared_with_a_printed_focal_length():
     assert sum("efl" in lens.printed for lens in LENSES.values()) >= 10
 
 
-# --- The prism of the examples: its picture, small, and its least deviation by light itself
+# --- The prism of the examples: its picture, small, and its least deviation by light
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 
@@ -342,7 +345,7 @@ def test_the_picture_has_all_colours(prism):
     pixels = prism.picture(None, 0.25).pixels
     assert np.isfinite(pixels).all()
     bright = pixels[pixels.max(axis=2) > 0.3]
-    for channel in range(3):  # somewhere each is the brightest by far
+    for channel in range(3):  # each channel is the brightest somewhere by far
         others = np.delete(bright, channel, axis=1).max(axis=1)
         assert (bright[:, channel] > 1.5 * others).any()
 
@@ -356,7 +359,7 @@ def test_the_beam_is_turned_by_the_least_deviation(prism):
     assert turned == pytest.approx(np.full(prism.ACROSS, prism.least_deviation(0.53)), abs=1e-10)
 
 
-@pytest.mark.parametrize("diameter", [None, 20])  # a wall of 20 is hit by what stands in for a lost ray
+@pytest.mark.parametrize("diameter", [None, 20])  # the stand-in for a lost ray would hit a wall of 20
 def test_rays_that_are_lost_on_the_way_stay_lost_without_obstructions(diameter):
     system = co.optics.prescription([(50, 6, 1.5, diameter), (-50, 40, None, diameter)], 10)
     rays = co.Rays([(0, 1, -10), (0, 500, -10), (0, 80, -10), (0, -1, -10)], [(0, 0, 1)] * 4)

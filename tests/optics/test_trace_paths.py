@@ -9,7 +9,7 @@ import conicoid as co
 
 
 def balanced(paths, within=1e-12):
-    """Every bit of light is somewhere; returns the sums."""
+    """Check that no light is lost, and return the sums."""
     found = paths.balance()
     parts = found.escaped, found.in_media, found.at_walls, found.truncated
     assert sum(parts) == pytest.approx(found.emitted, rel=within)
@@ -17,7 +17,7 @@ def balanced(paths, within=1e-12):
 
 
 def followed(paths, *mirrored):
-    """The segments whose path was mirrored (True) and refracted (False) so, at every wall from the first on."""
+    """Return the segments whose path was mirrored (True) and refracted (False) in this order, from the first wall on."""
     rows = np.flatnonzero(paths.level == 0)
     for how in mirrored:
         rows = np.flatnonzero(np.isin(paths.parent, rows) & (paths.mirrored == how))
@@ -25,7 +25,7 @@ def followed(paths, *mirrored):
 
 
 def turned(paths, rows):
-    """By how many degrees segments are turned against their rays."""
+    """Return the angles in degrees between segments and their rays."""
     begun = paths.direction[np.argsort(paths.ray[paths.level == 0])][paths.ray[rows]]
     return np.degrees(np.arccos(np.clip((begun * paths.direction[rows]).sum(1), -1, 1)))
 
@@ -34,7 +34,7 @@ def turned(paths, rows):
 
 
 def prism(angle, glass):
-    """A prism with its edge along z at the origin, opening downwards, and its half angle to both sides of -y."""
+    """Return a prism with its edge along z at the origin, opening downwards, and its half angle to both sides of -y."""
     half = math.radians(angle) / 2
     c, s = math.cos(half), math.sin(half)
     walls = [(c, s, 0), (-c, s, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)]
@@ -69,7 +69,7 @@ def test_a_corner_cube_returns_light_by_total_reflection():
     back = followed(paths, False, True, True, True, False)
     assert len(back) == 50
     assert turned(paths, back) == pytest.approx(np.full(50, 180), abs=1e-5)
-    # nothing is lost in the three total reflections
+    # the three total reflections lose nothing
     within = followed(paths, False, True, True, True)
     assert paths.weight[within] == pytest.approx(paths.weight[followed(paths, False)][paths.ray[within]], rel=1e-15)
     balanced(paths)
@@ -87,7 +87,7 @@ DOWN = co.Rays((0.1, 0.2, 5), (0, 0, -1))
 
 @pytest.mark.parametrize("absorption", [0.0, 0.7])
 def test_a_plate_passes_the_sum_of_its_beams(absorption):
-    # Without interference, and with Beer's law within: T = (1 - R)² e / (1 - R² e²), e = exp(-α d)
+    # Without interference, and with Beer's law inside: T = (1 - R)² e / (1 - R² e²), e = exp(-α d)
     fade, share = math.exp(-absorption * 2.5), 0.04
     paths = co.optics.trace_paths(slab(co.glass(1.5, absorption=absorption), 2.5), DOWN, depth=60)
     out = paths.escaped & (paths.direction[:, 2] < 0)
@@ -97,7 +97,7 @@ def test_a_plate_passes_the_sum_of_its_beams(absorption):
 
 
 def test_a_complex_index_absorbs_in_the_unit_of_the_scene():
-    """Without `unit`, scenes of one plate in two units absorb the same; that is a millimetre where none is stated."""
+    """Scenes of one plate in all units absorb alike. A scene without a unit has millimetres."""
     glass, found = co.glass(1.5 + 1e-5j), {}
     for unit, depth in ((None, 0.2), ("mm", 0.2), ("cm", 0.02), ("m", 0.2e-3), ("in", 0.2 / 25.4)):
         scene = slab(glass, depth).replace(unit=unit)
@@ -124,7 +124,7 @@ def test_mirrors_panes_and_opaque_bodies():
 
 
 def nested():
-    """A ball of glass in a shell in water with an opaque floor that the water stands on, and a bubble."""
+    """Return a ball of glass in a shell in water on an opaque floor, and a bubble."""
     return co.Scene([
         co.Body(co.Sphere(0.4, (0.2, 0, 0)), co.glass(1.0)), co.Body(co.Sphere(1), co.glass("N-SF11")),
         co.Body(co.Sphere(1.5), co.glass(1.6, absorption=0.05)), co.Body(co.Box((-3, -3, -3), (3, 3, 3)), co.glass("water")),
@@ -180,7 +180,7 @@ def test_weak_light_is_not_followed():
 
 
 def test_an_ellipse_brings_light_from_one_focus_to_the_other_by_equal_ways():
-    # half axes 5, 3: foci at ±4, every way is 10
+    # half axes 5, 3: foci at ±4, every path is 10
     rng = np.random.default_rng(0)
     scene = co.Scene([co.Body(co.Ellipsoid((5, 3, 3)), co.mirror(1.0))])
     paths = co.optics.trace_paths(scene, co.Rays((-4, 0, 0), rng.normal(size=(100, 3))), depth=1)

@@ -12,7 +12,7 @@ from ..command_line import run
 from .matrices import first_order
 from .zemax_text import file
 
-# --- Zemax lens files: what they say comes out, what cannot be had is refused with its line, and nothing hostile hurts
+# --- Zemax lens files: their values arrive, refusals name the line, and hostile files do no harm
 
 BK7 = "X-BK7 0 0 1.5168 64.17 0 0 0 0 0 0"
 SINGLET = [
@@ -42,7 +42,7 @@ def test_a_singlet(tmp_path):
 
 
 def test_a_telescope_of_conics():
-    """Handbook of Optics II, chapter 18: the numbers are those of its Cassegrain."""
+    """Handbook of Optics II, chapter 18, has the numbers of its Cassegrain."""
     c1, c2 = -2.187226596675415774e-2, -5.208333333333333565e-2
     mirror = "MIRROR 0 0 1.5 40 0 0 0 0 0 0"
     text = file(
@@ -83,7 +83,7 @@ def test_the_aperture_of_a_stop_and_a_near_object():
 
 
 def _to(rows, thickness):
-    """The matrix from the first surface of the singlet to a plane behind it."""
+    """Return the matrix from the first surface of the singlet to a plane behind it."""
     import numpy as np
 
     n = 1.5168
@@ -115,7 +115,7 @@ def test_catalogues_of_glasses(tmp_path):
         # Some makers break the line of coefficients
         row = row if number % 2 else " \r\n".join(row.rsplit(" ", 2))
         lines += [f"NM G{number} {number}.0 517642.251 1.5 60.0 0 1", "GC a comment", f"CD {row}", "LD 0.3 2.5"]
-    lines += ["NM G2 1 0 1.5 60 0", "CD 9 0 0 0 0 0"]  # the first of a name counts
+    lines += ["NM G2 1 0 1.5 60 0", "CD 9 0 0 0 0 0"]  # the first entry of a name counts
     lines += ["NM POLE 4", "CD 0.3 1.0 0.1 0.02"]  # without its last number formula 4 ends in B / λ²
     (tmp_path / "all.agf").write_text("\r\n".join(lines), encoding="utf-16")
     glasses = co.optics.load_agf(tmp_path / "all.agf")
@@ -127,7 +127,7 @@ def test_catalogues_of_glasses(tmp_path):
         assert (found.name, found.source, found.range) == (f"G{number}", "all.agf", (0.3, 2.5))
         with pytest.raises(ValueError, match=r"wavelength must be in \[0.3, 2.5\]"):
             found(3.0)
-    # A lens file takes it by every door
+    # Every reader takes a lens file
     (tmp_path / "lens.zmx").write_text(file([SINGLET[0] | dict(glass="g8 0 0 1.5 40 0 0 0"), SINGLET[1]], waves=(W,)))
     given = co.optics.load_zmx(tmp_path / "lens.zmx", glasses=tmp_path / "all.agf")
     assert given.media[1].index(W) == pytest.approx(AGF[8][1], rel=1e-14)
@@ -173,7 +173,7 @@ def test_mistakes_of_catalogues(text, message, tmp_path):
 
 @pytest.mark.parametrize("ends", ["0 0", "0.0 2.5", "0.4 0"])
 def test_a_range_of_0_in_a_catalogue_is_none(ends, tmp_path):
-    """One such glass must not refuse all others."""
+    """One such glass must not make all others unreadable."""
     (tmp_path / "some.agf").write_text(f"NM A 1 0 1 1\nCD 1\nLD {ends}\nNM B 1 0 1 1\nCD 1\nLD 0.3 2.5\n")
     glasses = co.optics.load_agf(tmp_path / "some.agf")
     assert (glasses["A"].range, glasses["B"].range) == (None, (0.3, 2.5))
@@ -272,7 +272,7 @@ def test_files_that_are_none(tmp_path):
 
 
 def mutated(text, rng):
-    """A file with some of its words, lines and characters changed."""
+    """Return a file with some of its words, lines and characters changed."""
     lines = text.splitlines()
     for _ in range(rng.randint(1, 4)):
         i = rng.randrange(len(lines))
@@ -298,7 +298,7 @@ def mutated(text, rng):
 
 
 def broken(count, seed):
-    """Mutated files: each is read, or refused with a message of its own."""
+    """Check mutated files: each is read, or refused with a message of its own."""
     rng = random.Random(seed)
     mirror = "MIRROR 0 0 1.5 40 0"
     texts = [
@@ -329,7 +329,7 @@ def test_two_thousand_mutated_files():
     assert broken(2000, seed=2) > 200
 
 
-# --- `co.load` knows a Zemax lens file by what is in it, and gives the scene of its lenses
+# --- `co.load` recognizes a Zemax lens file by its content, and returns the scene of its lenses
 
 
 @pytest.mark.parametrize("name", ["lens.zmx", "lens.txt"])
@@ -354,7 +354,7 @@ def test_omissions_are_refused_on_request(tmp_path):
 
 
 def test_glasses_of_the_catalogue_are_known_by_name():
-    """Schott's own n_d of N-BK7 is 1.51680; what a file says of index and Abbe number is not needed then."""
+    """Schott's own n_d of N-BK7 is 1.51680. The index and Abbe number of a file are not needed then."""
     rows = [SINGLET[0] | dict(glass="N-BK7 0 0 1.5 40 0 0 0"), SINGLET[1]]
     system = co.optics.read_zmx(file(rows))
     assert system.media[1].index(0.5875618) == pytest.approx(1.51680, abs=5e-6)
@@ -364,7 +364,7 @@ def test_glasses_of_the_catalogue_are_known_by_name():
     )
 
 
-# --- What a file says is read or named
+# --- Every entry of a file is read or named
 
 
 def _without_indents(text):
@@ -372,7 +372,7 @@ def _without_indents(text):
 
 
 def test_lines_that_are_not_indented_belong_to_their_surface():
-    """Copies from pages lose the blanks, which were the only sign of a surface's lines."""
+    """Copies from pages lose the blanks, which alone mark a surface's lines."""
     text = file(SINGLET, waves=(0.5876,)) + "TOL TOFF 0 0\nMNUM 1 1\nMOFF 0 1\nEFFL 3 1 0\n"
     plain = co.optics.read_zmx(_without_indents(text))
     assert plain == co.optics.read_zmx(text)
@@ -409,7 +409,10 @@ def test_fields_beside_the_y_axis():
     [(2, (0, 5), None), (3, (0, 5), "real heights"), (4, (0,), "type 4"), (1, (0,), "type 1"), (7, (0,), "type 7")],
 )
 def test_kinds_of_fields_of_far_objects(kind, fields, omission):
-    """An image of height f tan(angle), f = R / (n - 1) of a plano-convex lens; a theodolite's angles (4) are no heights."""
+    """An image has the height f tan(angle), f = R / (n - 1) of a plano-convex lens.
+
+    A theodolite's angles (4) are not heights.
+    """
     height = 100 / 0.5 * math.tan(math.radians(5))
     lens = [
         dict(curvature=0.01, thickness="4", glass="X 1 0 1.5 0", semi=9, more=["STOP"]),
@@ -422,7 +425,7 @@ def test_kinds_of_fields_of_far_objects(kind, fields, omission):
 
 
 def test_both_kinds_of_apertures_of_near_objects():
-    """A half angle in degrees, and the f-number of the rays that leave, from matrices of the tests."""
+    """The values are a half angle in degrees, and the f-number of the rays behind, from matrices of the tests."""
     near = file(SINGLET, aperture="OBNA 2 1").replace("DISZ INFINITY", "DISZ 120")
     system = co.optics.read_zmx(near)
     assert system.aperture == pytest.approx(2 * 120 * math.tan(math.radians(2)), rel=1e-12)
@@ -476,7 +479,7 @@ def test_a_file_without_bodies_is_reported():
      ("SILICA", 1.45846), ("silica", 1.45846), ("CAF2", 1.43385), ("MGF2", 1.37774), ("caf2", 1.43385)],
 )  # fmt: skip
 def test_other_names_of_glasses(name, index):
-    """n_d of the makers' sheets; of fused silica and CaF2 by Malitson, of MgF2's ordinary ray by Dodge."""
+    """n_d is from the makers' sheets, for fused silica and CaF2 from Malitson, for MgF2's ordinary ray from Dodge."""
     system = co.optics.read_zmx(file([SINGLET[0] | dict(glass=f"{name} 0 0 1.5 40 0 0 0"), SINGLET[1]]))
     assert system.media[1].index(0.5875618) == pytest.approx(index, abs=1e-5)
     assert f"{name} by the formula of" in system.omissions[0]

@@ -1,4 +1,4 @@
-"""Lens files in the form of Zemax, written for the tests."""
+"""Lens files in the form of Zemax, for the tests."""
 
 SYSTEM = """VERS 140124 258 36214 L36214
 MODE SEQ
@@ -15,7 +15,7 @@ PWAV {primary}
 
 
 def surface(number, curvature=0.0, thickness="0", glass=None, conic=None, semi=0.0, more=(), kind="STANDARD"):
-    """The lines of one surface."""
+    """Return the lines of one surface."""
     lines = [f"SURF {number}", f"  TYPE {kind}", f'  CURV {curvature!r} 0 0 0 0 ""', "  HIDE 0 0 0 0 0 0 0 0 0 0"]
     lines += [f"  {line}" for line in more]
     lines += [f"  DISZ {thickness}"]
@@ -25,7 +25,7 @@ def surface(number, curvature=0.0, thickness="0", glass=None, conic=None, semi=0
 
 
 def file(surfaces, aperture="ENPD 10", kind=0, heights=(0,), waves=(0.5875618,), primary=1, name="a lens"):
-    """A whole file of surfaces that have no numbers yet: a list of keyword arguments for each, the lens alone."""
+    """Return a whole file of surfaces: a list of keyword arguments for each, for the lens alone."""
     lines = "\n".join(f"WAVM {i} {wave} 1" for i, wave in enumerate((*waves, 0.55, 0.55), 1))
     head = SYSTEM.format(name=name, aperture=aperture, kind=kind, fields=len(heights), waves=len(waves), primary=primary,
                          heights=" ".join(map(str, heights)), wave_lines=lines)  # fmt: skip

@@ -1,4 +1,4 @@
-"""What is drawn over pictures is where it belongs, and nothing else changes."""
+"""Overlays are at the right places in pictures, and leave all other pixels."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ PLAIN = SCENE.render(**SIZE).pixels
 
 
 def _changed(**options: bool) -> np.ndarray:
-    """(height, width): which pixels are drawn on. The others are the same to the bit."""
+    """Return, as (height, width), which pixels the overlay covers, and check that the others are the same to the bit."""
     drawn = SCENE.render(**SIZE, **options).pixels
     assert drawn.dtype == np.float32
     return (drawn != PLAIN).any(axis=2)
@@ -40,7 +40,7 @@ def test_an_empty_overlay_changes_no_pixel():
 
 
 def test_axes_are_where_the_camera_projects_them():
-    """30 pixels are a unit; x runs from the middle to the right, y up, both in their colour."""
+    """30 pixels are a unit. x runs from the middle to the right, y up, both in their color."""
     drawn = SCENE.render(**SIZE, axes=True).pixels
     x, y = drawn[90, 120:165], drawn[62:90, 120]
     assert (x.argmax(axis=1) == 0).mean() > 0.8  # the number at 1 is beside the axis
@@ -69,7 +69,7 @@ def test_names_go_where_most_of_the_body_is():
 
 
 def test_normals_point_outward():
-    """Seen from above, arrows on a ball lead away from its middle: none is drawn beyond their length."""
+    """From above, arrows on a ball point away from its middle, and none is longer than its length."""
     sizes = SIZE | dict(width=480, height=360)
     drawn = SCENE.render(**sizes, normals=True).pixels != SCENE.render(**sizes).pixels
     rows, columns = np.nonzero(drawn.any(axis=2))

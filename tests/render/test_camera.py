@@ -1,4 +1,4 @@
-"""Cameras: angles, orientation, refusals, the one that fits a scene; lenses by their formulas; and back by `project`."""
+"""Cameras: angles, orientation, refusals, the one that fits a scene; lenses by formulas; and the inverse `project`."""
 
 import dataclasses
 import math
@@ -110,14 +110,15 @@ def test_the_extent_of_unbounded_scenes_is_finite():
     assert (low < high).all()
 
 
-# --- Cameras beyond the pinhole, by their formulas: circles of confusion, panoramas, fisheyes; and back by `project`
+# --- Cameras beyond the pinhole, by their formulas: circles of confusion, panoramas, fisheyes; and the inverse
+# `project`
 
 
 WIDTH, HEIGHT = 81, 61
 
 
 def lens_rays(camera, x, y, count=2000):
-    """Rays through the middle of a pixel, (x, y), and many points of the lens: origins and directions."""
+    """Return origins and directions of rays through the middle of a pixel, (x, y), and many points of the lens."""
     pixel, view = int(y) * WIDTH + int(x), lower_view(camera, "box")
     (origins, directions), bad = np.empty((2, count, 3)), np.zeros(1, np.int8)
     for k, (a, b) in enumerate(np.random.default_rng(1).random((count, 2))):
@@ -127,7 +128,7 @@ def lens_rays(camera, x, y, count=2000):
 
 @pytest.mark.parametrize(("focus", "depth"), [(5.0, 5.0), (5.0, 2.0), (5.0, 9.0), (2.0, 30.0)])
 def test_the_circle_of_confusion(focus, depth):
-    """A point at depth z spreads over a disc of diameter A |1/F - 1/z| where the depth is 1."""
+    """A point at depth z covers a disc of diameter A |1/F - 1/z| where the depth is 1."""
     aperture = 0.4
     camera = co.Camera((0, 0, 0), (0, 1, 0), aperture=aperture, focus_distance=focus)
     at = (50.5, 20.5)
@@ -138,12 +139,12 @@ def test_the_circle_of_confusion(focus, depth):
     expected = aperture / 2 * abs(1 / focus - 1 / depth) * depth
     assert spread.max() <= expected + 1e-12
     assert spread.max() == pytest.approx(expected, rel=1e-2, abs=1e-12)
-    if expected:  # evenly spread: the mean square of the radius of a disc is R² / 2
+    if expected:  # uniform: the mean square of the radius of a disc is R² / 2
         assert (spread**2).mean() == pytest.approx(expected**2 / 2, rel=0.05)
 
 
 def through_the_middle(camera, at):
-    """Where the ray through the middle of the lens is at the depth 1, by the film's coordinates."""
+    """Return where the ray through the middle of the lens has the depth 1, by the film's coordinates."""
     half = math.tan(math.radians(camera.field_of_view / 2))
     return np.array([(2 * at[0] - WIDTH) / HEIGHT * half, 1.0, (HEIGHT - 2 * at[1]) / HEIGHT * half])
 
@@ -151,7 +152,7 @@ def through_the_middle(camera, at):
 def test_rays_of_a_lens_are_those_through_its_middle():
     sharp, soft = co.Camera((1, 2, 3), (0, 0, 0)), co.Camera((1, 2, 3), (0, 0, 0), aperture=0.3)
     assert (np.asarray(sharp.rays(7, 5).directions) == np.asarray(soft.rays(7, 5).directions)).all()
-    assert soft.optics[1][1] == pytest.approx(math.sqrt(14), rel=1e-15)  # in focus where it looks
+    assert soft.optics[1][1] == pytest.approx(math.sqrt(14), rel=1e-15)  # in focus at the target
 
 
 def test_points_of_a_disc_and_of_a_polygon_are_even():
@@ -243,7 +244,7 @@ CAMERAS = [
 @pytest.mark.parametrize("camera", [*CAMERAS, *FLAT_CAMERAS], ids=repr)
 @pytest.mark.parametrize(("width", "height"), [(31, 23), (4, 9)])
 def test_project_is_the_way_back(camera, width, height):
-    """From points on the rays of pixels to the middles of these; positions of 1e6 are rounded to 1e-10."""
+    """Points on the rays of pixels come back to the middles of these. Positions of 1e6 are rounded to 1e-10."""
     origins, directions = map(np.asarray, camera.rays(width, height))
     t = np.random.default_rng(0).uniform(0.5, 20, (height, width, 1))
     x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
@@ -266,7 +267,7 @@ def test_pictures_show_the_hits_of_camera_rays(camera):
     assert np.abs(pixels - expected).max() < 1e-6
 
 
-# --- Where points are seen: the other way round from the rays of a picture
+# --- Places of points in a picture: the inverse of its rays
 
 
 @pytest.mark.parametrize("camera", FLAT_CAMERAS)
@@ -278,7 +279,7 @@ def test_points_behind_the_camera_have_no_pixel(camera):
 
 
 def test_points_beside_the_picture_are_beyond_its_edges():
-    """A view from above, 4 high: a unit is half of 100 pixels, y is up."""
+    """The camera looks down from a height of 4: a unit is half of 100 pixels, y is up."""
     camera = co.OrthographicCamera((0, 0, 9), (0, 0, 0), height=4)
     assert camera.project((0, 0, 0), 200, 200).tolist() == [100, 100]
     assert camera.project([(4, 0, 0), (0, 4, 0)], 200, 200).tolist() == [[300, 100], [100, -100]]

@@ -1,4 +1,4 @@
-"""Pictures on a GPU that is emulated: the bits of the CPU, in pieces, and what stays on the CPU."""
+"""Pictures on an emulated GPU: the bits of the CPU, in pieces, and the parts that stay on the CPU."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ from ..engine.test_routes import crowded_scene
 from ..samples import deep, marked, sampled
 
 WIDTH, HEIGHT = 45, 37
-"""Both end within a square and a tile."""
+"""Width and height, which both end within a square and a tile."""
 
 
 @pytest.fixture(scope="module")
@@ -27,7 +27,7 @@ def kernels():
 
 @pytest.fixture
 def card(kernels, monkeypatch):
-    """The card of this process, which takes pictures in small pieces."""
+    """Return the card of this process, which takes pictures in small pieces."""
     emulated = Card(kernels)
     monkeypatch.setattr(nvidia_driver, "NvidiaDriver", lambda: emulated)
     monkeypatch.setattr(device_choice, "_devices", {})
@@ -55,7 +55,7 @@ def same_pictures(card, scene, integrator, samples=2, **options):
 
 
 def ball(k, material, radius=0.45):
-    """A ball in a row, the k-th of nine."""
+    """Return the k-th ball in a row of nine."""
     return co.Body(co.Sphere(radius, (k % 3 - 1, k // 3 - 1, 0.1 * (k % 2))), material)
 
 
@@ -74,7 +74,7 @@ LIGHTS = [
 
 
 def materials(lights=()):
-    """Nine balls of other surfaces each."""
+    """Return nine balls of different surfaces."""
     kinds = [
         co.phong((0.8, 0.2, 0.1)), co.metal(), co.glass(absorption=(0.1, 0.5, 0.9)), co.materials.gold(0.2), co.plastic("teal", 1.5, 0.1),
         co.glass(1.6, roughness=0.15, dispersion=0.02), co.Material(PICTURE, roughness=NOISE, bump=NOISE, bump_height=0.1),
@@ -85,7 +85,7 @@ def materials(lights=()):
 
 
 def lamps(background=(0.02, 0.03, 0.05)):
-    """Lamps of all kinds over matte, coated and clear things."""
+    """Return lamps of all kinds over matte, coated and clear bodies."""
     glow, corners = co.glow((3, 2.5, 2)), [(-2, -1, 2), (-1, -1.2, 2.2), (-1, 0, 2), (-2, 0, 2)]
     bodies = [
         FLOOR, ball(0, co.matte((0.7, 0.5, 0.3))), ball(4, co.plastic("white")), ball(8, co.glass()), ball(2, co.metal()),
@@ -96,7 +96,7 @@ def lamps(background=(0.02, 0.03, 0.05)):
 
 
 def liquids():
-    """Media in media, walls that coincide, and fog about all."""
+    """Return media in media, coincident walls, and fog around all."""
     cup = co.Cylinder((0, 0, -0.6), (0, 0, 0.8), 0.9) - co.Cylinder((0, 0, -0.4), (0, 0, 0.9), 0.7)
     water = co.Cylinder((0, 0, -0.4), (0, 0, 0.4), 0.7)
     bodies = [
@@ -108,13 +108,13 @@ def liquids():
 
 
 def sky():
-    """An image of the surroundings as the only light."""
+    """Return an image of the surroundings as the only light."""
     image = np.random.default_rng(7).uniform(0, 1, (8, 16, 3)) ** 4
     return lamps(co.Environment(image)).replace(lights=[])
 
 
 def carved():
-    """A Boolean body of forty leaves."""
+    """Return a Boolean body of forty leaves."""
     r = np.random.default_rng(40)
     holes = [co.Sphere(0.3).translate(r.uniform(-1.1, 1.1, 3)) for _ in range(39)]
     body = co.Body(co.Difference([co.Box((-1, -1, -1), (1, 1, 1)), *holes]), co.lacquer("orange"))
@@ -175,7 +175,7 @@ def test_passes_layers_and_groups(card):
     assert steps[-1] == (steps[-1][1] // 40 * found.layers["samples"].max(), steps[-1][1])
     assert {name for name, _ in card.launches} == {"render_path_few", "render_albedo_few"}
     expected = scene.render(WIDTH, HEIGHT, 40, "path", noise=0.08, layers=["albedo", "samples", "error"], device="cpu")
-    assert expected.layers["samples"].min() < 40  # squares differ
+    assert expected.layers["samples"].min() < 40  # squares have different numbers
     for layer, values in expected.layers.items():
         assert found.layers[layer].tobytes() == values.tobytes(), layer
 
@@ -188,7 +188,7 @@ def test_a_shutter(card):
 
 
 def interrupt(card, monkeypatch, at):
-    """Let Ctrl-C come at one of the looks for what is done."""
+    """Let Ctrl-C come at one of the checks for finished work."""
     usual, calls = card.is_done, []
 
     def is_done(stream):
@@ -202,7 +202,7 @@ def interrupt(card, monkeypatch, at):
 
 @pytest.mark.parametrize("at", [5, 150, 400])
 def test_ctrl_c_loses_no_whole_sample(card, monkeypatch, tmp_path, at):
-    """The rest is computed on the CPU, or on the card, to the same bits."""
+    """The CPU or the card computes the rest, to the same bits."""
     scene, options = lamps(), dict(width=70, height=70, samples=20, integrator="path", resume=tmp_path / "film")
     expected = scene.render(**options | dict(resume=None), device="cpu")
     with monkeypatch.context() as once:
@@ -226,7 +226,7 @@ def test_progress_may_ask_the_card(card):
 
 
 def test_pictures_equal_those_of_the_cpu(card, monkeypatch):
-    """Deep trees of mirrored rays, many lights, bodies beyond the card's memory: the same pictures."""
+    """Deep trees of mirrored rays, many lights, and bodies beyond the card's memory have the same pictures."""
     lights = [co.PointLight((k, -3, 4), 0.02) for k in range(whitted.MOST_LIGHTS + 1)]
     for scene, depth in ((materials(LIGHTS), whitted.MOST_TURNS + 1), (materials(lights), 2)):
         options = dict(width=20, height=15, samples=4, integrator="whitted", depth=depth)
@@ -254,7 +254,7 @@ def test_which_device_renders(card, monkeypatch):
     "integrator", [name for name in INTEGRATORS if device_pictures._has_radiance(INTEGRATORS[name].module)]
 )
 def test_constants_are_those_that_kernels_take(integrator):
-    """As many numbers as the entry has, in its order: floats where it takes floats."""
+    """There are as many numbers as the entry has, in its order: floats where it takes floats."""
     scene, kind = materials(LIGHTS), INTEGRATORS[integrator]
     job = make_job(scene, 20, 15, 4, integrator, 0, 5, None)
     settings = Settings(4, 0, 5, lower_scene_light(scene, job.view, integrator))
@@ -271,11 +271,11 @@ def test_constants_are_those_that_kernels_take(integrator):
 
 
 def flat(value):
-    """The leaves of a tuple."""
+    """Return the leaves of a tuple."""
     return [leaf for each in value for leaf in flat(each)] if isinstance(value, tuple) else [value]
 
 
 @pytest.mark.parametrize("name", marked((name, name == "render_occlusion_few") for name in ptx.PARTS["pictures"]))
 def test_ptx_of_pictures(name):
-    """Each build of a wheel makes all; this is the one that takes least."""
+    """Each build of a wheel makes all kernels; this is the quickest one."""
     assert f".entry {name}(" in ptx_of(name, "pictures")

@@ -1,4 +1,4 @@
-"""Painted faces: what a ray sees of them in cuts, combinations and motions, straight and in pictures."""
+"""Painted faces: their colors in cuts, combinations and motions, for straight rays and in pictures."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ POCKET = co.Cylinder((0, 0, 0), (0, 0, 1), 1)
 
 
 def seen(shape, x=0.0, y=0.0, towards=(0, 0, -1)):
-    """The colour of a grey body along a ray through (x, y, 0) that comes from far away."""
+    """Return the color of a grey body along a far ray through (x, y, 0)."""
     there = np.array((x, y, 0.0))
     camera = co.OrthographicCamera(there - 20 * np.array(towards, dtype=float), there, up=(0.1, 1, 0.3), height=1e-9)
     scene = co.Scene([co.Body(shape, co.matte(GREY))], [co.AmbientLight(1)], camera, background=(1, 1, 1))
@@ -20,7 +20,7 @@ def seen(shape, x=0.0, y=0.0, towards=(0, 0, -1)):
 
 
 def on_the_wall(shape, turn, down=True):
-    """What a ray from above (or below) meets at radius 1, 0.8 below (or above) the middle, at an angle in degrees."""
+    """Return the hit of a vertical ray at radius 1, 0.8 beyond the middle, at an angle in degrees."""
     x, y = np.cos(np.radians(turn)), np.sin(np.radians(turn))
     return seen(shape, 0.6 * x, 0.6 * y, towards=(0.5 * x, 0.5 * y, -1 if down else 1))
 
@@ -117,7 +117,10 @@ def test_invalid_paint_is_refused():
 
 
 def test_light_through_a_painted_face_of_glass_takes_its_tint():
-    """A slab of index 1: its upper face tints, the lower one does not; a shadow ray met the body's own material on both."""
+    """The upper face of a slab of index 1 tints, and the lower one does not.
+
+    A shadow ray met the body's own material on both.
+    """
     tint = (1.0, 0.5, 0.25)
     clear, tinted = (
         co.Material("black", transparency=share, refractive_index=1.0, absorption=1e-9) for share in (1.0, tint)

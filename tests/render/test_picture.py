@@ -14,7 +14,7 @@ from conicoid.render.tiles import SIDE
 
 from ..compiled import compiled
 
-# --- Pictures: reproducible to the bit, true to the geometry, and errors that say what exists
+# --- Pictures: reproducible to the bit, true to the geometry, with errors that list the choices
 
 
 SCENE = co.Scene(
@@ -163,7 +163,7 @@ def test_samples_depend_on_seed_and_pixel_only():
     assert (samples(9) != samples(9, seed=1)).all()
 
 
-# --- Light by groups adds up to all light; previews tell how noisy they are
+# --- Light by groups adds up to all light; previews have an estimate of their noise
 
 
 WHITE, BLACK = (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)
@@ -215,7 +215,7 @@ def test_previews_report_their_noise():
 
 
 def test_previews_in_a_notebook(monkeypatch):
-    """One display, which is updated."""
+    """There is one display, which previews update."""
     display = pytest.importorskip("IPython.display")
     calls = []
 
@@ -230,7 +230,7 @@ def test_previews_in_a_notebook(monkeypatch):
 
 
 def test_previews_in_a_terminal(monkeypatch):
-    """Half blocks: the upper pixel is the colour of the character, the lower one what is behind it."""
+    """The upper pixel of a half block is the color of the character, and the lower one its background."""
     from rich.console import Console
 
     from conicoid.io.image_codecs import downsample, render_half_blocks

@@ -36,7 +36,7 @@ def test_an_even_slope_tilts_the_normal(integrator, height):
 
 @pytest.mark.parametrize("integrator", ["whitted", "path"])
 def test_a_sloped_mirror_reflects_by_its_slope(integrator):
-    """The sky is linear in √z; the ray that comes straight down goes on along 2 (n·z) n - z."""
+    """The sky is linear in √z. A ray straight down goes on along 2 (n·z) n - z."""
     n = np.array((-0.2, 0, 1)) / math.hypot(0.2, 1)
     z = 2 * n[2] * n[2] - 1
     item = co.Body(co.Box((-2, -2, -1), (2, 2, 0)), co.Material(BLACK, reflectivity=1.0, bump=SLOPE, bump_height=0.4))
@@ -47,7 +47,7 @@ def test_a_sloped_mirror_reflects_by_its_slope(integrator):
 @pytest.mark.parametrize("integrator", ["whitted", "path"])
 @pytest.mark.parametrize(("code", "normal"), [((0.8, 0.5, 0.9), (0.6, 0, 0.8)), ((0.5, 0.2, 0.9), (0, -0.6, 0.8))])
 def test_maps_of_normals_go_by_the_surface_s_own_coordinates(integrator, code, normal):
-    """On a cylinder about z, seen from x: u grows towards y, v towards z, and x is outward."""
+    """On a cylinder about z, u grows towards y for a view from x, v towards z, and x is outward."""
     image = np.broadcast_to(np.array(code, np.float32), (4, 4, 3))
     map_of = co.materials.ImageTexture(image, data=True)
     post = co.Body(co.Cylinder((0, 0, -1), (0, 0, 1), 1), co.Material(WHITE, normal=map_of))
@@ -58,7 +58,7 @@ def test_maps_of_normals_go_by_the_surface_s_own_coordinates(integrator, code, n
 
 
 def test_light_from_behind_the_true_surface_is_none():
-    """The bumps of a sheet lean towards a lamp that is under it."""
+    """The bumps of a sheet lean towards a lamp below it."""
     sheet = co.Body(co.Disc((0, 0, 0), (0, 0, 1), 5), co.Material(WHITE, bump=SLOPE, bump_height=-9.0))
     light = co.DirectionalLight((-0.9, 0, 0.2))
     for integrator in ("whitted", "path"):
@@ -97,7 +97,7 @@ def test_bodies_without_absorption_are_invisible_in_a_white_furnace(material):
 
 @pytest.mark.parametrize("make", [co.materials.gold, lambda roughness: co.glass(1.5, roughness=roughness)])
 def test_a_texture_of_one_value_is_that_value(make):
-    """0.25 is one of the steps between which roughness is shared: the same to the bit."""
+    """0.25 is one of the steps of roughness, so the picture is the same to the bit."""
     one = co.materials.Noise((0.25,) * 3, (0.25,) * 3)
     pictures = []
     for roughness in (0.25, one):
@@ -108,7 +108,7 @@ def test_a_texture_of_one_value_is_that_value(make):
 
 
 def test_between_two_steps_it_is_between_them():
-    """0.3 lies 0.3 · 256 - 64 = 12.8 of 17 from 0.25 to (9/16)²: the mean of 64 pictures of both."""
+    """0.3 lies 0.3 · 256 - 64 = 12.8 of 17 from 0.25 to (9/16)². The picture is the mean of 64 pictures of both."""
     shares = {}
     for roughness in (0.25, (9 / 16) ** 2, co.materials.Noise((0.3,) * 3, (0.3,) * 3)):
         view = co.OrthographicCamera((0, 0.6, 5), (0, 0.6, 0), up=(0, 1, 0), height=1e-6)

@@ -1,4 +1,4 @@
-"""What moves while the shutter is open: blur in closed form, stills where nothing moves, frames of films."""
+"""Motion while the shutter is open: blur in closed form, stills where nothing moves, frames of films."""
 
 import math
 
@@ -14,14 +14,14 @@ VIEW = co.OrthographicCamera((0, 0, 5), (0, 0, 0), up=(0, 1, 0), height=2.0)
 
 
 def moving_ball(**track):
-    """A white ball from x = -0.7 to 0.7 in the first second."""
+    """Return a white ball that goes from x = -0.7 to 0.7 in the first second."""
     ball = co.Body(co.Sphere(RADIUS, (-WAY / 2, 0, 0)), co.glow(1), "ball")
     tracks = co.scene.BodyTrack("ball", (0, 1), **(track or dict(translate=((0, 0, 0), (WAY, 0, 0)))))
     return co.Scene([ball], [co.AmbientLight(0)], VIEW, BLACK, animation=tracks)
 
 
 def covered(x, half):
-    """For which share of the time something 2 half wide that goes evenly from -WAY / 2 to WAY / 2 covers x."""
+    """Return the share of the time in which a body 2 half wide, on its way from -WAY / 2 to WAY / 2, covers x."""
     return max(0.0, min(WAY / 2, x + half) - max(-WAY / 2, x - half)) / WAY
 
 
@@ -44,7 +44,7 @@ def test_the_blur_of_a_ball_that_moves(integrator):
 
 
 def test_a_body_that_turns():
-    """Half a disc that turns once about z sees each point of the disc half of the time."""
+    """Half a disc turns once about z, so it covers each point of the disc half of the time."""
     half = co.Disc((0, 0, 0), (0, 0, 1), 0.9) & co.HalfSpace((0, 1, 0), 0)
     track = co.scene.BodyTrack("half", (0, 1), degrees=(0, 360))
     scene = co.Scene([co.Body(half, co.glow(1), "half")], [co.AmbientLight(0)], VIEW, BLACK, animation=track)
@@ -66,7 +66,7 @@ def test_still_bodies_look_as_without_a_shutter():
 
 
 def test_each_moment_is_an_exact_still():
-    """One moment is the scene at the middle of the time; its layers too."""
+    """One moment is the scene at the middle of the time, with its layers."""
     scene = moving_ball()
     one = scene.render(30, 20, 4, "path", shutter=(0, 0.5), times=1, layers=["depth", "body"])
     still = scene.at(0.25).render(30, 20, 4, "path", layers=["depth", "body"])
@@ -88,7 +88,7 @@ def test_a_camera_that_moves():
 
 
 def test_keys():
-    """Held outside of the times; even in between, or smooth: 3 s² - 2 s³."""
+    """A key holds outside of the times. Between two the motion is linear, or smooth: 3 s² - 2 s³."""
     track = co.scene.BodyTrack("b", (1, 2, 4), translate=((0, 0, 0), (1, 0, 0), (1, 2, 0)), ease="smooth")
     ball = co.Sphere(1)
     assert track.moved(ball, 0.5) is ball
@@ -165,7 +165,7 @@ def test_refusals(make, error, message):
 @pytest.mark.parametrize("integrator", ["whitted", "path"])
 @pytest.mark.parametrize("at", [3, 9, 40])
 def test_a_shutter_that_was_interrupted_goes_on(tmp_path, integrator, at):
-    """Also in the middle of a moment; what is done is not done again."""
+    """A break may come in the middle of a moment. Finished work is not repeated."""
     scene, calls = moving_ball(), []
     asked = dict(width=70, height=40, samples=12, integrator=integrator, shutter=(0, 1), times=5)
 
@@ -210,7 +210,10 @@ UNTIL = dict(width=70, height=40, integrator="path", shutter=(0, 1), times=14, n
 
 
 def test_noise_is_judged_when_all_moments_are_seen():
-    """Where all moments are alike one round is enough. A pixel in the ball's way is black or white by the moment."""
+    """One round is enough where all moments are alike.
+
+    A pixel in the ball's way is black or white, depending on the moment.
+    """
     image = moving_ball().render(**UNTIL, samples=5 * ROUND + 3, layers=("samples", "error"))
     samples, error = image.layers["samples"], image.layers["error"]
     assert set(np.unique(samples)) <= {k * ROUND for k in range(1, 6)} | {5 * ROUND + 3}
@@ -229,13 +232,16 @@ def test_progress_goes_forward_where_some_are_done():
 
 
 def test_moments_write_their_changes(tmp_path):
-    """Not every tile after every moment: it is written when it is time, and in the end."""
+    """Moments do not write every tile into the file. They write from time to time, and in the end."""
     moving_ball().render(**UNTIL, samples=3 * ROUND, resume=tmp_path / "file")
     assert (tmp_path / "file").stat().st_size < 1.5 * 70 * 40 * SUMS * 8 + 10_000
 
 
 def test_noise_that_ends_the_work_leaves_the_mean_of_the_moments():
-    """As many samples see each moment, whenever it ends: within the noise it is the picture of as many samples."""
+    """As many samples see each moment whenever the work ends.
+
+    So within the noise it is the picture of that many samples.
+    """
     until = moving_ball().render(**UNTIL | dict(noise=0.03)).pixels
     every = moving_ball().render(**UNTIL | dict(noise=None), samples=40 * ROUND).pixels
     assert until.sum() == pytest.approx(every.sum(), rel=5e-3)
@@ -274,7 +280,7 @@ def test_less_noise_goes_on_where_more_was_enough(tmp_path):
 
 
 def test_a_light_that_moves_away():
-    """The floor under a light of intensity I at height h is I / h² bright; the mean of 1 / h² from 1 to 2 is 1 / 2."""
+    """The floor under a light of intensity I at height h is I / h² bright. The mean of 1 / h² from 1 to 2 is 1 / 2."""
     light = co.PointLight((0, 0, 1), 1, falloff="inverse_square")
     floor = co.Body(co.Box((-9, -9, -1), (9, 9, 0)), co.matte(WHITE))
     above = co.OrthographicCamera((0, 0, 0.5), (0, 0, 0), up=(0, 1, 0), height=1e-6)

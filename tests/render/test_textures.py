@@ -1,4 +1,4 @@
-"""Textures: their colours are those of their formulas, worked out here by NumPy; pictures of the Earth have no seams."""
+"""Textures: their colors by formulas in NumPy; pictures of the Earth without seams."""
 
 import pickle
 import struct
@@ -13,7 +13,7 @@ RNG = np.random.default_rng(19)
 
 
 def colors(body, camera=None, width=48, height=36, samples=1):
-    """The colours that are seen, without light, and the hits of the pixel centres."""
+    """Return the colors of pixels without light, and the hits of the pixel centers."""
     camera = camera or co.Camera((4, -6, 3), (0, 0, 0), field_of_view=25)
     scene = co.Scene([body], camera=camera)
     hits = scene.first_hit(camera.rays(width, height))
@@ -21,7 +21,7 @@ def colors(body, camera=None, width=48, height=36, samples=1):
 
 
 def sampled(pixels, u, v, wraps=("repeat", "clamp")):
-    """Bilinear interpolation of linear pixels, of which v = 0 is the lower edge."""
+    """Interpolate linear pixels bilinearly; v = 0 is their lower edge."""
     height, width, _ = pixels.shape
     x, y = u * width - 0.5, (1 - v) * height - 0.5
     i, j = np.floor(x).astype(int), np.floor(y).astype(int)
@@ -49,7 +49,7 @@ def compared(found, hits, expected, most=2e-6):
 
 @pytest.mark.parametrize("wrap", ["repeat", "clamp", "mirror"])
 def test_a_picture_on_a_drum(wrap):
-    pixels = RNG.random((5, 7, 3)).astype(np.float32)  # few and large: none is smaller than a pixel that sees it
+    pixels = RNG.random((5, 7, 3)).astype(np.float32)  # few and large: none is smaller than a pixel of the view
     texture = co.materials.ImageTexture(pixels, scale=(0.4, 0.6), offset=(0.1, 0.2), wrap=wrap)
     found, hits = colors(co.Body(co.Cylinder((0, 0, -1), (0, 0, 1), 1), co.matte(texture)))
     u, v = np.moveaxis(np.nan_to_num(np.asarray(hits.uv)), -1, 0)
@@ -103,7 +103,7 @@ def test_a_seam_is_no_line():
 
 
 def test_far_textures_are_read_from_smaller_levels():
-    """A checkerboard of texels far beyond a pixel's size is grey, and the mean of the picture is kept."""
+    """A checkerboard with texels far below a pixel's size is grey, and the mean of the picture stays."""
     board = np.indices((256, 256)).sum(axis=0) % 2 * np.ones((3, 1, 1))
     texture = co.materials.ImageTexture(np.moveaxis(board, 0, -1), mapping="box", scale=1.0, wrap="repeat")
     floor = co.Body(co.Box((-500, -500, -1), (500, 500, 0)), co.matte(texture))
@@ -134,7 +134,7 @@ def test_a_gradient_on_the_surface(along, axis):
 
 
 def lattice(x, y, z):
-    """SplitMix64's output function over three numbers."""
+    """Return SplitMix64's output function over three numbers."""
     h = 0
     for part in (x, y, z):
         h = int(mixed_by_hand(h ^ (int(part) % 2**64)))

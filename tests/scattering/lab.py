@@ -1,4 +1,4 @@
-"""A bench for surfaces: directions drawn from a material by thousands, and its BSDF at many directions, as arrays."""
+"""A bench for surfaces: thousands of directions from a material, and its BSDF at many directions, as arrays."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def _evaluated(materials, albedos, at, o, directions, out):
 
 
 class Draws(NamedTuple):
-    """Directions, what became of light, its weights, and densities."""
+    """Directions, the fate of light, its weights, and densities."""
 
     how: Any
     i: Any
@@ -39,7 +39,7 @@ class Draws(NamedTuple):
 
 
 class Bench:
-    """One material, seen from one side."""
+    """One material, from one side."""
 
     def __init__(self, material: Any, side: bool = OUTSIDE, sheet: bool = False) -> None:
         self.materials = lower_materials([material], [sheet], np.zeros(1, np.int32), {})
@@ -56,25 +56,25 @@ class Bench:
         return Draws(out[:, 0].astype(int), out[:, 1:4], out[:, 4:7], out[:, 7])
 
     def evaluate(self, o: Any, directions: Any) -> tuple[Any, Any]:
-        """(f cos (n, 3), densities)."""
+        """Return (f cos (n, 3), densities)."""
         out = np.empty((len(directions), 4))
         _evaluated(self.materials, self.albedos, self.at, np.asarray(o, float), np.asarray(directions, float), out)
         return out[:, :3], out[:, 3]
 
     def energy(self, o: Any, count: int, seed: int = 0) -> tuple[Any, Any]:
-        """(the share of light that is sent on, rgb, its standard error): without the square of the index."""
+        """Return (the share of light that is sent on, rgb, its standard error), without the square of the index."""
         draws = self.draw(o, count, seed)
         kept = draws.weight / np.where(draws.i[:, 2:] < 0, self.eta**2, 1.0)
         return kept.mean(axis=0), kept.std(axis=0) / np.sqrt(count)
 
 
 def towards(cosine: float, turn: float = 0.1) -> Any:
-    """A unit direction."""
+    """Return a unit direction."""
     sine = np.sqrt(1 - cosine**2)
     return np.array([sine * np.cos(2 * np.pi * turn), sine * np.sin(2 * np.pi * turn), cosine])
 
 
 def sphere(count: int, seed: int = 0) -> Any:
-    """Even directions, of both hemispheres."""
+    """Return even directions of both hemispheres."""
     d = np.random.default_rng(seed).normal(size=(count, 3))
     return d / np.sqrt((d * d).sum(axis=1, keepdims=True))

@@ -15,7 +15,7 @@ CLOSE = {"rel": 4e-16, "abs": 4e-16}
 
 
 BEYOND = math.asin(0.6) + 1e-6
-"""Of light in a medium of index 5/3, whose critical angle has the sine 3/5."""
+"""An angle beyond the critical one of a medium of index 5/3, whose sine is 3/5."""
 
 
 @pytest.mark.parametrize("normal", [NORMAL, -NORMAL])
@@ -25,7 +25,7 @@ BEYOND = math.asin(0.6) + 1e-6
     ((math.sin(BEYOND), 0.0, math.cos(BEYOND)), 5 / 3, None),
 ])  # fmt: skip
 def test_reflection_and_refraction(ray, eta, refracted, normal):
-    """R = 2 (N·L) N - L with L towards the light: here z changes its sign. Rays travel along -L."""
+    """R = 2 (N·L) N - L with L towards the light: here z changes its sign. Rays go along -L."""
     mirrored = [ray[0], 0.0, -ray[2]]
     assert co.reflect(ray, normal) == pytest.approx(mirrored, **CLOSE)
     found, total = co.refract(ray, normal, eta)

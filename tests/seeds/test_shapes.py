@@ -1,4 +1,4 @@
-"""The exercises and programs of the source documents: rays at shapes, each with numbers worked out by hand."""
+"""The exercises and programs of the source documents: rays at shapes, each with numbers by hand."""
 
 import math
 from fractions import Fraction
@@ -14,7 +14,7 @@ ROOT2, ROOT3, ROOT7 = math.sqrt(2), math.sqrt(3), math.sqrt(7)
 
 PLANE = co.Plane((1, 2, 2), 6)
 CORNERS, POINT = ((-3, -3, 7), (3, -4, 3), (4, -5, 4)), (-2, -2, 4)
-"""The polygon exercise. As printed the plane is x + 2y + z - 2 = 0; all its points satisfy + 2."""
+"""The polygon exercise. The printed plane is x + 2y + z - 2 = 0, but all its points satisfy + 2."""
 MIDDLE = tuple(float(x) for x in np.mean(CORNERS, axis=0))
 CONCAVE = co.Polygon(((0, 0, 1), (4, 0, 1), (4, 4, 1), (2, 1, 1), (0, 4, 1)))
 STAR = co.Polygon([(math.cos(a), math.sin(a), 0.0) for a in (0.8 * math.pi * k for k in range(5))])
@@ -22,7 +22,7 @@ TRIANGLE = co.Triangle((1, 0, 2), (5, 0, 2), (1, 8, 2))
 BOX = co.Box((-1, 2, 1), (3, 3, 3))
 CENTER, RADIUS = (1, -2, 3), 3
 NEAREST, DIRECTION = (2, -4, 3), (Fraction(2, 3), Fraction(1, 3), Fraction(2, 3))
-"""The point of a line that is nearest to the centre: (1, -2, 0)·(2, 1, 2) = 0, at √5, so half the chord is √(9 - 5) = 2."""
+"""The nearest point of a line to the center: (1, -2, 0)·(2, 1, 2) = 0, at √5, so half the chord is √(9 - 5) = 2."""
 A, E, H = 4.0, 0.25, 1.0
 MIXED = co.Quadric(coefficients=dict(xx=1, yy=1, zz=1, xy=1, constant=-3))
 BOWL = co.Quadric(coefficients=dict(xx=1, yy=1, z=-1))
@@ -48,12 +48,12 @@ SHEAR = [[1, 2, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
 
 
 def start(before):
-    """The point so far before the nearest one."""
+    """Return the point so far before the nearest one."""
     return tuple(n - before * d for n, d in zip(NEAREST, DIRECTION, strict=True))
 
 
 def world(local):
-    """Equation 3: (x, y, z) = [R_X R_Y R_Z] (X, Y, Z) + p1."""
+    """Apply equation 3: (x, y, z) = [R_X R_Y R_Z] (X, Y, Z) + p1."""
     return BASIS.T @ np.asarray(local, dtype=float) + P1
 
 
@@ -62,7 +62,7 @@ def first(shape, origin, direction, **limits):
 
 
 def spans(shape, origin, direction):
-    """Where the whole line is inside: entries and exits in turn."""
+    """Return where the whole line is inside: entries and exits in turn."""
     found = co.Scene([shape]).spans([float(x) for x in origin], [float(x) for x in direction], t_min=-math.inf)
     return np.stack([found.t_enter, found.t_exit], axis=-1).ravel().tolist()
 
@@ -202,7 +202,7 @@ SECTIONS = [
     *((co.TwoSheetHyperboloid(A, E, H), h, h * h - 1, h * h - 1) for h in (0, 0.5, 2, -3)),
     *((co.EllipticCone(A, E, H), h, h * h, h * h) for h in (1, -2)),
 ]  # fmt: skip
-"""Shapes, heights h, and A x² and E y² at the ends of the section's axes; where they are negative there is none."""
+"""Shapes, heights h, and A x² and E y² at the ends of the section's axes. Where they are negative there is no end."""
 
 
 @pytest.mark.parametrize(("shape", "h", "x", "y"), SECTIONS)
@@ -215,7 +215,7 @@ def test_sections_of_canonical_quadrics(shape, h, x, y):
 
 @pytest.mark.parametrize("point", [(1, 0), (1, 0.5), (1, 1), (0.3, 0.3), (0.5, 1)])
 def test_an_edge_shared_by_two_polygons_belongs_to_one(point):
-    """Two right triangles of the unit square along x = y, and the squares on both sides of x = 1."""
+    """The squares are two right triangles of the unit square along x = y, and the squares on both sides of x = 1."""
     polygons = [
         [(0, 0, 0), (1, 0, 0), (1, 1, 0)], [(0, 0, 0), (1, 1, 0), (0, 1, 0)], [(1, 0, 0), (2, 0, 0), (2, 1, 0), (1, 1, 0)],
         [(0, 1, 0), (1, 1, 0), (2, 1, 0), (2, 2, 0), (0, 2, 0)], [(0, 0, 0), (0, -1, 0), (2, -1, 0), (2, 0, 0), (1, 0, 0)],
@@ -238,7 +238,7 @@ GENERAL = {  # origin, direction, (c1, c2), (b1, b2), expected (enter, face), (e
 
 @pytest.mark.parametrize("case", GENERAL)
 def test_the_six_cases_of_caps(case):
-    """Also reversed and upside down."""
+    """Cases stand as they are, reversed and upside down."""
     (x, y), (u, v), _, _, expected = GENERAL[case]
     t = [] if expected is None else [expected[0][0], expected[1][0]]
     assert spans(CYLINDER, (x, y, 0), (u, v, 0)) == pytest.approx(t, **CLOSE)
@@ -265,7 +265,7 @@ RANGES = [(0, 90), (30, 60), (-45, 45), (300, 420), (10, 300), (0, 180), (90, 27
 
 @pytest.mark.parametrize(("low", "high"), RANGES)
 def test_angles_of_equation_12(low, high):
-    """From the axis outwards at angle θ: the ray hits the patch where θ is in the range; atan2 gives -120° for 240°."""
+    """From the axis outwards at angle θ, the ray hits the patch where θ is in the range. atan2 gives -120° for 240°."""
     patch, wedge = co.CylinderPatch(P1, P2, 2, low, high, P3), co.Cylinder(P1, P2, 2, low, high, P3)
     for theta in range(-177, 540, 20):
         inside = any(low <= theta + 360 * k <= high for k in range(-3, 4))
@@ -283,7 +283,7 @@ def test_angles_of_equation_12(low, high):
     (co.ParabolicCylinder(1), (-5, 0, 0), (1, 0, 3)),
 ])  # fmt: skip
 def test_tangency_is_invisibility(shape, origin, direction):
-    """D = 0: touching at one point is to be read as not seen."""
+    """D = 0: a touch at one point is no hit."""
     assert first(shape, origin, direction, t_min=-math.inf).t == math.inf
     assert spans(shape, origin, direction) == []
     assert not co.Scene([shape]).occluded(origin, direction, t_min=-math.inf)

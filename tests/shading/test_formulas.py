@@ -55,7 +55,7 @@ def test_schlick_at_its_ends():
 
 
 def test_critical_angle_of_glass():
-    """sin of the critical angle is 1 / n; just below it refraction grazes, above it there is none."""
+    """The sine of the critical angle is 1 / n. Just below it refraction grazes, and above it there is none."""
     n = 1.52
     critical = math.asin(1 / n)
     for step, total in ((-1e-9, False), (1e-9, True)):
@@ -69,7 +69,7 @@ def test_critical_angle_of_glass():
 
 
 def snell(direction, normal, eta):
-    """The refracted unit direction from the angles, at 50 digits; None where reflection is total."""
+    """Return the refracted unit direction from the angles, at 50 digits, or None where reflection is total."""
     with mpmath.workdps(50):
         d = mpmath.matrix([mpmath.mpf(float(x)) for x in direction])
         n = mpmath.matrix([mpmath.mpf(float(x)) for x in normal])

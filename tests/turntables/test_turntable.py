@@ -22,7 +22,7 @@ from conicoid.scene.movies import _views
 from ..children import ROOT, child, needs_signals
 from ..command_line import done, refused, run
 
-# --- Turntables: what the file holds, what is rendered and what is taken from before
+# --- Turntables: the contents of the file, rendered frames and frames from before
 
 SMALL = dict(width=32, height=24, samples=1)
 POSTS = [co.Body(co.Cylinder((2, 0, 0), (2, 0, 1), 0.3), "red", "post"), co.Body(co.Sphere(1), "white", "ball")]
@@ -70,7 +70,10 @@ def test_time_adds_up(tmp_path):
 
 
 def test_the_camera_goes_around_its_target():
-    """About `up` through the point, at one distance and height, clockwise from above; a quarter turn by hand."""
+    """The camera goes clockwise from above about `up` through the point, at one distance and height.
+
+    A quarter turn is by hand.
+    """
     camera = co.Camera((3, -4, 2), (3, 0, 0))
     views = list(_views(SCENE, camera, 4, 1))
     assert views[0] == camera
@@ -81,7 +84,7 @@ def test_the_camera_goes_around_its_target():
 
 
 def test_a_fitting_camera_keeps_all_in_view_all_around():
-    """The corners of the box are seen in every frame, and some nearly touch the edge."""
+    """The corners of the box are visible in every frame, and some nearly touch the edge."""
     scene = co.Scene(co.Box((0, 0, 0), (9, 1, 2)))
     corners = np.array([(x, y, z) for x in (0, 9) for y in (0, 1) for z in (0, 2)], float)
     seen = np.array([view.project(corners, 80, 60) for view in _views(scene, None, 24, 80 / 60)]) / (80, 60)
@@ -103,7 +106,7 @@ def test_frames_that_are_there_are_taken(tmp_path):
     total = co.turntable(SCENE, tmp_path / "a.gif", **once)
     assert total + co.turntable(SCENE, tmp_path / "a.gif", **(once | {"frames": 8})) == 3
     some[0].unlink()
-    os.mkfifo(some[0])  # nobody waits for it
+    os.mkfifo(some[0])  # no process reads from it
     with pytest.raises(OSError, match="is not a regular file"):
         co.turntable(SCENE, tmp_path / "a.gif", **(once | {"frames": 8}))
 
@@ -212,7 +215,7 @@ co.turntable(scene, sys.argv[1], frames=3, width=320, height=240, samples=256, f
 
 @needs_signals
 def test_interrupted_films_are_resumed(tmp_path):
-    """The file of before stays as it was, frames are whole, and the first is not made again."""
+    """The earlier file stays as it was, frames are complete, and the first is not rendered again."""
     path, folder = tmp_path / "a.gif", tmp_path / "frames"
     with child(INTERRUPTED, path, tmp_path / "small", folder, cwd=ROOT) as running:
         assert running.line() == "begun", running.end()
@@ -228,7 +231,7 @@ def test_interrupted_films_are_resumed(tmp_path):
     assert 1 <= len(list(folder.iterdir())) < 3
 
 
-# --- Films of scenes that move: their frames, which of them are made, and the command
+# --- Films of scenes that move: their frames, which of them are rendered, and the command
 
 TINY = dict(width=32, height=24, samples=2)
 BALL = co.Scene(
@@ -268,7 +271,7 @@ def test_frames_that_are_there_are_not_made_again(tmp_path):
 
 
 def test_only_moving_bodies_are_prepared_for_each_frame(monkeypatch):
-    """Every other shape of a moment is the very one that was prepared before."""
+    """Every other shape of a moment is the one from the moment before, already prepared."""
     moved = BALL.at(0.4)
     assert moved.bodies[1].shape is BALL.bodies[1].shape
     assert moved.bodies[0].shape is not BALL.bodies[0].shape
@@ -298,7 +301,7 @@ def test_scenes_without_animation_are_refused(tmp_path):
         co.animate(BALL, tmp_path / "a.gif", start=5)
 
 
-# --- Frames as tasks: the same files as without, taken where they are there, and made again where a worker died
+# --- Frames as tasks: the same files as without, reused where they exist, and rendered again where a worker died
 
 
 def contents(folder):
@@ -325,7 +328,7 @@ def test_frames_of_workers_are_the_same(tmp_path):
 
 @pytest.mark.deep
 def test_frames_of_films_too(tmp_path):
-    """With the shutter open, and without."""
+    """The shutter is open or not."""
     scene = co.Scene(
         [co.Body(co.Sphere(0.5), "red", "ball"), co.Box((-3, -3, -2), (3, 3, -1))],
         [co.AmbientLight(0.5), co.PointLight((1, -2, 3))],
@@ -353,7 +356,7 @@ def test_frames_of_films_too(tmp_path):
 
 
 class Dying(co.parallel.Processes):
-    """Kills a process with its task, as soon as it has one, the first two times."""
+    """An executor that kills a process with its first task, twice."""
 
     left = 2
 
