@@ -16,13 +16,13 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 BOUND = 10.0
-"""Seconds within which Ctrl-C must be over: what it is sent into would take minutes."""
+"""Seconds within which Ctrl-C must end the program, whose work would take minutes."""
 COMMAND = "from conicoid.__main__ import run; run()"
 needs_signals = pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is sent by a signal")
 
 
 class Child:
-    """A Python program that tells by lines on stdout how far it is."""
+    """A Python program that reports its progress by lines on stdout."""
 
     def __init__(self, program: str, *arguments: object, **options: Any) -> None:
         self.process = subprocess.Popen(
@@ -32,9 +32,9 @@ class Child:
         )  # fmt: skip
 
     def line(self, bound: float = 300.0) -> str:
-        """The next line; the process is ended, and there is none, if it does not come in time.
+        """Return the next line. If it does not come in time, end the process and return nothing.
 
-        Read past Python's buffer: what that holds of the lines to come, `communicate` would never see.
+        Reading bypasses Python's buffer, because `communicate` would never see later lines that the buffer holds.
         """
         timer = threading.Timer(bound, self.process.kill)
         timer.start()
@@ -47,18 +47,18 @@ class Child:
         return line.decode().strip()
 
     def interrupt(self) -> None:
-        """Ctrl-C"""
+        """Send Ctrl-C."""
         self.process.send_signal(signal.SIGINT)
 
     def end(self, bound: float = BOUND) -> tuple[int, str, str]:
-        """(exit code, the rest of stdout, stderr); fails if it does not end in time."""
+        """Return (exit code, the rest of stdout, stderr), or fail if the process does not end in time."""
         out, err = self.process.communicate(timeout=bound)
         return self.process.returncode, out, err
 
 
 @contextmanager
 def child(program: str, *arguments: object, **options: Any) -> Iterator[Child]:
-    """A process that ends with the block."""
+    """Start a process that ends with the block."""
     running = Child(program, *arguments, **options)
     try:
         yield running
@@ -68,5 +68,5 @@ def child(program: str, *arguments: object, **options: Any) -> Iterator[Child]:
 
 
 def _hear_control_c() -> None:
-    """A shell makes what it runs in the background deaf to it, and that is handed down."""
+    """Let Ctrl-C interrupt: a shell lets processes in the background ignore it, and children inherit that."""
     signal.signal(signal.SIGINT, signal.default_int_handler)

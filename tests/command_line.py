@@ -1,4 +1,4 @@
-"""What tests of the command line share: a scene file, how commands are run and refused."""
+"""Helpers for tests of the command line: a scene file, and commands that succeed or fail."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ bodies:
 
 
 def written(folder: Path) -> Path:
-    """The scene as a file in `folder`."""
+    """Save the scene as a file in `folder`."""
     path = folder / "scene.yaml"
     path.write_text(SCENE)
     return path
@@ -34,7 +34,7 @@ def written(folder: Path) -> Path:
 
 @cache
 def command():
-    """The application, whose commands take nine tenths of the time of most calls to be made."""
+    """Return the application. Making its commands takes nine tenths of the time of most calls."""
     return get_command(app)
 
 
@@ -44,7 +44,7 @@ def run(*arguments: object):
 
 
 def done(*arguments: object):
-    """Run a command that ends well."""
+    """Run a command that succeeds."""
     result = run(*arguments)
     assert result.exit_code == 0, result.output
     return result
@@ -56,7 +56,7 @@ def arrays(path: Path) -> dict[str, np.ndarray]:
 
 
 def refused(*arguments: object) -> str:
-    """The message of a command that fails by the user's mistake."""
+    """Run a command that fails by the user's mistake; return its message."""
     result = run(*arguments)
     assert result.exit_code == 2, result.output
     assert "Traceback" not in result.output

@@ -9,7 +9,7 @@ import numba
 
 
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
-    """A kernel that calls `function`."""
+    """Return a kernel that calls `function`."""
 
     @numba.njit(error_model="numpy")
     def call(*arguments):

@@ -1,6 +1,6 @@
-"""For all tests: no message that any of them provokes is longer than a screen.
+"""For all tests: no message of an error is longer than a screen.
 
-Where there is no compiler, as beside an installed wheel, the tests of the compiler and of what it builds are left out.
+Where there is no compiler, as beside a wheel, pytest skips the tests of the compiler and of the build.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ OF_THE_COMPILER = (
     *("test_jit.py", "test_newest_numba.py", "engine/test_targets.py"),
     *("native/test_fma.py", "native/test_inspection.py", "native/test_signature.py", "native/test_wheels.py"),
 )
-"""What inspects compiled code, or links."""
+"""Tests that inspect compiled code, or link."""
 _COMPILES = re.compile(r"^(import|from) (numba|llvmlite|\.+(compiled|emulation|lab|processors))\b", re.MULTILINE)
 
 
 def _compile() -> list[str]:
-    """Tests that compile functions themselves, such as inner functions of kernels alone."""
+    """Let tests compile functions themselves, such as inner functions of kernels."""
     files = HERE.rglob("test_*.py")
     return [str(file.relative_to(HERE)) for file in files if _COMPILES.search(file.read_text(encoding="utf-8"))]
 
@@ -38,14 +38,14 @@ collect_ignore = sorted({*OF_THE_COMPILER, *_compile()}) if find_spec("numba") i
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Let `samples` know which cases this run wants; no example of Hypothesis fails because a machine is slow."""
+    """Let `samples` know which cases this run takes; no example of Hypothesis fails because a machine is slow."""
     samples.choose(config.option.markexpr)
     settings.register_profile("any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
     settings.load_profile("any machine")
 
 
 def pytest_pycollect_makeitem(collector: pytest.Collector, obj: Any) -> list[pytest.Item] | None:
-    """Make no tests of what this run does not want."""
+    """Make no tests that this run does not take."""
     marks = getattr(obj, "pytestmark", ())
     own = isinstance(marks, list) and any(mark.name == "deep" for mark in marks)
     return [] if samples.quick() and (own or collector.get_closest_marker("deep")) else None
@@ -53,7 +53,7 @@ def pytest_pycollect_makeitem(collector: pytest.Collector, obj: Any) -> list[pyt
 
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Keep of each deep test as many cases as a run takes, out of those that `-k` leaves."""
+    """Keep of each deep test as many cases as a run takes, of those that `-k` leaves."""
     cases = defaultdict(list)
     for item in items:
         if item.get_closest_marker("deep"):
@@ -64,20 +64,20 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 def pytest_collection_finish() -> None:
-    """Exempt what collection made from later garbage collections, which would visit all of it each time."""
+    """Exempt the objects of collection from later garbage collections, which would visit all of them each time."""
     gc.collect()
     gc.freeze()
 
 
 def pytest_report_header() -> list[str]:
-    """Say what was drawn or left out, so that nobody takes less for the whole."""
+    """State which part of the cases this run takes, so that nobody takes it for the whole."""
     drawn = [] if samples.quick() else [f"deep tests are drawn by DEEP_SEED={samples.SEED}"]
     return drawn + ([f"no compiler: left out are {', '.join(collect_ignore)}"] if collect_ignore else [])
 
 
 @pytest.fixture(autouse=True, scope="session")
 def _messages_fit_on_a_screen() -> Iterator[None]:
-    """What `pytest.raises` catches is looked at, where the package raised it."""
+    """Check the length of every message of the package that `pytest.raises` catches."""
     leave = RaisesExc.__exit__
 
     def looked_at(self: Any, kind: Any, error: Any, trace: Any) -> bool:

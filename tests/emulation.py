@@ -1,8 +1,8 @@
-"""A GPU that is this processor: the LLVM code that becomes PTX, run here, one thread after the other.
+"""A GPU emulated on this processor, which runs the LLVM code of PTX one thread after the other.
 
-What takes a compiler half a minute, code of sources, objects of code and PTX, is made by one of the processes of tests,
-and kept in `out/emulation` for the others and for later runs. Code is made again where a source that the compiler read
-has changed, and of the functions that have changed; all else where its code or what makes it has.
+The compiler takes half a minute for the code. So one of the processes of tests makes the code of sources, the objects
+and the PTX, and `out/emulation` keeps them for the others and for later runs. An object is made again where a source
+that the compiler read, or a function, has changed; all other files where their code or their maker has changed.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ LOWERED = ROOT / "out" / "device_code"
 
 
 def stored(key: str, make: Callable[[], bytes]) -> bytes:
-    """Return what `make` returns, from a file if any process has made it; `key` says what it is made from."""
+    """Return the result of `make`, from a file if any process has made it; `key` names its sources."""
     file = STORE / sha256(key.encode()).hexdigest()
     if not file.exists():
         with alone():
@@ -46,7 +46,7 @@ def stored(key: str, make: Callable[[], bytes]) -> bytes:
 
 
 def sources_of(code: bytes) -> str:
-    """Return a digest of some code and of what makes more of it: `native`, and LLVM for this processor."""
+    """Return a digest of some code and of its compilers: `native`, and LLVM for this processor."""
     digest = sha256(code)
     for path in sorted((ROOT / "native").glob("*.py")):
         digest.update(path.read_bytes())
@@ -55,7 +55,7 @@ def sources_of(code: bytes) -> str:
 
 
 def _lowered(part: str) -> Path:
-    """The code of a part; what another part or an incremental build has lowered is taken from there."""
+    """Return the code of a part. Functions that another part or an incremental build has lowered come from there."""
     memory = LOWERED / f"{part}.functions"
     LOWERED.mkdir(parents=True, exist_ok=True)
     others = [*LOWERED.glob("*.functions"), EDITED / "functions.pickle"]
@@ -66,7 +66,7 @@ def _lowered(part: str) -> Path:
 
 @functools.cache
 def device_module(part: str = "queries") -> bytes:
-    """The code that becomes PTX; `part` is one of `native.signature.on_device`."""
+    """Return the code that becomes PTX; `part` is one of `native.signature.on_device`."""
     with alone():
         code = _lowered(part)
     return stored(f"{part} {sources_of(code.read_bytes())}", lambda: ptx.base(code))
@@ -74,14 +74,14 @@ def device_module(part: str = "queries") -> bytes:
 
 @functools.cache
 def ptx_of(name: str, part: str = "queries") -> str:
-    """The PTX of a kernel. `ptx.ptx` refuses what is wrong; the CUDA wheel has all."""
+    """Return the PTX of a kernel. `ptx.ptx` refuses wrong code; the CUDA wheel has all kernels."""
     module = device_module(part)
     return stored(f"{name} {sources_of(module)}", lambda: ptx.ptx(module, name).encode()).decode()
 
 
 @functools.cache
 def device_kernels(part: str = "queries") -> Kernels:
-    """The same, to be run."""
+    """Return the same kernels, as functions that run."""
     return Kernels(device_module(part))
 
 
@@ -118,10 +118,10 @@ class Kernels:
 
 
 class Card:
-    """What `conicoid.queries.nvidia_driver.NvidiaDriver` offers, on this processor.
+    """`conicoid.queries.nvidia_driver.NvidiaDriver`, emulated on this processor.
 
-    Streams do their work only while somebody waits for them, one piece at a time: who reads too early gets garbage. A
-    byte written beside an allocation is found when that is given back, or by `check`.
+    Streams work only while somebody waits for them, one piece at a time, so that an early read gives garbage. `check`,
+    and the release of an allocation, find a byte that was written beside it.
     """
 
     EDGE, GARBAGE = 256, 0xA7
@@ -150,7 +150,7 @@ class Card:
         del self._rooms[address]
 
     def check(self, *addresses: int) -> None:
-        """Assert that nobody wrote beside some allocations, or beside any."""
+        """Assert that no kernel wrote beside some allocations, or beside any."""
         for address in addresses or [*self._rooms]:
             room = self._rooms[address]
             begin = address - room.ctypes.data

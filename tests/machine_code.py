@@ -1,5 +1,6 @@
-"""Tests of the kernels that come as machine code, where they have been built (`python -m native.build --in-place`), and
-of those that are compiled, where there is a compiler: beside an installed wheel there is none.
+"""Marks for tests of kernels in machine code, and of kernels that Numba compiles.
+
+A build makes the former (`python -m native.build --in-place`). The latter need a compiler, which a wheel lacks.
 """
 
 from importlib.util import find_spec

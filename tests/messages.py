@@ -1,4 +1,4 @@
-"""How long a message may be: a screen, so that what comes first can be read."""
+"""The length of a message: at most a screen, so that its beginning stays readable."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ PACKAGE = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__)
 
 
 def rows_of(text: str) -> int:
-    """Lines of a terminal that a text takes."""
+    """Return the number of lines of a terminal that a text takes."""
     return sum(max(1, -(-len(line) // COLUMNS)) for line in text.splitlines())
 
 
 def is_ours(trace: Any) -> bool:
-    """Whether an exception was raised in the package itself."""
+    """Return whether the package itself raised an exception."""
     while trace is not None and trace.tb_next is not None:
         trace = trace.tb_next
     return trace is not None and trace.tb_frame.f_code.co_filename.startswith(PACKAGE)

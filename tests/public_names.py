@@ -7,7 +7,7 @@ from typing import Any
 import conicoid as co
 
 PACKAGES = ("checks", "explain", "materials", "measures", "scene", "section")
-"""Packages whose names are all made as those of the root are."""
+"""Packages whose names are all made in the same way as those of the root."""
 
 PUBLIC: dict[str, Any] = {name: getattr(co, name) for name in co.__all__}
 for _package in PACKAGES:

@@ -1,7 +1,7 @@
-"""A sample of many cases: some are fast tests, and the others are deep ones, which a fast run does not even collect.
+"""A sample of many cases: some are fast tests, and the others are deep ones, which a fast run does not collect.
 
-A deep run takes a part of what differs in luck alone, drawn by a seed that the head of its report shows. Other runs take
-other parts. `DEEP_SEED=7 make deep` repeats a run; `DEEP_SEED=all` takes all, for hours.
+A deep run takes a part of the cases that differ in chance alone, by a seed that the head of its report shows. Other
+runs take other parts. `DEEP_SEED=7 make deep` repeats a run; `DEEP_SEED=all` takes all, for hours.
 """
 
 from __future__ import annotations
@@ -16,21 +16,21 @@ import pytest
 
 T = TypeVar("T")
 SEED = os.environ.setdefault("DEEP_SEED", str(secrets.randbelow(10_000)))
-"""In the environment, so that the workers of a run have one."""
+"""The seed is in the environment, so that the workers of a run share one."""
 CASES = 40
-"""Deep cases that a run takes of each test: all kinds, and some of the products of kinds, motions and seeds."""
+"""How many deep cases of each test a run takes: all kinds, and some of the products of kinds, motions and seeds."""
 _FAST_ALONE = "not deep"
 _marks = [""]
-"""What `-m` says; `tests/conftest.py` puts it here."""
+"""The value of `-m`, which `tests/conftest.py` puts here."""
 
 
 def choose(marks: str) -> None:
-    """Keep what `-m` says, before tests are collected."""
+    """Take the marks of `-m`, before pytest collects tests."""
     _marks[0] = marks
 
 
 def quick() -> bool:
-    """Return whether this run wants no deep case."""
+    """Return whether this run excludes deep cases."""
     return _marks[0] == _FAST_ALONE
 
 
@@ -40,7 +40,7 @@ def many(fast: int, deep: int) -> int:
 
 
 def drawn(cases: Sequence[T], count: int, name: str = "") -> list[T]:
-    """Return so many of some cases, in order, or all of them if this run wants all; each name has its own draw."""
+    """Return so many random cases in order, or all of them if this run takes all. Each name has its own draw."""
     places = range(len(cases))
     if SEED != "all" and count < len(cases):
         places = sorted(random.Random(f"{SEED} {name}").sample(places, count))
@@ -53,7 +53,7 @@ def sampled(cases: Iterable[Any], every: int) -> list[Any]:
 
 
 def in_turn(firsts: Iterable[Any], seconds: Iterable[Any], wanted: Container[Any] | None = None) -> list[Any]:
-    """Return pairs for `pytest.mark.parametrize`: each wanted first value is fast with one second value, in turn."""
+    """Return pairs for `pytest.mark.parametrize`: each first value (of those `wanted`) is fast with one second value, in turn."""
     others = list(seconds)
     return marked(
         ((one, other), number == place % len(others) and (wanted is None or one in wanted))
@@ -63,12 +63,12 @@ def in_turn(firsts: Iterable[Any], seconds: Iterable[Any], wanted: Container[Any
 
 
 def marked(cases: Iterable[tuple[Any, bool]]) -> list[Any]:
-    """Return those of (case, is it fast) that this run may want, with their marks."""
+    """Return those of (case, whether it is fast) that this run may take, with their marks."""
     return [case if fast else deep(case) for case, fast in cases if fast or not quick()]
 
 
 def deeper(cases: Iterable[Any]) -> list[Any]:
-    """Return cases that only `make deep` runs; a fast run does not collect them."""
+    """Return cases that only `make deep` runs. A fast run does not collect them."""
     return [] if quick() else [deep(case) for case in cases]
 
 

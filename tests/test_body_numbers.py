@@ -1,4 +1,4 @@
-"""One numbering: numbers of `hits.body`, `body_at`, spans and lengths find names, materials and bodies."""
+"""One numbering: numbers of `hits.body`, `body_at`, spans and lengths index names, materials and bodies."""
 
 from fractions import Fraction
 

@@ -1,4 +1,4 @@
-"""The command line: help, messages, exit codes, plain commands, options that go together, bars of progress."""
+"""The command line: help, messages, exit codes, plain commands, options that go together, progress bars."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_help_lists_the_commands():
 
 
 def test_help_and_mistakes_come_without_the_compiler(tmp_path):
-    """Where there is no machine code too."""
+    """They also come where there is no machine code."""
     (tmp_path / "bad.yaml").write_text("bodies: [{shape: {Spere: {}}}]\n")
     code = (
         "import sys\nfrom conicoid.cli.app import main\n"
@@ -160,7 +160,7 @@ def test_other_exit_codes(scene, monkeypatch, error, code, message):
     assert message or result.exception is error  # a bug is not hidden
 
 
-# --- Plain commands are understood without Typer, and do what the command line proper does
+# --- Commands without Typer for plain arguments do the work of the full command line
 
 SIZE = ["--width", "24", "--height", "16", "--samples", "1"]
 PLAIN = (["s.yaml", "-o", "p.png"], ["--output", "p.png", *SIZE, "s.yaml"], ["s.yaml", "-o", "p.png", "--threads", "2"])
@@ -234,7 +234,7 @@ def test_mistakes_have_the_same_message_on_every_route(words, message, tmp_path,
     assert told_by_plain == result.stderr
 
 
-# --- The command line passes nothing over: options that go with others, variables of the environment; and `-o -`
+# --- The command line ignores no option: options that need others, variables of the environment, and `-o -`
 
 ROOT = Path(__file__).resolve().parents[1]
 PIN = "examples/openmc"
@@ -305,7 +305,7 @@ def test_a_scene_on_standard_output(tmp_path):
 
 
 def test_standard_output_that_is_full_or_unread():
-    """As with results that are printed: 1 and the reason, or 141."""
+    """As with printed results, the exit code is 1 with a reason, or 141."""
     scene = "examples/scenes/" + next(iter(sorted((ROOT / "examples/scenes").glob("*.yaml")))).name
     command = [sys.executable, "-m", "conicoid", "render", scene, "-o", "-", "--width", "64", "--height", "48"]
     if Path("/dev/full").exists():
@@ -316,7 +316,7 @@ def test_standard_output_that_is_full_or_unread():
 
 
 def test_cameras_on_the_command_line(scene, tmp_path):
-    """The same picture as from Python."""
+    """The picture is the same as from Python."""
     loaded = co.load(scene).replace(camera=co.Camera((1, 2, 3), (0, 0, 0)))
     loaded.save(scene)
     cases = {
@@ -337,7 +337,7 @@ def test_cameras_on_the_command_line(scene, tmp_path):
 
 @pytest.mark.parametrize(("depth", "middle"), [(0, 0), (1, 255)])
 def test_depth_on_the_command_line(depth, middle, tmp_path):
-    """A mirror that reflects nothing is black; a ray deeper it shows the white background."""
+    """A mirror at its depth limit is black, and a ray one level deeper shows the white background."""
     camera, mirror = co.Camera((0, -5, 0), (0, 0, 0)), co.Body(co.Sphere(), co.mirror(1.0))
     co.Scene(mirror, co.AmbientLight(0), camera, "white").save(tmp_path / "scene.yaml")
     done("render", tmp_path / "scene.yaml", "-o", tmp_path / "x.png", *SMALL, "--samples", 1, "--depth", depth)
@@ -372,7 +372,7 @@ def test_long_work_shows_progress(scene, monkeypatch, work):
     assert run("info", scene).stderr.count(f"{work.format(scene)}\n") == 1
 
 
-# --- Progress, notes and numbers on a terminal; how mistakes in files are raised
+# --- Progress, notes and numbers on a terminal; errors of mistakes in files
 
 
 def bar_text(monkeypatch: pytest.MonkeyPatch, is_terminal: bool) -> str:

@@ -1,4 +1,4 @@
-"""What commands print, measure and refuse."""
+"""The output, the measures and the errors of commands."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from conicoid.cli.app import app
 
 from .command_line import arrays, done, refused, run, written
 
-# --- What the commands print and write
+# --- Output and files of commands
 
 
 @pytest.fixture
@@ -119,7 +119,7 @@ def test_trace_no_rays(scene, tmp_path, options):
     assert len((tmp_path / "out.csv").read_text().splitlines()) == 1
 
 
-# --- Lengths, line integrals and measures on the command line; findings in the exit code; options given twice
+# --- Lengths, line integrals and measures on the command line; findings in the exit code; repeated options
 
 LEAD, WATER = (
     co.matte("gray", name="lead", properties={"mu": 1.5}),
@@ -131,7 +131,7 @@ MEASURED = co.Scene([
 ])  # fmt: skip
 TABLE = np.array([[(0, 0, 9, 0, 0, -2), (-9, 0, 0, 1, 0, 0)], [(3, 0, 9, 0, 0, -1), (0, 9, 9, 0, 0, 1)]], float)
 ALONG = [2, 2, 1, 1]
-"""Of the second ray, along x through the middle of all: diameters and widths."""
+"""Lengths of the second ray, along x through the middle of all: diameters and widths."""
 
 
 @pytest.fixture
@@ -271,7 +271,7 @@ def test_findings_are_in_the_exit_code(files, tmp_path):
 
 
 def _options():
-    """A value-taking option, and a flag, of each command that has one."""
+    """Return an option with a value, and a flag, of each command that has them."""
     import typer.main
 
     for name, command in typer.main.get_command(app).commands.items():
@@ -310,7 +310,7 @@ def test_an_empty_view_is_reported(files, tmp_path):
     assert "note" not in run(*view, "--fit").stderr
 
 
-# --- What commands print, and what they refuse: lists, plans, sections, and command lines that do not fit
+# --- Output and errors of commands: lists, plans, sections, and command lines that do not fit
 
 SCENE = co.Scene(
     [
@@ -393,7 +393,7 @@ def test_render_slice_has_the_colours_of_bodies(path, tmp_path):
     picture = tmp_path / "section.png"
     done("render", path, "-o", picture, "--slice", "x=0", "--width", "80", "--height", "60", "--samples", "1")
     pixels = np.asarray(Image.open(picture).convert("RGB"))
-    # From y = -2 to 2 and z = -3 to 9: one pixel is 1.05 * 12 / 60 = 0.21 wide, and the middle lies at (0, 3)
+    # From y = -2 to 2 and z = -3 to 9: one pixel is 1.05 * 12 / 60 = 0.21 wide, and the middle is at (0, 3)
     size = 1.05 * 12 / 60
     y, z = np.meshgrid((np.arange(80) + 0.5 - 40) * size, 3 + (30 - np.arange(60) - 0.5) * size)
     far = np.abs(np.hypot(y, z) - 0.5)

@@ -1,4 +1,4 @@
-"""The package's `dataclass` against the standard library's: the same classes, defined by both, behave alike."""
+"""The package's `dataclass` against the standard library's: a class by either behaves alike."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ CALLS = [
 
 
 def observe(act):
-    """Return what an act returns, or the type and text of its error."""
+    """Return the result of an action, or the type and text of its error."""
     try:
         return act()
     except Exception as error:

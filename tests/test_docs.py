@@ -1,4 +1,4 @@
-"""The documentation is true: its code runs, its links lead somewhere, every shape is in the table."""
+"""The documentation is true: its code runs, its links have targets, every shape is in the table."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ HEADING = re.compile(r"^#+ (.*)$", re.MULTILINE)
 
 
 def code_blocks(page: Path) -> list[str]:
-    """The Python blocks of a page, each preceded by empty lines so that line numbers are the page's."""
+    """Return the Python blocks of a page, each after empty lines so that line numbers are the page's."""
     text = page.read_text(encoding="utf-8")
     return ["\n" * text.count("\n", 0, found.start(1)) + found[1] for found in FENCE.finditer(text)]
 
@@ -50,14 +50,14 @@ WITH_CODE = [page for page in PAGES if page.parent.name != "dev" and code_blocks
 
 
 def draw_small(scene: co.Scene, width: int = 640, height: int = 480, *rest: Any, **more: Any) -> co.Image:
-    """A large picture in a sixteenth of its pixels."""
+    """Draw a large picture in a sixteenth of its pixels."""
     parts = 4 if width > 320 else 1
     return RENDER(scene, width // parts, height // parts, *rest, **more)
 
 
 @pytest.mark.parametrize("page", WITH_CODE, ids=name_of)
 def test_code_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A fast run does with fewer pixels, and with fewer rays where a page leaves their number to the package."""
+    """A fast run takes fewer pixels, and fewer rays where a page leaves their number to the package."""
     monkeypatch.chdir(tmp_path)
     if quick():
         monkeypatch.setattr(co.Scene, "render", draw_small)
@@ -81,13 +81,13 @@ def test_links_lead_somewhere() -> None:
 
 
 def anchors(page: Path) -> set[str]:
-    """The anchors that GitHub gives to a page's headings."""
+    """Return GitHub's anchors of a page's headings."""
     headings = HEADING.findall(page.read_text(encoding="utf-8"))
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
 def test_words_of_the_workshop_stay_there() -> None:
-    """Sources have names, open intervals are in words, and a leaf or a cell is explained where the text names it."""
+    """Sources have names, open intervals are in words, and pages explain a leaf or a cell where they name it."""
     texts = {
         name_of(page): page.read_text(encoding="utf-8")
         for page in PAGES
@@ -111,12 +111,12 @@ def test_every_shape_and_integrator_is_in_the_tables() -> None:
 
 
 def recipe(name: str) -> list[str]:
-    """The Python blocks of a recipe in docs/dev, each on the page's line numbers."""
+    """Return the Python blocks of a recipe in docs/dev, each on the page's line numbers."""
     return list(code_blocks(ROOT / "docs" / "dev" / f"{name}.md"))
 
 
 def loaded(monkeypatch: pytest.MonkeyPatch, name: str, code: str) -> ModuleType:
-    """A module of the package with an example's code."""
+    """Return a module of the package with an example's code."""
     spec = importlib.util.spec_from_loader(name, loader=None)
     assert spec is not None
     module = importlib.util.module_from_spec(spec)
@@ -150,7 +150,7 @@ def test_the_primitive_of_contributing_works(monkeypatch: pytest.MonkeyPatch) ->
 @needs_compiler
 @pytest.mark.parametrize("whole", [False, pytest.param(True, marks=pytest.mark.deep)])
 def test_the_integrator_of_contributing_works(whole: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    """It is known by its name; the whole of it compiles a kernel of pictures."""
+    """Its name selects it. A kernel of pictures compiles with it."""
     code, line, test = recipe("add-an-integrator")
     loaded(monkeypatch, "conicoid.render.integrators.curvature", code)
     (added,) = eval(line.strip(), {"Integrator": Integrator})
@@ -164,7 +164,7 @@ def test_the_integrator_of_contributing_works(whole: bool, monkeypatch: pytest.M
 @needs_compiler
 @pytest.mark.parametrize("whole", [False, pytest.param(True, marks=pytest.mark.deep)])
 def test_the_query_of_contributing_works(whole: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    """It has its place and its name; the whole of it compiles a kernel of rays."""
+    """It has its place and its name. A kernel of rays compiles with it."""
     code, method, line, test = recipe("add-a-query")
     module = loaded(monkeypatch, "conicoid.queries.thickness", code)
     monkeypatch.setattr(queries, "thickness", module, raising=False)
@@ -178,7 +178,7 @@ def test_the_query_of_contributing_works(whole: bool, monkeypatch: pytest.Monkey
 
 @pytest.mark.deep
 def test_the_examples_of_contributing_join_the_tree(tmp_path: Path) -> None:
-    """In a copy of it, by the edits that the page tells of: they pass the tests that hold for all of their kind."""
+    """The page's edits go into a copy of the tree. There the examples pass the tests for all of their kind."""
     for folder in ("conicoid", "native", "tests", "docs"):
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__"))
     for name in ("pyproject.toml", *LETTERS):
@@ -216,7 +216,7 @@ def test_the_examples_of_contributing_join_the_tree(tmp_path: Path) -> None:
 
 
 def insert(file: Path, code: str, before: str) -> None:
-    """Put the code of an example into a file, indented, before a text that stands there once."""
+    """Insert the code of an example into a file, indented, before a text that stands there once."""
     text = file.read_text(encoding="utf-8")
     assert text.count(before) == 1
     depth = "    " if code.lstrip().startswith("@") else 8 * " "

@@ -1,4 +1,4 @@
-"""Scenes made from scenes: other cameras, lights, bodies. What did not change is not worked out again."""
+"""Scenes from scenes: other cameras, lights, bodies. Unchanged parts are not computed again."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ RAYS = (np.random.default_rng(3).normal(size=(400, 3)) * 4, np.random.default_rn
 
 
 def _things() -> list[co.Body]:
-    """Of every kind: cells, regions with coinciding walls, sheets, clipped sheets, polygons, balls, stretched ones."""
+    """Return bodies of every kind: cells, coincident walls, sheets, clipped sheets, polygons, balls, stretched ones."""
     drilled = co.Sphere(1) - co.Cylinder((0, 0, -2), (0, 0, 2), 0.4).painted(co.matte("red"))
     turned = (co.Box((0, 0, 0), (1, 1, 1)) | co.Cone((0, 0, 1), (0, 0, 2), 0.5, 0)).rotate((1, 2, 3), 40)
     balls = co.Spheres(np.random.default_rng(1).normal(size=(30, 3)), 0.2)
@@ -32,9 +32,9 @@ def _things() -> list[co.Body]:
 
 
 def _same(a: co.Scene, b: co.Scene) -> None:
-    """Tables to the bit."""
+    """Compare tables to the bit."""
     for name, column in a._prepared.lowered.tables._asdict().items():
-        if name == "leaf_items":  # has room between its rows that nobody fills
+        if name == "leaf_items":  # it has room between its rows that nobody fills
             continue
         assert np.array_equal(column, getattr(b._prepared.lowered.tables, name), equal_nan=True), name
     assert a._prepared.lowered.face_paint == b._prepared.lowered.face_paint
@@ -43,7 +43,7 @@ def _same(a: co.Scene, b: co.Scene) -> None:
 
 @pytest.fixture
 def worked_out(monkeypatch):
-    """The shapes that are lowered, one after the other: nothing has been recorded, of which others could be lowered."""
+    """Return the shapes that are lowered one after the other, because there is no recording that could lower them together."""
     monkeypatch.setattr(recordings, "RECORDINGS", recordings.RecordingCache())
     seen: list[co.Shape] = []
     work = parts.compute_shape
@@ -51,7 +51,7 @@ def worked_out(monkeypatch):
     within = []
 
     def noted(shape):
-        # The parts of a Boolean, which its box needs, are no bodies
+        # The parts of a Boolean, which its box needs, are not bodies
         seen.extend([shape] if not within else [])
         within.append(shape)
         try:

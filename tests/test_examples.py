@@ -1,4 +1,4 @@
-"""The examples run: every picture of the gallery, small, and the lens against paraxial theory."""
+"""The examples: every picture of the gallery, small, and the lens against paraxial theory."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def load(monkeypatch):
 
 @pytest.mark.parametrize("every", [15, deep(1)])
 def test_every_picture_of_the_gallery(load, every):
-    """A fast run draws one in fifteen."""
+    """A fast run draws one picture in fifteen."""
     for name, picture in list(load("gallery").PICTURES.items())[::every]:
         pixels = picture(None, 0.1).pixels
         assert np.isfinite(pixels).all(), name
@@ -45,7 +45,7 @@ def _is_seen(picture):
 
 
 def test_pictures_by_light_transport(load):
-    """Each in a few pixels, with two samples: all of it is light, and something is seen."""
+    """Each has a few pixels, with two samples. All of it is light, and some body is visible."""
     light = load("gallery").LIGHT
     assert [name for name in light if name not in LARGE and not _is_seen(light[name])] == []
 
@@ -57,7 +57,7 @@ def test_large_pictures_by_light_transport(load):
 
 
 def test_the_ball_lens_has_its_paraxial_focus(load):
-    """n R / (2 (n - 1)) from the centre, up to spherical aberration of second order in the height."""
+    """The focus is n R / (2 (n - 1)) from the center, up to spherical aberration of second order in the height."""
     lens = load("trace_ball_lens")
     paraxial = 1.52 / (2 * 0.52)
     errors = [paraxial - lens.focal_length(height) for height in (0.1, 0.01, 0.001)]
@@ -66,7 +66,7 @@ def test_the_ball_lens_has_its_paraxial_focus(load):
 
 
 def test_the_explained_ray_goes_through_the_bore(load, tmp_path, capsys):
-    """The bore of radius 1/2 about z is left and entered at x = −4 + t = ∓1/2; the lens's balls of radius 2.2 follow."""
+    """The ray crosses the bore of radius 1/2 about z at x = −4 + t = ∓1/2. The lens's balls of radius 2.2 follow."""
     example = load("explained")
     example.main(tmp_path)
     assert {path.name for path in tmp_path.iterdir()} == {"explained.svg", "explained.html"}
@@ -81,7 +81,7 @@ def test_the_explained_ray_goes_through_the_bore(load, tmp_path, capsys):
 
 
 def test_the_head_is_that_of_the_shared_figures(load):
-    """Ten ellipsoids; the projection integrates to their mass."""
+    """There are ten ellipsoids, and the projection integrates to their mass."""
     head = load("shepp_logan")
     solids, density = head.head()
     assert len(solids) == len(density) == 10
@@ -94,7 +94,7 @@ def test_the_head_is_that_of_the_shared_figures(load):
 
 
 def test_the_head_follows_its_euler_angles(load):
-    """A point is inside where p = Rz(psi) Rx(theta) Rz(phi) (x - centre), as coordinates turn, has Σ (p / axis)² <= 1."""
+    """A point is inside where p = Rz(psi) Rx(theta) Rz(phi) (x - center), as coordinates turn, has Σ (p / axis)² <= 1."""
     solids, _ = load("shepp_logan").head()
     points = np.random.default_rng(3).uniform(-1, 1, (20_000, 3))
     for solid, row in zip(solids, table(), strict=True):
@@ -126,7 +126,7 @@ def table() -> list[list[float]]:
 
 
 def test_tracks_cross_all_parts_of_the_detector(load, capsys):
-    """Straight up, a track crosses the thickness of each tube; tubes are cut open towards -y and +z."""
+    """A track straight up crosses the thickness of each tube. Tubes are cut open towards -y and +z."""
     example = load("detector_tracks")
     found = example.parts().lengths((0, 0, 0), (0, 1, 0))
     layers = [outer - inner for inner, outer, *_ in load("detector").LAYERS]

@@ -1,4 +1,4 @@
-"""Images: sRGB on the way out, colour maps, files that are whole, and what is refused."""
+"""Images: sRGB on output, color maps, complete files, and refusals."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ OpenEXR = pytest.importorskip("OpenEXR")
 
 
 def standard(linear: float) -> int:
-    """IEC 61966-2-1 in 8 bits."""
+    """Apply IEC 61966-2-1 in 8 bits."""
     value = 12.92 * linear if linear <= 0.0031308 else 1.055 * linear ** (1 / 2.4) - 0.055
     return round(255 * value)
 
@@ -152,7 +152,7 @@ def test_integers_are_bytes_or_no_colours():
 
 
 def test_exr_of_16_bits_holds_bright_light_and_far_depths(tmp_path):
-    """65504 is the largest number of 16 bits: light above it is as bright as that, and no depth changes."""
+    """65504 is the largest number of 16 bits. Brighter light is as bright as that, and no depth changes."""
     OpenEXR = pytest.importorskip("OpenEXR")
     from conicoid.io.image_codecs import write_exr
 

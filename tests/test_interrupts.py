@@ -1,4 +1,4 @@
-"""Ctrl-C, wherever it comes: in kernels, in the compiler, in imports, in commands, and twice."""
+"""Ctrl-C at any time: in kernels, in the compiler, in imports, in commands, and twice."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def test_long_work_stops_and_can_be_repeated():
 
 # In the compiler ------------------------------------------------------------------------------------
 
-# What stands for LLVM at work: it lets other threads run, and hears of nothing
+# A stand-in for LLVM at work: it lets other threads run, and ignores signals
 COMPILING = """
 import hashlib, threading
 import numpy as np
@@ -153,7 +153,8 @@ def test_interrupted_compilations_can_be_repeated(monkeypatch):
     assert (code, rest.split()[-1], errors) == (0, "2", "")
 
 
-# The first comes from outside; the program itself sends the second while that is seen to, and the third on its way out
+# The first comes from outside. The program itself sends the second while it handles the first, and the third on its way
+# out
 THREE = """
 import hashlib, signal
 from conicoid.kernels import threads
@@ -208,7 +209,7 @@ sys.meta_path.insert(0, Interrupting())
 
 EARLY = ["typer", "conicoid.cli.drawing", "numpy", "conicoid.kernels.tables"]
 PROPER = "typer", "conicoid.cli.app"
-"""What plain commands do without: see `command_line/plain.py`."""
+"""Modules that plain commands do not import: see `command_line/plain.py`."""
 LATE = [
     "conicoid.cli.app", "conicoid.scene.files", "yaml", "conicoid.scene.scene", "conicoid._jit.decorators",
     "conicoid.render.tiles", "PIL",
@@ -219,7 +220,7 @@ LATE = [
 def test_while_something_is_imported(module, tmp_path):
     scene = written(tmp_path)
     options = ["-o", tmp_path / "x.png", "--width", 8, "--height", 8]
-    options += ["--samples=2"] if module in PROPER else []  # which is not plain
+    options += ["--samples=2"] if module in PROPER else []  # a command with samples is not plain
     with child(WHEN_IMPORTED, module, "render", scene, *options) as running:
         code, out, errors = running.end(300)
     assert (code, out) == (130, "")
@@ -228,7 +229,7 @@ def test_while_something_is_imported(module, tmp_path):
     assert not list(tmp_path.glob("*x*.png"))
 
 
-# A place where a command is, which is made to last
+# A place in a command, at which the test makes it wait
 HANGING = f"""
 import importlib, signal, sys, threading
 module, _, name = sys.argv[1].partition(":")
@@ -296,7 +297,9 @@ if "conicoid" in " ".join(sys.orig_argv):
     signal.signal(signal.SIGINT, signal.default_int_handler)
     sys.addaudithook(hook)
 """
-"""It sends Ctrl-C at an import, counted from that of `conicoid.cli`, the first large one, and at all after it."""
+"""The program sends Ctrl-C at an import, counted from that of `conicoid.cli`, the first large one, and at all later
+ones.
+"""
 
 
 @needs_signals

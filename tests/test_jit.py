@@ -1,4 +1,4 @@
-"""Kernels that Numba compiles: what is compiled how often, which Numba may, the note on a terminal, and the bits."""
+"""Kernels that Numba compiles: how often it compiles each, the versions of Numba, the note on a terminal, and the bits."""
 
 import io
 import json
@@ -90,7 +90,7 @@ class Terminal(io.StringIO):
 
 
 def note(monkeypatch: pytest.MonkeyPatch, stream: io.StringIO) -> str:
-    """What a compilation writes to a stream that is stderr."""
+    """Return the text that a compilation writes to a stream in place of stderr."""
     monkeypatch.setattr(sys, "stderr", stream)
     monkeypatch.setattr(compiler._Note, "SECONDS", 0.001)
 
@@ -124,7 +124,7 @@ TRACERS = "trace_first", "trace_rows"
 @needs_machine_code
 @pytest.mark.parametrize("names", [CHECKS, deep((HIT_FIELDS,)), deep((TRACERS,))], ids=" ".join)
 def test_compiled_kernels_give_the_bits_of_machine_code(names, monkeypatch):
-    """The digests of every kind of answer, where some kernels are compiled in this process."""
+    """Every kind of answer has its digest where this process compiles some kernels."""
     digests()  # imports the modules with kernels
     modules = [module for name, module in sys.modules.items() if name.startswith("conicoid.")]
     kernels = {name: compiler.compile_function(DECLARED[name][0], entry=True) for name in names}

@@ -1,4 +1,4 @@
-"""The folders and files that README, CONTRIBUTING, pages for developers and comments name are there."""
+"""Files and folders in the text of README, CONTRIBUTING, pages for developers and comments exist."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ PACKAGE = ROOT / "conicoid"
 pytestmark = pytest.mark.skipif(not PACKAGE.is_dir(), reason="the package's source is not beside its tests")
 NAMED = re.compile(r"(?<![\w./-])((?:[a-z_0-9]+/)*[a-z_0-9]+\.(?:py|js|glsl|c|h))(?![\w(])")
 EXAMPLES = {"setup.py", "my_scene.py"}
-"""Files of users."""
+"""Names of users' files."""
 
 RECIPES = {
     *("conicoid/geometry/cooling_tower.py", "tests/shapes/test_cooling_tower.py"),
@@ -22,7 +22,7 @@ RECIPES = {
     *("conicoid/render/bsdf/dust.py", "lab.py", "tests/scattering/test_dust.py"),
     *("conicoid/render/integrators/curvature.py", "tests/integrators/test_curvature.py"),
 }
-"""Files that somebody who follows a recipe writes."""
+"""Files that the reader of a recipe writes."""
 
 COMMENTS = {
     ".py": re.compile(r'""".*?"""|#[^\n]*', re.S),
@@ -32,7 +32,7 @@ SOURCES = sorted(path for folder in (PACKAGE, ROOT / "native") for path in folde
 
 
 def folders() -> Iterator[str]:
-    """Those of README's map, as paths from the root."""
+    """Return the folders of README's map, as paths from the root."""
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     block = re.search(r"```\n(conicoid/\n.*?)```", text, re.S)
     assert block
@@ -57,13 +57,13 @@ def test_the_readme_names_every_folder() -> None:
 
 
 def missing(path: Path, words: str, places: tuple[Path, ...], known: set[str]) -> list[tuple[str, str]]:
-    """(file, name) of the names in its words that no place holds."""
+    """Return (file, name) of the names in its words without a place that holds them."""
     names = set(NAMED.findall(words)) - known
     return [(path.name, name) for name in names if not any((place / name).exists() for place in places)]
 
 
 def test_files_that_comments_name_are_there() -> None:
-    """From the root, the package or the file's own folder."""
+    """A path begins at the root, the package or the file's own folder."""
     found = []
     for path in SOURCES:
         words = "\n".join(COMMENTS[path.suffix].findall(path.read_text(encoding="utf-8")))
@@ -72,7 +72,7 @@ def test_files_that_comments_name_are_there() -> None:
 
 
 def test_files_that_pages_for_developers_name_are_there() -> None:
-    """A name without a folder may be in any."""
+    """A name without a folder may be in any folder."""
     known = RECIPES | {path.name for path in SOURCES}
     pages = sorted((ROOT / "docs" / "dev").glob("*.md"))
     assert pages

@@ -1,4 +1,4 @@
-"""Messages: how long they are, what they suggest, and the names of other programs."""
+"""Messages: their length, their suggestions, and the names of other programs."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def _scene_of_many() -> co.Scene:
     lambda: getattr(co, LONG),
 ])  # fmt: skip
 def test_bad_input(provoke):
-    """The messages themselves are measured by `conftest.py`."""
+    """`conftest.py` measures the messages themselves."""
     with pytest.raises((ValueError, TypeError, LookupError, OSError, AttributeError)):
         provoke()
 
@@ -97,14 +97,14 @@ def test_bad_arguments_of_commands(tmp_path):
 
 
 def _public_words():
-    """Names of everything public: functions and classes, their methods and fields, and arguments."""
+    """Return names of everything public: functions and classes, their methods and fields, and arguments."""
     words = set(PUBLIC)
     for value in PUBLIC.values():
         for member in [value, *(getattr(value, name) for name in dir(value) if not name.startswith("_"))]:
             if callable(member):
                 try:
                     words |= set(inspect.signature(member).parameters)
-                except (TypeError, ValueError):  # of NumPy's types
+                except (TypeError, ValueError):  # types of NumPy
                     continue
         if isinstance(value, type):
             words |= {name for name in dir(value) if not name.startswith("_")}

@@ -1,4 +1,4 @@
-"""The script that tries the newest Numba: what it says, with and without a network."""
+"""The script that tries the newest Numba: its report, with and without a network."""
 
 import importlib.util
 from pathlib import Path

@@ -22,7 +22,7 @@ NOTEBOOKS = sorted((ROOT / "examples").glob("*.ipynb"))
 
 @pytest.fixture
 def client(monkeypatch, tmp_path):
-    """nbclient, with a kernel that is this very Python and finds the package in the tree."""
+    """Return nbclient with a kernel of this very Python, which finds the package in the tree."""
     monkeypatch.setenv("JUPYTER_PLATFORM_DIRS", "1")
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
     kernel = tmp_path / "kernels" / "python3"
@@ -54,7 +54,7 @@ def test_it_is_stored_without_its_results(path: Path):
     assert all(not cell.get("outputs") and cell.get("execution_count") is None for cell in cells)
 
 
-@pytest.mark.filterwarnings("default")  # what Jupyter's own packages warn of is not ours
+@pytest.mark.filterwarnings("default")  # warnings of Jupyter's own packages
 def test_first_steps(client):
     _, hit, spans, volume, picture = client(ROOT / "examples" / "first_steps.ipynb")
     # 0.6² + x² = 1
@@ -68,14 +68,14 @@ def test_first_steps(client):
 
 
 def numbers(outputs: list[Any]) -> list[float]:
-    """The numbers of a cell's last result."""
+    """Return the numbers of a cell's last result."""
     text = re.sub(r"array|float64|np\.", "", outputs[-1].data["text/plain"])
     return [float(word) for word in re.findall(r"-?\d+\.?\d*(?:e-?\d+)?", text)]
 
 
 @pytest.mark.filterwarnings("default")
 def test_a_scene_in_a_notebook_that_a_program_runs_is_a_page_in_itself(client, tmp_path):
-    """A widget there would have its HTML load a front end from the network."""
+    """A widget's HTML would load a front end from the network."""
     pytest.importorskip("anywidget", reason="needs anywidget")
     import nbformat
 
@@ -88,7 +88,7 @@ def test_a_scene_in_a_notebook_that_a_program_runs_is_a_page_in_itself(client, t
         assert "<iframe" in output.data["text/html"]
 
 
-# --- Tables that notebooks show: rows of the right rays, escaped texts, and how many rows are left out
+# --- Tables in notebooks: rows of the right rays, escaped texts, and the count of omitted rows
 
 SCENE = co.Scene([co.Body(co.Sphere(), "red", "a<b"), co.Box((2, 2, 2), (3, 3, 3))])
 RAYS = co.Rays([[(0, 0, 5), (9, 9, 9)], [(2.5, 2.5, 9), (0, 0, 5)]], (0, 0, -1))

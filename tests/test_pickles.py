@@ -1,4 +1,4 @@
-"""Everything public goes through pickle, copy and deepcopy, and comes back with all that it says."""
+"""Everything public survives pickle, copy and deepcopy with all its contents."""
 
 import copy
 import pickle
@@ -45,7 +45,7 @@ def fields(thing):
 
 
 def assert_same(answer, again):
-    """Every field of an answer, in type, shape and all bits, and as read-only as it was."""
+    """Assert that every field of an answer agrees in type, shape and all bits, and is as read-only as before."""
     assert type(again) is type(answer)
     assert fields(again) == fields(answer)
     for field in fields(answer):
@@ -91,7 +91,7 @@ def test_hits_without_their_scene_can_be_chosen_from(way, index):
 def test_rows_of_chosen_rays(way, index):
     """They are as read-only as the whole, so that copies may share them."""
     for answer in (SCENE.crossings(ORIGINS, DOWN), SCENE.spans(ORIGINS, DOWN)):
-        for field in fields(answer):  # what was worked out before is chosen from, too
+        for field in fields(answer):  # cached fields are selected, too
             found = getattr(answer[index], field)
             assert not isinstance(found, np.ndarray) or not found.flags.writeable, field
             getattr(answer, field)
@@ -192,7 +192,7 @@ def test_a_mistake_in_a_file_comes_back_from_another_process(way, tmp_path):
 def test_every_shape(motion):
     for k, (name, shape) in enumerate(every_example()):
         moved = MOTIONS[motion](shape)
-        assert len(moved.bounds) == 2  # which caches what it works out
+        assert len(moved.bounds) == 2  # it caches its result
         for way in list(WAYS.values())[k % len(WAYS) :: len(WAYS)]:
             again = way(moved)
             assert again == moved, name
@@ -221,7 +221,7 @@ def test_many_hits_are_pickled_as_arrays_and_not_one_by_one():
 
     few, many = (sum(1 for _ in pickletools.genops(pickled(count))) for count in (12, 12_000))
     assert many < few + 50
-    # What is told of a hit takes 189 bytes: 17 numbers of 8, with origin and direction 6 more, 7 of 4 and 3 of one
+    # A hit takes 189 bytes: 17 numbers of 8, with origin and direction 6 more, 7 of 4 and 3 of one
     assert len(pickled(12_000)) - len(pickled(12)) < 230 * 12_000
 
 
@@ -232,7 +232,7 @@ def test_detached_results_name_their_missing_scene():
 
 
 def test_pickles_of_development_versions_are_refused_with_the_version():
-    """They name modules that have moved: `c` is pickle's instruction for the attribute of a module."""
+    """They name modules of old paths: `c` is pickle's instruction for the attribute of a module."""
     with pytest.raises(
         ModuleNotFoundError, match=rf"'conicoid.shapes'.* Conicoid {re.escape(co.__version__)} has none"
     ):

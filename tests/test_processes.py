@@ -1,4 +1,4 @@
-"""Scenes go to other processes, however these are started, and their answers come back."""
+"""Scenes go to other processes by every start method, and their answers come back."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def lines_of(program: str, method: str) -> list[str]:
 
 @pytest.mark.parametrize("method", marked((method, method == "spawn") for method in HERE))
 def test_answers_come_back(method):
-    """By an executor, by a pool, and by joblib."""
+    """The routes are an executor, a pool, and joblib."""
     joblib = JOBLIB if method == "spawn" else ""
     pool = ["[4.0] ['ball']", "[7.0, inf] [None, None]"]
     assert lines_of(EXECUTOR + POOL + joblib, method) == [

@@ -1,4 +1,4 @@
-"""Results as values: shapes, joins, names, measures, and the light that a glass bends, by independent formulas."""
+"""Results as values: shapes, joins, names, measures, and refraction, by independent formulas."""
 
 import copy
 import itertools
@@ -135,7 +135,7 @@ def test_results_are_no_arrays(thing):
     lambda **t: SCENE.lengths(RAYS, **t), lambda **t: SCENE.spans(RAYS, **t).lengths(), lambda **t: SCENE.line_integral([1] * 4, RAYS, **t),
 ])  # fmt: skip
 def test_empty_interval_holds_nothing(ask, low, high):
-    """Where t_min is not below t_max."""
+    """t_min is not below t_max."""
     assert not ask(t_min=low, t_max=high).any()
 
 
@@ -162,7 +162,7 @@ SCANS = {
 
 @pytest.mark.parametrize("name", SCANS)
 def test_rays_of_a_scan_have_its_interval(name):
-    """Lengths in a ball by hand: the chord, cut off at the source and the pixel, or whole for parallel rays."""
+    """Lengths in a ball are by hand: the chord, cut off at the source and the pixel, or whole for parallel rays."""
     scene, scan = co.Scene([BALL]), SCANS[name]
     rays = co.Rays.from_scan(scan)
     origins, directions = rays.to_rays()
@@ -263,7 +263,7 @@ def test_slices_and_voxels_equal_their_pickles(make):
     ],
 )
 def test_stream_writes_hits_of_a_picture(make, chunk, tmp_path):
-    """The file said that its arrays were eight times as large, and nothing could read it."""
+    """The file's header had eight times the size of its arrays, and no program could read it."""
     rays = make(co.Camera((4, -9, 2), (2, 0, 0)))
     PILLARS.stream(rays, out=tmp_path / "hits.npz", chunk=chunk)
     found = co.Hits.load(tmp_path / "hits.npz")
@@ -348,7 +348,7 @@ TRACK = co.scene.BodyTrack("ball", times=(0, 1), translate=((0, 0, 0), (2, 0, 0)
 
 
 def test_scene_refuses_a_track_of_no_body(tmp_path):
-    """It was saved, too, as a file that `load` refused."""
+    """`load` refused the file that `save` wrote of it."""
     with pytest.raises(KeyError, match=r"Scene: animation\[0\]: no body named 'ball'"):
         co.Scene([co.Sphere()], animation=TRACK)
     moving = PILLARS.replace(animation=TRACK)
@@ -453,7 +453,7 @@ def test_bounds_have_names():
 
 
 def test_material_name_stands_for_all_that_have_it():
-    """Columns, and `by_material`, have one place for each different material; a name is for all of that name."""
+    """Columns, and `by_material`, have one place for each different material. A name stands for all of that name."""
     assert SCENE.materials == SPANS.materials == (RED, BLUE, None)
     columns = SPANS.lengths(by="material")
     assert np.array_equal(SCENE.lengths(RAYS, by="material"), columns)
@@ -548,7 +548,7 @@ WAVES = 0.45, 0.5875618, 0.65
 
 
 def index_by_tracing(scene, wavelength):
-    """The index of the first medium, by what `trace_paths` says of it."""
+    """Return the index of the first medium, from `trace_paths`."""
     paths = co.optics.trace_paths(scene, co.Rays([(1, 0, -5)], (0, 0, 1)), depth=1, wavelength=wavelength)
     return float(paths.index[(paths.level == 1) & ~paths.mirrored][0])
 
@@ -565,7 +565,7 @@ def index_by_tracing(scene, wavelength):
     ],
 )
 def test_trace_paths_and_focal_length_use_one_index(glass, index, wavelength):
-    """A ball's focal length is n D / (4 (n - 1)). Paths took a glass's `dispersion` for none."""
+    """A ball's focal length is n D / (4 (n - 1)). `trace_paths` ignored a glass's `dispersion`."""
     scene, n = co.Scene([co.Body(co.Sphere(10, (0, 0, 10)), glass)]), float(index(wavelength))
     assert math.isclose(index_by_tracing(scene, wavelength), n, rel_tol=1e-14)
     assert math.isclose(co.optics.focal_length(scene, wavelength), 20 * n / (4 * (n - 1)), rel_tol=1e-9)

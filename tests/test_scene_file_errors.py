@@ -1,4 +1,4 @@
-"""Files of scenes, of rays and of OpenMC as users write them: what is taken, and what errors say."""
+"""Files of scenes, of rays and of OpenMC as users write them: accepted forms, and errors."""
 
 from __future__ import annotations
 
@@ -165,7 +165,7 @@ def model(folder, material, cells=""):
 @pytest.mark.parametrize("units", ["g/cm3", "g/cc", "kg/m3", "atom/b-cm", "atom/cm3"])
 @pytest.mark.parametrize("value", ["-10.5", "0", "-0.0"])
 def test_load_openmc_densities_are_positive(tmp_path, units, value):
-    """OpenMC: "Need to specify a positive density on material"."""
+    """OpenMC requires: "Need to specify a positive density on material"."""
     with pytest.raises(
         co.SceneFileError, match=rf"model\.xml:1:\d+: material 1 'fuel': density: value must be > 0, got '{value}'"
     ):

@@ -1,4 +1,4 @@
-"""Every command with streams that are closed, full or read by nobody, and how a command ends."""
+"""Every command with streams that are closed, full or without a reader, and how a command ends."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from conicoid.cli import terminal as exit_codes
 from .children import ROOT
 from .command_line import run, written
 
-# --- Every command with streams that are closed, full or read by nobody, with inputs and outputs that are none
+# --- Every command with streams that are closed, full or without a reader, with missing inputs and outputs
 
 GEOMETRY = """<geometry>
   <surface id="1" type="sphere" coeffs="0 0 0 1" boundary="vacuum"/>
@@ -44,7 +44,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 def shell(folder: Path, command: str, streams: str = "", before: str = "") -> tuple[int, str, str]:
-    """(exit code, stdout, stderr) of a command with the shell's redirections, after what sets its limits."""
+    """Return (exit code, stdout, stderr) of a command with redirections, after a prefix that sets its limits."""
     ran = subprocess.run(
         ["bash", "-c", f'{before} "{sys.executable}" -m conicoid {command} {streams}'],
         cwd=folder, capture_output=True, text=True, check=False, timeout=600,
@@ -56,10 +56,10 @@ def shell(folder: Path, command: str, streams: str = "", before: str = "") -> tu
 
 
 CASES = [
-    # what is asked for goes to a file, whatever becomes of messages
+    # output into a file is independent of messages
     *((command, streams, 0, "") for command in WRITERS[:2] for streams in ("2>&-", "2>/dev/full", ">&- 2>&-", "<&-")),
     *((command, streams, 0, "") for command in (*TELLERS, *BOTH) for streams in ("2>&-", "2>/dev/full", "<&-")),
-    # what goes to stdout is lost
+    # output to stdout is lost
     *((command, ">&-", 1, "error: standard output: bad file descriptor\n") for command in TELLERS),
     *((command, ">/dev/full", 1, "error: standard output: no space left on device\n") for command in TELLERS),
     *((command, "| true; exit ${PIPESTATUS[0]}", 141, "") for command in TELLERS[1:4]),
@@ -92,7 +92,7 @@ def test_streams(folder, command, streams, code, message):
 @posix
 @full
 def test_read_output_is_whole_whichever_end_closes(folder):
-    """The table of bodies is the same without a stderr; and nothing that is said goes into the file."""
+    """The table of bodies is the same without a stderr, and no message goes into the file."""
     _, usual, _ = shell(folder, "info scene.yaml", "")
     assert shell(folder, "info scene.yaml", "2>&-")[1] == usual
     shell(folder, TRACE, "")
@@ -115,7 +115,7 @@ OUTPUTS = {
 @pytest.mark.parametrize("name", OUTPUTS)
 @pytest.mark.parametrize("place", ["missing", "folder", "device"])
 def test_outputs_that_cannot_be(folder, monkeypatch, name, place):
-    """Refused before the work: the input is not even there."""
+    """The error comes before the work: the input does not exist."""
     monkeypatch.chdir(folder)
     command, suffix = OUTPUTS[name]
     output = folder / f"x{suffix}"
@@ -186,7 +186,7 @@ def test_a_disk_that_fails_is_no_mistake_in_the_input(folder, monkeypatch, comma
     ],
 )
 def test_too_little_memory_is_one_line(folder, command, space):
-    """A picture of ten gigabytes in six; libraries that do not fit into the address space."""
+    """A picture of ten gigabytes has six, or libraries do not fit into the address space."""
     found, out, errors = shell(folder, command, before=f"ulimit -v {space}; ")
     assert (found, out) == (1, "")
     lines = [line for line in errors.splitlines() if not line.startswith("compiling")]
@@ -196,7 +196,7 @@ def test_too_little_memory_is_one_line(folder, command, space):
 
 @pytest.mark.parametrize(("text", "message"), [("", "not enough memory for this"), ("a mebibyte", "a mebibyte")])
 def test_too_little_memory_to_begin_with(monkeypatch, capsys, text, message):
-    """As it may be while modules are imported; Python's own error has no text."""
+    """Memory may be too little even for imports of modules. Python's own error has no text."""
 
     def refuse() -> None:
         raise MemoryError(*filter(None, [text]))
@@ -213,7 +213,7 @@ def test_exit_codes_are_documented():
     assert listed == {value for name, value in vars(exit_codes).items() if name.startswith("EXIT_")}
 
 
-# --- How the command ends: without freeing what was made, and without taking anything from whoever goes on or listens
+# --- The end of a command: it frees no data, and takes nothing from programs that go on or listen
 
 BY_ANOTHER = """
 import runpy, sys
@@ -246,7 +246,7 @@ finally:
 
 
 def printed(*words: str, given: str = "") -> str:
-    """What Python prints, of both streams."""
+    """Return Python's output, of both streams."""
     ran = subprocess.run(
         [sys.executable, *words], capture_output=True, text=True, input=given, timeout=120, check=False,
         env={**os.environ, "PYTHONPATH": str(ROOT)},

@@ -1,4 +1,4 @@
-"""The structure of the code base keeps what `benchmarks/structure.py` measures."""
+"""The structure of the code base is within the limits of `benchmarks/structure.py`."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def structure() -> ModuleType:
 
 @pytest.fixture(scope="module")
 def found(structure: ModuleType) -> dict[str, object]:
-    gc.disable()  # it would walk through all trees again and again: they take three times as long
+    gc.disable()  # it would walk through all trees again and again, and triple the time
     modules = structure.modules(PACKAGE)
     gc.enable()
     return modules

@@ -1,4 +1,4 @@
-"""`conicoid info --system`: what a report of a problem has to say."""
+"""`conicoid info --system` prints all that a report of a problem needs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .command_line import refused, run
 
 
 def by_name(text: str) -> dict[str, str]:
-    """The lines by their first words."""
+    """Return the lines by their first words."""
     return {line.partition(" ")[0]: line.partition(" ")[2].strip() for line in text.splitlines()}
 
 

@@ -1,4 +1,4 @@
-"""`co.warmup()` leaves nothing to be compiled."""
+"""`co.warmup()` leaves no kernel uncompiled."""
 
 import inspect
 
@@ -68,7 +68,7 @@ print([entry.data["dispatcher"].py_func.__name__ for _, entry in late.buffer], f
 
 
 def test_the_table_of_queries_agrees_with_scene():
-    """It has their first arguments, and no method that takes an executor and makes no picture is missing."""
+    """The table has their first arguments, and every method that takes an executor and makes no picture."""
     arguments = {
         name: list(inspect.signature(method).parameters)
         for name, method in vars(Scene).items()
@@ -82,7 +82,7 @@ def test_the_table_of_queries_agrees_with_scene():
 
 @needs_machine_code
 def test_warmup_calls_every_kernel():
-    """Each has one signature, which machine code holds its callers to: what is called once is all that is compiled."""
+    """Each kernel has one signature, to which machine code holds its callers. So one call compiles all."""
     with child(CALLED) as running:
         count, left = running.line(300).split(" ", 1)
         assert int(count) > 20

@@ -34,7 +34,7 @@ from ..reference.solids import bodies
 from ..reference.trace import Trace
 from ..samples import sampled
 
-# --- `python -m benchmarks --accuracy`: its rays are what they say, its statistics are right, its systems see the same bodies
+# --- `python -m benchmarks --accuracy`: exact rays, right statistics, and the same bodies in every system
 
 FAMILY = {family.name: family for family in FAMILIES}
 
@@ -130,7 +130,7 @@ def test_bounds_of_exact_answers_have_no_ratio_and_stay_json():
 
 
 def shifted(offset):
-    """A system whose t is the exact one and an offset."""
+    """A system whose t is the exact one plus an offset."""
     return lambda made: [SystemAnswer(first_crossings(t.body, t.origins, t.directions).high + offset) for t in made]
 
 
@@ -228,7 +228,7 @@ def shot_at(body):
 
 @pytest.mark.parametrize("system", systems.SYSTEMS, ids=lambda system: system.peer.name)
 def test_systems_see_the_same_bodies(system):
-    """Where its peer is installed, each answers within single precision: bodies and rays were told rightly."""
+    """Each system that is installed answers within single precision. So it has received the right bodies and rays."""
     try:
         system.peer.find()
     except Absent as reason:
@@ -307,7 +307,7 @@ def test_the_measured_rays_have_the_answers_of_the_reference(shape, family, prec
 @pytest.mark.parametrize(
     ("body", "origin", "direction"),
     [
-        (ExactBall((0, 0, 0), 5.0), (3, 4, -9), (0, 0, 1)),  # touches: 3² + 4² = 5²
+        (ExactBall((0, 0, 0), 5.0), (3, 4, -9), (0, 0, 1)),  # touches it: 3² + 4² = 5²
         (ExactBlock((0, 0, 0), (1, 1, 1)), (0.25, 0, -1), (0, 0, 1)),  # runs in a face
         (ExactBlock((0, 0, 0), (1, 1, 1)), (-1, 0.5, 0), (1, 0, 1)),  # passes through an edge only
         (ExactRevolution((0, 0, 0), (0, 0, 2), 5.0, 5.0), (3, 4, -1), (0, 0, 1)),  # runs in the wall
@@ -321,7 +321,7 @@ def test_grazing_rays_have_no_agreed_answer(body, origin, direction):
 
 @pytest.mark.parametrize("name", REFERENCE_BODIES)
 def test_points_inside_are_where_the_line_has_them(name):
-    """A point is inside if the ray from it leaves an odd number of times: here, of convex bodies, if it hits at all both ways."""
+    """A point is inside a convex body if the rays from it both ways hit the body."""
     body, random = REFERENCE_BODIES[name], np.random.default_rng(6)
     points = random.uniform(-1.5, 1.5, (300, 3))
     if name == "hyperboloid":

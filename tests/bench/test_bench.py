@@ -17,7 +17,7 @@ from benchmarks.comparison.startup import HITS, OURS, PICTURES
 
 from ..samples import sampled
 
-# --- The benchmark: scenes fit their names, the table follows from the figures, and absent peers are listed
+# --- The benchmark: names of scenes, the table of figures, and systems that are not installed
 
 HERE = Peer("Somebody", "float32", lambda: "Somebody 1")
 
@@ -31,7 +31,7 @@ def row(name, measure, peer=HERE, floor=0.8, aim=1.2):
 
 
 def brute_force_balls(balls, origins, directions):
-    """Nearest root of |o + t d - c|² = r² with t > 0 over all balls, rays by balls."""
+    """Return the nearest root of |o + t d - c|² = r² with t > 0 over all balls, out of an array of rays by balls."""
     o, d, c = (np.asarray(x, float) for x in (origins, directions, balls.centers))
     p = o[:, None] - c
     a, b = (d * d).sum(-1)[:, None], np.einsum("nmk,nk->nm", p, d)
@@ -123,7 +123,7 @@ SMALL = Size(runs=1, balls=1000)
 
 @pytest.mark.parametrize("name", sampled(["latency", "latency-spans", "latency-1000", "import", "command"], 3))
 def test_work_around_the_rays_takes_time(name):
-    """No limit is asserted: this may run beside anything."""
+    """The test asserts no limit, because other work may run beside it."""
     measured = {row.name: row for row in limits.ROWS}[name].measure(SMALL)
     assert measured.ours > 0
     assert measured.ratio == measured.theirs / measured.ours
@@ -151,7 +151,7 @@ def test_queries_from_arrays_take_longer_than_nothing(name):
 
 
 def test_a_ball_takes_its_four_numbers_at_least():
-    """Center and radius are 32 bytes; 24 GiB for ten million are 2576 each."""
+    """Center and radius take 32 bytes; 24 GiB for ten million bodies are 2576 bytes each."""
     measured = limits.bytes_of_a_cell(SMALL)
     assert 32 < measured.ours < 1000
     assert measured.theirs == 2576
@@ -168,7 +168,7 @@ def test_moved_bodies_answer_as_in_a_scene_from_the_beginning(name):
 
 
 def test_a_picture_is_that_of_the_bodies_povray_gets():
-    """Balls in the picture's middle row: as many pixels are lit as a line of pixel centres meets balls."""
+    """As many pixels of the picture's middle row are lit as a line of pixel centers crosses balls."""
     each = scenes.balls(40)
     image = preparation.in_picture(scenes.spheres(each)).render(64, 64, samples=1).pixels.max(axis=-1) > 0
     centers = (np.arange(64) + 0.5) / 64 - 0.5
@@ -205,7 +205,7 @@ def test_programs_of_peers_are_programs(programs, peer):
 
 
 def test_a_core_has_its_pins(tmp_path):
-    """Four assemblies of 3 x 3 pins, of which the middle one is a tube, with 0.8 mm between them."""
+    """The scene has four assemblies of 3 x 3 pins 0.8 mm apart. The middle pin of each is a tube."""
     scenes.write_core(tmp_path / "geometry.xml", 2, 3)
     scene = co.load_openmc(tmp_path / "geometry.xml")
     pitch, gap = 1.26, 0.08
@@ -221,7 +221,7 @@ def test_a_core_has_its_pins(tmp_path):
     assert not set(clad.tolist()) & set(water.tolist())
 
 
-# --- Whole processes in fresh environments: the programs found, the right answers, and the report of a failure
+# --- Whole processes in new environments: which programs they find, their answers, and how they report a failure
 
 CACHED = """
 import json, os, conicoid._util.environment

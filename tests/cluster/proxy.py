@@ -1,4 +1,4 @@
-"""A wire that can be cut: connections to one port are passed on to another, until they are dropped."""
+"""A connection that tests can cut: it forwards one port to another until it drops all."""
 
 import contextlib
 import socket
@@ -6,7 +6,7 @@ import threading
 
 
 class Proxy:
-    """Passes what comes to `port` of this machine on to `target`, both ways."""
+    """Forward connections to `port` of this machine to `target`, both ways."""
 
     def __init__(self, target):
         self.target = target
@@ -33,7 +33,7 @@ class Proxy:
         self._end(one, other)
 
     def drop(self):
-        """Cut all connections; returns how many there were. New ones are let through."""
+        """Cut all connections and return how many there were. New ones pass."""
         with self.lock:
             cut, self.open = self.open, []
         self._end(*cut)

@@ -7,7 +7,7 @@ import threading
 
 
 def cluster(workers, threads=1, **options):
-    """A scheduler and its workers; its page is at any free port, as another test may have one open."""
+    """Start a scheduler and its workers. Its page takes any free port, because another test may have one open."""
     from distributed import LocalCluster
 
     return LocalCluster(
@@ -16,9 +16,9 @@ def cluster(workers, threads=1, **options):
 
 
 class Kept:
-    """A process of `dask worker`. It is started again whenever it ends, as Kubernetes does.
+    """A process of `dask worker`, which starts again whenever it ends, as under Kubernetes.
 
-    (Dask's nannies give up where a worker dies while they start it.)
+    Dask's nannies give up where a worker dies while they start it.
     """
 
     def __init__(self, address):
@@ -35,13 +35,13 @@ class Kept:
             self.started += 1
             while process.poll() is None and not self.ends.wait(0.2):
                 pass
-            process.kill()  # one that was asked to end waits half a minute for the task that it has
+            process.kill()  # a graceful end waits half a minute for the worker's task
             process.wait(60)
 
 
 @contextlib.contextmanager
 def workers(*addresses):
-    """A worker for each address, until the block ends."""
+    """Run a worker for each address until the block ends."""
     kept = [Kept(address) for address in addresses]
     try:
         yield kept

@@ -1,4 +1,4 @@
-"""A scene and rays that take every route, and what is asked of them."""
+"""A scene and rays that take every route, with all their queries."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ VALUES = [[1.0, 2.0], [0.5, 0.25], [3.0, 1.0], [0.125, 7.0]]
 
 
 def scene():
-    """Four bodies that overlap; the first rays of `rays` only touch the ball."""
+    """Return four bodies that overlap. The first rays of `rays` only touch the ball."""
     return co.Scene([
         co.Body(co.Sphere(1), name="ball", material=co.matte("red")),
         co.Body(co.Box() - co.Sphere(1.2), name="corners"),
@@ -18,7 +18,7 @@ def scene():
 
 
 def large_scene(count=5000):
-    """A recipe of more bytes than travel with each task."""
+    """Return a scene whose recipe has more bytes than travel with each task."""
     rng = np.random.default_rng(3)
     return co.Scene([co.Spheres(rng.normal(size=(count, 3)), 0.02)])
 
@@ -33,7 +33,7 @@ def rays(*shape):
 
 
 def answers(scene, rays, **how):
-    """Every query of rays and points, by its name."""
+    """Return the answers of every query of rays and points, by name."""
     ends = np.linspace(3, 9, rays.size).reshape(rays.shape)
     points = np.clip(rays.origins, -1, 1)
     some = points.reshape(-1, 3)[:60]
@@ -57,12 +57,12 @@ def answers(scene, rays, **how):
 
 
 def same(one, other):
-    """Are two answers equal to the bit, in all their fields?"""
+    """Return whether two answers are equal to the bit in all fields."""
     if isinstance(one, np.ndarray | np.generic):
         return one.shape == other.shape and one.dtype == other.dtype and np.array_equal(one, other)
     return one == other and one.rays == other.rays
 
 
 def differing(local, far):
-    """The names of the answers that are not the same."""
+    """Return the names of the answers that differ."""
     return [name for name in local if not same(local[name], far[name])]

@@ -1,4 +1,4 @@
-"""Tasks that end badly, by functions that workers can import. `file` counts how often a task was begun."""
+"""Tasks that end badly, by functions that workers can import. `file` counts how often a task began."""
 
 import os
 import signal
@@ -6,34 +6,34 @@ import time
 
 
 def begun(file):
-    """How often it was begun, this time included."""
+    """Return how often the task began, this time included."""
     with open(file, "ab") as counts:
         counts.write(b"x")
     return os.path.getsize(file)
 
 
 def dies(file, times):
-    """The number of the process; the first `times` die of it."""
+    """Return the number of the process; the first `times` processes die."""
     if begun(file) <= times:
         os.kill(os.getpid(), signal.SIGKILL)
     return os.getpid()
 
 
 class _Deadly:
-    """What a process dies of when it sends it."""
+    """An object that ends the process that pickles it."""
 
     def __reduce__(self):
         os._exit(1)
 
 
 def dies_when_asked(file):
-    """A result whose process dies when it is fetched; the second time an error."""
+    """Return a result that kills its process as this sends it. Raise an error the second time."""
     if begun(file) == 1:
         return _Deadly()
     raise ValueError("the second one fails by itself")
 
 
 def slow(seconds):
-    """The number of the process, after a while."""
+    """Return the number of the process after a while."""
     time.sleep(seconds)
     return os.getpid()

@@ -1,4 +1,4 @@
-"""Answers of workers are those of one process: commands, measures, pictures, lazy rays."""
+"""Workers give the answers of one process: commands, measures, pictures, lazy rays."""
 
 import contextlib
 import errno
@@ -19,12 +19,12 @@ from conicoid.parallel.workers import inline_workers
 from ..command_line import done, refused, run
 from . import subject
 
-# --- `conicoid trace --chunk` and `conicoid render` with workers: what they write is what they write without
+# --- `conicoid trace --chunk` and `conicoid render` with workers write the same files as without
 
 
 @pytest.fixture
 def files(tmp_path):
-    """A scene and its rays in files; the folder."""
+    """Write a scene and its rays into files; return the folder."""
     rays = subject.rays(500)
     co.save(subject.scene(), tmp_path / "scene.yaml")
     table = np.concatenate([rays.origins, rays.directions], axis=1)
@@ -59,7 +59,7 @@ def test_workers_write_the_same(files):
     for name, more in (("here", ()), ("there", ("--workers", 1, "--resume", files / "tiles"))):
         assert run("render", files / "scene.yaml", "-o", files / f"{name}.exr", *options, *more).exit_code == 0
     assert (files / "here.exr").read_bytes() == (files / "there.exr").read_bytes()
-    assert not (files / "tiles").exists()  # it is done
+    assert not (files / "tiles").exists()  # the picture is complete
 
 
 def test_mistakes(files, tmp_path):
@@ -95,7 +95,7 @@ def numbers(measures):
 
 @pytest.mark.parametrize("count", [2, *(pytest.param(count, marks=pytest.mark.deep) for count in (1, 3, 4))])
 def test_the_rays_of_one_shape_are_shared_out(count, processes, monkeypatch):
-    """Whatever the workers and their BLAS: each piece has sums of its own, which are added in order."""
+    """Each piece has sums of its own, which are added in order, whatever the workers and their BLAS."""
     done, near = [], numbers(co.measure(LENS, rays=200_000, seed=3))
     tasks, submit = [], co.parallel.Processes.submit
     monkeypatch.setattr(co.parallel.Processes, "submit", lambda *of, **more: tasks.append(of) or submit(*of, **more))
@@ -126,7 +126,7 @@ def test_a_worker_dies_while_it_measures():
     assert numbers(far) == numbers(co.measure(LENS, rays=60_000))
 
 
-# --- Pictures in tiles on workers, and those that go on where a driver was stopped
+# --- Pictures in tiles on workers, and pictures that continue after the driver was stopped
 
 
 def test_tiles_of_workers_to_the_bit(processes):
@@ -159,11 +159,11 @@ def test_a_picture_goes_on(tmp_path):
     calls = []
     image = scene.render(100, 70, samples=1, resume=file, executor=workers, progress=lambda *step: calls.append(step))
     assert np.array_equal(image.pixels, local.pixels)
-    assert calls[0][0] == 5  # tiles 0 to 3 were kept, and one is new
+    assert calls[0][0] == 5  # tiles 0 to 3 are in the file, and one is new
     again = []
     image = scene.render(100, 70, samples=1, resume=file, progress=lambda *step: again.append(step))
     assert np.array_equal(image.pixels, local.pixels)
-    assert again == []  # all of them were there
+    assert again == []  # all of them are in the file
     with pytest.raises(ValueError, match="holds parts of other work"):
         scene.render(100, 70, samples=2, resume=file)
 
@@ -229,7 +229,7 @@ def test_a_driver_killed_twenty_times(tmp_path):
             time.sleep(0.005)
         if driver.poll() is not None:
             assert driver.returncode == 0
-            tiles.unlink()  # it was done: from the start again
+            tiles.unlink()  # the picture is complete: it starts again from the beginning
             sizes.append(0)
             continue
         driver.send_signal(signal.SIGKILL)
@@ -241,7 +241,7 @@ def test_a_driver_killed_twenty_times(tmp_path):
     assert picture.read_bytes() == (tmp_path / "local.exr").read_bytes()
 
 
-# --- Rays that are made where they are traced, and answers that are never held as a whole
+# --- Rays that workers make as they trace them, and answers that no process holds as a whole
 
 CAMERAS = [co.Camera((5, 1, 2), (0, 0, 0)), co.OrthographicCamera((5, 1, 2), (0, 0, 0), height=3)]
 
@@ -252,7 +252,7 @@ def test_rays_of_cameras_to_the_bit(camera):
     assert lazy.shape == rays.shape
     assert lazy.to_rays() == rays
     assert lazy.part(100, 140) == co.Rays(rays.origins.reshape(-1, 3), rays.directions.reshape(-1, 3))[100:140]
-    assert len(pickle.dumps(lazy)) < 500  # however many rays they are
+    assert len(pickle.dumps(lazy)) < 500  # however many rays there are
 
 
 SCAN = co.ct.parallel3d([0, 90], 7, 11)
@@ -287,7 +287,7 @@ def test_queries_take_them(processes):
 
 
 def parts_of(rays, directory):
-    """The same rays as everything that `stream` takes."""
+    """Return the same rays in every form that `stream` takes."""
     flat = np.concatenate([rays.origins.reshape(-1, 3), rays.directions.reshape(-1, 3)], axis=1)
     np.save(directory / "rays.npy", flat)
     on_disk = np.load(directory / "rays.npy", mmap_mode="r")

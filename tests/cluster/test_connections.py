@@ -1,4 +1,4 @@
-"""Connections that break while work goes on: of workers to their scheduler, and of the one who asks."""
+"""Connections that break while work goes on: of workers to their scheduler, and of the client."""
 
 import time
 
@@ -19,7 +19,7 @@ pytestmark = pytest.mark.filterwarnings(
 
 @pytest.fixture
 def wires():
-    """(address, proxy) of a scheduler without workers that is reached over a proxy; and its own address."""
+    """Return (address, proxy) of a scheduler without workers behind a proxy, and its own address."""
     with cluster(0) as made:
         host, _, port = made.scheduler_address.removeprefix("tcp://").partition(":")
         proxy = Proxy((host, int(port)))

@@ -20,18 +20,18 @@ da = pytest.importorskip("dask.array")
 distributed = pytest.importorskip("distributed")
 
 pytestmark = pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
-"""Of sockets that Dask closes after its loop."""
+"""Warnings of sockets that Dask closes after its loop."""
 
 
 def lazy(rays, *chunks):
-    """The rays as arrays of Dask, in blocks that do not fit each other."""
+    """Return the rays as arrays of Dask, in blocks of different sizes."""
     origins = da.from_array(rays.origins, chunks=(*chunks, 2))
     directions = da.from_array(rays.directions, chunks=(*(max(1, c // 2) for c in chunks), 3))
     return origins, directions
 
 
 def check_arrays(scene, rays):
-    """Every query of arrays of Dask, by the scheduler that is active."""
+    """Compare every query of arrays of Dask, by the active scheduler."""
     lines, ends = lazy(rays, 2, 30), np.linspace(3, 9, rays.shape[-1])
     local, hits = scene.first_hit(rays, None, 0, ends), scene.first_hit(*lines, t_max=ends)
     fields = [name for name in dir(hits) if name not in ("blocks", "shape")]
@@ -106,7 +106,7 @@ def test_a_scheduler_and_its_workers():
         check_arrays(scene, rays)
         large, local = subject.large_scene(), subject.answers(scene, rays)
         assert large.first_hit(rays, executor=client) == large.first_hit(rays)
-        for chunk in (70, rays.size):  # of the grid that the deep suite goes through
+        for chunk in (70, rays.size):  # a part of the grid of the deep suite
             how = co.parallel.Workers(client, chunk=chunk)
             assert subject.differing(local, subject.answers(scene, rays, executor=how)) == []
         picture = scene.render(70, 70, executor=client)
@@ -117,7 +117,7 @@ def test_a_scheduler_and_its_workers():
 
 
 def pids(made):
-    """Of the workers' processes, by the nannies that watch them."""
+    """Return the numbers of the workers' processes, from the nannies that watch them."""
     return [nanny.pid for nanny in made.workers.values() if nanny.pid]
 
 

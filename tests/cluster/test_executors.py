@@ -1,4 +1,4 @@
-"""Queries on executors: the same bits as without, however they are cut, and plain words for what cannot be."""
+"""Queries on executors: the same bits as without, for every size of chunks, and plain messages for what cannot be."""
 
 import multiprocessing
 import os
@@ -24,7 +24,7 @@ from conicoid.parallel.shared_state import source_version
 
 from . import subject
 
-# --- Queries on executors: the same bits as without, however they are cut, and plain words for what cannot be
+# --- Queries on executors: the same bits as without, for every size of chunks, and plain messages for what cannot be
 
 
 @pytest.mark.parametrize("chunk", [7, 4096, None])
@@ -55,7 +55,7 @@ def test_answers_know_the_scene(processes):
 
 def test_without_a_shared_disk_a_recipe_is_sent_on_demand(processes, monkeypatch):
     scene, rays = subject.large_scene(), subject.rays(600)
-    monkeypatch.setattr(recipe.SharedObject, "_written", lambda self: None)  # as where no disk has room
+    monkeypatch.setattr(recipe.SharedObject, "_written", lambda self: None)  # as on a full disk
     far = scene.first_hit(rays, executor=co.parallel.Workers(processes, chunk=50))
     assert far == scene.first_hit(rays)
 
@@ -79,7 +79,7 @@ def test_progress_and_window(processes):
 
 
 class Counting(ThreadPoolExecutor):
-    """Notes the tasks that are sent."""
+    """An executor that counts tasks."""
 
     def __init__(self):
         super().__init__(1)
@@ -96,13 +96,13 @@ def test_memory_is_bounded_by_the_window():
     workers = co.parallel.Workers(pool, chunk=10, window=4)
     parts = subject.scene().stream(subject.rays(1000), executor=workers)
     next(parts)
-    assert len(pool.futures) <= 1 + 4 + 1  # that which asks for the version, and the window
+    assert len(pool.futures) <= 1 + 4 + 1  # the task for the version, and the window
     parts.close()
     pool.shutdown()
 
 
 class Waiting(ThreadPoolExecutor):
-    """Tells its version, and does no task."""
+    """An executor that answers its version and never finishes another task."""
 
     def __init__(self):
         super().__init__(1)
@@ -152,7 +152,7 @@ def test_senseless_numbers(options, message):
 
 
 class Answering(ThreadPoolExecutor):
-    """Workers that say something else when they are asked for their version."""
+    """Workers that answer with another version."""
 
     def __init__(self, version):
         super().__init__(1)
@@ -183,7 +183,7 @@ def test_a_worker_of_other_sources_refuses():
 
 
 class Breaking(ThreadPoolExecutor):
-    """Breaks at its second task, as a pool does whose process dies."""
+    """A pool that breaks at its second task, as if a process had died."""
 
     def __init__(self):
         super().__init__(1)
@@ -227,7 +227,7 @@ def test_chunks_follow_the_rate():
 
 
 def test_errors_of_tasks_reach_the_asker(processes):
-    wrong = np.concatenate([subject.rays(9).origins, np.zeros((9, 3))], axis=1)  # which a worker finds out
+    wrong = np.concatenate([subject.rays(9).origins, np.zeros((9, 3))], axis=1)  # a worker finds this out
     with pytest.raises(ValueError, match=r"Rays: direction must not be zero.* for ray\[0\]"):
         list(subject.scene().stream(wrong, executor=processes))
 
@@ -243,7 +243,7 @@ def test_threads_of_a_task():
             thread = threading.Thread(target=lambda: others.append(thread_count()))
             thread.start()
             thread.join()
-        assert others == [3]  # those of other threads are not bound by it
+        assert others == [3]  # it does not bind other threads
         assert thread_count() == 3
     finally:
         co.set_threads(None)
@@ -259,7 +259,7 @@ def test_tasks_of_processes_that_die(processes):
 
 @pytest.mark.skipif(os.name != "posix", reason="Windows has no masks of signals")
 def test_control_c_while_a_process_starts(monkeypatch):
-    """The terminal sends it to all processes: those that import yet printed a traceback, and died."""
+    """The terminal sends Ctrl-C to all processes. Those that were still importing printed a traceback and died."""
     program = f"import os, signal; os.kill(os.getpid(), signal.SIGINT); {own_processes._SERVE}"
     monkeypatch.setattr(own_processes, "_SERVE", program)
     with own_processes.Processes(1, retries=0) as pool:
@@ -280,7 +280,7 @@ def test_tasks_that_take_too_long_are_ended():
 
 
 def brought(thing):
-    """A thing whose arrays are views of one message, each at an odd place."""
+    """Return an object whose arrays are views of one message, each at an odd byte."""
     buffers = []
     main = pickle.dumps(thing, protocol=5, buffer_callback=buffers.append)
     parts = [bytes(buffer.raw()) for buffer in buffers]
@@ -294,7 +294,7 @@ def brought(thing):
 
 
 class Messenger(Executor):
-    """One worker, in this process, with whom all is exchanged by messages."""
+    """One worker in this process, which exchanges all objects by messages."""
 
     _max_workers = 1
 
@@ -322,18 +322,18 @@ def test_every_query():
     assert subject.differing(wanted, subject.answers(scene, rays, executor=Messenger())) == []
 
 
-# --- Notes of workers are logged once, in the process that asks; nobody reads the logs of workers
+# --- The process of the user logs notes of workers once; nobody reads the logs of workers
 
 
 @pytest.fixture
 def logged(caplog):
-    """The warnings of Conicoid's log that tell of overlaps."""
+    """Return the warnings on overlaps from Conicoid's log."""
     return lambda: [r.getMessage() for r in caplog.records if "through two bodies at once" in r.getMessage()]
 
 
 @pytest.mark.parametrize("kind", ["processes", "threads", "none"])
 def test_overlaps_are_reported_once(kind, processes, logged):
-    scene, rays = subject.scene(), subject.rays(200)  # whose ball and corners overlap
+    scene, rays = subject.scene(), subject.rays(200)  # its ball and corners overlap
     pool = dict(processes=processes, threads=ThreadPoolExecutor(2), none=None)[kind]
     how = None if pool is None else co.parallel.Workers(pool, chunk=20)
     scene.line_integral(subject.VALUES, rays, executor=how)
@@ -341,7 +341,7 @@ def test_overlaps_are_reported_once(kind, processes, logged):
     assert logged()[0].startswith("line_integral: ")
     list(scene.stream(rays, "line_integral", values=subject.VALUES, executor=how))
     scene.line_integral(subject.VALUES, rays)
-    assert len(logged()) == 1  # the note of this scene is logged already
+    assert len(logged()) == 1  # the log has the note of this scene already
     subject.scene().line_integral(subject.VALUES, rays, executor=how)
     assert len(logged()) == 2
     subject.scene().line_integral(subject.VALUES, rays, executor=how, overlaps="both")

@@ -1,4 +1,4 @@
-"""Files of rays and of answers that are read and written part by part: whatever the format, the same numbers."""
+"""Files of rays and answers that are read and written part by part: every format has the same numbers."""
 
 import os
 
@@ -22,7 +22,7 @@ def rays():
 
 @pytest.fixture
 def folder(tmp_path, rays):
-    """A scene, and the same rays in files of several kinds: .npz of two kinds, .npy and .csv."""
+    """Write a scene, and the same rays in files of several kinds: .npz of two kinds, .npy and .csv."""
     co.save(subject.scene(), tmp_path / "scene.yaml")
     table = np.concatenate([rays.origins, rays.directions], axis=1)
     np.save(tmp_path / "rays.npy", table)
@@ -182,7 +182,7 @@ def test_parquet(folder, rays):
     arrow = pytest.importorskip("pyarrow")
     names, numbers = ("ox", "oy", "oz", "dx", "dy", "dz"), [*rays.origins.T, *rays.directions.T]
     columns = dict(zip(names, numbers, strict=True))
-    # In another order than ours, with one more, and in groups of 90 rows
+    # Columns in another order, with one more, and in groups of 90 rows
     table = arrow.table({"id": np.arange(COUNT)} | dict(reversed(columns.items())))
     parquet.write_table(table, folder / "rays.parquet", row_group_size=90)
     parquet.write_table(arrow.table(columns | {"t_max": ends(COUNT)}), folder / "ends.parquet")
@@ -248,7 +248,7 @@ def test_zarr(folder, rays):
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes")
 def test_pipes_and_devices_in_folders_are_refused(tmp_path):
-    """A reader would wait for the first, and never come to an end with the second; links in a circle do no harm."""
+    """A reader would wait for a pipe and never end with a device; cycles of links do no harm."""
     inner = tmp_path / "rays.zarr" / "c"
     inner.mkdir(parents=True)
     (inner / "again").symlink_to(tmp_path)

@@ -1,4 +1,4 @@
-"""Workers, results and connections that are lost under Dask: the work goes on, or it is said that it does not."""
+"""Workers, results and connections that are lost under Dask: the work goes on, or an error says that it does not."""
 
 import sys
 import threading
@@ -24,7 +24,10 @@ pytestmark = [
 
 @pytest.fixture(scope="module")
 def client():
-    """Of a scheduler that gives a task up as soon as one worker has died with it; Dask's own limit is four."""
+    """Return the client of a scheduler that gives a task up as soon as one worker has died with it.
+
+    Dask's own limit is four.
+    """
     with (
         dask.config.set({"distributed.scheduler.allowed-failures": 0}),
         cluster(0) as made,
@@ -35,7 +38,7 @@ def client():
 
 
 def done_by(executor, call, *arguments, patience=200, **how):
-    """What one task brings; a failure where nothing has come of it for so many seconds."""
+    """Return the result of a task, or fail if there is none after so many seconds."""
     until = time.monotonic() + patience
 
     def still(*_):

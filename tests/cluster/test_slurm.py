@@ -31,7 +31,7 @@ CONFIG = "jobqueue:\n  slurm:\n    cores: 1\n    memory: 1GB\n    walltime: '00:
 
 @pytest.fixture
 def slurm(tmp_path):
-    """The environment of a machine whose Slurm has room."""
+    """Return the environment of a machine whose Slurm has room."""
     for name, text in (("sbatch", SBATCH), ("scancel", SCANCEL)):
         program = tmp_path / "bin" / name
         program.parent.mkdir(exist_ok=True)

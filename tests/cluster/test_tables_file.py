@@ -1,4 +1,4 @@
-"""Files of prepared tables: workers map them and prepare nothing; whole, of one edition, and the same to the bit."""
+"""Files of prepared tables, which workers map without any preparation: whole, of one edition, and the same to the bit."""
 
 import os
 import subprocess
@@ -16,9 +16,9 @@ from . import subject
 
 
 def crowd(count=300):
-    """Bodies of several kinds, with names and materials, of more bytes than travel with each task.
+    """Return bodies of several kinds, with names and materials, of more bytes than travel with each task.
 
-    Workers that tests share keep scenes: where they must open or prepare one, it is of a count of its own.
+    Shared workers keep scenes. So a test in which they must open or prepare one takes a count of its own.
     """
     rng = np.random.default_rng(5)
     places = rng.uniform(-2, 2, (count, 3))
@@ -29,7 +29,7 @@ def crowd(count=300):
 
 @pytest.fixture
 def kept(tmp_path):
-    """A scene, its file of tables, and the hash of its head."""
+    """Return a scene, its file of tables, and the hash of its head."""
     scene = crowd()
     made = recipe.shared_scene(scene)
     made.share_tables(source_version(), str(tmp_path))
@@ -55,7 +55,7 @@ def test_a_file_that_others_can_write_to_is_not_unpickled(tmp_path):
 
 @pytest.mark.skipif(os.name != "posix", reason="files have no modes")
 def test_workers_do_not_unpickle_files_that_others_can_write(processes, tmp_path):
-    """By the whole route: who can write to the store plants a file under the name that the next run looks for."""
+    """By the whole route: a stranger who can write to the store plants a file under the name that the next run opens."""
     how, rays = co.parallel.Workers(processes, chunk=50, store=tmp_path), subject.rays(100)
     wanted = crowd(303).first_hit(rays, executor=how)
     (path,) = tmp_path.iterdir()
@@ -104,7 +104,7 @@ def test_the_file_is_written_in_no_process_twice(kept, tmp_path):
     same = crowd()
     made = recipe.shared_scene(same)
     made.share_tables(source_version(), str(tmp_path))
-    assert same._cached_prepared is not None  # it came out of the file
+    assert same._cached_prepared is not None  # it came from the file
     assert made.reference().tables == (path, digest)
     assert os.stat(path).st_mtime_ns == before.st_mtime_ns
     rays = subject.rays(200)
@@ -114,7 +114,7 @@ def test_the_file_is_written_in_no_process_twice(kept, tmp_path):
 
 def test_workers_map_it(tmp_path):
     scene, rays = crowd(), subject.rays(300)
-    with co.parallel.Processes(1) as pool:  # of two, one may do all the work
+    with co.parallel.Processes(1) as pool:  # of two workers, one may do all the work
         how = co.parallel.Workers(pool, chunk=50, store=tmp_path)
         assert scene.first_hit(rays, executor=how) == scene.first_hit(rays)
         reference = recipe.shared_scene(scene).reference()
@@ -168,7 +168,7 @@ def test_a_process_that_dies_while_it_writes_leaves_no_such_file(processes, tmp_
         "shared_state.shared_scene(scene).share_tables(source_version(), sys.argv[1])\n"
     )
     assert subprocess.run([sys.executable, "-c", program, tmp_path]).returncode == 9
-    assert not list(tmp_path.glob("[!.]*"))  # but for a file that has no such name
+    assert not list(tmp_path.glob("[!.]*"))  # but for the partial file, whose name begins with a dot
     how, rays = co.parallel.Workers(processes, chunk=50, store=tmp_path), subject.rays(100)
     assert crowd(301).first_hit(rays, executor=how) == crowd(301).first_hit(rays)
     assert len(list(tmp_path.glob("[!.]*.tables"))) == 1
@@ -193,7 +193,7 @@ def test_a_file_that_another_program_replaced_is_not_read(kept):
     )
     recipe._own_objects.pop(reference.key)
     (again,) = recipe.find_shared(reference)
-    assert not isinstance(again.bodies, LazyBodies)  # it was made from what was said
+    assert not isinstance(again.bodies, LazyBodies)  # it was made from the recipe
     assert again == scene
 
 

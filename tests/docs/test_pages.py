@@ -80,7 +80,7 @@ def found(node: ast.expr, things: dict[str, Any]) -> Any:
     return None
 
 
-# --- The figures of the documentation are those that its programs draw, and each is shown
+# --- The programs of the documentation draw its figures, and a page shows each
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
@@ -120,7 +120,7 @@ def test_live_scenes_are_programs_of_the_gallery():
         assert (live.EXAMPLES / f"{name}.py").exists()
 
 
-# --- The link checker of the site: it finds what is wrong with a small site, and nothing else
+# --- The link checker of the site finds each fault of a small site, and nothing else
 
 
 @pytest.fixture
@@ -178,12 +178,12 @@ FENCE = re.compile(r"^```(python|diff)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
 def blocks(kind: str) -> list[str]:
-    """The fenced blocks of one language."""
+    """Return the fenced blocks of one language."""
     return [found[2] for found in FENCE.finditer(RECIPE.read_text(encoding="utf-8")) if found[1] == kind]
 
 
 def apply(diff: str, root: Path) -> None:
-    """Make the edits of a diff without line numbers: each hunk's old lines must stand once in their file."""
+    """Apply a diff without line numbers: the old lines of each hunk must stand once in their file."""
     for part in re.split(r"^--- ", diff, flags=re.MULTILINE)[1:]:
         name, _, hunks = part.partition("\n")
         file = root / name
@@ -198,7 +198,7 @@ def apply(diff: str, root: Path) -> None:
 
 
 def written_in_a_copy(tmp_path: Path) -> None:
-    """Make the edits of the page in a copy of the package and of the tests of surfaces."""
+    """Apply the edits of the page to a copy of the package and of the tests of surfaces."""
     for folder in ("conicoid", "tests/scattering"):
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__", "_kernels*"))
     for file in ("pyproject.toml", *(f"tests/{name}.py" for name in ("__init__", "conftest", "messages", "samples"))):
@@ -214,7 +214,7 @@ def written_in_a_copy(tmp_path: Path) -> None:
 
 
 def test_the_recipe_for_a_material_fits_the_package(tmp_path: Path) -> None:
-    """Its diffs apply, and what comes of them is Python."""
+    """The diffs of the page apply, and their result is Python."""
     written_in_a_copy(tmp_path)
     changed = [file for file in (tmp_path / "conicoid").rglob("*.py") if "dust" in file.read_text(encoding="utf-8")]
     assert len(changed) > 3
@@ -222,11 +222,11 @@ def test_the_recipe_for_a_material_fits_the_package(tmp_path: Path) -> None:
         compile(file.read_text(encoding="utf-8"), file.name, "exec")
 
 
-@pytest.mark.deep  # kernels are compiled
+@pytest.mark.deep  # it compiles kernels
 @needs_compiler
 @pytest.mark.parametrize("chosen", ["albedo or reciprocity", "picture"])
 def test_the_recipe_for_a_material_works(tmp_path: Path, chosen: str) -> None:
-    """By the short tests of the page, and by its pictures."""
+    """The short tests of the page pass, and so do its pictures."""
     written_in_a_copy(tmp_path)
     command = [
         sys.executable,

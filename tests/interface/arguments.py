@@ -1,4 +1,4 @@
-"""Every public constructor and function with arguments that it takes, and things that no argument is meant to be."""
+"""Every public constructor and function with good arguments, and objects that fit no argument."""
 
 from __future__ import annotations
 
@@ -370,4 +370,4 @@ TAKEN = {
     ("Scene", "camera", "a camera"),
     ("Scene", "lights", "a light"),
 }
-"""What some arguments take all the same."""
+"""Strange values that some arguments take all the same."""

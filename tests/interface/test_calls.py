@@ -1,4 +1,4 @@
-"""Calls with values that do not fit: what is refused or warned of, and with which words."""
+"""Calls with values that do not fit: errors, warnings, and their words."""
 
 import copy
 import inspect
@@ -190,7 +190,7 @@ def test_whole_numbers_refused(other):
 
 
 class Table:
-    """What a DataFrame is to those who ask for an array: columns with names."""
+    """A DataFrame as functions for arrays see it: columns with names."""
 
     def __init__(self, values, columns):
         self.values, self.columns = np.asarray(values, float), columns
@@ -200,7 +200,7 @@ class Table:
 
 
 class Labelled:
-    """An array with names of axes, as xarray's: it may be of Dask's, and has no graph where it is not."""
+    """An array with names of axes, as xarray's. It may hold one of Dask's, and has no graph where it does not."""
 
     def __init__(self, values):
         self.values = np.asarray(values, float)
@@ -244,7 +244,7 @@ def test_labelled_arrays_are_taken():
 
 @pytest.mark.parametrize("bent", [co.reflect, lambda d, n: co.refract(d, n, 0.5)[0]])
 def test_reflect_and_refract_refuse_a_column_of_vectors(bent):
-    """(n, 1, 3) with (n, 3) would be all pairs, and is an axis too many: as a column of etas is refused."""
+    """(n, 1, 3) with (n, 3) would be all pairs, and has an axis too many. A column of etas is refused in the same way."""
     column, row = VECTORS[:, None], VECTORS[None]
     for pair in (
         (column, VECTORS),
@@ -356,7 +356,7 @@ def test_image_refuses_bytes_as_floats(tmp_path):
         UserWarning, match=r"Image: most numbers of the array, up to 25\d\.\d*, are beyond 1, which is white"
     ):
         co.Image(levels * 0.999)
-    bright = np.random.default_rng(1).random((8, 8, 3)) ** 8 * 90  # a highlight, and no warning
+    bright = np.random.default_rng(1).random((8, 8, 3)) ** 8 * 90  # a highlight causes no warning
     assert co.Image(bright).pixels.max() > 16
     lamp = co.Scene(co.Body(co.Box(), co.matte((1, 1, 1))), lights=[co.AmbientLight(30.0)], background=(1, 1, 1))
     assert lamp.render(8, 8, samples=1).pixels.max() == 30
@@ -380,7 +380,7 @@ _NOT_FOR_USERS = re.compile(r".*_under|unbounded_support|placed")
 
 
 def _public():
-    """Name and callable of all that a user calls: functions, classes, and their methods."""
+    """Return name and callable of every public callable: functions, classes, and their methods."""
     for name, value in PUBLIC.items():
         if not callable(value):
             continue
@@ -450,7 +450,7 @@ REFUSED = [
         TypeError,
         "^line_integral: values come before the rays, got Rays first$",
     ),
-    # queries say what they were given
+    # errors of queries name what they got
     (lambda: SCENE.first_hit(HITS), TypeError, "^first_hit: origins must be a Rays, or an array .*, got Hits alone$"),
     (lambda: SCENE.contains((0, 0, np.nan)), ValueError, "^contains: points must be finite"),
     (lambda: SCENE.first_hit(), TypeError, r"^Scene\.first_hit\(\) missing"),

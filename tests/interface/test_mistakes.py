@@ -1,4 +1,4 @@
-"""Mistakes are refused at once, by object and field, or told of; what is plainly meant is taken."""
+"""Mistakes are errors at once, by object and field, or warnings; values with a plain meaning pass."""
 
 import math
 import re
@@ -15,7 +15,7 @@ from ..command_line import refused, run
 from ..public_names import PUBLIC
 from .arguments import CALLS, JUNK, TAKEN
 
-# --- Mistakes that gave an answer: each is refused now, or told of, and what is meant goes on as before
+# --- Mistakes that gave an answer: each is an error or a warning now, and right calls go on as before
 
 
 BALL = co.Sphere()
@@ -50,7 +50,7 @@ def test_bytes_are_no_linear_light(color, take):
 
 
 def test_light_brighter_than_white_is_reported():
-    """A sky of the intensity 8 is eight times as bright, in every direction, and comes back from files."""
+    """A sky of intensity 8 is eight times as bright in every direction, also when it comes back from files."""
     plain, bright = (
         co.Scene([], background=co.Sky("navy", "tomato", "gray", i), camera=co.Camera((0, 0, 0), (1, 0, z)))
         for i, z in ((1, 0.5), (8, 0.5))
@@ -138,7 +138,7 @@ def test_radians_are_doubted(angle, turn):
 
 
 def test_no_number_of_degrees_is_taken_for_radians():
-    """All decimals with up to six digits after the point, to where radians end, and a million sums and products."""
+    """There are all decimals of six digits after the point, to the end of radians, and a million sums and products."""
     some = np.arange(1, 12_600_000) / 1e6
     step = math.pi / 1800
     near = np.abs(some - np.round(some / step) * step) <= 4 * np.spacing(some)
@@ -175,7 +175,7 @@ THROUGH = co.Rays([(-1, 0.5, 0.5), (-1, 0.4, 0.5), (-1, 9, 9)], (2, 0, 0))
 
 
 def test_overlaps_are_reported_by_sums(caplog):
-    """From 1 to 2 steel and lead are both there, from 2.5 to 3 lead twice: 2 + 2 + 1.5 where there are 4."""
+    """From 1 to 2 there are both steel and lead, from 2.5 to 3 lead twice: 2 + 2 + 1.5 where there are 4."""
     scene = co.Scene(BLOCKS)
     assert scene.line_integral([1, 1, 1], THROUGH).tolist() == [5.5, 5.5, 0]
     (record,) = caplog.records
@@ -284,7 +284,7 @@ def test_what_is_in_a_scene():
             item in SCENE  # noqa: B015
 
 
-# --- What cannot be meant is refused at once, by object and field; what is plainly meant is taken
+# --- Values without a meaning are errors at once, by object and field; values with a plain meaning pass
 
 
 LAST_ENTRY = r"Scene: bodies\[...\] takes an integer >= 0 \(-1 is a miss\), got -\d$"
@@ -293,7 +293,7 @@ LONGEST = 400
 
 
 def refusal(call, arguments, argument, value):
-    """The message that refuses a value; None where it is taken."""
+    """Return the message that refuses a value, or None where a call takes it."""
     try:
         call(**(arguments | {argument: value}))
     except (TypeError, ValueError) as error:
@@ -354,7 +354,7 @@ def test_every_public_function_is_in_the_table():
         (lambda: co.check([co.Sphere()]), "check: scene must be a Scene, a shape or a Body, got list"),
         (lambda: co.save("scene.yaml", co.Scene([])), "save: scene must be .* got str"),
         (lambda: co.Sphere(center={1, 2, 3}), "Sphere: center must be 3 numbers"),
-        # a miss is not the last entry, and numbers of bodies are not those of entries
+        # a miss does not index the last entry, and numbers of bodies are not those of entries
         (lambda: SCENE.bodies[HITS.body[2]], LAST_ENTRY),
         (lambda: SCENE.bodies[np.intp(-3)], LAST_ENTRY),
         (lambda: SCENE.bodies[-1], LAST_ENTRY),

@@ -1,4 +1,4 @@
-"""What Python's users try without looking it up: len, truth, indices, iteration, np.asarray."""
+"""Protocols that users of Python try first: len, truth, indices, iteration, np.asarray."""
 
 import types
 
@@ -17,7 +17,7 @@ ORIGINS = np.stack([X, 0 * X, 0 * X - 5], axis=-1)
 
 
 def both(query):
-    """The rays in one row, and in two rows of three."""
+    """Return the rays in one row, and in two rows of three."""
     ask = getattr(SCENE, query)
     return ask(ORIGINS, (0, 0, 2)), ask(ORIGINS.reshape(2, 3, 3), (0, 0, 2))
 
@@ -69,7 +69,7 @@ def test_lists_are_indexed_by_ray(query, columns):
 
 
 def test_points_and_normals_of_crossings():
-    """On the balls the normal is the point less the centre; the disc's is its own."""
+    """On the balls the normal is the point less the center, and the disc has its own."""
     crossings = both("crossings")[0]
     centers = np.array([(0, 0, 0), (0, 0, 3), (0, 0, 6)])[crossings.body]
     ray = np.repeat(np.arange(6), np.diff(crossings.offsets))
@@ -174,7 +174,7 @@ def test_plan_views(kind, position, up, right, upwards):
 
 
 def test_rays_one_after_the_other():
-    """Spawned rays do not hit the surface that they start on, before and after."""
+    """Spawned rays do not hit the surface that they start on, before and after they are joined."""
     ball = co.Scene(co.Sphere())
     plain = co.Rays(ORIGINS, (0, 0, 1))
     spawned = ball.first_hit(plain).spawn((0, 0, 1))

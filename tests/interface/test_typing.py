@@ -1,4 +1,4 @@
-"""Type hints take what runs: pyright, as editors have it, agrees with mypy (`make check`) about a user's program."""
+"""Type hints accept correct programs: pyright, as in editors, agrees with mypy (`make check`) about a user's program."""
 
 import json
 import subprocess
@@ -10,7 +10,7 @@ import pytest
 
 @pytest.mark.deep
 def test_pyright_finds_the_error_of_the_last_line_and_no_other(tmp_path):
-    """Its own stricter rules are for those who choose them; errors are everybody's."""
+    """Pyright's stricter rules are for users who choose them; errors are for all."""
     lines = Path(__file__).with_name("typing_program.py").read_text(encoding="utf-8").splitlines()
     program = tmp_path / "program.py"
     program.write_text("\n".join([*lines[:-1], lines[-1].partition("  #")[0]]), encoding="utf-8")

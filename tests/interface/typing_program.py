@@ -1,4 +1,4 @@
-"""A user's program, as one writes it without a look at the hints: mypy has nothing to say (`make check` runs it)."""
+"""A user's program, without regard to type hints: mypy reports nothing (`make check` runs it)."""
 
 from __future__ import annotations
 

@@ -29,16 +29,16 @@ READ = """(() => {
     for (let i = 0; i < bytes.length; i += 8192) parts.push(String.fromCharCode(...bytes.subarray(i, i + 8192)));
     return [picture.width, picture.height, btoa(parts.join(""))];
 })()"""
-"""The picture's numbers as they lie in memory: as words they would take longer than to draw them."""
+"""The picture's numbers as bytes, because text would take longer than drawing."""
 
 
 def launch(tool: Any, *flags: str) -> Any:
-    """A browser."""
+    """Return a browser."""
     return tool.chromium.launch(executable_path=CHROMIUM, args=[*SOFTWARE_GL, *flags])
 
 
 def until(frame: Any, expression: str) -> None:
-    """Until an expression is true, in a page or frame whose policy forbids what `wait_for_function` does."""
+    """Wait until an expression is true, in a page or frame whose policy forbids `wait_for_function`."""
     for _ in range(600):
         if frame.evaluate(expression):
             return
@@ -47,7 +47,7 @@ def until(frame: Any, expression: str) -> None:
 
 
 class Page:
-    """A page of a scene and what a person does there."""
+    """A page of a scene and the actions of a person."""
 
     def __init__(self, browser: Any, url: str, viewport: dict[str, int], **context: Any) -> None:
         self.requests: list[str] = []
@@ -72,12 +72,12 @@ class Page:
         return self.page.evaluate(expression)
 
     def settle(self) -> None:
-        """Wait for a picture at rest, one sample a pixel: at its centre."""
+        """Wait for a picture at rest, with one sample a pixel at its center."""
         self.page.wait_for_timeout(160)  # a picture in motion comes to rest after 140 ms
         self.ask("conicoid.film.settled(1)")
 
     def pixels(self) -> Any:
-        """Mean linear light of what is shown, (height, width, 4), the fourth 1 where the ray meets something."""
+        """Return mean linear light of the picture, (height, width, 4), the fourth 1 where the ray meets a body."""
         self.ask("conicoid.film.changed()")
         self.settle()
         width, height, values = self.ask(READ)
@@ -85,12 +85,12 @@ class Page:
         return numbers.reshape(height, width, 4)[::-1]
 
     def place(self, x: float, y: float) -> tuple[int, int]:
-        """A pixel of the picture, from shares of its width and height."""
+        """Return a pixel of the picture, from shares of its width and height."""
         box = self.page.locator("canvas").bounding_box()
         return round(x * box["width"]), round(y * box["height"])
 
     def ray(self, x: float, y: float) -> tuple[Any, Any]:
-        """Origin and direction of the ray through a place."""
+        """Return origin and direction of the ray through a place."""
         ray = self.ask("conicoid.rayAt({}, {})".format(*self.place(x, y)))
         return ray["origin"], ray["direction"]
 
@@ -99,7 +99,7 @@ class Page:
         return width, height
 
     def at(self, x: float = 0.5, y: float = 0.5) -> tuple[float, float]:
-        """A place of the picture in the window, from shares of its width and height."""
+        """Return a place of the picture in the window, from shares of its width and height."""
         box, (right, down) = self.page.locator("canvas").bounding_box(), self.place(x, y)
         return box["x"] + right, box["y"] + down
 
@@ -111,7 +111,7 @@ class Page:
         mouse.up()
 
     def wait(self, expression: str) -> None:
-        """Until an expression is true."""
+        """Wait until an expression is true."""
         until(self.page, expression)
 
     def text(self, selector: str) -> str:
@@ -119,7 +119,7 @@ class Page:
 
 
 def opened(browser: Any, scene: co.Scene, folder: Path, viewport: dict[str, int], **context: Any) -> Page:
-    """The exported page of a scene."""
+    """Open the exported page of a scene."""
     path = folder / "scene.html"
     export(scene, path)
     return Page(browser, path.as_uri(), viewport, **context)
@@ -127,7 +127,7 @@ def opened(browser: Any, scene: co.Scene, folder: Path, viewport: dict[str, int]
 
 @contextmanager
 def served(session: Session) -> Iterator[Server]:
-    """A server of a session in a thread."""
+    """Run a server of a session in a thread."""
     with Server(session) as server:
         thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.05})
         thread.start()

@@ -35,5 +35,5 @@ def workbench(browser: Any) -> Iterator[Workbench]:
 
 @pytest.fixture
 def no_engine(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Exported pages as they are where no engine for them has been built."""
+    """Export pages as if no engine for them were built."""
     monkeypatch.setattr("conicoid.viewer.html.read_engine", lambda: None)

@@ -1,4 +1,4 @@
-"""The engine that exported pages carry: every bit is the desktop's, in node and in a page opened from a disk."""
+"""The engine in exported pages: every bit is the desktop's, in node and in a page from a disk."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ OPEN = "Floating point cannot decide this ray: it takes the exact arithmetic of 
 
 
 def sheets() -> co.Scene:
-    """What the digest's scenes of solids leave out, and walls that bodies share."""
+    """Return bodies that the digest's scenes of solids lack, and walls that bodies share."""
     ball = co.Sphere(1.0, (3, 0, 0))
     return co.Scene([
         co.Polygon([(0, 0, 0), (2, 0, 0), (2, 2, 0), (1, 0.5, 0), (0, 2, 0)]), co.Triangle((0, 0, 1), (1, 0, 1), (0, 1, 2)),
@@ -47,7 +47,7 @@ def sheets() -> co.Scene:
 
 
 def asked(scene: co.Scene, seed: int, count: int) -> Iterator[dict[str, Any]]:
-    """Rays of the digest, and grazing ones: tangents at what they hit; some with bodies hidden, some cut."""
+    """Return rays of the digest, and tangents at their hits; some with hidden bodies, some with a section."""
     numbers, lines = Numbers(seed), []
     for origins, directions, _ in rays(numbers):
         o, d = np.broadcast_arrays(origins, directions)
@@ -66,7 +66,7 @@ def asked(scene: co.Scene, seed: int, count: int) -> Iterator[dict[str, Any]]:
 
 
 def bits(value: Any) -> Any:
-    """The same with every number as the bits of its float64."""
+    """Return the same with every number as the bits of its float64."""
     if isinstance(value, dict):
         return {name: bits(item) for name, item in value.items()}
     if isinstance(value, list | tuple):
@@ -77,7 +77,7 @@ def bits(value: Any) -> Any:
 
 
 def in_node(cases: list[tuple[co.Scene, list[dict[str, Any]]]], folder: Path) -> list[list[Any]]:
-    """The answers of the page's engine."""
+    """Return the answers of the page's engine."""
     module, given = folder / "page.mjs", folder / "cases.json"
     module.write_text(html.script() + "\nexport { Exact, bitsOf, decodedScene };\n", encoding="utf-8")
     data = [(pack_scene(scene), rays, scene) for scene, rays in cases]
@@ -93,7 +93,7 @@ def in_node(cases: list[tuple[co.Scene, list[dict[str, Any]]]], folder: Path) ->
 
 
 def bound(scene: co.Scene, ray: dict[str, Any], row: dict[str, Any]) -> float:
-    """The bound without exact arithmetic."""
+    """Return the bound without exact arithmetic."""
     errors, lines = np.empty(1), [np.array([ray[name]]) for name in ("origin", "direction")]
     t, surface = np.array([row["t"]]), np.array([row["surface"]], np.int32)
     errors_of_t(scene._prepared.geometry, scene._prepared.rest, *lines, np.zeros(0, np.int64), t, surface, 0, 1, errors)
@@ -101,7 +101,7 @@ def bound(scene: co.Scene, ray: dict[str, Any], row: dict[str, Any]) -> float:
 
 
 def without_exact_bounds(scene: co.Scene, ray: dict[str, Any], found: Any) -> Any:
-    """The desktop's answer as a page has to give it: no bound where it takes exact arithmetic."""
+    """Return the desktop's answer in the form of a page, without bounds that take exact arithmetic."""
     if found is None:
         return None
     size = max(map(abs, ray["origin"])) / max(map(abs, ray["direction"]))
@@ -112,7 +112,7 @@ def without_exact_bounds(scene: co.Scene, ray: dict[str, Any], found: Any) -> An
 
 
 def compare(some: list[co.Scene], count: int, folder: Path) -> tuple[int, int, int]:
-    """(answers that are the desktop's to the bit, in how many of them rounding had to be overruled, rays left to it)."""
+    """Return (answers with the desktop's bits, of these how many exact methods settled, rays left to the desktop)."""
     cases = [(scene, list(asked(scene, k + 1, count))) for k, scene in enumerate(some)]
     same = settled = left = 0
     for (scene, lines), answers in zip(cases, in_node(cases, folder), strict=True):
@@ -139,7 +139,7 @@ def test_every_bit_is_the_desktops(tmp_path):
 
 @needs_engine
 def test_a_page_has_the_memory_that_the_kernels_declare():
-    """A field more of `Ranks` or `HitBuffers` reaches the page by itself, of the size that `record_shapes` states."""
+    """A new field of `Ranks` or `HitBuffers` is in the page without a change there, with the size of `record_shapes`."""
     scene = sheets()
     data, tables = engine.engine_data(scene, {}), scene._prepared.lowered.tables
     assert data is not None
@@ -151,7 +151,7 @@ def test_a_page_has_the_memory_that_the_kernels_declare():
 @needs_node
 @needs_engine
 def test_exact_arithmetic_is_left_to_the_desktop(tmp_path):
-    """Both balls are entered at t = 5 - sqrt(3)/2, which no float is: only exact arithmetic says at the same t."""
+    """The ray enters both balls at t = 5 - sqrt(3)/2, which no float is. Only exact arithmetic finds one t."""
     scene = co.Scene([co.Sphere(1.0), co.Sphere(1.0, (1.0, 0.0, 0.0))])
     ray = {"origin": [0.5, 0.0, 5.0], "direction": [0.0, 0.0, -1.0], "hidden": [], "section": None}
     assert in_node([(scene, [ray])], tmp_path) == [[{"error": OPEN}]]
@@ -160,7 +160,10 @@ def test_exact_arithmetic_is_left_to_the_desktop(tmp_path):
 @needs_node
 @needs_engine
 def test_a_hidden_body_does_not_answer_for_the_wall_it_shares(tmp_path):
-    """From within a rod that is hidden, the bore around it is met first: one surface, listed as the rod's."""
+    """A rod is hidden.
+
+    From within, the ray meets the bore around it first: one surface, which the list has as the rod's.
+    """
     turn = (1, 2, 3), 40
     rod, tube = (co.Cylinder((0, 0, -1), (0, 0, 1), radius).rotate(*turn) for radius in (0.7, 1.9))
     ball = co.Sphere(0.4, (0.2, 0.1, 0.3))
@@ -176,7 +179,7 @@ def test_a_hidden_body_does_not_answer_for_the_wall_it_shares(tmp_path):
 @needs_node
 @needs_engine
 def test_all_bodies_have_their_names(tmp_path):
-    """Also those that the page's list is too short for."""
+    """The names include those beyond the length of the page's list."""
     bodies = [co.Body(co.Sphere(0.1, (k, 0, 0)), name=f"\u00e4 {k}" if k % 2 else None) for k in range(450)]
     rays = [{"origin": [k, 0, 9], "direction": [0, 0, -1], "hidden": [], "section": None} for k in (0, 1, 448, 449)]
     found = [answer["found"]["name"] for answer in in_node([(co.Scene(bodies), rays)], tmp_path)[0]]
@@ -239,7 +242,7 @@ def test_a_click_in_a_file_shows_the_desktops_numbers(browser, tmp_path):
 @needs_browser
 @needs_engine
 def test_a_ray_is_typed(browser, tmp_path):
-    """From x = -1 along y the ball is met at -0.8; Enter and the button ask, and what is no ray is refused."""
+    """From x = -1 along y the ball is at -0.8. Enter and the button trace, and a text that is not a ray is refused."""
     with opened(browser, SCENE, tmp_path, WIDE) as page:
         page.page.get_by_label("Origin", exact=True).fill("[-1, -5, 0]")
         page.page.get_by_label("Direction", exact=True).fill("0 2.0 0")
@@ -262,7 +265,7 @@ def test_a_ray_is_typed(browser, tmp_path):
 @needs_browser
 @needs_engine
 def test_a_browser_has_the_bits_of_the_desktop(browser, tmp_path):
-    """Rays through places of the picture, as clicks ask them."""
+    """The rays go through places of the picture, as clicks do."""
     with opened(browser, SCENE, tmp_path, WIDE) as page:
         page.page.mouse.click(*page.at(0.33))
         page.page.wait_for_selector(HIT)
@@ -290,7 +293,7 @@ def test_a_blocked_engine_is_reported(browser, tmp_path):
 @needs_browser
 @needs_engine
 def test_undecided_answers_are_shown(browser, tmp_path):
-    """Where it has no answer the shader's is shown, with the reason."""
+    """Without an answer of the engine the page shows the shader's, with the reason."""
     with opened(browser, SCENE, tmp_path, WIDE) as page:
         page.ask(
             "(() => { conicoid.geometry.exact_crossings = Promise.reject(new Error('No room here.')); conicoid.exact.catch(() => 0); })()"
@@ -303,7 +306,7 @@ def test_undecided_answers_are_shown(browser, tmp_path):
 @needs_browser
 @needs_engine
 def test_undecided_bounds_are_shown(browser, tmp_path):
-    """As of a distance along an asymptote. Everything else of the answer is shown."""
+    """The bound of a distance along an asymptote is undecided. The page shows all other parts of the answer."""
     without = "const answer = exact.pick(...asked); answer.found.t_error = null; return answer;"
     with opened(browser, SCENE, tmp_path, WIDE) as page:
         page.page.mouse.click(*page.at(0.62))
@@ -328,7 +331,7 @@ def test_a_page_without_an_engine_is_answered_by_the_shader(browser, tmp_path, n
 
 @needs_engine
 def test_the_engine_adds_little_to_a_page(monkeypatch):
-    """It is compressed; only pages that carry it may run what is not text."""
+    """The engine is compressed. Only pages that carry it may run other code than text."""
     with_it = html.page(SCENE, "x", "data:,")
     monkeypatch.setattr(engine, "read_engine", lambda: None)
     without = html.page(SCENE, "x", "data:,")

@@ -1,4 +1,4 @@
-"""Pages in files: what is written out, and how large."""
+"""Pages in files: their contents and their size."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from conicoid.viewer.scene_data import expand_tables
 from ..command_line import done, refused
 from .browser import NARROW, launch, needs_browser, opened
 
-# --- The exported page: small, alone, safe; and what it says where it cannot draw
+# --- The exported page: small, alone, safe; and its message where it cannot draw
 
 BARREL = Path(__file__).resolve().parents[2] / "examples" / "scenes" / "barrel.yaml"
 
@@ -30,7 +30,7 @@ def test_the_barrel_is_small_and_alone(tmp_path, no_engine):
 
 
 def test_the_policy_of_a_page_leaves_nothing_open(tmp_path):
-    """What `default-src` does not stand for must be named: where forms go and what links are relative to."""
+    """The policy must name all that `default-src` does not cover: targets of forms and the base of relative links."""
     served, alone = (page(co.Scene([co.Sphere()]), "x", "", more) for more in ({"version": 0}, None))
     for text, connect in ((served, "'self'"), (alone, "'none'")):
         (policy,) = re.findall(r'http-equiv="Content-Security-Policy" content="([^"]*)"', text)
@@ -102,14 +102,14 @@ def test_mistakes_are_reported(tmp_path):
     assert "pages are saved as .html" in refused("export", BARREL, tmp_path / "page.png")
 
 
-# --- The tables of pages, where every body has rows of its own: each body's tree holds the leaves of that body
+# --- The tables of pages, in which every body has rows of its own: each body's tree holds the leaves of that body
 
 _BOXES = 16
-"""Boxes in a module: what is around them has more leaves than bodies without trees."""
+"""Boxes in a module. The box around them has more leaves than bodies without trees."""
 
 
 def modules(folder: Path) -> co.Scene:
-    """Thirty-six boxes with sixteen boxes in each, as GDML."""
+    """Return thirty-six boxes with sixteen boxes in each, as GDML."""
     solids = "".join(f'<box name="b{k}" x="{2 + 0.1 * k}" y="2" z="2" lunit="mm"/>' for k in range(_BOXES))
     volumes = "".join(
         f'<volume name="v{k}"><materialref ref="m"/><solidref ref="b{k}"/></volume>' for k in range(_BOXES)
@@ -138,7 +138,7 @@ def modules(folder: Path) -> co.Scene:
 
 
 def leaves_below(tables: Tables, roots: list[int]) -> list[int]:
-    """What the leaves of a tree hold, in order of their numbers."""
+    """Return the leaves of a tree, in order of their numbers."""
     found, codes = [], list(roots)
     while codes:
         code = codes.pop()
@@ -160,7 +160,7 @@ def test_trees_hold_the_leaves_of_their_bodies(edit: str, tmp_path: Path) -> Non
     elif edit == "behind":
         scene = scene.added(box)
     tables = scene._prepared.lowered.tables
-    assert len(tables.program_shifts) > 0  # else leaves are numbered by themselves as it is
+    assert len(tables.program_shifts) > 0  # otherwise leaves already have numbers of their own
     out = tables._replace(**expand_tables(tables))
     sizes = []
     for program in range(len(out.program_leaf) - 1):

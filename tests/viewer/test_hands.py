@@ -1,4 +1,4 @@
-"""What a person does on the page, with mouse, keys and fingers, checked by what is on the screen."""
+"""Actions of a person on the page, with mouse, keys and fingers, by their effects on the screen."""
 
 import io
 
@@ -28,7 +28,7 @@ SCENE = co.Scene(
 
 @pytest.fixture(scope="module")
 def shared_page(browser, tmp_path_factory):
-    """One for all tests that only look at and choose: compiling its shader is most of what a page costs."""
+    """Return one page for all tests that only look and select. Compiling its shader takes most of the time of a page."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("conicoid.viewer.html.read_engine", lambda: None)
         with opened(browser, SCENE, tmp_path_factory.mktemp("hands"), WIDE) as found:
@@ -39,7 +39,7 @@ AS_OPENED = """(() => {
     document.activeElement.blur();
     conicoid.accept(JSON.parse(document.getElementById("conicoid-data").textContent).scene);
 })()"""
-"""The same scene as at first: all that a person has chosen is forgotten."""
+"""The script shows the first scene again and clears all selections."""
 
 
 @pytest.fixture
@@ -51,7 +51,7 @@ def page(shared_page):
 
 
 def test_a_page_forgets_the_selection(page):
-    """Which is what the tests that follow each other on it rely on."""
+    """Later tests on the same page rely on this."""
     page.page.mouse.move(*page.at(0.1, 0.9))
     before, panel = page.pixels(), page.text(".panel").partition(" samples")[2]
     page.drag(page.at(), page.at(0.9))
@@ -91,7 +91,7 @@ def test_dragging_turns_the_scene(page):
     page.drag(page.at(), page.at(0.9))
     after = page.pixels()
     assert (covered(before) != covered(after)).mean() > 0.02
-    # What is drawn is what the engine sees from the camera that the page now has
+    # The page's picture is that of the engine from the page's new camera
     camera = page.ask("conicoid.state.camera")
     height, width = after.shape[:2]
     turned = co.Camera(camera["position"], camera["look_at"], camera["up"], camera["field_of_view"])
@@ -169,7 +169,7 @@ def test_the_section_plane_cuts_and_is_dragged(page):
     assert page.ask("conicoid.state.section.offset") > 0.3
     page.page.get_by_role("button", name="flip").click()
     assert not covered(page.pixels())[:, : width // 4].any()
-    # Towards the eye the plane shows the cut, flat and in the body's own colour
+    # Towards the eye the plane shows the section, flat and in the body's own color
     page.page.get_by_role("button", name="y", exact=True).click()
     picture = page.pixels()[..., :3]
     height, width = picture.shape[:2]
@@ -236,7 +236,7 @@ def test_the_file_is_followed_and_its_mistakes_are_shown(engine_page):
     before = covered(engine_page.pixels())
     text = engine_page.path.read_text()
     engine_page.path.write_text(text.replace("Sphere", "Spere"))
-    engine_page.page.wait_for_selector(".trouble:not([hidden]):has-text('Spere')")  # not of a file half written
+    engine_page.page.wait_for_selector(".trouble:not([hidden]):has-text('Spere')")  # not of a half-written file
     assert "line" in engine_page.text(".trouble") or ":" in engine_page.text(".trouble")
     assert (covered(engine_page.pixels()) == before).all()
     co.save(co.Scene([co.Body(co.Sphere(0.3), RED)], lights=LIGHTS, camera=CAMERA), engine_page.path)
@@ -275,9 +275,9 @@ SEEN = """() => {
 
 
 def test_resolution_drops_in_motion_and_recovers(page):
-    """Software is slower than 30 pictures a second by far, so that it must drop here.
+    """Software is slower than 30 pictures a second by far, so that the resolution must drop here.
 
-    What is told is written down as it is told: on a busy machine the picture may be at rest when it is asked for.
+    The test records the messages as they come, because on a busy machine the picture may be at rest when it looks.
     """
     page.ask(SEEN)
     mouse = page.page.mouse
@@ -295,7 +295,7 @@ def test_resolution_drops_in_motion_and_recovers(page):
 
 
 def test_everything_is_named_and_reachable(page):
-    """Each control has a name for who does not see it, and the tabulator reaches it."""
+    """Each control has a name for screen readers, and the tabulator reaches it."""
     unnamed = """[...document.querySelectorAll("button, input, canvas")].filter((e) => e.offsetParent !== null
         && !(e.getAttribute("aria-label") || e.textContent.trim() || e.labels?.length)).length"""
     assert page.ask(unnamed) == 0
@@ -353,7 +353,7 @@ def test_a_phone_shows_it_all_without_sideways_scrolling(browser, tmp_path, sche
 
 
 def contrast(*colors):
-    """Of WCAG 2."""
+    """Return the contrast of WCAG 2."""
     levels = []
     for color in colors:
         rgb = np.array([float(v) for v in color.split("(")[1].rstrip(")").split(",")[:3]]) / 255

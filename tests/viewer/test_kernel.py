@@ -1,4 +1,4 @@
-"""Clicks in the widget are answered by the exact engine in the kernel, or by the shader where no kernel answers."""
+"""Clicks in the widget: answers of the exact engine in the kernel, or of the shader where no kernel answers."""
 
 import json
 import math
@@ -16,7 +16,7 @@ CAMERA = co.Camera((0, -8, 0), (0, 0, 0), field_of_view=30)
 SCENE = co.Scene([co.Body(co.Sphere(1), co.matte("#b02018"), name="ball")], lights=[co.AmbientLight(1)], camera=CAMERA)
 RAY = {"origin": [0.0, -8.0, 0.0], "direction": [0.0, 1.0, 0.0]}
 
-# The model as front ends have it: what is sent goes to the kernel, and the kernel's messages come as events.
+# The model as front ends see it: messages of the page go to the kernel, and the kernel's come as events.
 MODEL = """const model = { get: (name) => values[name], on: (name, call) => listeners.set(name, call),
     send: async (message) => { window.sent = (window.sent ?? 0) + 1; hear(await window.kernel(JSON.stringify(message))); } };
 const hear = (text) => { if (text) listeners.get("msg:custom")(JSON.parse(text)); };
@@ -24,7 +24,7 @@ window.late = (text) => hear(text);"""
 
 
 class Kernel:
-    """Stands between a page and a widget, as a running kernel does; `busy` keeps the answers back."""
+    """A stand-in for a running kernel between a page and a widget; `busy` delays the answers."""
 
     def __init__(self, widget, busy=False):
         self.widget, self.busy, self.kept, self.answers = widget, busy, [], []
@@ -63,7 +63,7 @@ def click(page):
 
 
 def test_the_answer_is_the_engines():
-    """The ball's front at (0, -1, 0); its distance is 7, rounding included."""
+    """The ball's front is at (0, -1, 0). Its distance is 7, rounding included."""
     found = answer(SCENE, {"ask": "pick", "id": "a 1", "request": RAY})
     hit = found["answer"]["found"]
     assert found["id"] == "a 1"
@@ -100,7 +100,7 @@ def test_why_is_the_working_of_the_ray_with_the_body():
 
 @needs_browser
 def test_a_pick_explains_itself(browser, tmp_path):
-    """The ball's front is met where t² − 16 t + 63 = 0 for a ray through its middle; here beside it."""
+    """The ball's front is where t² − 16 t + 63 = 0 for a ray through its middle; here beside it."""
     page, _ = opened(browser, tmp_path, "alive")
     click(page)
     assert page.locator("pre.why").is_visible() is False
@@ -135,7 +135,7 @@ def test_a_click_is_answered_by_the_kernel(browser, tmp_path):
 
 @needs_browser
 def test_the_shader_answers_without_a_kernel_and_is_named(browser, tmp_path):
-    """A notebook as HTML has the model, and nobody hears what it sends."""
+    """A notebook as HTML has the model, but no program receives its messages."""
     page, _ = opened(browser, tmp_path, None)
     rows = click(page)
     text = page.locator(".how").first.inner_text()
@@ -155,6 +155,6 @@ def test_a_busy_kernels_answer_takes_the_place_of_the_shaders(browser, tmp_path)
     for text in kernel.kept:
         page.evaluate("(text) => window.late(text)", text)
     until(page, "document.querySelector('.how').textContent.includes('exact engine')")
-    # It is still the first of the two points that are measured
+    # It is still the first of the two measured points
     assert page.locator(".distance").inner_text() == "Click a second point."
     page.context.close()

@@ -1,4 +1,4 @@
-"""The shaders and the Python of the page say what the package says."""
+"""The shaders and the Python code of the page give the package's answers."""
 
 import re
 from pathlib import Path
@@ -29,7 +29,7 @@ TOGETHER = {
 
 
 def trouble(bench, name, case, make_world, inputs_of, evaluate):
-    """What is wrong with a case, in words."""
+    """Return the faults of a case, in words."""
     world = make_world()
     inputs = inputs_of(world, np.random.default_rng(3))
     bench.load(world)
@@ -56,7 +56,7 @@ def test_the_shaders_answer_as_python_does(workbench, group):
 
 
 def troubles_of(bench, group, name, evaluate):
-    """What is wrong with a case in both worlds."""
+    """Return the faults of a case in both worlds."""
     case = TOGETHER[group][name]
     found = trouble(bench, name, case, random_world, case.inputs, evaluate)
     if case.exact_inputs is not None:
@@ -66,7 +66,7 @@ def troubles_of(bench, group, name, evaluate):
 
 @needs_browser
 def test_a_crossing_has_the_face_of_a_leaf_that_turns_the_body(workbench):
-    """Where walls of several leaves coincide and some are cut away: by unit cubes, as tests/engine/test_ties.py does."""
+    """Walls of several leaves coincide and some are cut away: by unit cubes, as in tests/engine/test_ties.py."""
     rng, inputs, expected = np.random.default_rng(19), [], []
     for number, (tree, _) in enumerate(tied_trees()):
         for axis, row in ((axis, rng.integers(0, 6, 2)) for axis in range(3) for _ in range(8)):
@@ -163,11 +163,11 @@ MISTAKES = [
     ("looks", "push", "whitted", "< FAINT ||", "<= FAINT ||"),
     ("looks", "camera_ray", "camera", "v = (2.0 * pixel.y - u_size.y) / u_size.y", "v = (2.0 * pixel.y - u_size.y) / u_size.x"),
 ]  # fmt: skip
-"""(group, case, piece, a text in it, what a slip of the pen would make of it)"""
+"""(group, case, piece, a text in it, the same with a slip of the pen)"""
 
 
 def test_mistakes_are_in_the_shaders():
-    """A shader that is rewritten takes its mistakes along."""
+    """The mistakes are texts of the shaders, which a rewrite of these must move along."""
     for group, name, piece, right, _ in MISTAKES:
         assert name in TOGETHER[group], name
         assert right in asset(f"shaders/{piece}.glsl"), (piece, right)
@@ -177,7 +177,7 @@ def test_mistakes_are_in_the_shaders():
 @needs_browser
 @pytest.mark.parametrize("group", TOGETHER)
 def test_mistakes_are_found(workbench, group):
-    """The comparison is worth as much as the mistakes that it finds."""
+    """A comparison is worth as much as the mistakes that it finds."""
     evaluate, not_found = evaluator(TOGETHER[group]), []
     workbench.load(random_world())
     for its, name, piece, right, wrong in MISTAKES:
@@ -191,7 +191,7 @@ def test_mistakes_are_found(workbench, group):
     assert not not_found, "\n".join(map(str, not_found))
 
 
-# --- The table of what mirrors what is complete, in the tests and in the documentation
+# --- The table of mirrors is complete, in the tests and in the documentation
 
 SHADERS = Path(html.__file__).parent / "shaders"
 FUNCTION = re.compile(r"^\w+ (\w+)\([^;{]*\) \{", re.MULTILINE)
@@ -203,7 +203,7 @@ def functions():
 
 
 def test_every_function_is_in_the_table():
-    """Either with what it mirrors or with why it mirrors nothing; and nothing else is there."""
+    """Each has its mirror or a reason for none, and nothing else is in the table."""
     assert functions() == MIRRORS.keys() | NO_MIRROR.keys()
     assert not MIRRORS.keys() & NO_MIRROR.keys()
     assert all(NO_MIRROR.values())
@@ -214,14 +214,14 @@ def test_every_file_is_a_piece_of_a_shader():
 
 
 def test_every_mirror_is_tried():
-    """By a case of its own name, or by the one that the table names, which calls it."""
+    """Each has a case of its own name, or of the name in the table, which calls it."""
     for name, mirror in MIRRORS.items():
         assert (mirror.case or name) in CASES, name
     assert {name.partition(",")[0] for name in CASES} <= MIRRORS.keys()
 
 
 def test_the_names_are_pythons():
-    """Where a function has its own case, so is all of a function of Python; other names have a reason."""
+    """Names of functions with their own case are Python's. Other names have a reason."""
     for name, mirror in MIRRORS.items():
         names = {python_name(function).rpartition(".")[2] for function in mirror.python}
         if not mirror.case and name not in OTHER_NAMES:

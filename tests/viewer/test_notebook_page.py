@@ -1,4 +1,4 @@
-"""A notebook saved as HTML: the scene is a page in itself there, which asks nobody for anything."""
+"""A notebook as HTML: the scene is a page in itself there, which loads nothing."""
 
 import html
 import os
@@ -56,7 +56,7 @@ def test_the_widget_brings_a_page_for_where_there_are_no_widgets():
 
 
 def test_the_widgets_front_end_is_its_own():
-    """The module takes nothing from elsewhere."""
+    """The module imports nothing from other places."""
     widget = SCENE.view()
     addresses = set(re.findall(r"https?://[^\"'` )]+", widget._esm + widget._css))
     assert addresses == {"http://www.w3.org/2000/svg"}  # a name and no address

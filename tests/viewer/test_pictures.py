@@ -1,4 +1,4 @@
-"""What the page draws against the engine's picture of the same camera."""
+"""The page's pictures against the engine's from the same camera."""
 
 import importlib
 import sys
@@ -63,7 +63,7 @@ def test_playground(browser, tmp_path):
 
 
 def test_silhouettes_against_the_sky(browser, tmp_path):
-    """Every kind of entry against nothing: the mask is the engine's."""
+    """Every kind of entry stands against the sky, and the mask is the engine's."""
     camera = co.Camera((0, -9, 3), (0, 0, 0), field_of_view=30)
     shapes = [
         co.Sphere(1, (-2, 0, 0)),
@@ -90,7 +90,10 @@ def test_large_scenes_draw(browser, kind, tmp_path):
 
 
 def test_walls_that_light_does_not_notice_cost_no_turn(browser, tmp_path):
-    """Twelve walls between two materials that light cannot tell apart, the innermost first, and a box behind: the depth is ten."""
+    """Twelve walls separate two materials that are alike to light, the innermost first, with a box behind.
+
+    The depth is ten.
+    """
     clear = [co.Material(transparency=1.0, refractive_index=1.0, name=name) for name in ("one", "other")]
     shells = [co.Body(co.Sphere(1.5 + 0.1 * k), material=clear[k % 2]) for k in range(6)]
     camera = co.Camera((0, -9, 0), (0, 0, 0), field_of_view=30)
@@ -99,7 +102,7 @@ def test_walls_that_light_does_not_notice_cost_no_turn(browser, tmp_path):
 
 
 def test_coincident_crossings_are_listed_as_the_engine_lists_them(browser, tmp_path):
-    """Glass and a block in one place: the glass is listed first; what light meets is the block."""
+    """Glass and a block are in one place, and the glass is first in the list. Light meets the block."""
     block = co.Box((-1, -1, -1), (1, 1, 1))
     camera = co.Camera((0.1, -9, 0.2), (0.1, 0, 0.2), field_of_view=30)
     bodies = [co.Body(block, material=co.glass()), co.Body(block, material=co.matte("#b02018"))]

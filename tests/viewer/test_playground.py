@@ -1,4 +1,4 @@
-"""The playground: what is typed is read, and every answer is the engine's to the bit; mistakes have their places."""
+"""The playground: it reads the text, every answer is the engine's to the bit, and mistakes have their places."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ HIT = ".found:not([hidden]) table.hit"
 
 
 def rays_of(example: dict[str, str], count: int) -> list[dict[str, list[float]]]:
-    """The example's own ray, and others from there that nearly run the same way."""
+    """Return the example's own ray, and others from there in nearly the same direction."""
     numbers = [float(word) for word in example["ray"].split()]
     turns = np.random.default_rng(5).normal(scale=0.05, size=(count, 3))
     turns[0] = 0
@@ -33,7 +33,7 @@ def rays_of(example: dict[str, str], count: int) -> list[dict[str, list[float]]]
 
 
 def answer(text: str, ray: dict[str, list[float]]) -> dict:
-    """What the engine says about a ray, straight from its own answers."""
+    """Return the engine's own answer about a ray."""
     scene, (origin, direction) = scene_of(text), ray.values()
     found = pick(scene, ray)["found"]
     if found is None:
@@ -56,7 +56,7 @@ def test_every_example_has_a_ray_that_meets_something():
 
 
 def test_the_example_of_touching_bodies():
-    """Of the floats next to 0.28 and 0.96 the squares come to less than 1, of 0.6 and 0.8 to more."""
+    """The squares of the floats next to 0.28 and 0.96 add up to less than 1, and those of 0.6 and 0.8 to more."""
     from fractions import Fraction
 
     assert Fraction(0.28) ** 2 + Fraction(0.96) ** 2 < 1 < Fraction(0.6) ** 2 + Fraction(0.8) ** 2
@@ -74,7 +74,7 @@ def test_answers_have_normals_and_bounds_in_every_row():
 
 
 def test_hidden_bodies_and_a_section_keep_their_rows():
-    """The ball from 4 to 6 is cut at z = 0.25, where no wall is: that end has no bound."""
+    """The ball from 4 to 6 is cut at z = 0.25, where no wall is. That end has no bound."""
     scenes = TextScenes()
     number = scenes.typed({"text": BALL + "  - {name: lid, shape: {Box: {low: [-1, -1, 2], high: [1, 1, 3]}}}\n"})[
         "number"
@@ -97,7 +97,7 @@ def test_mistakes_have_their_places():
 
 
 def test_no_file_is_read(tmp_path, monkeypatch):
-    """A typed scene that names a file of numbers finds none, wherever Python was started."""
+    """A scene in the text that names a file of numbers finds none, in any working folder of Python."""
     np.save(tmp_path / "balls.npy", np.zeros((2, 4)))
     monkeypatch.chdir(tmp_path)
     found = TextScenes().typed({"text": "bodies:\n  - shape: {Spheres: {file: balls.npy}}\n"})
@@ -178,7 +178,7 @@ def test_the_bits_of_the_engine_are_in_the_page(browser, playing):
 
 @needs_browser
 def test_a_scene_that_had_to_wait_is_shown_when_its_promise_is_kept(browser, playing):
-    """Three at once: the first is asked, the second overtaken by the third, and all that wait, wait for that."""
+    """Of three scenes the first is pending, and the third replaces the second. All that wait, wait for the third."""
     with Page(browser, playing.url, WIDE) as found:
         found.wait("window.playground && playground.brain.number > 0")
         for which, last in enumerate((0.5, 0.25, 0.75)):
@@ -190,7 +190,7 @@ def test_a_scene_that_had_to_wait_is_shown_when_its_promise_is_kept(browser, pla
 
 @needs_browser
 def test_a_change_is_read_and_the_ray_traced_again(browser, playing):
-    """The ball of radius 1 is met at 2 from 3; of radius 0.5 at 2.5. A mistake keeps the last good scene."""
+    """A ray from 3 meets the ball of radius 1 at 2, and of radius 0.5 at 2.5. A mistake keeps the last good scene."""
     with Page(browser, playing.url, WIDE) as found:
         found.wait("window.playground && playground.brain.number > 0")
         found.ask(f"playground.take({json.dumps(BALL)}, '0 0 3 0 0 -1')")
@@ -211,7 +211,7 @@ def test_a_change_is_read_and_the_ray_traced_again(browser, playing):
         found.wait("conicoid.state.found?.t === 2")
         assert not found.page.locator(".problems").is_visible()
         text.fill("bodies: [")
-        text.press("Control+Enter")  # at once
+        text.press("Control+Enter")  # without delay
         found.wait("document.querySelectorAll('.problems li').length === 1")
 
 
@@ -251,7 +251,7 @@ def test_a_link_holds_the_scene_and_the_ray(browser, playing):
 
 @needs_browser
 def test_it_fits_a_phone_and_the_keyboard(browser, playing):
-    """Nothing is wider than 400 pixels; Tab goes from the examples to the link, the text, the picture and the ray."""
+    """Nothing is wider than 400 pixels. Tab goes from the examples to the link, the text, the picture and the ray."""
     with Page(browser, playing.url, NARROW) as found:
         found.page.wait_for_selector(HIT)
         assert found.ask("document.documentElement.scrollWidth") == 400

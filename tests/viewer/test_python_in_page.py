@@ -1,6 +1,6 @@
-"""The playground that runs Python itself: in Chromium, with Pyodide, every bit is the desktop's.
+"""The playground with Python itself: in Chromium, with Pyodide, every bit is the desktop's.
 
-Needs the files of such a page, which `.ci/pyodide.py` makes where NumPy for Pyodide can be had, in PLAYGROUND_FILES.
+It needs the files of such a page in PLAYGROUND_FILES. `.ci/pyodide.py` makes them where NumPy for Pyodide is available.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ pytestmark = [
 
 class Quiet(SimpleHTTPRequestHandler):
     def log_message(self, *_: object) -> None:
-        """Requests are not news."""
+        """Log nothing for a request."""
 
 
 @pytest.fixture(scope="module")

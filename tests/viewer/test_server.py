@@ -1,4 +1,4 @@
-"""The page's server: this machine only, its own page only, the scene's data only; picks of what is shown."""
+"""The page's server: this machine only, its own page only, the scene's data only; picks of visible bodies."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def test_picks_pass_over_hidden_and_cut_bodies(server):
     hidden = json.loads(ask(server, "POST", "pick", json.dumps(RAY | {"hidden": [0]}))[1])["found"]
     assert hidden["name"] != "ball"
     assert hidden["t"] > 6
-    section = {"normal": [-1.0, 0.0, 0.0], "offset": 0.0}  # what lies at x >= 0 is kept
+    section = {"normal": [-1.0, 0.0, 0.0], "offset": 0.0}  # the part at x >= 0 stays
     cut = json.loads(ask(server, "POST", "pick", json.dumps(RAY | {"section": section}))[1])["found"]
     assert cut["face"] is None
     assert cut["t"] == 5.0
@@ -227,7 +227,7 @@ def test_errors_are_shown_until_they_are_repaired(error, tmp_path, monkeypatch):
 
 
 def test_missing_files_of_a_scene_are_awaited(tmp_path, monkeypatch):
-    """The scene itself does not change when the file of balls that it refers to comes at last."""
+    """The scene itself does not change when its file of balls appears at last."""
     monkeypatch.setattr("conicoid.viewer.session._PAUSE", 0.0)
     path = tmp_path / "scene.yaml"
     co.save(SCENE, path)
@@ -251,7 +251,7 @@ def test_a_change_while_the_scene_is_first_read_is_seen(tmp_path):
 
 
 def test_many_clients_at_once_are_all_answered():
-    """They come while the server is busy with something else; none is turned away."""
+    """They come while the server is busy, and none is refused."""
     with Server(Session(SCENE, "two")) as server:
         links = [socket.create_connection(("127.0.0.1", server.server_port), timeout=5) for _ in range(64)]
         request = (
@@ -294,11 +294,11 @@ def test_control_c_ends_it():
 
 
 def _hear_control_c():
-    """A shell makes what it runs in the background deaf to it, and that is handed down."""
+    """Let Ctrl-C interrupt: a shell lets processes in the background ignore it, and children inherit that."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
-# --- What the engine says about a ray of the page: only of what is shown
+# --- The engine's answers about a ray of the page: only of visible bodies
 
 
 FUEL = co.Body(co.Cylinder((0, 0, -1), (0, 0, 1), 1), name="fuel")
@@ -307,7 +307,7 @@ CLAD = co.Body(co.Cylinder((0, 0, -1), (0, 0, 1), 2) - co.Cylinder((0, 0, -1), (
 
 @pytest.mark.parametrize("order", [(FUEL, CLAD), (CLAD, FUEL)])
 def test_a_hidden_body_does_not_answer_for_the_wall_it_shares(order):
-    """From the axis, the fuel's wall and the bore of the clad are one surface at t = 1; the clad ends at t = 2."""
+    """From the axis, the fuel's wall and the bore of the clad are one surface at t = 1. The clad ends at t = 2."""
     scene = co.Scene(list(order))
     hidden = [body.name for body in order].index("fuel")
     found = pick(scene, {"origin": [0, 0, 0], "direction": [1, 0, 0], "hidden": [hidden]})["found"]

@@ -1,4 +1,4 @@
-"""What a person sees until the shader's first frame, and where there is none. Drivers are slowed and broken by hand."""
+"""The page before the shader's first frame, and without any. Tests slow and break drivers by hand."""
 
 import base64
 import http.client
@@ -46,7 +46,7 @@ def shown(browser, url, script):
 
 
 def reddish(found):
-    """The share of the stage's middle row, where no words and buttons are, that has the ball's colour."""
+    """Return the share of the stage's middle row, without words and buttons, that has the ball's color."""
     seen = np.asarray(Image.open(io.BytesIO(found.locator(".stage").screenshot())).convert("RGB"), float)
     row = seen[len(seen) // 2]
     return ((row[:, 0] > 120) & (row[:, 1] < 80) & (row[:, 2] < 80)).mean()
@@ -106,7 +106,7 @@ def test_a_driver_that_stops_in_compiling_is_reported(browser, tmp_path):
 
 @needs_browser
 def test_a_changed_scene_whose_shader_fails_leaves_the_last_picture(browser, tmp_path):
-    """More parts make a shader of other sizes, which is compiled anew."""
+    """More parts need a shader of other sizes, which compiles anew."""
     path = tmp_path / "scene.yaml"
     co.save(BALL, path)
     with served(Session(co.load(path), "scene", path)) as server, Page(browser, server.url, WIDE) as found:

@@ -1,4 +1,4 @@
-"""The widget of notebooks: its module, run as anywidget runs it."""
+"""The widget of notebooks: its module, as anywidget runs it."""
 
 import base64
 import io

@@ -38,7 +38,7 @@ def host(widget, width):
 
 
 def seen(page):
-    """Grey levels of what is on the screen."""
+    """Return grey levels of the screen."""
     return np.asarray(Image.open(io.BytesIO(page.locator("canvas").screenshot())).convert("L"), dtype=float)
 
 
@@ -62,7 +62,7 @@ def test_it_draws_in_its_cell_and_leaves_the_page_alone(browser, tmp_path, width
     assert before.std() > 10
     smaller = co.Scene([co.Body(co.Sphere(0.2), RED, name="ball")], lights=[co.AmbientLight(1)], camera=CAMERA)
     page.evaluate("window.change(" + json.dumps(smaller.view(height=300).data) + ")")
-    for _ in range(300):  # until it is drawn: at once, or when a busy machine comes to it
+    for _ in range(300):  # until it has drawn, at once or later on a busy machine
         if changed := np.abs(seen(page) - before).max() > 30:
             break
         page.wait_for_timeout(100)

@@ -24,7 +24,7 @@ else if (c.found) { put(1); put(crossed_face(entry, c.place, c.sense)); put(c.en
 
 
 def entry_crossing(world, scratch, x, out):
-    """The first crossing of an entry: is there one, its surface, face and side, is the body entered, t."""
+    """Put the first crossing of an entry: whether there is one, surface, face, side, whether the ray enters, t."""
     geometry, entry = world.geometry, np.int64(x[12])
     count, _, _ = engine.entry_crossings(geometry, scratch, entry, ray_of(x, 0), 1)
     if count > 0:
@@ -43,14 +43,14 @@ def _at_points(some_rays: Any) -> Any:
 
     def inputs(scene: Any, rng: Any) -> Any:
         result = find(scene, rng)
-        result[:, 1, 3] = result[:, 0, 3]  # an interval that is a point, as `media` has it
+        result[:, 1, 3] = result[:, 0, 3]  # an interval that is a point, as in `media`
         return result
 
     return inputs
 
 
 def chords(world, scratch, x, out):
-    """The length in (t_min, t_max) that a solid's crossings leave inside."""
+    """Put the length in (t_min, t_max) that a solid's crossings leave inside."""
     geometry, entry, ray = world.geometry, np.int64(x[12]), ray_of(x, 0)
     if engine.integer(geometry, engine.ENTRY_KIND, entry) > engine.REGION:
         return
@@ -97,7 +97,7 @@ else if (c.found) { put(1); put(c.place); put(c.sense); put(c.enters); put(c.t);
 
 
 def comes_first(world, scratch, x, out):
-    """Of two crossings, by t and body."""
+    """Put which of two crossings comes first, by t and body."""
     out[0] = engine.comes_first(x[0], np.int64(x[1]), x[2], np.int64(x[3]))
 
 
@@ -134,7 +134,7 @@ def blocked(world, scratch, x, out):
 
 
 def noticed(world, scratch, x, out):
-    """The first wall that light notices: its hit, and the media before and after."""
+    """Put the first wall that light notices: its hit, and the media before and after."""
     materials, ray = world.look.materials, ray_of(x, 0)
     crossed = engine.resolve_first_crossing(world.geometry, scratch, ray)
     crossed, before, after = engine.first_visible_wall(world.geometry, scratch, materials, ray, crossed)

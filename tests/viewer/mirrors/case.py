@@ -1,13 +1,12 @@
-"""One function of the shaders beside the Python function that it mirrors, and when their answers agree.
+"""One function of the shaders against the Python function that it mirrors, and when their answers agree.
 
-The shaders round where Python does not, so that their answer need only be right for inputs a little beside the given
-ones (a backward error). What that allows is found by Python itself: it is evaluated for eight shifts by chance, of every
-input and coefficient, by up to 16 roundings of single precision of its size. A number must lie as near to Python's as
-four times the farthest of these answers. What is yes or no, or a whole number, must be Python's unless these answers
-differ among each other. Most inputs must be decided that way, or the comparison would say nothing.
-
-Where inputs are short binary fractions nothing is shifted, as ties and contacts are decided without rounding: whole
-numbers must be equal always, and others but for the rounding of a few roots and quotients.
+The shaders round where Python does not, so their answer need only be right for inputs a little beside the given ones (a
+backward error). Python itself finds the tolerance: it evaluates eight random shifts of every input and coefficient, by
+up to 16 roundings of single precision of its size. A number must be as near to Python's as four times the farthest of
+these answers. A truth value or a whole number must be Python's unless these answers differ among each other. Most
+inputs must be decided that way, or the comparison would show nothing. Inputs that are short binary fractions are not
+shifted, because ties and contacts are decided without rounding. Their whole numbers must be equal always, and others
+but for the rounding of a few roots and quotients.
 """
 
 from __future__ import annotations
@@ -24,20 +23,20 @@ from conicoid.kernels.body.scratch import new_scratch
 from .worlds import ROUNDING, SHIFT, Scene
 
 FAR = 1e30
-"""What stands for infinity in the shaders."""
+"""The shaders' infinity."""
 SPREAD = 4.0
-"""Eight shifts by chance reach a quarter of what the worst of them would, or more."""
+"""Eight random shifts reach a quarter of the worst shift's effect, or more."""
 ALONE, VECTOR = "s", "v"
 
 
 @dataclass(frozen=True)
 class Case:
-    """A comparison. `python(world, scratch, input, answers)` writes what `glsl` puts.
+    """A comparison. `python(world, scratch, input, answers)` has the results of `glsl`.
 
-    `inputs(scene, rng)` are records of four float32, (n, records, 4). `shifts`: for each of a record's four numbers "v",
-    a part of a vector, "s", a number by itself, or "-", never shifted.
-    `whole`: how many of the answers, the first ones, are whole numbers.
-    `decided`: share of the inputs that must be. `agrees(python, glsl)`: in place of the comparison.
+    `inputs(scene, rng)` are records of four float32, (n, records, 4). `shifts` has for each of a record's four numbers
+    "v", a part of a vector, "s", a number by itself, or "-", never shifted. `whole` is the count of the first answers
+    that are whole numbers, and `decided` the share of the inputs that must be decided. `agrees(python, glsl)` replaces
+    the comparison.
     """
 
     glsl: str
@@ -54,7 +53,10 @@ class Case:
 
 
 def evaluator(cases: dict[str, Case]) -> Callable[..., Any]:
-    """evaluate(name, world, inputs): answers of a case's Python. All are in one kernel, so that what they call compiles once."""
+    """Return evaluate(name, world, inputs), the answers of a case's Python.
+
+    All cases are in one kernel, so that their callees compile once.
+    """
     choose = _none
     for number, case in enumerate(cases.values()):
         choose = _or(number, helper(case.python), choose)
@@ -91,7 +93,7 @@ def _or(mine: int, python: Any, others: Any) -> Any:
 
 
 def shifted(inputs: Any, shifts: tuple[str, ...], rng: Any) -> Any:
-    """Inputs beside the given ones."""
+    """Return inputs beside the given ones."""
     kinds = np.array([list(record) for record in shifts])
     size = np.abs(inputs) * (kinds == ALONE)
     longest = np.where(kinds == VECTOR, np.abs(inputs), 0.0).max(axis=-1, keepdims=True)
@@ -103,7 +105,7 @@ def shifted(inputs: Any, shifts: tuple[str, ...], rng: Any) -> Any:
 def disagreements(
     name: str, case: Case, scene: Scene, inputs: Any, found: Any, evaluate: Any
 ) -> tuple[Any, Any, float]:
-    """(indices of inputs for which the answers differ, Python's answers, share of the inputs that are decided)"""
+    """Return (indices of inputs with different answers, Python's answers, share of decided inputs)."""
     given = inputs.astype(float)
     expected = evaluate(name, scene.python, given)
     if case.agrees is not None:

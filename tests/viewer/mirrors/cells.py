@@ -21,7 +21,7 @@ def tables_of(scene: Any) -> Any:
 
 
 def _surfaces(tables: Any, of: str, number: int) -> Any:
-    """The surfaces of a cell, a program or an entry."""
+    """Return the surfaces of a cell, a program or an entry."""
     if of == "cell_quadric":
         planes = tables.plane_surface[tables.cell_first[number] : tables.cell_first[number + 1]]
         return np.concatenate([planes, [s for s in tables.cell_quadric[number : number + 1] if s >= 0]])
@@ -36,13 +36,13 @@ def _surfaces(tables: Any, of: str, number: int) -> Any:
     return (tables.sheet_surface if kind == engine.SHEET else tables.polygon_surface)[index : index + 1]
 
 
-# What the shader is asked: `mode` of region_crossing and entry_crossing, and of traverse
+# Modes of the shader: `mode` of region_crossing and entry_crossing, and of traverse
 FIRST, MEDIA, CHORDS, CLOSED = range(4)
 NEAREST, BLOCKED, MEDIA_AT = range(3)
 
 
 def with_number(of: str, some_rays: Any, mode: int = 0, count: int = COUNT, ends: int = 0) -> Any:
-    """Rays, the number of a row of a table, and a mode; a third of the rays start on a surface."""
+    """Return rays, the number of a row of a table, and a mode; a third of the rays start on a surface."""
 
     def inputs(scene: Any, rng: Any) -> Any:
         number = rng.integers(0, len(getattr(tables_of(scene), of)) - ends, count)
@@ -91,7 +91,7 @@ Slab s = clip_slab(slab, plane.x, plane.y, plane.z > 0.5, {NEW_PLACE}); {PUT_SLA
 
 
 def _ends(rng: Any) -> Any:
-    """(t_in, t_out) of slabs: short fractions, some infinite, some of them nothing."""
+    """Return (t_in, t_out) of slabs: short fractions, some infinite, some of them empty."""
     ends = rng.integers(-2, 3, (COUNT, 2)) / 2
     ends[:, 0] = np.where(rng.random(COUNT) < 0.2, -1e30, ends[:, 0])
     ends[:, 1] = np.where(rng.random(COUNT) < 0.2, 1e30, np.maximum(ends[:, 1], ends[:, 0]))
@@ -99,7 +99,7 @@ def _ends(rng: Any) -> Any:
 
 
 def _slabs_and_planes(scene: Any, rng: Any) -> Any:
-    """Planes that are often crossed where the slab ends, or not at all."""
+    """Return planes that the ray often crosses where the slab ends, or not at all."""
     height, rate = rng.integers(-2, 3, COUNT) / 2, rng.choice([-2.0, -1.0, 0.0, 1.0, 2.0], COUNT)
     return records(COUNT, _ends(rng), np.column_stack([height, rate, rng.random(COUNT) < 0.5]))
 
@@ -118,7 +118,7 @@ put(s.number > 0 ? vec2(s.in1, s.out1) : vec2(0.0)); put(s.number > 1 ? vec2(s.i
 
 
 def compose_spans(world, scratch, x, out):
-    """The first span stands before the second, whether there is another or not."""
+    """Put spans: the first stands before the second, whether there is another or not."""
     found = engine.compose_spans(_given_slab(x), x[4], x[5], x[6] > 0.5, x[7] > 0.5, np.int64(NEW_PLACE))
     k = 0
     if found.some:
@@ -137,7 +137,7 @@ CellSpans s = compose_spans(slab, roots.x, roots.y, roots.z > 0.5, roots.w > 0.5
 
 
 def _slabs_and_roots(scene: Any, rng: Any) -> Any:
-    """Roots that are often the ends of the slab; some infinite, as those of planes are; either none, or low < high."""
+    """Return roots that are often the ends of the slab; some infinite, as those of planes; either none, or low < high."""
     low = np.where(rng.random(COUNT) < 0.1, -1e30, rng.integers(-3, 3, COUNT) / 2)
     high = np.where(rng.random(COUNT) < 0.1, 1e30, np.maximum(low, -2) + rng.integers(1, 5, COUNT) / 2)
     return records(COUNT, _ends(rng), np.column_stack([low, high, rng.random((COUNT, 2)) < [0.8, 0.5]]))
@@ -176,7 +176,7 @@ if (c.found) { put(c.found); put(c.enters); put(c.t); }"""
 
 
 def gates(world, scratch, x, out):
-    """The truth of a program for leaves that are turned on, and back, by the bits of two numbers."""
+    """Put the truth of a program for leaves that the bits of two numbers turn on, and back."""
     geometry, program = world.geometry, np.int64(x[0])
     first = engine.integer(geometry, engine.PROGRAM_LEAF, program)
     last = engine.integer(geometry, engine.PROGRAM_LEAF, program + 1)
@@ -217,7 +217,7 @@ EVENTS_TRIED, EVENTS_KEPT = 24, 8
 
 
 def put_event(world, scratch, x, out):
-    """Those after a t and key, sorted: the first ones' keys."""
+    """Put the events after a t and key, in order: the first ones' keys."""
     count, kept = 0, 0
     for k in range(EVENTS_TRIED):
         count = engine.put_event(scratch, count, x[4 + k], k, k, 1)
@@ -243,7 +243,7 @@ def _event_times(scene: Any, rng: Any) -> Any:
 
 
 def gather(world, scratch, x, out):
-    """The first events, with their leaves and places."""
+    """Put the first events, with their leaves and places."""
     count, _ = engine.gather_events(world.geometry, scratch, np.int64(x[12]), ray_of(x, 0))
     out[0] = min(count, 4)
     for k in range(min(count, 4)):
@@ -263,7 +263,7 @@ for (int k = 0; k < 4; k++) put(k < n ? event_t[k] : 0.0);"""
 
 
 def _whole_lines(some_rays: Any) -> Any:
-    """Rays from minus infinity: the shader finds the events before t_min, too, where the engine leaves boxes out."""
+    """Return rays from minus infinity. The shader also finds events before t_min, where the engine omits boxes."""
     find = with_number("program_leaf", some_rays, ends=1)
 
     def inputs(scene: Any, rng: Any) -> Any:
@@ -283,7 +283,7 @@ def surface_of(world, scratch, x, out):
 
 
 def _moments(scene: Any, rng: Any) -> Any:
-    """Crossings and ends of intervals that are often equal, half of the crossings with the surface of the start."""
+    """Return crossings and ends of intervals that are often equal, half of the crossings with the surface of the start."""
     times = rng.integers(-2, 3, (FEW, 3)) / 2
     return records(FEW, np.column_stack([times[:, 0], rng.random(FEW) < 0.5, times[:, 1:]]))
 
@@ -296,7 +296,7 @@ NUMBER = (*RAY, "----")
 
 
 def both(glsl: str, python: Any, answers: int, whole: int, inputs: Any, exact: Any = exact_rays) -> Case:
-    """A case of both worlds."""
+    """Return a case of both worlds."""
     return Case(glsl, python, answers, inputs(rays), NUMBER, whole=whole, exact_inputs=inputs(exact))
 
 

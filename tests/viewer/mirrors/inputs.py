@@ -1,4 +1,4 @@
-"""Inputs by chance, and short binary fractions."""
+"""Random inputs, and short binary fractions."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ NO_SURFACE = -1
 
 
 def records(count: int, *parts: Any) -> Any:
-    """Parts of one to four numbers, (count, k) or (count,) or one number, as records of float32; each begins anew."""
+    """Return parts of one to four numbers, (count, k) or (count,) or one number, as records of float32.
+
+    Each part begins a new record.
+    """
     result = np.zeros((count, len(parts), 4), np.float32)
     for k, part in enumerate(parts):
         part = np.asarray(part, np.float32)
@@ -24,7 +27,7 @@ def records(count: int, *parts: Any) -> Any:
 
 
 def directions(rng: Any, count: int) -> Any:
-    """Unit vectors; some along an axis or within a plane of two."""
+    """Return unit vectors, some along an axis or in a plane of two."""
     d = rng.normal(size=(count, 3))
     axis, kind = rng.integers(0, 3, count), rng.integers(0, 8, count)
     d[np.arange(count), axis] *= kind != 0
@@ -34,7 +37,7 @@ def directions(rng: Any, count: int) -> Any:
 
 
 def rays(rng: Any, count: int, reach: float = 1.2) -> Any:
-    """Three records: rays past the origin, from near and far, of any length, with their intervals; no start."""
+    """Return three records: rays past the origin, from near and far, of any length, with intervals, without a start."""
     d = directions(rng, count)
     target = rng.uniform(-reach, reach, (count, 3))
     away = rng.choice([0.0, 0.5, 2.0, 8.0, 100.0], count, p=[0.2, 0.2, 0.3, 0.2, 0.1])
@@ -55,7 +58,7 @@ _RIGHT = [(a, b) for a, b in _ACROSS if a * b == 0 or {abs(a), abs(b)} == {0.75,
 
 
 def exact_rays(rng: Any, count: int) -> Any:
-    """Rays along an axis, where roots are of perfect squares, in steps of a quarter; half of them start on faces."""
+    """Return rays along an axis, with roots of perfect squares, in steps of a quarter; half of them start on faces."""
     axis, sign = rng.integers(0, 3, count), rng.choice([-1.0, 1.0], count)
     origin, d = np.zeros((count, 3)), np.zeros((count, 3))
     across = np.array(_RIGHT)[rng.integers(0, len(_RIGHT), count)]
@@ -69,7 +72,7 @@ def exact_rays(rng: Any, count: int) -> Any:
 
 
 def diagonal_rays(rng: Any, count: int) -> Any:
-    """`exact_rays`, half of them along the diagonal of a square: they meet edges, where two planes are crossed at once."""
+    """Return `exact_rays`, half of them along the diagonal of a square: they meet edges, crossing two planes at once."""
     o, d, start = exact_rays(rng, count)
     axis, rows = d[:, :3].nonzero()[1], np.arange(count)
     d[rows, (axis + 1) % 3] = d[rows, axis] * rng.choice([-1, 0, 1], count, p=[0.25, 0.5, 0.25])
@@ -77,7 +80,7 @@ def diagonal_rays(rng: Any, count: int) -> Any:
 
 
 def starting(rng: Any, given: Any, surfaces: Any) -> Any:
-    """The rays, a third of them with a surface to start on."""
+    """Return the rays, a third of them with a surface to start on."""
     count = len(given[2])
     start = np.where(rng.random(count) < 0.34, surfaces, NO_SURFACE)
     return [given[0], given[1], start[:, None].astype(float)]

@@ -1,4 +1,4 @@
-"""Cameras, maps, materials, media, lights and what reflects how much."""
+"""Cameras, maps, materials, media, lights and reflectances."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .worlds import LENS
 
 SIZE = (640, 480)
 _DEEPER = 2.0**-13 - 2.0**-20
-"""The shader reads patterns in space so much deeper under a surface, as a share of a cube's side."""
+"""The depth below a surface at which the shader reads patterns in space, as a share of a cube's side."""
 
 
 def _tables(scene: Any) -> Any:
@@ -50,7 +50,7 @@ def _short_angles(scene: Any, rng: Any) -> Any:
 
 
 def _faces(scene: Any, rng: Any) -> Any:
-    """(body, face, surface), a face of each body; the surface is the ball's where the body is one of many."""
+    """Return (body, face, surface), a face of each body; the surface is the ball's where the body is one of many."""
     tables = _tables(scene)
     body = rng.integers(0, len(tables.body_face), COUNT)
     firsts = np.append(np.unique(tables.body_face[tables.body_face >= 0]), len(tables.face_maps))
@@ -65,7 +65,7 @@ def _points_of_faces(scene: Any, rng: Any) -> Any:
 
 
 def _points_of_patterns(scene: Any, rng: Any) -> Any:
-    """Half of them on the side of a cube of the pattern, with the normal along one of its edges."""
+    """Return points, half of them on the side of a cube of the pattern, with the normal along one of its edges."""
     given, materials = _points_of_faces(scene, rng), _materials(scene)
     scales = materials.rows["scale"][materials.row_of[given[:, 1, 0].astype(int)]]
     axis, rows = rng.integers(0, 3, COUNT), np.arange(COUNT)
@@ -131,7 +131,7 @@ def unseen(world, scratch, x, out):
 
 
 def _walls(scene: Any, rng: Any) -> Any:
-    """Any body, between any two media."""
+    """Return any body between any two media."""
     rows = len(_materials(scene).rows)
     return records(
         COUNT,
@@ -144,7 +144,7 @@ def absorbed(world, scratch, x, out):
 
 
 def _ways(scene: Any, rng: Any) -> Any:
-    """Short and long ways, none, and one without end."""
+    """Return short and long ways, none, and one without end."""
     length = rng.choice([0.0, -1.0, 0.3, 2.0, 1e30], FEW) * rng.uniform(0.5, 1, FEW)
     return records(
         FEW, rng.random((FEW, 3)), np.column_stack([rng.integers(-1, len(_materials(scene).rows), FEW), length])
@@ -183,7 +183,7 @@ def refract(world, scratch, x, out):
 
 
 def _arriving(scene: Any, rng: Any) -> Any:
-    """Directions against a normal, from grazing to straight, into what is denser and what is rarer."""
+    """Return directions against a normal, from grazing to straight, into denser and rarer media."""
     d, n = directions(rng, COUNT), directions(rng, COUNT)
     d = np.where((d * n).sum(axis=1, keepdims=True) > 0, -d, d)
     return records(COUNT, np.column_stack([d, rng.choice([0.5, 2 / 3, 1, 1.25, 2], COUNT)]), n)
@@ -221,7 +221,7 @@ def light_at(world, scratch, x, out):
 
 
 def _lit(scene: Any, rng: Any) -> Any:
-    """(point, light), (normal, material), direction to the eye; half of the points near the axis of a light."""
+    """Return (point, light), (normal, material), direction to the eye; half of the points near the axis of a light."""
     lights, materials = scene.python.look.lights, _materials(scene)
     light = rng.integers(0, len(lights), COUNT)
     near = (
@@ -256,7 +256,7 @@ def _material_and_directions(scene: Any, rng: Any) -> Any:
 
 
 def push(world, scratch, x, out):
-    """How many rays wait after two are pushed, and the weight of the last."""
+    """Put how many rays wait after a push of two, and the weight of the last."""
     one = engine.PendingRay(0.0, 0.0, 0.0, 0.0, 0.0, 1.0, x[0], x[1], x[2], 5, 1, 2)
     other = engine.PendingRay(0.0, 0.0, 0.0, 0.0, 0.0, 1.0, x[4], x[5], x[6], 5, 1, 2)
     size = engine.push(world.stack, engine.push(world.stack, 0, one), other)
@@ -276,7 +276,7 @@ if (ray_count > 0) put(rays[ray_count - 1].weight);"""
 
 
 def _weights(scene: Any, rng: Any) -> Any:
-    """About the least that is followed, and it."""
+    """Return weights about the smallest that the integrator follows, and it."""
     weights = 2.0**-12 * rng.choice([0.0, 0.5, 1.0, 1.5], (FEW, 8))
     return records(FEW, weights[:, :3], weights[:, 4:7])
 

@@ -14,7 +14,7 @@ BEGIN, END = "<!-- mirrors: written by tests.viewer.mirrors.markdown -->\n", "<!
 
 
 def tables() -> str:
-    """Which function of which piece mirrors what, and which none."""
+    """Return which function of which piece mirrors which, and which none."""
     pieces = {name: asset(f"shaders/{name}.glsl") for name in shaders()["pieces"]}
     place = {name: piece for piece, text in pieces.items() for name in re.findall(r"^\w+ (\w+)\(", text, re.MULTILINE)}
     rows = []
@@ -35,7 +35,7 @@ def _lines(rows: list[str]) -> str:
 
 
 def written(text: str) -> str:
-    """The page with the table as it should be."""
+    """Return the page with the current table."""
     before, rest = text.split(BEGIN)
     return f"{before}{BEGIN}\n{tables()}\n{END}{rest.split(END)[1]}"
 

@@ -16,7 +16,7 @@ from .table import ITS_CODE, OWN_BEAM, POLYGON_FIRST, QuadricLimits, Ray, Sphere
 
 @inline
 def ray_of(x, k):
-    """The ray of records k to k + 2."""
+    """Return the ray of records k to k + 2."""
     at = 4 * k
     return Ray(
         x[at], x[at + 1], x[at + 2], x[at + 4], x[at + 5], x[at + 6], x[at + 3], x[at + 7], np.int64(x[at + 8])
@@ -61,13 +61,13 @@ def roots_of(world, scratch, x, out):
 
 
 def _quadratics(scene: Any, rng: Any) -> Any:
-    """With every sign, and zero in every place."""
+    """Return quadratics with every sign, and zero in every place."""
     values = rng.normal(size=(COUNT, 4)) * 10.0 ** rng.uniform(-3, 3, (COUNT, 4))
     return records(COUNT, values * (rng.random((COUNT, 4)) > 0.15))
 
 
 def _short_quadratics(scene: Any, rng: Any) -> Any:
-    """a (t - u)(t - v) and b (t - u), with touches."""
+    """Return a (t - u)(t - v) and b (t - u), with touches."""
     a, u, v = rng.choice([-2, -1, 0, 0, 1, 2], FEW), rng.integers(-3, 4, FEW), rng.integers(-3, 4, FEW)
     b, c = np.where(a == 0, rng.integers(-2, 3, FEW), -a * (u + v) / 2), np.where(a == 0, u, a * u * v)
     return records(FEW, np.column_stack([a, b, c, rng.integers(-2, 3, FEW)]))
@@ -84,7 +84,7 @@ def sphere_roots(world, scratch, x, out):
 
 
 def _balls(scene: Any, rng: Any) -> Any:
-    """Of radii from 1e-6 to 1e6, seen from near and from far; grazed, and started on."""
+    """Return balls of radii from 1e-6 to 1e6, from near and from far; rays graze them and start on them."""
     o, d, start = rays(rng, COUNT)
     size = 10.0 ** rng.uniform(-6, 6, (COUNT, 1))
     center = rng.uniform(-1, 1, (COUNT, 3)) * rng.choice([0, 1, 30], (COUNT, 1)) * size
@@ -124,13 +124,13 @@ def normal_at(world, scratch, x, out):
 
 
 def _points_of_normals(scene: Any, rng: Any) -> Any:
-    """Also of a surface's own anchor, where the gradient of a cone vanishes."""
+    """Return points, among them a surface's own anchor, where the gradient of a cone vanishes."""
     surface = rng.choice(_surfaces(scene, 0, 1, 2), FEW)
     return records(FEW, np.column_stack([rng.normal(size=(FEW, 3)), rng.choice([-1, 1], FEW)]), surface)
 
 
 def _apexes(scene: Any, rng: Any) -> Any:
-    """The middle of the cone about the origin, and points of faces."""
+    """Return the middle of the cone about the origin, and points of faces."""
     surface = rng.choice(_surfaces(scene, 0, 2), FEW)
     point = rng.choice([0.0, 0.0, 1.0], (FEW, 3)) * (rng.random((FEW, 1)) < 0.5)
     return records(FEW, np.column_stack([point, rng.choice([-1, 1], FEW)]), surface)
@@ -193,7 +193,7 @@ def _loops(some_rays: Any) -> Any:
 
 
 def push_node(world, scratch, x, out):
-    """The children that are met, as bits: of boxes as they are, and of boxes wider than the page makes them."""
+    """Put the children that the ray meets, as bits: in their boxes, and in boxes wider than the page makes them."""
     ray = ray_of(x, 0)
     for k in range(2):
         geometry = world.geometry if k == 0 else world.wide
@@ -218,7 +218,7 @@ put(bits); put(sorted);"""
 
 
 def _between(expected: Any, found: Any) -> Any:
-    """All that are met are pushed, nothing is that wider boxes would not have; the nearest is on top."""
+    """Check that all of the former are pushed, none outside of the latter, and the nearest on top."""
     least, most, bits = expected[:, 0].astype(int), expected[:, 1].astype(int), found[:, 0].astype(int)
     return (least & ~bits == 0) & (bits & ~most == 0) & (found[:, 1] == 1)
 
@@ -226,7 +226,7 @@ def _between(expected: Any, found: Any) -> Any:
 def _nodes(some_rays: Any) -> Any:
     def inputs(scene: Any, rng: Any) -> Any:
         nodes, (o, d, start) = len(scene.scene._prepared.lowered.tables.node_children), some_rays(rng, COUNT)
-        d[:, 3] = np.minimum(d[:, 3], 1e4)  # boxes without end, beside a parallel ray, are met at a t that is not real
+        d[:, 3] = np.minimum(d[:, 3], 1e4)  # t of a box without end beside a parallel ray is not a real number
         return records(COUNT, o, d, start, rng.integers(0, nodes, COUNT))
 
     return inputs

@@ -1,4 +1,4 @@
-"""Which function of the shaders mirrors which of Python's; the only place of these tests that knows their names."""
+"""Which function of the shaders mirrors which of Python's; no other file of these tests has their names."""
 
 # ruff: noqa: F401 - the cases take their names from here
 
@@ -94,7 +94,7 @@ from conicoid.render.tiles import camera_ray
 
 
 class Mirror(NamedTuple):
-    """What a function of the shaders mirrors, and the case that tries it, if that has another name."""
+    """The mirror of a function of the shaders, and its case if that has another name."""
 
     python: tuple[Any, ...]
     case: str = ""
@@ -196,7 +196,7 @@ NO_MIRROR = {
     "whitted_radiance": SHOWN,
     "main": "of a pixel",
 }
-"""Function of the shaders -> why it mirrors none."""
+"""Function of the shaders -> the reason why it mirrors none."""
 
 OTHER_NAMES = {
     "normalized": "GLSL has a normalize of its own",
@@ -217,10 +217,10 @@ OTHER_NAMES = {
     "spans_crossing": "one, the first; Python lists them",
     "traverse": "three of Python's in one, so that the walk is compiled once",
 }
-"""Why a function is called otherwise than all that it mirrors; but for those that are a part of a Python function."""
+"""Why a function's name differs from all that it mirrors, but for parts of a Python function."""
 
 
 def python_name(function: Any) -> str:
-    """Where a function stands: module and name, without the package's."""
+    """Return the place of a function: module and name, without the package's."""
     plain = getattr(function, "py_func", function)
     return f"{plain.__module__.removeprefix('conicoid.')}.{plain.__name__}"

@@ -1,6 +1,7 @@
-"""Runs functions of the shaders on numbers: each input is a pixel, its answers are floats of a texture.
+"""Functions of the shaders on numbers: each input is a pixel, and its answers are floats of a texture.
 
-The page's own modules put the shaders together and the tables of a scene into textures, so these are tried as well.
+The page's own modules put the shaders together and the tables of a scene into textures, so that the tests try these
+too.
 """
 
 from __future__ import annotations
@@ -119,7 +120,7 @@ VIEW = {"lens": [[0, 0, 0]] * 6, "size": [1, 1], "section": None}
 
 
 class Workbench:
-    """A page that knows the shaders."""
+    """A page with the shaders."""
 
     def __init__(self, browser: Any) -> None:
         self.context = browser.new_context()
@@ -132,13 +133,13 @@ class Workbench:
         self.edition = 0
 
     def load(self, world: Any) -> None:
-        """Take a world's tables; the one that is loaded already costs nothing."""
+        """Load a world's tables, unless they are loaded already."""
         if self.loaded is not world:
             self.page.evaluate("([data, origin]) => bench.load(data, origin)", [world.data, world.origin])
             self.loaded = world
 
     def run(self, glsl: str, inputs: Any, answers: int, sizes: Any = None, view: Any = None) -> Any:
-        """What `glsl` puts for inputs (n, records, 4): float64 (n, answers)."""
+        """Return the results of `glsl` for inputs (n, records, 4): float64 (n, answers)."""
         count, records, _ = inputs.shape
         fours = range(4)  # every WebGL 2 has so many targets, of four numbers
         assert answers <= 16, glsl
@@ -162,7 +163,7 @@ class Workbench:
         return np.concatenate(pixels, axis=1)[:count, :answers].astype(float)
 
     def rewrite(self, piece: str, text: str) -> None:
-        """Take another text for a piece of the shaders."""
+        """Replace a piece of the shaders by another text."""
         self.edition += 1
         self.page.evaluate("([piece, text]) => { bench.graphics.sources.pieces[piece] = text; }", [piece, text])
 

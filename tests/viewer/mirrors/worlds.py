@@ -1,4 +1,4 @@
-"""Scenes whose tables the functions are tried on, for the shaders and for Python the same numbers to the bit."""
+"""Scenes whose tables the functions read, for the shaders and for Python the same numbers to the bit."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from ...engine.test_ties import random_tree
 from .table import new_stack
 
 ROUNDING = 2.0**-24
-"""Of one operation in single precision, relative to its result."""
+"""The rounding of one operation in single precision, relative to its result."""
 SHIFT = 16 * ROUNDING
-"""What inputs are shifted by, relative to their size: no function rounds more often between an input and an answer."""
+"""Shifts of inputs, relative to their size: no function rounds more often between an input and an answer."""
 LENS = np.float32(np.random.default_rng(4).normal(size=(6, 3))).astype(float)
-"""Of a camera: any six vectors are one."""
+"""A camera's vectors: any six are one."""
 BOX_MARGIN = 4e-6
-"""By which page/tables.js widens boxes, as a share of their distance and of the scene's diagonal."""
+"""The widening of boxes in page/tables.js, as a share of their distance and of the scene's diagonal."""
 
 _ROW = -1
-"""The column of the row of another table, which is no size of anything."""
+"""The column with the row of another table, which is not a size."""
 
-# Tables of floats and how their rows are made up: (columns, ...), one size to all columns of a part
+# Tables of floats and the parts of their rows: (columns, ...), one size to all columns of a part
 _PARTS: dict[int, tuple[int, ...]] = {
     table.PLANES: (3, 1, 3),
     table.SPHERES: (3, 1),
@@ -42,7 +42,7 @@ _PARTS: dict[int, tuple[int, ...]] = {
 
 
 class World(NamedTuple):
-    """What kernels take."""
+    """The arguments of kernels."""
 
     geometry: Geometry
     wide: Geometry  # with boxes wider than those that the page gives to the shaders
@@ -52,7 +52,7 @@ class World(NamedTuple):
 
 
 class Scene(NamedTuple):
-    """One world: `python` in double precision, `shifted` by chance; `data` for the page, about `origin`."""
+    """One world: `python` in double precision, `shifted` at random; `data` for the page, about `origin`."""
 
     python: World
     shifted: tuple[World, ...]
@@ -71,7 +71,10 @@ def _copy(geometry: Geometry) -> Geometry:
 
 
 def _rounded(geometry: Geometry) -> Geometry:
-    """Coefficients as the textures hold them. Balls and boxes stay: balls are made of float32, boxes are bounds."""
+    """Return coefficients as the textures hold them.
+
+    Balls and boxes stay: balls consist of float32, and boxes are bounds.
+    """
     result = _copy(geometry)
     for number in _PARTS:
         values = _slice(result, number)
@@ -118,7 +121,7 @@ def _rounded_records(records: Any) -> Any:
 
 
 def world_of(scene: co.Scene, shifts: int) -> Scene:
-    """A scene as a world."""
+    """Return a scene as a world."""
     rng, origin = np.random.default_rng(1), [0.0, 0.0, 0.0]
     geometry = _rounded(scene._prepared.geometry)
     data = pack_scene(scene)
@@ -134,7 +137,7 @@ def world_of(scene: co.Scene, shifts: int) -> Scene:
 
 
 def _solids(rng: Any) -> tuple[list[co.Shape], list[co.Shape]]:
-    """Solids of one cell, of every kind of quadric and of many planes: turned and moved by chance, and only moved."""
+    """Return solids of one cell, of every kind of quadric and of many planes, under affine motions or shifts."""
     box = co.Box((-1, -1, -1), (1, 1, 1))
     plain = [
         box,
@@ -175,7 +178,7 @@ def _solids(rng: Any) -> tuple[list[co.Shape], list[co.Shape]]:
 
 
 def _both_sides() -> list[co.Shape]:
-    """Solids on either side of one surface, which has one row of the tables."""
+    """Return solids on either side of one surface, which has one row of the tables."""
     box = co.Box((-1, -1, -1), (1, 1, 1))
     forms = dict(xx=1.0, yy=0.75, zz=-0.5, x=0.25, constant=-0.25), dict(xx=0.5, yy=-0.75, z=1.0), dict(yy=1.0, x=-0.5)
     return [
@@ -191,7 +194,7 @@ def _ball(rng: Any) -> co.Sphere:
 
 
 def _region(solids: list[co.Shape], rng: Any) -> co.Shape:
-    """A Boolean tree whose leaves repeat, so that faces coincide and cancel."""
+    """Return a Boolean tree whose leaves repeat, so that faces coincide and cancel."""
     shape = solids[rng.integers(len(solids))]
     for _ in range(rng.integers(1, 7)):
         other = solids[rng.integers(len(solids))]
@@ -250,7 +253,7 @@ def _scene(shapes: list[co.Shape], rng: Any) -> co.Scene:
 
 @cache
 def random_world() -> Scene:
-    """Everything about the origin, one in another, at random places."""
+    """Return everything about the origin, one in another, at random places."""
     rng = np.random.default_rng(15)
     solids, moved = _solids(rng)
     balls = [_ball(rng) for _ in range(6)]
@@ -272,7 +275,7 @@ def random_world() -> Scene:
 
 @cache
 def exact_world() -> Scene:
-    """Coincident faces, contacts and corners at short binary fractions: single precision rounds nothing there."""
+    """Return coincident faces, contacts and corners at short binary fractions, which are exact in single precision."""
     rng = np.random.default_rng(16)
     five = 1.25  # with 0.75 and 1 a right triangle
     solids: list[co.Shape] = [
@@ -314,7 +317,7 @@ def exact_world() -> Scene:
 
 @cache
 def tied_trees() -> list[Any]:
-    """Trees of boxes whose walls coincide and are often cut away there, with their solids, of `tied_world`."""
+    """Return trees of boxes whose walls coincide and are often cut away there, with their solids, for `tied_world`."""
     rng = np.random.default_rng(17)
     return [random_tree(rng, 2 + k % 4, [0]) for k in range(40)]
 
