@@ -25,7 +25,7 @@ bodies:
 """
 
 
-def written(folder: Path) -> Path:
+def scene_file(folder: Path) -> Path:
     """Save the scene as a file in `folder`."""
     path = folder / "scene.yaml"
     path.write_text(SCENE)
@@ -43,7 +43,7 @@ def run(*arguments: object):
         return testing.CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
-def done(*arguments: object):
+def execute(*arguments: object):
     """Run a command that succeeds."""
     result = run(*arguments)
     assert result.exit_code == 0, result.output
@@ -55,7 +55,7 @@ def arrays(path: Path) -> dict[str, np.ndarray]:
         return {name: found[name] for name in found.files}
 
 
-def refused(*arguments: object) -> str:
+def failure(*arguments: object) -> str:
     """Run a command that fails by the user's mistake; return its message."""
     result = run(*arguments)
     assert result.exit_code == 2, result.output

@@ -30,7 +30,7 @@ STORE = ROOT / "out" / "emulation"
 LOWERED = ROOT / "out" / "device_code"
 
 
-def stored(key: str, make: Callable[[], bytes]) -> bytes:
+def from_store(key: str, make: Callable[[], bytes]) -> bytes:
     """Return the result of `make`, from a file if any process has made it; `key` names its sources."""
     file = STORE / sha256(key.encode()).hexdigest()
     if not file.exists():
@@ -69,14 +69,14 @@ def device_module(part: str = "queries") -> bytes:
     """Return the code that becomes PTX; `part` is one of `native.signature.on_device`."""
     with alone():
         code = _lowered(part)
-    return stored(f"{part} {sources_of(code.read_bytes())}", lambda: ptx.base(code))
+    return from_store(f"{part} {sources_of(code.read_bytes())}", lambda: ptx.base(code))
 
 
 @functools.cache
 def ptx_of(name: str, part: str = "queries") -> str:
     """Return the PTX of a kernel. `ptx.ptx` refuses wrong code; the CUDA wheel has all kernels."""
     module = device_module(part)
-    return stored(f"{name} {sources_of(module)}", lambda: ptx.ptx(module, name).encode()).decode()
+    return from_store(f"{name} {sources_of(module)}", lambda: ptx.ptx(module, name).encode()).decode()
 
 
 @functools.cache
@@ -101,7 +101,7 @@ class Kernels:
             builder.getModulePassManager().run(whole, builder)
             return bytes(machine.emit_object(whole))
 
-        found = stored(f"{features} {sources_of(module)}", compile_object)
+        found = from_store(f"{features} {sources_of(module)}", compile_object)
         self._engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
         self._engine.add_object_file(llvm.ObjectFileRef.from_data(found))
         self._engine.finalize_object()

@@ -79,15 +79,15 @@ def test_a_ball_of_moved_balls_is_where_it_was_hit():
 BEYOND, NO_NUMBER = "body: number must be at least 0 and below 5", "body: number must be one integer, got"
 
 
-@pytest.mark.parametrize("ask", [SCENE.body, SCENE.__getitem__])
+@pytest.mark.parametrize("query", [SCENE.body, SCENE.__getitem__])
 @pytest.mark.parametrize(("number", "error", "message"), [
     *((number, IndexError, BEYOND) for number in (-1, -2, 5, 10**30, np.int32(-1))),
     (SCENE.first_hit((20, 0, 5), DOWN).body, IndexError, "got -1$"),
     *((number, TypeError, NO_NUMBER) for number in (1.0, None, True, np.array([1, 2]), [1])),
 ])  # fmt: skip
-def test_invalid_body_numbers_are_refused(ask, number, error, message):
-    with pytest.raises(error, match=message if ask == SCENE.body or error is IndexError else "Scene: index must be"):
-        ask(number)
+def test_invalid_body_numbers_are_refused(query, number, error, message):
+    with pytest.raises(error, match=message if query == SCENE.body or error is IndexError else "Scene: index must be"):
+        query(number)
 
 
 def test_all_count_alike():

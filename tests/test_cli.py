@@ -24,7 +24,7 @@ from conicoid.io.openmc import read
 from conicoid.render.integrators import INTEGRATORS
 from conicoid.scene import movies as turning
 
-from .command_line import done, refused, run, written
+from .command_line import execute, failure, run, scene_file
 from .formats.broken import CASES
 from .samples import sampled
 
@@ -33,7 +33,7 @@ from .samples import sampled
 
 @pytest.fixture
 def scene(tmp_path: Path) -> Path:
-    return written(tmp_path)
+    return scene_file(tmp_path)
 
 
 # Help and version -----------------------------------------------------------------------------------
@@ -48,7 +48,7 @@ def test_version():
     "command", ["render", "turntable", "view", "playground", "export", "info", "trace", "import", "schema"]
 )
 def test_help_has_an_example(command):
-    result = done(command, "--help")
+    result = execute(command, "--help")
     assert f"conicoid {command} " in " ".join(result.stdout.split("Example")[1].split())
 
 
@@ -85,7 +85,7 @@ def test_help_and_mistakes_come_without_the_compiler(tmp_path):
 def test_broken_scenes(case, tmp_path):
     path = tmp_path / "scene.yaml"
     path.write_bytes(case.content)
-    message = refused("info", path)
+    message = failure("info", path)
     assert case.phrases[0] in message
     assert "error" in message
 
@@ -98,8 +98,8 @@ def test_files_that_are_no_scenes_are_refused(command, tmp_path, scene):
         "trace": [tmp_path / "rays.csv", "-o", tmp_path / "x.csv"],
     }[command]
     (tmp_path / "rays.csv").write_text("0,0,5,0,0,-1\n")
-    assert "no such file" in refused(command, tmp_path / "none.yaml", *rest)
-    assert "is a directory" in refused(command, tmp_path, *rest)
+    assert "no such file" in failure(command, tmp_path / "none.yaml", *rest)
+    assert "is a directory" in failure(command, tmp_path, *rest)
 
 
 @pytest.mark.parametrize(
@@ -120,7 +120,7 @@ def test_files_that_are_no_scenes_are_refused(command, tmp_path, scene):
 )
 def test_mistakes_in_the_options_of_render(scene, tmp_path, monkeypatch, arguments, phrase):
     monkeypatch.chdir(tmp_path)
-    assert phrase in re.sub(r"\s+", " ", refused("render", scene, *arguments))
+    assert phrase in re.sub(r"\s+", " ", failure("render", scene, *arguments))
     assert not list(tmp_path.glob("x.*"))
 
 
@@ -138,7 +138,7 @@ def test_mistakes_in_the_options_of_render(scene, tmp_path, monkeypatch, argumen
 def test_mistakes_in_rays(scene, tmp_path, rays, output, phrase):
     if rays is not None:
         (tmp_path / "rays.csv").write_text(rays)
-    message = refused("trace", scene, tmp_path / "rays.csv", "-o", tmp_path / output)
+    message = failure("trace", scene, tmp_path / "rays.csv", "-o", tmp_path / output)
     assert phrase in message
     assert "rays.csv: " in message or output != "hits.npz"
     assert len(message.splitlines()) == 1
@@ -194,7 +194,7 @@ def test_defaults_are_those_of_the_options():
 
 
 def test_the_same_picture_and_the_same_words(tmp_path: Path):
-    scene = written(tmp_path)
+    scene = scene_file(tmp_path)
     code = (
         "import sys\nfrom conicoid import __main__ as entry\n"
         "from conicoid.cli import terminal, resources\n"
@@ -206,7 +206,7 @@ def test_the_same_picture_and_the_same_words(tmp_path: Path):
     words = ["render", str(scene), "-o", str(plain), *SIZE]
     ran = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True, check=True)
     assert ran.stdout == "0 []\n"
-    result = done("render", scene, "-o", proper, *SIZE)
+    result = execute("render", scene, "-o", proper, *SIZE)
     assert ran.stderr.splitlines()[-1] == result.stderr.splitlines()[-1].replace("proper", "plain")
     assert plain.read_bytes() == proper.read_bytes()
 
@@ -221,7 +221,7 @@ def test_the_same_picture_and_the_same_words(tmp_path: Path):
     ],
 )
 def test_mistakes_have_the_same_message_on_every_route(words, message, tmp_path, monkeypatch, capsys):
-    written(tmp_path)
+    scene_file(tmp_path)
     monkeypatch.chdir(tmp_path)
     command = parse_plain_render(["render", *words])
     assert command is not None
@@ -259,7 +259,7 @@ SMALL = ("--width", 16, "--height", 12)
 ])  # fmt: skip
 def test_options_that_would_be_ignored(arguments, message, scene, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert message in refused(arguments[0], scene, *arguments[1:])
+    assert message in failure(arguments[0], scene, *arguments[1:])
     assert [path.name for path in tmp_path.iterdir()] == ["scene.yaml"]
 
 
@@ -273,13 +273,13 @@ def test_options_that_would_be_ignored(arguments, message, scene, tmp_path, monk
 @pytest.mark.parametrize("command", ["info", "schema"])
 def test_variables_of_the_environment(command, variable, value, message, scene, monkeypatch):
     monkeypatch.setenv(variable, value)
-    error = refused(command, *([scene] if command == "info" else []))
+    error = failure(command, *([scene] if command == "info" else []))
     assert re.search(message, error), error
     assert len(error) < 600
 
 
 def test_a_picture_on_standard_output(scene, tmp_path):
-    result = done("render", scene, "-o", "-", *SMALL)
+    result = execute("render", scene, "-o", "-", *SMALL)
     seen = np.asarray(PIL.Image.open(io.BytesIO(result.stdout_bytes)))
     assert run("render", scene, "-o", tmp_path / "x.png", *SMALL).exit_code == 0
     assert np.array_equal(seen, np.asarray(PIL.Image.open(tmp_path / "x.png")))
@@ -290,7 +290,7 @@ def test_a_picture_on_standard_output(scene, tmp_path):
 @pytest.mark.parametrize("options", [(), ("--spans",)])
 def test_a_table_on_standard_output(options, scene, tmp_path):
     (tmp_path / "rays.csv").write_text("0,0,-9,0,0,1\n9,9,9,1,0,0\n")
-    result = done("trace", scene, tmp_path / "rays.csv", "-o", "-", *options)
+    result = execute("trace", scene, tmp_path / "rays.csv", "-o", "-", *options)
     run("trace", scene, tmp_path / "rays.csv", "-o", tmp_path / "x.csv", *options)
     assert result.stdout_bytes == (tmp_path / "x.csv").read_bytes()
     assert "standard output: " in result.stderr
@@ -298,7 +298,7 @@ def test_a_table_on_standard_output(options, scene, tmp_path):
 
 def test_a_scene_on_standard_output(tmp_path):
     geometry = ROOT / PIN / "pin" / "model.xml"
-    result = done("import", geometry, "-o", "-")
+    result = execute("import", geometry, "-o", "-")
     (tmp_path / "scene.yaml").write_bytes(result.stdout_bytes)
     assert co.load(tmp_path / "scene.yaml").bodies == tuple(read(geometry).bodies)
     assert "standard output: " in result.stderr
@@ -340,13 +340,13 @@ def test_depth_on_the_command_line(depth, middle, tmp_path):
     """A mirror at its depth limit is black, and a ray one level deeper shows the white background."""
     camera, mirror = co.Camera((0, -5, 0), (0, 0, 0)), co.Body(co.Sphere(), co.mirror(1.0))
     co.Scene(mirror, co.AmbientLight(0), camera, "white").save(tmp_path / "scene.yaml")
-    done("render", tmp_path / "scene.yaml", "-o", tmp_path / "x.png", *SMALL, "--samples", 1, "--depth", depth)
+    execute("render", tmp_path / "scene.yaml", "-o", tmp_path / "x.png", *SMALL, "--samples", 1, "--depth", depth)
     assert PIL.Image.open(tmp_path / "x.png").getpixel((8, 6)) == (middle,) * 3
 
 
 def test_turntable(scene, tmp_path):
     options = (*SMALL, "--frames", 3, "--samples", 1, "--seconds", 1)
-    first = done("turntable", scene, "-o", tmp_path / "spin.gif", *options)
+    first = execute("turntable", scene, "-o", tmp_path / "spin.gif", *options)
     assert first.stderr.endswith("spin.gif: 3 frames of 16 x 12 pixels\n")
     with PIL.Image.open(tmp_path / "spin.gif") as file:
         assert (file.n_frames, file.size) == (3, (16, 12))
@@ -354,7 +354,7 @@ def test_turntable(scene, tmp_path):
     assert again.stderr.endswith("spin.webp: 3 frames of 16 x 12 pixels, 3 of them were there\n")
     assert run("turntable", scene, "-o", tmp_path / "once.gif", "--no-keep", *options).exit_code == 0
     assert not (tmp_path / "once-frames").exists()
-    done("turntable", scene, "-o", tmp_path / "b.gif", "--position", "9,0,0", "--axes", *options)
+    execute("turntable", scene, "-o", tmp_path / "b.gif", "--position", "9,0,0", "--axes", *options)
 
 
 def test_turntable_without_its_encoder(scene, tmp_path, monkeypatch):

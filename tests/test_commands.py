@@ -17,18 +17,18 @@ import conicoid as co
 from conicoid.cli import terminal as exit_codes
 from conicoid.cli.app import app
 
-from .command_line import arrays, done, refused, run, written
+from .command_line import arrays, execute, failure, run, scene_file
 
 # --- Output and files of commands
 
 
 @pytest.fixture
 def scene(tmp_path: Path) -> Path:
-    return written(tmp_path)
+    return scene_file(tmp_path)
 
 
 def test_info(scene):
-    result = done("info", scene)
+    result = execute("info", scene)
     lines = result.stdout.splitlines()
     assert lines[1].split() == ["0", "ball", "red", "Sphere", "x", "[-1,", "1]", "y", "[-1,", "1]", "z", "[-1,", "1]"]
     assert lines[3].split()[:3] == ["2-3", "-", "Spheres"]
@@ -45,7 +45,7 @@ def test_info(scene):
 
 def test_info_of_nothing_and_of_many(tmp_path):
     (tmp_path / "scene.yaml").write_text("bodies: []\n")
-    result = done("info", tmp_path / "scene.yaml")
+    result = execute("info", tmp_path / "scene.yaml")
     assert "no bodies" in result.stdout
     assert "bounds    empty" in result.stdout
     (tmp_path / "scene.yaml").write_text("bodies:\n" + "  - shape: {Sphere: {}}\n" * 60)
@@ -53,7 +53,7 @@ def test_info_of_nothing_and_of_many(tmp_path):
 
 
 def test_schema():
-    result = done("schema")
+    result = execute("schema")
     assert json.loads(result.stdout)["$schema"].startswith("https://json-schema.org/")
 
 
@@ -76,7 +76,7 @@ def test_trace_first_hits(scene, tmp_path):
 
 def test_trace_spans(scene, tmp_path):
     (tmp_path / "rays.csv").write_text("0,0,20,0,0,-2\n9,9,9,1,0,0\n")
-    result = done("trace", scene, tmp_path / "rays.csv", "-o", tmp_path / "spans.csv", "--spans")
+    result = execute("trace", scene, tmp_path / "rays.csv", "-o", tmp_path / "spans.csv", "--spans")
     assert "4 spans of 2 rays" in result.stderr
     rows = (tmp_path / "spans.csv").read_text().splitlines()
     # along z from 20 downwards, two units at a time
@@ -93,7 +93,7 @@ def test_trace_keeps_the_shape_and_the_interval_of_rays(scene, tmp_path):
     assert hits["t"].tolist() == [[np.inf, 10.0, 10.0]] * 2
     assert hits["point"].shape == (2, 3, 3)
     np.savez(tmp_path / "rays.npz", origins=origins, directions=np.array([0, 0, -1.0]), t_max=np.zeros(4))
-    assert "t_min and t_max must broadcast" in refused("trace", scene, tmp_path / "rays.npz", "-o", tmp_path / "x.npz")
+    assert "t_min and t_max must broadcast" in failure("trace", scene, tmp_path / "rays.npz", "-o", tmp_path / "x.npz")
 
 
 def test_trace_in_pieces(scene, tmp_path, monkeypatch):
@@ -103,8 +103,8 @@ def test_trace_in_pieces(scene, tmp_path, monkeypatch):
     loaded = co.load(scene)
     for options, names in (([], ("t", "body")), (["--spans"], ("offsets", "t_enter", "t_exit", "body"))):
         assert run("trace", scene, tmp_path / "rays.npy", "-o", tmp_path / "out.npz", *options).exit_code == 0
-        ask = loaded.spans if options else loaded.first_hit
-        expected, found = ask(rays[:, :3], rays[:, 3:]), arrays(tmp_path / "out.npz")
+        query = loaded.spans if options else loaded.first_hit
+        expected, found = query(rays[:, :3], rays[:, 3:]), arrays(tmp_path / "out.npz")
         for name in names:
             assert np.array_equal(found[name], getattr(expected, name))
 
@@ -112,7 +112,7 @@ def test_trace_in_pieces(scene, tmp_path, monkeypatch):
 @pytest.mark.parametrize("options", [[], ["--spans"]])
 def test_trace_no_rays(scene, tmp_path, options):
     (tmp_path / "rays.csv").write_text("")
-    assert "rays.csv" in refused("trace", scene, tmp_path / "rays.csv", "-o", tmp_path / "out.csv", *options)
+    assert "rays.csv" in failure("trace", scene, tmp_path / "rays.csv", "-o", tmp_path / "out.csv", *options)
     assert not (tmp_path / "out.csv").exists()
     np.save(tmp_path / "rays.npy", np.zeros((0, 6)))
     assert run("trace", scene, tmp_path / "rays.npy", "-o", tmp_path / "out.csv", *options).exit_code == 0
@@ -147,7 +147,7 @@ def _rows(path):
 
 
 def test_lengths_inside_bodies(files, tmp_path):
-    result = done("lengths", *files, "-o", tmp_path / "lengths.npz")
+    result = execute("lengths", *files, "-o", tmp_path / "lengths.npz")
     assert "lengths of 4 rays inside 4 bodies; 3 inside any" in result.stderr
     found = arrays(tmp_path / "lengths.npz")
     assert found["lengths"].tolist() == [[[2, 0, 0, 0], ALONG], [[0, 2, 0, 0], [0, 0, 0, 0]]]
@@ -159,7 +159,7 @@ def test_lengths_inside_bodies(files, tmp_path):
 
 
 def test_lengths_inside_materials(files):
-    result = done("lengths", *files, "-o", "-", "--by", "material")
+    result = execute("lengths", *files, "-o", "-", "--by", "material")
     head, *rows = _rows(result.stdout)
     assert head == ["lead", "water", "material 2"]
     assert [float(cell) for cell in rows[1]] == [3, 2, 1]
@@ -171,7 +171,7 @@ def test_lengths_inside_materials(files):
     (["--property", "mu", "--otherwise", "0"], 1.5 * 3 + 0.5 * 2),
 ])  # fmt: skip
 def test_line_integrals(options, expected, files, tmp_path):
-    result = done("lengths", *files, "-o", tmp_path / "found.npz", *options)
+    result = execute("lengths", *files, "-o", tmp_path / "found.npz", *options)
     assert "line integrals of 4 rays" in result.stderr
     found = arrays(tmp_path / "found.npz")
     assert list(found) == ["line_integrals"]
@@ -223,14 +223,14 @@ RENDER = "render", "SCENE", "-o", "x.png"
 def test_senseless_options(words, message, files, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     before = {"SCENE": files[0], "RAYS": files[1]}
-    assert message in refused(*(before.get(word, word) for word in words))
+    assert message in failure(*(before.get(word, word) for word in words))
     assert sorted(path.name for path in tmp_path.iterdir()) == ["rays.npy", "scene.yaml"]
 
 
 def test_measures_of_every_body(files, tmp_path):
-    result = done("measure", files[0])
+    result = execute("measure", files[0])
     assert "body 1 'a block, of water'" in result.stdout
-    done("measure", files[0], "-o", tmp_path / "volumes.csv")
+    execute("measure", files[0], "-o", tmp_path / "volumes.csv")
     rows = list(csv.DictReader(io.StringIO((tmp_path / "volumes.csv").read_text(encoding="utf-8"))))
     assert [(row["body"], row["name"], row["material"]) for row in rows] == [
         ("0", "ball", "lead"), ("1", "a block, of water", "water"), ("2", "", "lead"), ("3", "body 0", ""),
@@ -245,7 +245,7 @@ def test_measures_of_every_body(files, tmp_path):
 
 
 def test_measures_do_not_overwrite_their_scene(files, tmp_path):
-    assert "would be lost" in refused("measure", files[0].rename(tmp_path / "scene.csv"), "-o", tmp_path / "scene.csv")
+    assert "would be lost" in failure("measure", files[0].rename(tmp_path / "scene.csv"), "-o", tmp_path / "scene.csv")
 
 
 def test_long_names_are_not_cut(tmp_path):
@@ -282,12 +282,12 @@ def _options():
 
 @pytest.mark.parametrize(("command", "option", "value"), list(_options()))
 def test_no_option_counts_only_the_last_time(command, option, value):
-    assert f"{option} is given twice" in " ".join(refused(command, option, *value, option, *value).split())
+    assert f"{option} is given twice" in " ".join(failure(command, option, *value, option, *value).split())
 
 
 def test_a_section_beside_all_bodies_is_reported(files, tmp_path):
     small = ("--width", "40", "--height", "30", "--samples", "1")
-    result = done("render", files[0], "-o", tmp_path / "x.png", "--section", "z=30", *small)
+    result = execute("render", files[0], "-o", tmp_path / "x.png", "--section", "z=30", *small)
     assert (
         "note: section: no solid is cut by z = 30, so the picture is white; bodies reach from z = -1 to 1"
         in result.stderr
@@ -304,7 +304,7 @@ def test_a_section_beside_all_bodies_is_reported(files, tmp_path):
 
 def test_an_empty_view_is_reported(files, tmp_path):
     view = ("render", files[0], "-o", tmp_path / "x.png", "--width", "40", "--height", "30", "--samples", "1")
-    result = done(*view, "--position", "0,0,9", "--look-at", "0,0,10")
+    result = execute(*view, "--position", "0,0,9", "--look-at", "0,0,10")
     assert "note: no body is in view; --fit takes a camera that sees all that is bounded" in result.stderr
     assert "note" not in run(*view, "--position", "0,0,9", "--look-at", "0,0,0").stderr
     assert "note" not in run(*view, "--fit").stderr
@@ -342,37 +342,37 @@ def test_info_lists_materials(path):
 ])  # fmt: skip
 def test_info_check_names_omitted_checks(domain, message, path):
     SCENE.replace(domain=domain).save(path)
-    result = done("info", path, "--check", "--rays", "300")
+    result = execute("info", path, "--check", "--rays", "300")
     assert [line for line in result.stdout.splitlines() if line.startswith("not looked for")] == message
 
 
-@pytest.mark.parametrize(("arguments", "what"), [
+@pytest.mark.parametrize(("arguments", "text"), [
     (("info", "-"), "scenes"), (("render", "-", "-o", "x.png"), "scenes"), (("view", "-"), "scenes"),
     (("export", "-", "x.html"), "scenes"), (("trace", "-", "RAYS", "-o", "x.csv"), "scenes"),
     (("trace", "SCENE", "-", "-o", "x.csv"), "rays"), (("import", "-", "-o", "x.yaml"), "files of other programs"),
 ])  # fmt: skip
-def test_standard_input_is_refused(arguments, what, path, tmp_path, monkeypatch):
+def test_standard_input_is_refused(arguments, text, path, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "rays.csv").write_text("0,0,9,0,0,-1\n")
     files = {"SCENE": path, "RAYS": tmp_path / "rays.csv"}
-    assert f"error: -: {what} are read from files, not from standard input; name a file" in refused(
+    assert f"error: -: {text} are read from files, not from standard input; name a file" in failure(
         *(files.get(argument, argument) for argument in arguments)
     )
 
 
 def test_trace_names_columns_that_it_does_not_read(path, tmp_path):
     np.savez(tmp_path / "rays.npz", origins=[[0, 0, 9.5]], directions=[[0, 0, -1.0]], wavelength=[5.0])
-    result = done("trace", path, tmp_path / "rays.npz", "-o", tmp_path / "hits.csv")
+    result = execute("trace", path, tmp_path / "rays.npz", "-o", tmp_path / "hits.csv")
     assert "rays.npz: not read: wavelength; arrays of rays are" in " ".join(result.stderr.split())
     (tmp_path / "rays.csv").write_text("x,y,z,dx,dy,dz\n")
-    result = done("trace", path, tmp_path / "rays.csv", "-o", tmp_path / "hits.csv")
+    result = execute("trace", path, tmp_path / "rays.csv", "-o", tmp_path / "hits.csv")
     assert "rays.csv: holds no rays" in " ".join(result.stderr.split())
 
 
 def test_trace_knows_where_saved_rays_start(path, tmp_path):
     hits = SCENE.first_hit([(0, 0.1, 12), (0, 0.2, 12), (9, 9, 9)], (0, 0, -1))
     hits.spawn((0, 0.3, -1)).save(tmp_path / "rays.npz")
-    done("trace", path, tmp_path / "rays.npz", "-o", tmp_path / "hits.npz")
+    execute("trace", path, tmp_path / "rays.npz", "-o", tmp_path / "hits.npz")
     assert np.load(tmp_path / "hits.npz")["t"].tolist() == SCENE.first_hit(hits.spawn((0, 0.3, -1))).t.tolist()
     assert np.load(tmp_path / "hits.npz")["t"].min() > 5  # and not 0 on the disc
 
@@ -380,18 +380,18 @@ def test_trace_knows_where_saved_rays_start(path, tmp_path):
 def test_render_orthographic(path, tmp_path):
     options = ("--width", "40", "--height", "30", "--samples", "1")
     plan = tmp_path / "plan.png"
-    done("render", path, "-o", plan, "--position", "0,0,20", "--look-at", "0,0,0", "--orthographic", "6", *options)
+    execute("render", path, "-o", plan, "--position", "0,0,20", "--look-at", "0,0,0", "--orthographic", "6", *options)
     SCENE.render(40, 30, 1, camera=co.OrthographicCamera((0, 0, 20), (0, 0, 0), height=6)).save(tmp_path / "again.png")
     assert np.array_equal(Image.open(plan), Image.open(tmp_path / "again.png"))
-    assert "--orthographic goes with --position" in refused("render", path, "-o", plan, "--orthographic", "6")
-    refused("render", path, "-o", plan, "--position", "0,0,9", "--orthographic", "6", "--field-of-view", "3")
+    assert "--orthographic goes with --position" in failure("render", path, "-o", plan, "--orthographic", "6")
+    failure("render", path, "-o", plan, "--position", "0,0,9", "--orthographic", "6", "--field-of-view", "3")
     result = run("render", path, "-o", plan, "--position", "0,0,9", "--orthographic", "-6")
     assert "OrthographicCamera: height must be > 0" in result.stderr
 
 
 def test_render_slice_has_the_colours_of_bodies(path, tmp_path):
     picture = tmp_path / "section.png"
-    done("render", path, "-o", picture, "--slice", "x=0", "--width", "80", "--height", "60", "--samples", "1")
+    execute("render", path, "-o", picture, "--slice", "x=0", "--width", "80", "--height", "60", "--samples", "1")
     pixels = np.asarray(Image.open(picture).convert("RGB"))
     # From y = -2 to 2 and z = -3 to 9: one pixel is 1.05 * 12 / 60 = 0.21 wide, and the middle is at (0, 3)
     size = 1.05 * 12 / 60
@@ -450,7 +450,7 @@ def test_section_refused(arguments, message):
 )
 def test_command_lines_refused(arguments, message, path):
     assert message in " ".join(
-        refused(*(str(path) if word == "{}" else word for word in arguments)).replace("│", " ").split()
+        failure(*(str(path) if word == "{}" else word for word in arguments)).replace("│", " ").split()
     )
 
 
@@ -477,7 +477,7 @@ def test_trace_does_not_overwrite_its_rays(tmp_path, option):
     other = tmp_path / "link.csv"
     other.symlink_to(rays)
     for output in (rays, other):
-        assert "is read for this and would be lost: choose another file for the results" in refused(
+        assert "is read for this and would be lost: choose another file for the results" in failure(
             "trace", tmp_path / "scene.yaml", rays, "-o", output, *option
         )
     assert rays.read_text().startswith("x,y,z,dx")

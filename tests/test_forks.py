@@ -129,8 +129,8 @@ def test_a_child_of_a_busy_process_works(program, message, monkeypatch):
 
 
 def test_locks_are_not_kept():
-    made = forks.fork_safe_lock()
-    gone = weakref.ref(made)
-    del made
+    lock = forks.fork_safe_lock()
+    reference = weakref.ref(lock)
+    del lock
     gc.collect()
-    assert gone() is None
+    assert reference() is None

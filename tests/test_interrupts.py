@@ -11,7 +11,7 @@ import time
 import pytest
 
 from .children import BOUND, COMMAND, ROOT, child, needs_signals
-from .command_line import written
+from .command_line import scene_file
 from .machine_code import needs_compiler
 from .samples import deep
 
@@ -218,7 +218,7 @@ LATE = [
 
 @pytest.mark.parametrize("module", [*EARLY, *(pytest.param(name, marks=pytest.mark.deep) for name in LATE)])
 def test_while_something_is_imported(module, tmp_path):
-    scene = written(tmp_path)
+    scene = scene_file(tmp_path)
     options = ["-o", tmp_path / "x.png", "--width", 8, "--height", 8]
     options += ["--samples=2"] if module in PROPER else []  # a command with samples is not plain
     with child(WHEN_IMPORTED, module, "render", scene, *options) as running:
@@ -266,7 +266,7 @@ FURTHER = [
     ("place", "arguments", "times"), [*PLACES, *(pytest.param(*case, marks=pytest.mark.deep) for case in FURTHER)]
 )
 def test_in_a_command(place, arguments, times, tmp_path):
-    written(tmp_path)
+    scene_file(tmp_path)
     (tmp_path / "rays.csv").write_text("0,0,5,0,0,-1\n")
     (tmp_path / "geometry.xml").write_text("<geometry></geometry>")
     with child(HANGING, place, *arguments, cwd=tmp_path) as running:

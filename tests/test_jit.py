@@ -79,9 +79,9 @@ def test_the_installed_numba_is_a_tested_one():
 
 
 def test_the_extra_installs_tested_versions_alone():
-    wanted = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
     (first, last) = compiler.TESTED
-    assert wanted["jit"] == [f"numba>={first[0]}.{first[1]},<{last[0]}.{last[1] + 1}"]
+    assert extras["jit"] == [f"numba>={first[0]}.{first[1]},<{last[0]}.{last[1] + 1}"]
 
 
 class Terminal(io.StringIO):

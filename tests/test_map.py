@@ -56,7 +56,7 @@ def test_the_readme_names_every_folder() -> None:
     assert there - set(folders()) == set()
 
 
-def missing(path: Path, words: str, places: tuple[Path, ...], known: set[str]) -> list[tuple[str, str]]:
+def missing_files(path: Path, words: str, places: tuple[Path, ...], known: set[str]) -> list[tuple[str, str]]:
     """Return (file, name) of the names in its words without a place that holds them."""
     names = set(NAMED.findall(words)) - known
     return [(path.name, name) for name in names if not any((place / name).exists() for place in places)]
@@ -67,7 +67,7 @@ def test_files_that_comments_name_are_there() -> None:
     found = []
     for path in SOURCES:
         words = "\n".join(COMMENTS[path.suffix].findall(path.read_text(encoding="utf-8")))
-        found += missing(path, words, (ROOT, PACKAGE, path.parent, path.parent.parent), EXAMPLES)
+        found += missing_files(path, words, (ROOT, PACKAGE, path.parent, path.parent.parent), EXAMPLES)
     assert found == []
 
 
@@ -76,9 +76,9 @@ def test_files_that_pages_for_developers_name_are_there() -> None:
     known = RECIPES | {path.name for path in SOURCES}
     pages = sorted((ROOT / "docs" / "dev").glob("*.md"))
     assert pages
-    assert [missing(page, page.read_text(encoding="utf-8"), (ROOT, PACKAGE), known) for page in pages] == [[]] * len(
-        pages
-    )
+    assert [missing_files(page, page.read_text(encoding="utf-8"), (ROOT, PACKAGE), known) for page in pages] == [
+        []
+    ] * len(pages)
 
 
 def test_files_that_contributing_names_are_there() -> None:

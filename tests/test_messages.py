@@ -14,7 +14,7 @@ from conicoid._util import environment
 from conicoid._util.text import ALIASES, NameTuple, closest_name
 
 from . import messages
-from .command_line import refused, run
+from .command_line import failure, run
 from .public_names import PUBLIC
 
 # --- Messages: nouns and numbers agree, and no message is longer than a screen
@@ -73,7 +73,7 @@ def test_bad_input(provoke):
 ])  # fmt: skip
 def test_bad_scene_files(content, tmp_path):
     (tmp_path / "scene.yaml").write_text(content)
-    message = refused("info", tmp_path / "scene.yaml")
+    message = failure("info", tmp_path / "scene.yaml")
     assert "scene.yaml" in message
     with pytest.raises(co.SceneFileError):
         co.load(tmp_path / "scene.yaml")
@@ -120,7 +120,7 @@ def test_aliases_are_of_public_names():
 
 
 @pytest.mark.parametrize(
-    ("name", "known", "meant"),
+    ("name", "known", "suggestion"),
     [
         ("intersect", dir(co.Scene), "first_hit"),
         ("Path_Lengths", dir(co.Scene), "lengths"),
@@ -133,15 +133,15 @@ def test_aliases_are_of_public_names():
         ("center", [], ""),
     ],
 )
-def test_closest_name(name, known, meant):
-    assert closest_name(name, known) == meant
+def test_closest_name(name, known, suggestion):
+    assert closest_name(name, known) == suggestion
 
 
 SCENE = co.Scene([co.Body(co.Sphere(), co.matte("red", name="steel"), "ball"), co.Box((2, 2, 2), (3, 3, 3))])
 
 
 @pytest.mark.parametrize(
-    ("thing", "name", "meant"),
+    ("instance", "name", "suggestion"),
     [
         (SCENE, "intersect", "first_hit"),
         (SCENE, "first_hits", "first_hit"),
@@ -157,12 +157,12 @@ SCENE = co.Scene([co.Body(co.Sphere(), co.matte("red", name="steel"), "ball"), c
         (SCENE["ball"], "_name", ""),
     ],
 )
-def test_unknown_attribute(thing, name, meant):
-    hint = f": did you mean {meant}?" if meant else ""
+def test_unknown_attribute(instance, name, suggestion):
+    hint = f": did you mean {suggestion}?" if suggestion else ""
     with pytest.raises(
-        AttributeError, match=rf"^'{type(thing).__name__}' object has no attribute '{name}'{re.escape(hint)}$"
+        AttributeError, match=rf"^'{type(instance).__name__}' object has no attribute '{name}'{re.escape(hint)}$"
     ):
-        getattr(thing, name)
+        getattr(instance, name)
 
 
 def test_names_are_compared_once_for_a_class(monkeypatch):

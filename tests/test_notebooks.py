@@ -94,9 +94,9 @@ SCENE = co.Scene([co.Body(co.Sphere(), "red", "a<b"), co.Box((2, 2, 2), (3, 3, 3
 RAYS = co.Rays([[(0, 0, 5), (9, 9, 9)], [(2.5, 2.5, 9), (0, 0, 5)]], (0, 0, -1))
 
 
-def rows(thing: object) -> list[list[str]]:
+def rows(value: object) -> list[list[str]]:
     """Return the texts of a table by row, the head first."""
-    found = re.findall(r"<tr>(.*?)</tr>", thing._repr_html_())
+    found = re.findall(r"<tr>(.*?)</tr>", value._repr_html_())
     return [re.findall(r"<t[hd]>(.*?)</t[hd]>", row) for row in found]
 
 

@@ -38,9 +38,9 @@ DOWN = (0.0, 0.0, -1.0)
 ORIGINS = np.array([[(0, 0, 5), (0.25, 0.3, 5)], [(3, 0.2, 5), (2, 0, 5)], [(40, 0, 5), (0, 0, -8)]], float)
 
 
-def fields(thing):
-    kind = type(thing)
-    named = {f for f in dir(kind) if isinstance(getattr(kind, f), (property, cached_property))} | set(vars(thing))
+def fields(answer):
+    kind = type(answer)
+    named = {f for f in dir(kind) if isinstance(getattr(kind, f), (property, cached_property))} | set(vars(answer))
     return sorted(f for f in named if not f.startswith("_") and f != "rays")
 
 
@@ -172,8 +172,8 @@ def test_all_other_public_classes(way):
         co.Body(co.Sphere(), RED),
         co.matte(co.Checker("red", "blue")),
     ]
-    for thing in things:
-        assert repr(way(thing)) == repr(thing)
+    for value in things:
+        assert repr(way(value)) == repr(value)
     for finding in co.check(co.Scene([co.Sphere(), co.Sphere(1.5)]), rays=500):
         assert str(way(finding)) == str(finding)
 

@@ -54,12 +54,12 @@ assert joblib.hash(scene) == joblib.hash(co.Scene(scene.bodies))
 
 
 def lines_of(program: str, method: str) -> list[str]:
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-c", START + program, method],
         capture_output=True, text=True, timeout=300, check=False, env={**os.environ, "PYTHONPATH": str(ROOT)},
     )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    return done.stdout.splitlines()
+    assert process.returncode == 0, process.stderr
+    return process.stdout.splitlines()
 
 
 @pytest.mark.parametrize("method", marked((method, method == "spawn") for method in HERE))

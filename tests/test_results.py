@@ -87,17 +87,17 @@ def test_results_have_a_shape():
 @pytest.mark.parametrize("kind", ["spans", "crossings"])
 @pytest.mark.parametrize("detached", [(), (0,), (0, 1, 2)])
 def test_concatenate_joins_lists(kind, detached):
-    ask = getattr(SCENE, kind)
-    parts = [ask(RAYS[k]) for k in (slice(0, 1), slice(1, 3))] + [ask(RAYS[2:])]
-    whole = ask(co.Rays.concatenate([RAYS, RAYS[2:]]))
-    given = [part.detached() if k in detached else part for k, part in enumerate(parts)]
-    joined = type(whole).concatenate(given)
+    query = getattr(SCENE, kind)
+    parts = [query(RAYS[k]) for k in (slice(0, 1), slice(1, 3))] + [query(RAYS[2:])]
+    whole = query(co.Rays.concatenate([RAYS, RAYS[2:]]))
+    mixed = [part.detached() if k in detached else part for k, part in enumerate(parts)]
+    joined = type(whole).concatenate(mixed)
     assert joined == whole
     assert joined.shape == (4, 4)
     assert joined[6] == whole[6]
     assert len(joined[5].body) == np.diff(whole.offsets)[5]
-    rows = type(whole).concatenate(itertools.chain(ask(RAYS)))
-    assert rows == ask(RAYS[:].__class__(ORIGINS.reshape(-1, 3), (0, 0, -1)))
+    rows = type(whole).concatenate(itertools.chain(query(RAYS)))
+    assert rows == query(RAYS[:].__class__(ORIGINS.reshape(-1, 3), (0, 0, -1)))
 
 
 @pytest.mark.parametrize(("kind", "part"), [(co.Spans, SPANS), (co.Crossings, CROSSINGS)])
@@ -119,24 +119,24 @@ def test_spans_index_refused():
     assert SPANS[6] == SCENE.spans(RAYS[1, 2])
 
 
-@pytest.mark.parametrize("thing", [HITS, HITS[0, 0], SPANS, CROSSINGS, RAYS])
-def test_results_are_no_arrays(thing):
+@pytest.mark.parametrize("result", [HITS, HITS[0, 0], SPANS, CROSSINGS, RAYS])
+def test_results_are_no_arrays(result):
     for use in (np.asarray, np.array, np.concatenate, np.isinf, np.mean, lambda x: np.float64(1) + x):
         with pytest.raises(TypeError):
-            use(thing)
+            use(result)
     for use in (SCENE.contains, lambda x: co.refract(x, (0, 0, 1), 1.5), HITS.spawn):
-        with pytest.raises(ValueError, match=rf"^\w+: \w+ must be .* got {type(thing).__name__}\("):
-            use(thing)
+        with pytest.raises(ValueError, match=rf"^\w+: \w+ must be .* got {type(result).__name__}\("):
+            use(result)
 
 
 @pytest.mark.parametrize(("low", "high"), [(5, 1), (np.inf, -np.inf), (np.full((3, 4), 30.0), 2), (19, 19)])
-@pytest.mark.parametrize("ask", [
+@pytest.mark.parametrize("query", [
     lambda **t: SCENE.first_hit(RAYS, **t).hit, lambda **t: SCENE.occluded(RAYS, **t), lambda **t: SCENE.crossings(RAYS, **t).body + 1,
     lambda **t: SCENE.lengths(RAYS, **t), lambda **t: SCENE.spans(RAYS, **t).lengths(), lambda **t: SCENE.line_integral([1] * 4, RAYS, **t),
 ])  # fmt: skip
-def test_empty_interval_holds_nothing(ask, low, high):
+def test_empty_interval_holds_nothing(query, low, high):
     """t_min is not below t_max."""
-    assert not ask(t_min=low, t_max=high).any()
+    assert not query(t_min=low, t_max=high).any()
 
 
 def test_scene_rays_without_a_camera():
@@ -247,10 +247,10 @@ def test_equal_results_and_copies(kind):
     lambda scene: scene.voxels(shape=4, fractions="material"), co.parameters,
 ])  # fmt: skip
 def test_slices_and_voxels_equal_their_pickles(make):
-    made = make(PILLARS)
-    assert made == pickle.loads(pickle.dumps(made)) == make(PILLARS)
-    assert made != make(PILLARS.moved("ball", (0, 0, 0.5)))
-    assert made != 3
+    copied = make(PILLARS)
+    assert copied == pickle.loads(pickle.dumps(copied)) == make(PILLARS)
+    assert copied != make(PILLARS.moved("ball", (0, 0, 0.5)))
+    assert copied != 3
 
 
 @pytest.mark.parametrize("chunk", [None, 7, 1])
@@ -307,15 +307,15 @@ def test_repr_of_results(answer, message):
 # --- scenes and shapes
 
 
-@pytest.mark.parametrize(("change", "made"), [
+@pytest.mark.parametrize(("change", "expected"), [
     (lambda scene: scene.replace("ball", material="green")["ball"], co.Body(co.Sphere(), "green", "ball")),
     (lambda scene: scene.replace(1, name="cube")["cube"], co.Body(co.Box(), "blue", "cube")),
     (lambda scene: scene.replace("box", name=None, material=None).bodies[1], co.Body(co.Box())),
     (lambda scene: scene.replace("box", co.Body(co.Sphere(2), "white"))["box"], co.Body(co.Sphere(2), "white", "box")),
     (lambda scene: scene.replace("box", co.Sphere(2), name="big")["big"], co.Body(co.Sphere(2), "blue", "big")),
 ])  # fmt: skip
-def test_scene_replace_in_part(change, made):
-    assert change(co.Scene([co.Body(co.Sphere(), "red", "ball"), co.Body(co.Box(), "blue", "box")])) == made
+def test_scene_replace_in_part(change, expected):
+    assert change(co.Scene([co.Body(co.Sphere(), "red", "ball"), co.Body(co.Box(), "blue", "box")])) == expected
 
 
 @pytest.mark.parametrize(("options", "message"), [
@@ -439,12 +439,12 @@ def test_repr_of_a_moved_shape_makes_it():
 
 
 def test_bounds_have_names():
-    for thing in (BALL, LEAD_SCENE, co.Spheres([(0, 0, 0)], [1])):
-        low, high = thing.bounds
-        assert np.array_equal(thing.bounds.low, low)
-        assert np.array_equal(thing.bounds.high, high)
-        assert isinstance(thing.bounds, tuple)
-        assert repr(thing.bounds) == repr((low, high))
+    for instance in (BALL, LEAD_SCENE, co.Spheres([(0, 0, 0)], [1])):
+        low, high = instance.bounds
+        assert np.array_equal(instance.bounds.low, low)
+        assert np.array_equal(instance.bounds.high, high)
+        assert isinstance(instance.bounds, tuple)
+        assert repr(instance.bounds) == repr((low, high))
     with pytest.raises(AttributeError, match="has no attribute 'max': did you mean high"):
         _ = LEAD_SCENE.bounds.max
 

@@ -14,7 +14,7 @@ from conicoid.io import openmc
 from conicoid.io.scene_file.scene_file import parse_scene
 from conicoid.viewer.html import export
 
-from .command_line import done, run
+from .command_line import execute, run
 
 BALL_TEXT = "shape: {Sphere: {}}"
 
@@ -89,7 +89,7 @@ def test_empty_list_of_bodies(tmp_path):
     assert parse_scene("bodies: []", "scene.yaml").bodies == ()
     co.save(co.Scene([]), tmp_path / "empty.yaml")
     assert co.load(tmp_path / "empty.yaml") == co.Scene([])
-    result = done("render", tmp_path / "empty.yaml", "-o", tmp_path / "empty.png", "--width", 8, "--height", 8)
+    result = execute("render", tmp_path / "empty.yaml", "-o", tmp_path / "empty.png", "--width", 8, "--height", 8)
     assert "empty.yaml: holds no bodies" in result.stderr
 
 

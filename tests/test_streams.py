@@ -14,7 +14,7 @@ from conicoid import __main__ as entry
 from conicoid.cli import terminal as exit_codes
 
 from .children import ROOT
-from .command_line import run, written
+from .command_line import run, scene_file
 
 # --- Every command with streams that are closed, full or without a reader, with missing inputs and outputs
 
@@ -37,7 +37,7 @@ full = pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /d
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    written(tmp_path)
+    scene_file(tmp_path)
     (tmp_path / "rays.csv").write_text("0,0,5,0,0,-1\n")
     (tmp_path / "geometry.xml").write_text(GEOMETRY)
     return tmp_path
@@ -245,7 +245,7 @@ finally:
 """
 
 
-def printed(*words: str, given: str = "") -> str:
+def output_of(*words: str, given: str = "") -> str:
     """Return Python's output, of both streams."""
     ran = subprocess.run(
         [sys.executable, *words], capture_output=True, text=True, input=given, timeout=120, check=False,
@@ -255,20 +255,20 @@ def printed(*words: str, given: str = "") -> str:
 
 
 def test_a_program_that_runs_it_goes_on() -> None:
-    assert "ended with 0" in printed("-c", BY_ANOTHER)
+    assert "ended with 0" in output_of("-c", BY_ANOTHER)
 
 
 def test_output_at_the_end_is_written() -> None:
-    assert printed("-c", LATE).endswith("late\n")
+    assert output_of("-c", LATE).endswith("late\n")
 
 
 def test_a_watcher_is_left_to_tell() -> None:
-    assert "watched to the end" in printed("-c", WATCHED)
+    assert "watched to the end" in output_of("-c", WATCHED)
 
 
 def test_a_profile_is_printed() -> None:
-    assert "cumtime" in printed("-m", "cProfile", "-m", "conicoid", "--version")
+    assert "cumtime" in output_of("-m", "cProfile", "-m", "conicoid", "--version")
 
 
 def test_a_prompt_follows() -> None:
-    assert "42" in printed("-i", "-m", "conicoid", "--version", given="print(6 * 7)\n")
+    assert "42" in output_of("-i", "-m", "conicoid", "--version", given="print(6 * 7)\n")

@@ -11,7 +11,7 @@ import conicoid as co
 from conicoid._jit.machine_code import SHIPPED, levels
 
 from .children import COMMAND, child
-from .command_line import refused, run
+from .command_line import failure, run
 
 
 def by_name(text: str) -> dict[str, str]:
@@ -49,4 +49,4 @@ def test_every_level_can_be_chosen_and_no_other(monkeypatch):
     (("--system", "--check"), "--check goes with a scene file"),
 ])  # fmt: skip
 def test_a_scene_or_the_system(options, message):
-    assert f"error: info: {message}" in refused("info", *options)
+    assert f"error: info: {message}" in failure("info", *options)

@@ -174,9 +174,9 @@ def test_a_picture_is_that_of_the_bodies_povray_gets():
     centers = (np.arange(64) + 0.5) / 64 - 0.5
     x, y = np.meshgrid(centers, -centers)
     directions = np.stack([x, y, np.ones_like(x)], axis=-1).reshape(-1, 3)
-    met = np.isfinite(brute_force_balls(each, np.broadcast_to((0, 0, -3), directions.shape), directions))
+    hit = np.isfinite(brute_force_balls(each, np.broadcast_to((0, 0, -3), directions.shape), directions))
     for turned in (1, -1):  # the camera's x may be to the left
-        same = (image[:, ::turned].ravel() == met).mean()
+        same = (image[:, ::turned].ravel() == hit).mean()
         if same == 1:
             return
     pytest.fail("other balls are seen")

@@ -14,6 +14,7 @@ import conicoid as co
 from conicoid.apps.checks.probe_rays import ProbeRays, ProbeScan
 
 from ..command_line import run
+from ..thread_counts import on_threads
 
 
 def of_kind(findings: list[co.checks.Finding], kind: str) -> list[co.checks.Finding]:
@@ -124,14 +125,14 @@ def test_unbounded_bodies():
 
 
 @pytest.mark.parametrize("scale", [1e-9, 1.0, 1e9])
-@pytest.mark.parametrize(("end", "what"), [(0.1 + 0.2, "an overlap"), (0.3 - 1e-12, "a gap")])
-def test_walls_that_are_equal_up_to_rounding(end: float, what: str, scale: float):
+@pytest.mark.parametrize(("end", "findings"), [(0.1 + 0.2, "an overlap"), (0.3 - 1e-12, "a gap")])
+def test_walls_that_are_equal_up_to_rounding(end: float, findings: str, scale: float):
     scene = co.Scene([co.Box((0, 0, 0), (end, 1, 1)).scale(scale), co.Box((0.3, 0, 0), (1, 1, 1)).scale(scale)])
     found = co.check(scene, rays=3000)
     assert not of_kind(found, "overlap")
     (sliver,) = of_kind(found, "sliver")
     assert sliver.bodies == (0, 1)
-    assert what in sliver.message
+    assert findings in sliver.message
     assert sliver.size == pytest.approx(abs(end - 0.3) * scale, rel=20 * 1e-16 / abs(end - 0.3) + 1e-3)
     near = of_kind(found, "near-coincidence")
     if abs(end - 0.3) < 1e-13:
@@ -265,15 +266,13 @@ def test_chunks_of_rays_are_on_all_threads_and_findings_do_not_depend_on_them(mo
         spans(scan, rays)
 
     monkeypatch.setattr(ProbeScan, "_spans", record)
-    found, off_main = [], []
-    for threads in (1, 2, 5):
-        co.set_threads(threads)
-        try:
-            mains.clear()
-            found.append([(one.message, one.origin.tolist()) for one in co.check(co.Scene(balls), 30_000)])
-            off_main.append(mains.count(False) > 0)
-        finally:
-            co.set_threads(None)
+
+    def check() -> tuple[list[tuple[str, list[float]]], bool]:
+        mains.clear()
+        found = [(one.message, one.origin.tolist()) for one in co.check(co.Scene(balls), 30_000)]
+        return found, mains.count(False) > 0
+
+    found, off_main = zip(*on_threads(check, 1, 2, 5), strict=True)
     assert len(found[0]) >= 20
     assert found[0] == found[1] == found[2]
-    assert off_main == [False, True, True]
+    assert off_main == (False, True, True)

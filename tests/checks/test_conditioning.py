@@ -311,9 +311,9 @@ def _rod(far: float, thin: float) -> co.Shape:
 def test_bounds_leave_out_no_body_that_has_fewer_digits(kind, far, thin):
     shape = _rod(far, thin) if kind == "rod" else _flat(kind, far, thin)
     scene = co.Scene([shape])
-    kept = conditioning(scene)[0].digits
-    assert [one.digits for one in conditioning(scene, kept + 1e-6)] == [kept]
-    assert not conditioning(scene, kept)
+    digits = conditioning(scene)[0].digits
+    assert [one.digits for one in conditioning(scene, digits + 1e-6)] == [digits]
+    assert not conditioning(scene, digits)
 
 
 def test_ordinary_bodies_are_tested_without_a_change_of_each_number(monkeypatch):

@@ -15,7 +15,7 @@ from conicoid.apps.checks.probe_rays import ProbeTargets
 from conicoid.apps.checks.undefined_regions import undefined_regions
 
 from ..command_line import run
-from ..formats.openmc.models import EXAMPLE_FILES, loaded, put
+from ..formats.openmc.models import EXAMPLE_FILES, geometry_file, load_model
 from ..samples import sampled
 
 PI = math.pi
@@ -32,17 +32,17 @@ MODEL = """<geometry>
 def model(
     folder: Path, gap: float = 0.4, reach: float = 0.9, material: str = "void", outer: str = "<outer>2</outer>"
 ) -> Path:
-    return put(MODEL.format(gap, reach, material, outer), folder)
+    return geometry_file(MODEL.format(gap, reach, material, outer), folder)
 
 
-def undefined(scene: co.Scene, **options: int) -> list[co.checks.Finding]:
+def undefined_findings(scene: co.Scene, **options: int) -> list[co.checks.Finding]:
     return [finding for finding in co.check(scene, **{"rays": 6000, **options}) if finding.kind == "undefined"]
 
 
 def test_a_gap_in_a_pin_is_found_wherever_the_pin_stands(tmp_path):
     """The space between the radii 0.4 and 0.5 is undefined in two of the four elements."""
     scene = co.load_openmc(model(tmp_path, gap=0.45, reach=3.0))
-    found = undefined(scene)
+    found = undefined_findings(scene)
     assert len(found) == 2
     for finding in found:
         assert scene.body_at(finding.point) == -1
@@ -58,7 +58,7 @@ def test_a_gap_in_a_pin_is_found_wherever_the_pin_stands(tmp_path):
 
 def test_beyond_a_lattice_without_an_outer_universe(tmp_path):
     scene = co.load_openmc(model(tmp_path, reach=1.25, outer=""))
-    found = undefined(scene)
+    found = undefined_findings(scene)
     assert found
     assert max(abs(found[0].point[0]), abs(found[0].point[1])) > 1
     segment = 1.25**2 * math.acos(1 / 1.25) - math.sqrt(1.25**2 - 1)
@@ -71,12 +71,12 @@ def test_void_regions_count_as_defined(material, reach, tmp_path):
     """Universe 2 is void or matter, in the lattice and around it."""
     scene = co.load_openmc(model(tmp_path, reach=reach, material=material))
     assert scene.domain is not None
-    assert undefined(scene) == []
+    assert undefined_findings(scene) == []
 
 
 def test_the_examples_are_whole():
     for path in EXAMPLE_FILES.values():
-        scene = loaded(path)
+        scene = load_model(path)
         assert scene.domain is not None
         assert undefined_regions(scene, ProbeTargets.of(scene._prepared.lowered), 1000, np.random.default_rng(0)) == []
 
@@ -84,7 +84,7 @@ def test_the_examples_are_whole():
 def test_omitted_void_is_not_searched(tmp_path):
     scene = co.load_openmc(model(tmp_path), void=False)
     assert scene.domain is None
-    assert undefined(scene) == []
+    assert undefined_findings(scene) == []
 
 
 def test_lattices_that_are_turned_have_no_gaps(tmp_path):
@@ -93,7 +93,7 @@ def test_lattices_that_are_turned_have_no_gaps(tmp_path):
     path.write_text(
         path.read_text().replace('<cell id="4"', '<cell id="4" rotation="10 20 33" translation="0.1 0.2 0.3"')
     )
-    assert undefined(co.load_openmc(path)) == []
+    assert undefined_findings(co.load_openmc(path)) == []
 
 
 BARE = """<geometry>
@@ -105,8 +105,8 @@ BARE = """<geometry>
 
 
 def test_a_gap_between_cells_of_the_root(tmp_path):
-    path = put(BARE.format("white", ""), tmp_path)
-    (found,) = undefined(co.load_openmc(path))
+    path = geometry_file(BARE.format("white", ""), tmp_path)
+    (found,) = undefined_findings(co.load_openmc(path))
     assert 0.4 < math.hypot(*found.point[:2]) < 0.45
     assert found.size == pytest.approx(PI * (0.45**2 - 0.4**2) * 2, rel=0.3)
 
@@ -120,19 +120,19 @@ def test_a_gap_between_cells_of_the_root(tmp_path):
     ],
 )
 def test_no_gap_is_reported_without_boundaries(top, more, tmp_path):
-    path = put(BARE.format(top, more), tmp_path)
-    assert undefined(co.load_openmc(path)) == []
+    path = geometry_file(BARE.format(top, more), tmp_path)
+    assert undefined_findings(co.load_openmc(path)) == []
 
 
 def test_any_scene_may_name_the_region_to_be_filled():
     box = co.Box((0, 0, 0), (3, 1, 1))
     scene = co.Scene([co.Box((0, 0, 0), (1, 1, 1)), co.Box((2, 0, 0), (3, 1, 1))], domain=box)
-    (found,) = undefined(scene)
+    (found,) = undefined_findings(scene)
     assert found.bodies == (0, 1)
     assert found.size == pytest.approx(1, rel=0.05)
     assert 1 < found.point[0] < 2
-    assert undefined(co.Scene(scene.bodies)) == []
-    (found,) = undefined(co.Scene([], domain=box))
+    assert undefined_findings(co.Scene(scene.bodies)) == []
+    (found,) = undefined_findings(co.Scene([], domain=box))
     assert found.size == pytest.approx(3, rel=0.05)
     assert found.bodies == ()
     with pytest.raises(TypeError, match="Scene: domain must be a solid or None, got Disc"):
@@ -162,7 +162,7 @@ def test_a_domain_in_a_file_is_a_solid(tmp_path):
         co.load(path)
 
 
-def apart(*gaps: tuple[float, float], wide: float = 1.0) -> co.Scene:
+def slab_with_gaps(*gaps: tuple[float, float], wide: float = 1.0) -> co.Scene:
     """Return a slab of width 1 with gaps along x, which all lie between the same two planes."""
     rest = co.Box((0, 0, 0), (10, wide, 1))
     for low, high in gaps:
@@ -173,7 +173,7 @@ def apart(*gaps: tuple[float, float], wide: float = 1.0) -> co.Scene:
 def test_gaps_beside_one_wall_are_distinguished():
     """Three holes with the same floor and the same ceiling are three regions, each with its own volume."""
     holes = (1.0, 2.0), (4.0, 4.5), (7.0, 9.0)
-    found = undefined(apart(*holes))
+    found = undefined_findings(slab_with_gaps(*holes))
     for finding, (low, high) in zip(found, sorted(holes, key=lambda hole: hole[0] - hole[1]), strict=True):
         assert low < finding.point[0] < high
         assert 0.25 < finding.point[2] < 0.75
@@ -184,8 +184,8 @@ def test_gaps_beside_one_wall_are_distinguished():
 
 def test_standard_errors_are_those_of_many_seeds():
     """The volume is within five sigma of its formula, and the scatter over seeds has the size of the errors."""
-    scene = apart((1.0, 3.0), (3.5, 4.0))
-    found = [undefined(scene, rays=1500, seed=seed) for seed in range(12)]
+    scene = slab_with_gaps((1.0, 3.0), (3.5, 4.0))
+    found = [undefined_findings(scene, rays=1500, seed=seed) for seed in range(12)]
     for place, volume in ((0, 1.0), (1, 0.25)):
         sizes = np.array([findings[place].size for findings in found])
         errors = np.array([findings[place].size_error for findings in found])
@@ -198,7 +198,7 @@ def test_a_thin_shell_is_one_region(thin):
     """Each part of the shell sees only its neighbours."""
     low, high = (-3, -3, -3), (3, 3, 3)
     rest = co.Box(low, high) - co.Sphere(2 + thin) | co.Sphere(2)
-    found = undefined(co.Scene(rest, domain=co.Box(low, high)))
+    found = undefined_findings(co.Scene(rest, domain=co.Box(low, high)))
     volume = 4 / 3 * PI * ((2 + thin) ** 3 - 8)
     assert len(found) == 1
     assert abs(found[0].size - volume) < 5 * found[0].size_error
@@ -208,7 +208,7 @@ def test_bent_gaps_are_one_region():
     """A channel surrounds three sides of a block. Parts between its ends connect them around the corners."""
     block = co.Box((0, 0, 0), (4, 4, 1))
     channel = co.Box((1, 1, -1), (1.2, 3, 2)) | co.Box((1, 2.8, -1), (3, 3, 2)) | co.Box((2.8, 1, -1), (3, 3, 2))
-    (found,) = undefined(co.Scene(block - channel, domain=block))
+    (found,) = undefined_findings(co.Scene(block - channel, domain=block))
     assert abs(found.size - (0.2 * 2 + 1.6 * 0.2 + 0.2 * 2)) < 5 * found.size_error
 
 
@@ -217,21 +217,21 @@ def test_thin_gaps_are_one_region(thin):
     """The gap is a slab, or the space around a cone. Few rays see both sides of the cone's edges."""
     box = co.Box((0, 0, 0), (10, 10, 10))
     slab = co.Scene([co.Box((0, 0, 0), (10, 10, 5)), co.Box((0, 0, 5 + thin), (10, 10, 10))], domain=box)
-    (found,) = undefined(slab)
+    (found,) = undefined_findings(slab)
     assert abs(found.size - 100 * thin) < 5 * found.size_error
     turned = [body.rotate((1, 2, 3), 17) for body in slab.bodies]
-    assert len(undefined(co.Scene(turned, domain=box.rotate((1, 2, 3), 17)))) == 1
+    assert len(undefined_findings(co.Scene(turned, domain=box.rotate((1, 2, 3), 17)))) == 1
     shell = [box - co.Sphere(3 + thin, (5, 5, 5)), co.Sphere(3, (5, 5, 5))]
-    assert len(undefined(co.Scene(shell, domain=box))) == 1
+    assert len(undefined_findings(co.Scene(shell, domain=box))) == 1
     hole = co.Cone((5, 5, 1 - thin), (5, 5, 9 + thin), 3 + thin, 0.5 + thin)
-    assert len(undefined(co.Scene([box - hole, co.Cone((5, 5, 1), (5, 5, 9), 3, 0.5)], domain=box))) <= 2
+    assert len(undefined_findings(co.Scene([box - hole, co.Cone((5, 5, 1), (5, 5, 9), 3, 0.5)], domain=box))) <= 2
 
 
 def test_a_region_that_no_point_has_met_has_a_limit_and_no_volume():
     """None of n points in a box was in the region: at 95 % its volume is below 3 / n of the box, but need not be 0."""
     thin, turn = 1e-6, lambda shape: shape.rotate((1, 2, 3), 17)
     boxes = co.Box((0, 0, 0), (10, 10, 5)), co.Box((0, 0, 5 + thin), (10, 10, 10))
-    (found,) = undefined(co.Scene([turn(box) for box in boxes], domain=turn(co.Box((0, 0, 0), (10, 10, 10)))))
+    (found,) = undefined_findings(co.Scene([turn(box) for box in boxes], domain=turn(co.Box((0, 0, 0), (10, 10, 10)))))
     assert found.size == 0
     assert 100 * thin < 3 * found.size_error
     assert f"a volume of less than about {3 * found.size_error:.1g}; seen by" in found.message
@@ -240,7 +240,7 @@ def test_a_region_that_no_point_has_met_has_a_limit_and_no_volume():
 def test_regions_that_touch_in_an_edge_are_apart():
     box = co.Box((0, 0, 0), (2, 2, 1))
     scene = co.Scene([co.Box((0, 0, 0), (1, 1, 1)), co.Box((1, 1, 0), (2, 2, 1))], domain=box)
-    found = undefined(scene)
+    found = undefined_findings(scene)
     assert len(found) == 2
     assert all(abs(finding.size - 1) < 5 * finding.size_error for finding in found)
 

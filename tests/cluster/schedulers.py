@@ -15,7 +15,7 @@ def cluster(workers, threads=1, **options):
     )
 
 
-class Kept:
+class PersistentWorker:
     """A process of `dask worker`, which starts again whenever it ends, as under Kubernetes.
 
     Dask's nannies give up where a worker dies while they start it.
@@ -42,7 +42,7 @@ class Kept:
 @contextlib.contextmanager
 def workers(*addresses):
     """Run a worker for each address until the block ends."""
-    kept = [Kept(address) for address in addresses]
+    kept = [PersistentWorker(address) for address in addresses]
     try:
         yield kept
     finally:

@@ -32,23 +32,23 @@ def rays(*shape):
     return co.Rays(origins, directions)
 
 
-def answers(scene, rays, **how):
+def answers(scene, rays, **options):
     """Return the answers of every query of rays and points, by name."""
     ends = np.linspace(3, 9, rays.size).reshape(rays.shape)
     points = np.clip(rays.origins, -1, 1)
     some = points.reshape(-1, 3)[:60]
-    at, nearest = scene.bodies_at(some, **how), scene.distance(some, exact=True, **how)
-    voxels = scene.voxels(((-1, -1, -1), (1, 1, 1)), (4, 5, 6), fractions="body", **how)
+    at, nearest = scene.bodies_at(some, **options), scene.distance(some, exact=True, **options)
+    voxels = scene.voxels(((-1, -1, -1), (1, 1, 1)), (4, 5, 6), fractions="body", **options)
     return {
-        "first_hit": scene.first_hit(rays, **how),
-        "first_hit to ends": scene.first_hit(rays, None, -1, ends, **how),
-        "occluded": scene.occluded(rays, None, 0, ends, **how),
-        "spans": scene.spans(rays, **how),
-        "crossings": scene.crossings(rays, None, 0, ends, **how),
-        "lengths": scene.lengths(rays, by="material", **how),
-        "line_integral": scene.line_integral(VALUES, rays, **how),
-        "contains": scene.contains(points, **how),
-        "body_at": scene.body_at(points, **how),
+        "first_hit": scene.first_hit(rays, **options),
+        "first_hit to ends": scene.first_hit(rays, None, -1, ends, **options),
+        "occluded": scene.occluded(rays, None, 0, ends, **options),
+        "spans": scene.spans(rays, **options),
+        "crossings": scene.crossings(rays, None, 0, ends, **options),
+        "lengths": scene.lengths(rays, by="material", **options),
+        "line_integral": scene.line_integral(VALUES, rays, **options),
+        "contains": scene.contains(points, **options),
+        "body_at": scene.body_at(points, **options),
         "bodies_at": at.body,
         "bodies_at, counts": at.counts,
         "distance": np.column_stack([nearest.distance, nearest.lower, nearest.error, nearest.point, nearest.surface]),
@@ -63,6 +63,6 @@ def same(one, other):
     return one == other and one.rays == other.rays
 
 
-def differing(local, far):
+def differences(local, far):
     """Return the names of the answers that differ."""
     return [name for name in local if not same(local[name], far[name])]

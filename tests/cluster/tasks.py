@@ -5,7 +5,7 @@ import signal
 import time
 
 
-def begun(file):
+def starts(file):
     """Return how often the task began, this time included."""
     with open(file, "ab") as counts:
         counts.write(b"x")
@@ -14,7 +14,7 @@ def begun(file):
 
 def dies(file, times):
     """Return the number of the process; the first `times` processes die."""
-    if begun(file) <= times:
+    if starts(file) <= times:
         os.kill(os.getpid(), signal.SIGKILL)
     return os.getpid()
 
@@ -26,9 +26,9 @@ class _Deadly:
         os._exit(1)
 
 
-def dies_when_asked(file):
+def dies_in_transfer(file):
     """Return a result that kills its process as this sends it. Raise an error the second time."""
-    if begun(file) == 1:
+    if starts(file) == 1:
         return _Deadly()
     raise ValueError("the second one fails by itself")
 

@@ -16,7 +16,7 @@ import conicoid as co
 from conicoid.parallel.pictures import Checkpoint
 from conicoid.parallel.workers import inline_workers
 
-from ..command_line import done, refused, run
+from ..command_line import execute, failure, run
 from . import subject
 
 # --- `conicoid trace --chunk` and `conicoid render` with workers write the same files as without
@@ -36,7 +36,7 @@ def files(tmp_path):
 
 
 def traced(files, rays, output, *options):
-    done("trace", files / "scene.yaml", files / rays, "-o", files / output, *options)
+    execute("trace", files / "scene.yaml", files / rays, "-o", files / output, *options)
     return files / output
 
 
@@ -76,8 +76,8 @@ def test_mistakes(files, tmp_path):
         ("--resume goes on with it", "bad.npy", "x.csv", "--chunk", 64),
         ("holds results of other rays", "rays.npy", "x.csv", "--chunk", 64, "--resume"),
     ):
-        assert message in refused("trace", scene, files / rays, "-o", files / output, *options)
-    assert "give either --workers or --cluster" in refused(
+        assert message in failure("trace", scene, files / rays, "-o", files / output, *options)
+    assert "give either --workers or --cluster" in failure(
         "render", scene, "-o", files / "x.png", "--workers", 2, "--cluster", "tcp://127.0.0.1:1"
     )
 
@@ -104,7 +104,7 @@ def test_the_rays_of_one_shape_are_shared_out(count, processes, monkeypatch):
     assert numbers(far) == near
     assert near["volume_error"] > 0
     scene = subject.scene()
-    far, local = ([*map(numbers, co.measure(scene, rays=600, **how))] for how in (dict(executor=processes), {}))
+    far, local = ([*map(numbers, co.measure(scene, rays=600, **options))] for options in (dict(executor=processes), {}))
     assert far == local
     assert len(tasks) > 6
     assert done[-1] == (200_000, 200_000)
@@ -134,8 +134,8 @@ def test_tiles_of_workers_to_the_bit(processes):
     local = scene.render(100, 70, samples=2, axes=True)
     calls = []
     for chunk in (1, 5, None):
-        how = co.parallel.Workers(processes, chunk=chunk)
-        far = scene.render(100, 70, samples=2, axes=True, executor=how, progress=lambda *step: calls.append(step))
+        executor = co.parallel.Workers(processes, chunk=chunk)
+        far = scene.render(100, 70, samples=2, axes=True, executor=executor, progress=lambda *step: calls.append(step))
         assert np.array_equal(far.pixels, local.pixels)
     assert calls[-1] == (4 * 3, 4 * 3)  # tiles of 32 pixels
 
@@ -160,10 +160,10 @@ def test_a_picture_goes_on(tmp_path):
     image = scene.render(100, 70, samples=1, resume=file, executor=workers, progress=lambda *step: calls.append(step))
     assert np.array_equal(image.pixels, local.pixels)
     assert calls[0][0] == 5  # tiles 0 to 3 are in the file, and one is new
-    again = []
-    image = scene.render(100, 70, samples=1, resume=file, progress=lambda *step: again.append(step))
+    calls_of_second_run = []
+    image = scene.render(100, 70, samples=1, resume=file, progress=lambda *step: calls_of_second_run.append(step))
     assert np.array_equal(image.pixels, local.pixels)
-    assert again == []  # all of them are in the file
+    assert calls_of_second_run == []  # all of them are in the file
     with pytest.raises(ValueError, match="holds parts of other work"):
         scene.render(100, 70, samples=2, resume=file)
 
@@ -178,17 +178,17 @@ def test_other_files_are_not_touched(tmp_path):
 
 def test_damaged_parts_are_done_again(tmp_path):
     file = tmp_path / "parts"
-    kept = Checkpoint(file, b"key")
+    checkpoint = Checkpoint(file, b"key")
     for k in range(3):
-        kept.add(k, k + 1, bytes([k]) * 10)
-    kept.close()
+        checkpoint.add(k, k + 1, bytes([k]) * 10)
+    checkpoint.close()
     data = bytearray(file.read_bytes())
     data[-15] ^= 1  # in the last part
     file.write_bytes(data)
-    again = Checkpoint(file, b"key")
-    assert list(again.records()) == [(0, 1, b"\0" * 10), (1, 2, b"\1" * 10)]
-    again.add(2, 3, b"new")
-    again.close()
+    reopened = Checkpoint(file, b"key")
+    assert list(reopened.records()) == [(0, 1, b"\0" * 10), (1, 2, b"\1" * 10)]
+    reopened.add(2, 3, b"new")
+    reopened.close()
     last = Checkpoint(file, b"key")
     assert list(last.records())[2] == (2, 3, b"new")
     last.close()
@@ -224,8 +224,8 @@ def test_a_driver_killed_twenty_times(tmp_path):
     rng, killed, sizes = np.random.default_rng(20), 0, [0]
     while killed < 20:
         driver = subprocess.Popen([sys.executable, "-c", DRIVER, tiles, picture])
-        wanted = sizes[-1] + int(rng.integers(1, 100_000))
-        while driver.poll() is None and not (tiles.exists() and tiles.stat().st_size > wanted):
+        size = sizes[-1] + int(rng.integers(1, 100_000))
+        while driver.poll() is None and not (tiles.exists() and tiles.stat().st_size > size):
             time.sleep(0.005)
         if driver.poll() is not None:
             assert driver.returncode == 0
@@ -275,10 +275,10 @@ def test_parts_that_are_not_in_the_list_are_refused(lazy):
 def test_queries_take_them(processes):
     scene, lazy = subject.scene(), co.Rays.from_camera(CAMERAS[0], 33, 20)
     rays = lazy.to_rays()
-    for how in ({}, dict(executor=co.parallel.Workers(processes, chunk=100))):
-        assert scene.first_hit(lazy, **how) == scene.first_hit(rays)
-        assert scene.spans(lazy, **how) == scene.spans(rays)
-        sums = scene.line_integral(subject.VALUES, lazy, **how)
+    for options in ({}, dict(executor=co.parallel.Workers(processes, chunk=100))):
+        assert scene.first_hit(lazy, **options) == scene.first_hit(rays)
+        assert scene.spans(lazy, **options) == scene.spans(rays)
+        sums = scene.line_integral(subject.VALUES, lazy, **options)
         assert np.array_equal(sums, scene.line_integral(subject.VALUES, rays))
     with pytest.raises(TypeError, match="is no array of numbers"):
         np.asarray(lazy)
@@ -304,12 +304,12 @@ def parts_of(rays, directory):
 
 def test_streams_of_anything(tmp_path):
     scene, rays = subject.scene(), subject.rays(100)
-    wanted = scene.first_hit(rays)
-    for name, given in parts_of(rays, tmp_path):
-        parts = list(scene.stream(given, chunk=17))
+    expected = scene.first_hit(rays)
+    for name, form in parts_of(rays, tmp_path):
+        parts = list(scene.stream(form, chunk=17))
         assert max(part.size for part in parts) <= 17, name
-        assert np.array_equal(np.concatenate([part.t for part in parts]), wanted.t), name
-        assert np.array_equal(np.concatenate([part.normal for part in parts]), wanted.normal, equal_nan=True), name
+        assert np.array_equal(np.concatenate([part.t for part in parts]), expected.t), name
+        assert np.array_equal(np.concatenate([part.normal for part in parts]), expected.normal, equal_nan=True), name
 
 
 @pytest.mark.parametrize(("query", "options"), [

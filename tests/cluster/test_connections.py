@@ -20,11 +20,11 @@ pytestmark = pytest.mark.filterwarnings(
 @pytest.fixture
 def wires():
     """Return (address, proxy) of a scheduler without workers behind a proxy, and its own address."""
-    with cluster(0) as made:
-        host, _, port = made.scheduler_address.removeprefix("tcp://").partition(":")
+    with cluster(0) as scheduler:
+        host, _, port = scheduler.scheduler_address.removeprefix("tcp://").partition(":")
         proxy = Proxy((host, int(port)))
         try:
-            yield f"tcp://127.0.0.1:{proxy.port}", proxy, made.scheduler_address
+            yield f"tcp://127.0.0.1:{proxy.port}", proxy, scheduler.scheduler_address
         finally:
             proxy.close()
 
@@ -36,7 +36,7 @@ def wires():
 def test_a_connection_that_breaks(wires, broken, times):
     over_proxy, proxy, directly = wires
     scene, rays = subject.scene(), subject.rays(100, 200)
-    wanted, cuts = scene.first_hit(rays), []
+    expected, cuts = scene.first_hit(rays), []
     of_worker, of_client = (over_proxy, directly) if broken == "a worker's" else (directly, over_proxy)
     addresses = {directly, of_worker}
     with workers(*addresses), distributed.Client(of_client) as client:
@@ -48,7 +48,7 @@ def test_a_connection_that_breaks(wires, broken, times):
             if len(cuts) < times and done >= (len(cuts) + 1) * count // (times + 1):
                 cuts.append(proxy.drop())
 
-        how = co.parallel.Workers(client, chunk=500, retries=20, progress=cut)
-        assert scene.first_hit(rays, executor=how) == wanted
+        executor = co.parallel.Workers(client, chunk=500, retries=20, progress=cut)
+        assert scene.first_hit(rays, executor=executor) == expected
     assert len(cuts) == times
     assert cuts[0] > 0

@@ -37,15 +37,15 @@ def check_arrays(scene, rays):
     fields = [name for name in dir(hits) if name not in ("blocks", "shape")]
     values = da.compute(*(getattr(hits, name) for name in fields))
     for name, found in zip(fields, values, strict=True):
-        lazily, wanted = getattr(hits, name), getattr(local, name)
-        assert (lazily.shape, lazily.dtype, found.dtype) == (wanted.shape, wanted.dtype, wanted.dtype), name
-        assert np.array_equal(found, wanted, equal_nan=wanted.dtype.kind == "f"), name
-    spans, wanted = scene.spans(*lines), scene.spans(rays)
+        lazily, expected = getattr(hits, name), getattr(local, name)
+        assert (lazily.shape, lazily.dtype, found.dtype) == (expected.shape, expected.dtype, expected.dtype), name
+        assert np.array_equal(found, expected, equal_nan=expected.dtype.kind == "f"), name
+    spans, expected = scene.spans(*lines), scene.spans(rays)
     sums = spans.counts, spans.lengths(), spans.line_integral(subject.VALUES), scene.occluded(*lines)
     counts, lengths, integral, occluded = da.compute(*sums)
-    assert np.array_equal(counts.ravel(), np.diff(wanted.offsets))
-    assert np.array_equal(lengths, wanted.lengths())
-    assert np.array_equal(integral, wanted.line_integral(subject.VALUES))
+    assert np.array_equal(counts.ravel(), np.diff(expected.offsets))
+    assert np.array_equal(lengths, expected.lengths())
+    assert np.array_equal(integral, expected.line_integral(subject.VALUES))
     assert np.array_equal(occluded, scene.occluded(rays))
     points = np.clip(rays.origins, -1, 1)
     assert np.array_equal(scene.body_at(da.from_array(points, chunks=20)).compute(), scene.body_at(points))
@@ -63,8 +63,8 @@ def test_chunks_are_those_of_the_rays():
     assert hits.t.chunks == ((2, 2, 2), (20, 20))
     assert hits.point.chunks == ((2, 2, 2), (20, 20), (3,))
     assert scene.line_integral([1, 2, 3, 4], origins, (0, 0, 1)).chunks == ((2, 2, 2), (20, 20))
-    kept = hits.t.persist(scheduler="synchronous")
-    assert float(kept.min().compute(scheduler="synchronous")) == scene.first_hit(rays).t.min()
+    persistent = hits.t.persist(scheduler="synchronous")
+    assert float(persistent.min().compute(scheduler="synchronous")) == scene.first_hit(rays).t.min()
 
 
 def test_spans_as_a_bag():
@@ -102,13 +102,13 @@ def test_mistakes_are_named_before_anything_is_computed():
 
 def test_a_scheduler_and_its_workers():
     scene, rays = subject.scene(), subject.rays(5, 40)
-    with cluster(1, 2) as made, distributed.Client(made) as client:
+    with cluster(1, 2) as scheduler, distributed.Client(scheduler) as client:
         check_arrays(scene, rays)
         large, local = subject.large_scene(), subject.answers(scene, rays)
         assert large.first_hit(rays, executor=client) == large.first_hit(rays)
         for chunk in (70, rays.size):  # a part of the grid of the deep suite
-            how = co.parallel.Workers(client, chunk=chunk)
-            assert subject.differing(local, subject.answers(scene, rays, executor=how)) == []
+            workers = co.parallel.Workers(client, chunk=chunk)
+            assert subject.differences(local, subject.answers(scene, rays, executor=workers)) == []
         picture = scene.render(70, 70, executor=client)
         executor = client.get_executor()
     assert np.array_equal(picture.pixels, scene.render(70, 70).pixels)
@@ -116,17 +116,17 @@ def test_a_scheduler_and_its_workers():
         scene.first_hit(rays, executor=executor)
 
 
-def pids(made):
+def pids(scheduler):
     """Return the numbers of the workers' processes, from the nannies that watch them."""
-    return [nanny.pid for nanny in made.workers.values() if nanny.pid]
+    return [nanny.pid for nanny in scheduler.workers.values() if nanny.pid]
 
 
-def _kill_now_and_then(made, times, done):
+def kill_workers(scheduler, times, done):
     """Kill random workers of this machine while work goes on."""
     rng = random.Random(20)
     while times[0] > 0 and not done.is_set():
         time.sleep(rng.uniform(0.2, 0.8))
-        if alive := pids(made):
+        if alive := pids(scheduler):
             os.kill(rng.choice(alive), signal.SIGKILL)
             times[0] -= 1
 
@@ -135,14 +135,14 @@ def _kill_now_and_then(made, times, done):
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGKILL")
 def test_workers_killed_twenty_times():
     scene, rays = subject.scene(), subject.rays(200_000)
-    wanted = scene.first_hit(rays)
-    with cluster(3) as made, distributed.Client(made) as client:
+    expected = scene.first_hit(rays)
+    with cluster(3) as scheduler, distributed.Client(scheduler) as client:
         left, done = [20], threading.Event()
-        killer = threading.Thread(target=_kill_now_and_then, args=(made, left, done))
+        killer = threading.Thread(target=kill_workers, args=(scheduler, left, done))
         killer.start()
-        how = co.parallel.Workers(client, chunk=2000, retries=20)
+        executor = co.parallel.Workers(client, chunk=2000, retries=20)
         while left[0] > 0:
-            assert np.array_equal(scene.first_hit(rays, executor=how).t, wanted.t)
+            assert np.array_equal(scene.first_hit(rays, executor=executor).t, expected.t)
         done.set()
         killer.join()
-        assert scene.first_hit(rays, executor=how) == wanted
+        assert scene.first_hit(rays, executor=executor) == expected

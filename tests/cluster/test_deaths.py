@@ -16,7 +16,7 @@ from . import subject
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals")
 
 
-def hunted(pool, times, signals, done):
+def kill_workers(pool, times, signals, done):
     rng = random.Random(7)
     while times[0] > 0 and not done.is_set():
         time.sleep(rng.uniform(0.05, 0.4))
@@ -39,12 +39,12 @@ def hunted(pool, times, signals, done):
 )
 def test_no_result_is_lost(times, signals):
     scene, rays = subject.scene(), subject.rays(3000)
-    wanted, left, done = scene.first_hit(rays), [times], threading.Event()
+    expected, left, done = scene.first_hit(rays), [times], threading.Event()
     with co.parallel.Processes(2, retries=20) as pool:
-        how = co.parallel.Workers(pool, chunk=500, retries=20)
-        killer = threading.Thread(target=hunted, args=(pool, left, signals, done))
+        executor = co.parallel.Workers(pool, chunk=500, retries=20)
+        killer = threading.Thread(target=kill_workers, args=(pool, left, signals, done))
         killer.start()
         while left[0] > 0:
-            assert scene.first_hit(rays, executor=how) == wanted
+            assert scene.first_hit(rays, executor=executor) == expected
         killer.join()
-        assert scene.first_hit(rays, executor=how) == wanted
+        assert scene.first_hit(rays, executor=executor) == expected

@@ -32,7 +32,7 @@ def test_processes_answer_to_the_bit(processes, chunk):
     scene, rays = subject.scene(), subject.rays(5, 40)
     local = subject.answers(scene, rays)
     far = subject.answers(scene, rays, executor=co.parallel.Workers(processes, chunk=chunk))
-    assert subject.differing(local, far) == []
+    assert subject.differences(local, far) == []
 
 
 @pytest.mark.skipif("fork" not in multiprocessing.get_all_start_methods(), reason="processes are not forked here")
@@ -42,7 +42,7 @@ def test_pools_of_the_standard_library():
     pools = ThreadPoolExecutor(2), ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("fork"))
     for pool in pools:
         with co.parallel.Workers(pool, chunk=33) as workers:
-            assert subject.differing(local, subject.answers(scene, rays, executor=workers)) == []
+            assert subject.differences(local, subject.answers(scene, rays, executor=workers)) == []
 
 
 def test_answers_know_the_scene(processes):
@@ -78,7 +78,7 @@ def test_progress_and_window(processes):
     assert [done for done, _ in calls] == sorted(done for done, _ in calls)
 
 
-class Counting(ThreadPoolExecutor):
+class CountingPool(ThreadPoolExecutor):
     """An executor that counts tasks."""
 
     def __init__(self):
@@ -92,7 +92,7 @@ class Counting(ThreadPoolExecutor):
 
 
 def test_memory_is_bounded_by_the_window():
-    pool = Counting()
+    pool = CountingPool()
     workers = co.parallel.Workers(pool, chunk=10, window=4)
     parts = subject.scene().stream(subject.rays(1000), executor=workers)
     next(parts)
@@ -101,7 +101,7 @@ def test_memory_is_bounded_by_the_window():
     pool.shutdown()
 
 
-class Waiting(ThreadPoolExecutor):
+class IdlePool(ThreadPoolExecutor):
     """An executor that answers its version and never finishes another task."""
 
     def __init__(self):
@@ -119,7 +119,7 @@ def test_queued_tasks_are_cancelled():
     def interrupted(done, count):
         raise KeyboardInterrupt
 
-    with Waiting() as pool, pytest.raises(KeyboardInterrupt):
+    with IdlePool() as pool, pytest.raises(KeyboardInterrupt):
         workers = co.parallel.Workers(pool, chunk=10, window=5, progress=interrupted)
         subject.scene().occluded(subject.rays(1000), executor=workers)
     assert [future.cancelled() for future in pool.futures] == [True] * 5
@@ -151,7 +151,7 @@ def test_senseless_numbers(options, message):
         co.parallel.Workers(pool, **options)
 
 
-class Answering(ThreadPoolExecutor):
+class OtherVersionPool(ThreadPoolExecutor):
     """Workers that answer with another version."""
 
     def __init__(self, version):
@@ -166,23 +166,26 @@ class Answering(ThreadPoolExecutor):
 
 def test_workers_of_another_version_are_refused():
     message = f"first_hit: executor: its workers have conicoid 0.0.9, and this process has {co.__version__}"
-    with Answering("0.0.9") as pool, pytest.raises(ValueError, match=re.escape(message)):
+    with OtherVersionPool("0.0.9") as pool, pytest.raises(ValueError, match=re.escape(message)):
         subject.scene().first_hit(subject.rays(5), executor=pool)
 
 
 def test_workers_without_conicoid_are_refused():
-    with Answering(None) as pool, pytest.raises(ValueError, match="first_hit: executor: its workers have no conicoid"):
+    with (
+        OtherVersionPool(None) as pool,
+        pytest.raises(ValueError, match="first_hit: executor: its workers have no conicoid"),
+    ):
         subject.scene().first_hit(subject.rays(5), executor=pool)
 
 
 def test_a_worker_of_other_sources_refuses():
-    asked = "0.1.0 (sources 12345678)"
-    message = f"has conicoid {source_version()}, and this process has {asked}"
+    version = "0.1.0 (sources 12345678)"
+    message = f"has conicoid {source_version()}, and this process has {version}"
     with pytest.raises(ValueError, match=re.escape(message)):
-        task.run_task(asked, (), 1, os.getpid)
+        task.run_task(version, (), 1, os.getpid)
 
 
-class Breaking(ThreadPoolExecutor):
+class BrokenPool(ThreadPoolExecutor):
     """A pool that breaks at its second task, as if a process had died."""
 
     def __init__(self):
@@ -199,16 +202,16 @@ class Breaking(ThreadPoolExecutor):
 
 
 def test_a_broken_pool_is_made_again():
-    scene, rays, made = subject.scene(), subject.rays(100), []
+    scene, rays, pools = subject.scene(), subject.rays(100), []
 
     def make():
-        made.append(Breaking() if not made else ThreadPoolExecutor(1))
-        return made[-1]
+        pools.append(BrokenPool() if not pools else ThreadPoolExecutor(1))
+        return pools[-1]
 
     with co.parallel.Workers(make, chunk=9) as workers:
         assert scene.first_hit(rays, executor=workers) == scene.first_hit(rays)
-    assert len(made) == 2
-    with Breaking() as pool, pytest.raises(ValueError, match=r"executor is broken.*co.parallel.Processes\(n\)"):
+    assert len(pools) == 2
+    with BrokenPool() as pool, pytest.raises(ValueError, match=r"executor is broken.*co.parallel.Processes\(n\)"):
         scene.first_hit(rays, executor=pool)
 
 
@@ -279,10 +282,10 @@ def test_tasks_that_take_too_long_are_ended():
 # --- Arrays as a network brings them: read-only, and anywhere between the places of numbers
 
 
-def brought(thing):
+def unaligned(value):
     """Return an object whose arrays are views of one message, each at an odd byte."""
     buffers = []
-    main = pickle.dumps(thing, protocol=5, buffer_callback=buffers.append)
+    main = pickle.dumps(value, protocol=5, buffer_callback=buffers.append)
     parts = [bytes(buffer.raw()) for buffer in buffers]
     message = b"".join(b"!" * (1 + len(part) % 2) + part for part in parts)
     views, at = [], 0
@@ -301,15 +304,15 @@ class Messenger(Executor):
     def submit(self, call, /, *arguments, **named):
         future = Future()
         try:
-            call, arguments, named = brought((call, arguments, named))
-            future.set_result(brought(call(*arguments, **named)))
+            call, arguments, named = unaligned((call, arguments, named))
+            future.set_result(unaligned(call(*arguments, **named)))
         except Exception as error:
             future.set_exception(error)
         return future
 
 
 def test_a_message_is_not_aligned():
-    array = brought([np.arange(3.0), np.arange(5.0)])[1]
+    array = unaligned([np.arange(3.0), np.arange(5.0)])[1]
     assert not array.flags.aligned
     assert not array.flags.writeable
     assert array.tolist() == [0, 1, 2, 3, 4]
@@ -318,34 +321,34 @@ def test_a_message_is_not_aligned():
 def test_every_query():
     scene = subject.scene()
     rays = subject.rays(700)
-    wanted = subject.answers(scene, rays)
-    assert subject.differing(wanted, subject.answers(scene, rays, executor=Messenger())) == []
+    expected = subject.answers(scene, rays)
+    assert subject.differences(expected, subject.answers(scene, rays, executor=Messenger())) == []
 
 
 # --- The process of the user logs notes of workers once; nobody reads the logs of workers
 
 
 @pytest.fixture
-def logged(caplog):
+def overlap_warnings(caplog):
     """Return the warnings on overlaps from Conicoid's log."""
     return lambda: [r.getMessage() for r in caplog.records if "through two bodies at once" in r.getMessage()]
 
 
 @pytest.mark.parametrize("kind", ["processes", "threads", "none"])
-def test_overlaps_are_reported_once(kind, processes, logged):
+def test_overlaps_are_reported_once(kind, processes, overlap_warnings):
     scene, rays = subject.scene(), subject.rays(200)  # its ball and corners overlap
     pool = dict(processes=processes, threads=ThreadPoolExecutor(2), none=None)[kind]
-    how = None if pool is None else co.parallel.Workers(pool, chunk=20)
-    scene.line_integral(subject.VALUES, rays, executor=how)
-    assert len(logged()) == 1
-    assert logged()[0].startswith("line_integral: ")
-    list(scene.stream(rays, "line_integral", values=subject.VALUES, executor=how))
+    executor = None if pool is None else co.parallel.Workers(pool, chunk=20)
+    scene.line_integral(subject.VALUES, rays, executor=executor)
+    assert len(overlap_warnings()) == 1
+    assert overlap_warnings()[0].startswith("line_integral: ")
+    list(scene.stream(rays, "line_integral", values=subject.VALUES, executor=executor))
     scene.line_integral(subject.VALUES, rays)
-    assert len(logged()) == 1  # the log has the note of this scene already
-    subject.scene().line_integral(subject.VALUES, rays, executor=how)
-    assert len(logged()) == 2
-    subject.scene().line_integral(subject.VALUES, rays, executor=how, overlaps="both")
-    assert len(logged()) == 2
+    assert len(overlap_warnings()) == 1  # the log has the note of this scene already
+    subject.scene().line_integral(subject.VALUES, rays, executor=executor)
+    assert len(overlap_warnings()) == 2
+    subject.scene().line_integral(subject.VALUES, rays, executor=executor, overlaps="both")
+    assert len(overlap_warnings()) == 2
 
 
 # --- Executors of other packages: loky's and MPI's
@@ -382,9 +385,9 @@ def test_mpi(tmp_path):
         "OMPI_ALLOW_RUN_AS_ROOT": "1",
         "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
     }
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=240)
-    assert done.returncode == 0, done.stderr
-    assert "the same, 3 processes" in done.stdout
+    process = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=240)
+    assert process.returncode == 0, process.stderr
+    assert "the same, 3 processes" in process.stdout
 
 
 @pytest.mark.parametrize("package", ["loky", "joblib.externals.loky"])
@@ -393,6 +396,6 @@ def test_loky(package):
     scene, rays = subject.scene(), subject.rays(5, 40)
     pool = loky.get_reusable_executor(max_workers=2)
     try:
-        assert subject.differing(subject.answers(scene, rays), subject.answers(scene, rays, executor=pool)) == []
+        assert subject.differences(subject.answers(scene, rays), subject.answers(scene, rays, executor=pool)) == []
     finally:
         pool.shutdown(kill_workers=True)

@@ -113,12 +113,12 @@ def test_mistakes_in_streamed_files(folder, rays):
 
 
 def test_streams_of_file_names(folder, rays):
-    scene, wanted = subject.scene(), subject.scene().first_hit(rays)
+    scene, expected = subject.scene(), subject.scene().first_hit(rays)
     for name in ("rays.npy", "packed.npz"):
         parts = list(scene.stream(folder / name, chunk=99))
-        assert np.array_equal(np.concatenate([part.t for part in parts]), wanted.t)
+        assert np.array_equal(np.concatenate([part.t for part in parts]), expected.t)
     assert scene.stream(folder / "rays.npy", out=folder / "hits.npz", chunk=99) == COUNT
-    assert co.Hits.load(folder / "hits.npz") == wanted
+    assert co.Hits.load(folder / "hits.npz") == expected
     camera = co.Rays.from_camera(co.Camera((5, 1, 2), (0, 0, 0)), 33, 20)
     assert scene.stream(camera, "spans", out=folder / "spans.npz", chunk=99) == 660
     assert co.Spans.load(folder / "spans.npz") == scene.spans(camera.to_rays())
@@ -137,17 +137,17 @@ def test_streams_of_numbers(folder, query):
     options |= dict(by="material", overlaps="both") if query == "lengths" else {}
     positional = [options["values"]] if query == "line_integral" else []
     rest = {name: value for name, value in options.items() if name != "values"}
-    wanted = getattr(scene, query)(*positional, camera.to_rays(), **rest)
+    expected = getattr(scene, query)(*positional, camera.to_rays(), **rest)
     for suffix in ("npy", "npz", "csv"):
         assert scene.stream(camera, query, out=folder / f"found.{suffix}", chunk=99, **options) == 660
-    assert np.array_equal(np.load(folder / "found.npy", mmap_mode="r"), wanted)
-    assert np.array_equal(np.load(folder / "found.npz")[query], wanted)
+    assert np.array_equal(np.load(folder / "found.npy", mmap_mode="r"), expected)
+    assert np.array_equal(np.load(folder / "found.npz")[query], expected)
     heading, *lines = (folder / "found.csv").read_text().splitlines()
-    assert np.array_equal(np.genfromtxt(lines, delimiter=",").reshape(wanted.shape), wanted.astype(float))
+    assert np.array_equal(np.genfromtxt(lines, delimiter=",").reshape(expected.shape), expected.astype(float))
     assert scene.stream(np.zeros((0, 6)), query, out=folder / "none.csv", **options) == 0
     assert (folder / "none.csv").read_text() == heading + "\n"
     assert scene.stream(np.zeros((0, 6)), query, out=folder / "none.npy", **options) == 0
-    assert np.load(folder / "none.npy").shape == (0, *wanted.shape[2:])
+    assert np.load(folder / "none.npy").shape == (0, *expected.shape[2:])
     with pytest.raises(ValueError, match=r"x.txt: results are written as .npy, .npz, .csv, .parquet or .zarr"):
         scene.stream(camera, query, out=folder / "x.txt", **options)
 
@@ -155,12 +155,12 @@ def test_streams_of_numbers(folder, query):
 def test_streams_of_numbers_by_libraries(folder, rays):
     parquet, zarr = pytest.importorskip("pyarrow.parquet"), pytest.importorskip("zarr")
     scene = subject.scene()
-    wanted = scene.lengths(rays, overlaps="both")
+    expected = scene.lengths(rays, overlaps="both")
     for suffix in ("parquet", "zarr"):
         assert scene.stream(rays, "lengths", out=folder / f"found.{suffix}", chunk=99, overlaps="both") == COUNT
     table = parquet.read_table(folder / "found.parquet")
-    assert np.array_equal(np.stack([column.to_numpy() for column in table.columns], axis=1), wanted)
-    assert np.array_equal(np.asarray(zarr.open_group(str(folder / "found.zarr"), mode="r")["lengths"]), wanted)
+    assert np.array_equal(np.stack([column.to_numpy() for column in table.columns], axis=1), expected)
+    assert np.array_equal(np.asarray(zarr.open_group(str(folder / "found.zarr"), mode="r")["lengths"]), expected)
     assert scene.stream(rays, "crossings", out=folder / "crossings.parquet", chunk=99) == COUNT
     assert np.array_equal(parquet.read_table(folder / "crossings.parquet")["t"].to_numpy(), scene.crossings(rays).t)
 
@@ -170,11 +170,11 @@ def test_crossings_in_lines(folder, rays):
     scene.stream(rays, "crossings", out=folder / "crossings.csv", chunk=37)
     heading, *lines = (folder / "crossings.csv").read_text().splitlines()
     table = dict(zip(heading.split(","), np.genfromtxt(lines, delimiter=",").T, strict=True))
-    wanted = scene.crossings(rays)
-    assert np.array_equal(np.bincount(table["ray"].astype(int), minlength=COUNT), np.diff(wanted.offsets))
+    expected = scene.crossings(rays)
+    assert np.array_equal(np.bincount(table["ray"].astype(int), minlength=COUNT), np.diff(expected.offsets))
     for name in ("t", "body", "face", "surface", "entering", "before", "after", "t_error"):
-        assert np.array_equal(table[name], getattr(wanted, name).astype(float)), name
-    assert np.array_equal(np.stack([table[name] for name in "xyz"], axis=1), wanted.point)
+        assert np.array_equal(table[name], getattr(expected, name).astype(float)), name
+    assert np.array_equal(np.stack([table[name] for name in "xyz"], axis=1), expected.point)
 
 
 def test_parquet(folder, rays):
@@ -223,9 +223,9 @@ def test_zarr(folder, rays):
     group.create_array("wavelength", data=ends(COUNT))
     result = run("trace", folder / "scene.yaml", folder / "ends.zarr", "-o", folder / "noted.csv")
     assert "ends.zarr: not read: wavelength; arrays of rays are origins, directions, t_min, t_max" in result.stderr
-    for options, wanted in ((("--chunk", 37), scene.first_hit(picture)), (("--spans",), scene.spans(rays))):
+    for options, expected in ((("--chunk", 37), scene.first_hit(picture)), (("--spans",), scene.spans(rays))):
         output = traced(folder, "rays.zarr", f"found{len(options)}.zarr", *options)
-        wanted.save(folder / "wanted.npz")
+        expected.save(folder / "wanted.npz")
         found, arrays = zarr.open_group(str(output), mode="r"), np.load(folder / "wanted.npz")
         assert set(found.array_keys()) == set(arrays)
         for name, values in arrays.items():

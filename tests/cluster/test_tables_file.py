@@ -22,30 +22,30 @@ def crowd(count=300):
     """
     rng = np.random.default_rng(5)
     places = rng.uniform(-2, 2, (count, 3))
-    made = [co.Body(co.Box(x - 0.05, x + 0.05) - co.Sphere(0.06, x), "red", f"box {k}") for k, x in enumerate(places)]
+    bodies = [co.Body(co.Box(x - 0.05, x + 0.05) - co.Sphere(0.06, x), "red", f"box {k}") for k, x in enumerate(places)]
     tilted = co.Cylinder((0, 0, -1), (0, 0, 1), 0.2).rotate((1, 2, 3), 40)
-    return co.Scene([*made, co.Spheres(rng.normal(size=(50, 3)), 0.1), tilted], background="white")
+    return co.Scene([*bodies, co.Spheres(rng.normal(size=(50, 3)), 0.1), tilted], background="white")
 
 
 @pytest.fixture
-def kept(tmp_path):
+def scene_with_tables(tmp_path):
     """Return a scene, its file of tables, and the hash of its head."""
     scene = crowd()
-    made = recipe.shared_scene(scene)
-    made.share_tables(source_version(), str(tmp_path))
-    path, digest = made.reference().tables
+    shared = recipe.shared_scene(scene)
+    shared.share_tables(source_version(), str(tmp_path))
+    path, digest = shared.reference().tables
     return scene, path, digest
 
 
 @pytest.mark.skipif(os.name != "posix", reason="files have no modes")
 def test_a_file_that_others_can_write_to_is_not_unpickled(tmp_path):
     scene = crowd(301)  # it must outlive its recipe
-    made, umask = recipe.shared_scene(scene), os.umask(0o002)
+    shared, umask = recipe.shared_scene(scene), os.umask(0o002)
     try:
-        made.share_tables(source_version(), str(tmp_path))
+        shared.share_tables(source_version(), str(tmp_path))
     finally:
         os.umask(umask)
-    path, digest = made.reference().tables
+    path, digest = shared.reference().tables
     assert TablesFile(path, source_version(), digest).digest == digest
     os.chmod(path, 0o666)
     for known in (None, digest):  # a worker knows the hash from its task, but numbers have none
@@ -56,26 +56,26 @@ def test_a_file_that_others_can_write_to_is_not_unpickled(tmp_path):
 @pytest.mark.skipif(os.name != "posix", reason="files have no modes")
 def test_workers_do_not_unpickle_files_that_others_can_write(processes, tmp_path):
     """By the whole route: a stranger who can write to the store plants a file under the name that the next run opens."""
-    how, rays = co.parallel.Workers(processes, chunk=50, store=tmp_path), subject.rays(100)
-    wanted = crowd(303).first_hit(rays, executor=how)
+    executor, rays = co.parallel.Workers(processes, chunk=50, store=tmp_path), subject.rays(100)
+    expected = crowd(303).first_hit(rays, executor=executor)
     (path,) = tmp_path.iterdir()
     whole = path.read_bytes()
     assert whole.count(b"conicoid.") > 0, "a pickle names classes"
     path.write_bytes(whole.replace(b"conicoid.", b"conicoix."))
     os.chmod(path, 0o666)
-    assert crowd(303).first_hit(rays, executor=how) == wanted
+    assert crowd(303).first_hit(rays, executor=executor) == expected
     assert b"conicoix." not in path.read_bytes(), "it was written anew"
     assert os.stat(path).st_mode & 0o022 == 0
 
 
-def test_opened_tables_give_the_same_answers(kept):
-    scene, path, digest = kept
+def test_opened_tables_give_the_same_answers(scene_with_tables):
+    scene, path, digest = scene_with_tables
     again, rays = open_scene_tables(path, source_version(), digest), subject.rays(5, 40)
     local, far = (
         {name: getattr(one, name)(rays) for name in ("first_hit", "occluded", "spans", "crossings", "lengths")}
         for one in (scene, again)
     )
-    assert subject.differing(local, far) == []
+    assert subject.differences(local, far) == []
     assert again._prepared.key == scene._prepared.key
     tables, others = again._prepared.geometry.floats, scene._prepared.geometry.floats
     assert tables.ctypes.data % 64 == others.ctypes.data % 64 == 0
@@ -85,8 +85,8 @@ def test_opened_tables_give_the_same_answers(kept):
     assert again.replace(background="black").first_hit(rays) == scene.first_hit(rays)
 
 
-def test_opening_prepares_nothing_and_reads_no_bodies(kept, monkeypatch):
-    scene, path, digest = kept
+def test_opening_prepares_nothing_and_reads_no_bodies(scene_with_tables, monkeypatch):
+    scene, path, digest = scene_with_tables
     monkeypatch.setattr("conicoid.prepare.prepared_scene.prepare", None)
     monkeypatch.setattr("conicoid.prepare.lowering.lower", None)
     again, rays = open_scene_tables(path, source_version(), digest), subject.rays(200)
@@ -98,14 +98,14 @@ def test_opening_prepares_nothing_and_reads_no_bodies(kept, monkeypatch):
     assert again.bodies.are_read
 
 
-def test_the_file_is_written_in_no_process_twice(kept, tmp_path):
-    scene, path, digest = kept
+def test_the_file_is_written_in_no_process_twice(scene_with_tables, tmp_path):
+    scene, path, digest = scene_with_tables
     before = os.stat(path)
     same = crowd()
-    made = recipe.shared_scene(same)
-    made.share_tables(source_version(), str(tmp_path))
+    shared = recipe.shared_scene(same)
+    shared.share_tables(source_version(), str(tmp_path))
     assert same._cached_prepared is not None  # it came from the file
-    assert made.reference().tables == (path, digest)
+    assert shared.reference().tables == (path, digest)
     assert os.stat(path).st_mtime_ns == before.st_mtime_ns
     rays = subject.rays(200)
     edited, other = same.replace(3, co.Sphere(0.7)), scene.replace(3, co.Sphere(0.7))
@@ -115,8 +115,8 @@ def test_the_file_is_written_in_no_process_twice(kept, tmp_path):
 def test_workers_map_it(tmp_path):
     scene, rays = crowd(), subject.rays(300)
     with co.parallel.Processes(1) as pool:  # of two workers, one may do all the work
-        how = co.parallel.Workers(pool, chunk=50, store=tmp_path)
-        assert scene.first_hit(rays, executor=how) == scene.first_hit(rays)
+        executor = co.parallel.Workers(pool, chunk=50, store=tmp_path)
+        assert scene.first_hit(rays, executor=executor) == scene.first_hit(rays)
         reference = recipe.shared_scene(scene).reference()
         maps = "/proc/self/maps"
         if os.path.exists(maps):
@@ -130,8 +130,8 @@ def _reads(path):
         return file.read()
 
 
-def test_other_editions_and_damage_are_refused(kept, tmp_path):
-    _, path, digest = kept
+def test_other_editions_and_damage_are_refused(scene_with_tables, tmp_path):
+    _, path, digest = scene_with_tables
     with pytest.raises(ValueError, match=r"holds tables of conicoid .*; this process has 0\.0\.9"):
         open_scene_tables(path, "0.0.9 (sources 12345678)", digest)
     with pytest.raises(ReplacedFileError, match="was replaced by another file of tables"):
@@ -169,8 +169,8 @@ def test_a_process_that_dies_while_it_writes_leaves_no_such_file(processes, tmp_
     )
     assert subprocess.run([sys.executable, "-c", program, tmp_path]).returncode == 9
     assert not list(tmp_path.glob("[!.]*"))  # but for the partial file, whose name begins with a dot
-    how, rays = co.parallel.Workers(processes, chunk=50, store=tmp_path), subject.rays(100)
-    assert crowd(301).first_hit(rays, executor=how) == crowd(301).first_hit(rays)
+    executor, rays = co.parallel.Workers(processes, chunk=50, store=tmp_path), subject.rays(100)
+    assert crowd(301).first_hit(rays, executor=executor) == crowd(301).first_hit(rays)
     assert len(list(tmp_path.glob("[!.]*.tables"))) == 1
 
 
@@ -186,8 +186,8 @@ def test_without_room_each_prepares_for_itself(processes, tmp_path, monkeypatch)
         co.parallel.Workers(processes, store=tmp_path / "nowhere")
 
 
-def test_a_file_that_another_program_replaced_is_not_read(kept):
-    scene, path, _ = kept
+def test_a_file_that_another_program_replaced_is_not_read(scene_with_tables):
+    scene, path, _ = scene_with_tables
     reference = recipe.SharedReference(
         recipe.shared_scene(scene).key, recipe.shared_scene(scene).data, None, (path, b"another")
     )
@@ -197,13 +197,13 @@ def test_a_file_that_another_program_replaced_is_not_read(kept):
     assert again == scene
 
 
-def test_tables_of_another_scene_are_not_used(kept):
-    _, path, _ = kept
+def test_tables_of_another_scene_are_not_used(scene_with_tables):
+    _, path, _ = scene_with_tables
     scene = crowd(304)
-    made, rays = recipe.shared_scene(scene), subject.rays(200)
-    os.link(path, os.path.join(os.path.dirname(path), os.path.basename(path).replace(_key(path), made.key.hex())))
-    made.share_tables(source_version(), os.path.dirname(path))
-    assert made.reference().tables is None
+    shared, rays = recipe.shared_scene(scene), subject.rays(200)
+    os.link(path, os.path.join(os.path.dirname(path), os.path.basename(path).replace(_key(path), shared.key.hex())))
+    shared.share_tables(source_version(), os.path.dirname(path))
+    assert shared.reference().tables is None
     assert scene.first_hit(rays) == crowd(304).first_hit(rays)
 
 
@@ -213,6 +213,6 @@ def _key(path):
 
 def test_stretched_balls_are_prepared_by_each(processes, tmp_path):
     scene, rays = co.Scene([subject.large_scene().bodies[0].shape.scale((1, 2, 1))]), subject.rays(300)
-    how = co.parallel.Workers(processes, store=tmp_path)
-    assert scene.first_hit(rays, executor=how) == scene.first_hit(rays)
+    executor = co.parallel.Workers(processes, store=tmp_path)
+    assert scene.first_hit(rays, executor=executor) == scene.first_hit(rays)
     assert list(tmp_path.iterdir()) == []

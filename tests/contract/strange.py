@@ -65,10 +65,10 @@ def faults(
             except Exception as error:
                 yield f"{call}: {type(error).__name__}: {str(error)[:150]}"
             else:
-                yield from (f"{call} gives {part}" for part in unfinished(answer))
+                yield from (f"{call} gives {part}" for part in nan_numbers(answer))
 
 
-def unfinished(answer: Any) -> Iterator[str]:
+def nan_numbers(answer: Any) -> Iterator[str]:
     """Return the numbers of an answer that are NaN. Bounds and misses may be infinite."""
     if isinstance(answer, co.Shape):
         if not isinstance(answer, co.Spheres) or len(answer):
@@ -80,7 +80,7 @@ def unfinished(answer: Any) -> Iterator[str]:
             yield repr(answer)[:100]
     elif isinstance(answer, (tuple, list)):
         for part in answer:
-            yield from unfinished(part)
+            yield from nan_numbers(part)
 
 
 def good_arguments(kind: type, instance: Any) -> dict[str, Any]:

@@ -181,8 +181,8 @@ def test_energies_files_and_lazy_arrays(tmp_path):
     assert np.array_equal(local[..., 0], co.ct.project(head(), scan, HEAD[:, 0]))
     calls = []
     with co.parallel.Processes(1) as pool:
-        how = co.parallel.Workers(pool, chunk=77)
-        kept = co.ct.project(head(), scan, values, executor=how, out=tmp_path / "sinogram.npy",
+        executor = co.parallel.Workers(pool, chunk=77)
+        kept = co.ct.project(head(), scan, values, executor=executor, out=tmp_path / "sinogram.npy",
                              progress=lambda *step: calls.append(step))  # fmt: skip
     assert np.array_equal(kept, local)
     assert np.array_equal(np.load(tmp_path / "sinogram.npy"), local)
@@ -246,8 +246,8 @@ def test_a_hundred_million_rays_in_two_gigabytes(tmp_path):
         for x in np.meshgrid(np.arange(0, 72, 24), np.arange(100, 1200, 500), np.arange(100, 1200, 300), indexing="ij")
     )
     places, sources = scan.pixels(views, rows, columns), scan.vectors[views, :3]
-    wanted = [closed_form(o[None], p - o)[0] for o, p in zip(sources, places, strict=True)]
-    assert np.abs(some.ravel() - np.array(wanted)).max() < 1e-12
+    expected = [closed_form(o[None], p - o)[0] for o, p in zip(sources, places, strict=True)]
+    assert np.abs(some.ravel() - np.array(expected)).max() < 1e-12
 
 
 # --- Scans against the definitions of ASTRA and RTK: rays derived by hand, and matrices as their documents print them
@@ -256,8 +256,8 @@ HALF = math.sqrt(0.5)
 
 
 def ray(scan, *index):
-    made = co.Rays.from_scan(scan).to_rays()[index]
-    return made.origins, made.directions
+    rays = co.Rays.from_scan(scan).to_rays()[index]
+    return rays.origins, rays.directions
 
 
 def test_cone_at_the_angle_zero():
@@ -336,10 +336,10 @@ def test_dictionaries_of_astra():
             co.ct.cone([90], 4, 5, 9, 3, spacing=(2, 3)),
         ),
     ]
-    for given, ours in pairs:
-        assert given.shape == ours.shape
-        assert np.allclose(given.vectors, ours.vectors, atol=1e-14)
-        assert (given.is_parallel, given.is_plane) == (ours.is_parallel, ours.is_plane)
+    for scan, ours in pairs:
+        assert scan.shape == ours.shape
+        assert np.allclose(scan.vectors, ours.vectors, atol=1e-14)
+        assert (scan.is_parallel, scan.is_plane) == (ours.is_parallel, ours.is_plane)
     twelve = np.array([[0, -9, 0, 0, 3, 0, 2, 0, 0, 0, 0, 3.0]])
     vec = astra("cone_vec", vectors=twelve, rows=4, columns=5)
     assert np.array_equal(vec.vectors, co.ct.cone([0], 4, 5, 9, 3, spacing=(2, 3)).vectors)
@@ -394,8 +394,8 @@ def rtk_matrix(angle, out, inside, sid, sdd, source, shift):
 
 
 def test_nine_parameters_of_rtk():
-    given = dict(out_of_plane_angle=4, in_plane_angle=-7, source_offset=(0.3, -0.2), projection_offset=(0.5, 1.5))
-    scan = co.ct.rtk([33, 250], 4, 3, 100, 150, spacing=(2, 3), **given)
+    parameters = dict(out_of_plane_angle=4, in_plane_angle=-7, source_offset=(0.3, -0.2), projection_offset=(0.5, 1.5))
+    scan = co.ct.rtk([33, 250], 4, 3, 100, 150, spacing=(2, 3), **parameters)
     rays = co.Rays.from_scan(scan).to_rays()
     rows, columns = np.mgrid[:4, :3].reshape(2, -1)
     for k, angle in enumerate((33, 250)):

@@ -8,7 +8,7 @@ import pytest
 import conicoid as co
 
 
-def moved(scene, rays, **changes):
+def tangents_of(scene, rays, **changes):
     """Return the tangents of first hits for changes of parameters by their names."""
     parameters = co.parameters(scene)
     tangent = np.zeros(len(parameters))
@@ -20,7 +20,7 @@ def moved(scene, rays, **changes):
 def test_a_ball_that_grows():
     # t = 5 - sqrt(r² - h²) for a ray at height h, so dt/dr = -r / sqrt(r² - h²)
     scene = co.Scene([co.Body(co.Sphere(2), name="ball")])
-    found = moved(scene, ((-5, 1, 0), (1, 0, 0)), ball__radius=1)
+    found = tangents_of(scene, ((-5, 1, 0), (1, 0, 0)), ball__radius=1)
     assert found.t == pytest.approx(-2 / math.sqrt(3), rel=1e-14)
     # x = -sqrt(r² - h²) at y = h: the normal (x, h, 0) / r turns with it
     assert found.point == pytest.approx([-2 / math.sqrt(3), 0, 0], abs=1e-14)
@@ -29,7 +29,7 @@ def test_a_ball_that_grows():
 
 def test_units_of_t_are_those_of_the_direction():
     scene = co.Scene([co.Body(co.Sphere(2), name="ball")])
-    assert moved(scene, ((-5, 0, 0), (4, 0, 0)), ball__radius=1).t == pytest.approx(-0.25, rel=1e-15)
+    assert tangents_of(scene, ((-5, 0, 0), (4, 0, 0)), ball__radius=1).t == pytest.approx(-0.25, rel=1e-15)
 
 
 def test_the_wall_of_a_bore_moves_with_the_bore_alone():
@@ -65,10 +65,10 @@ def test_vjp_is_the_transpose_of_jvp(crowd):
     random = np.random.default_rng(4)
     tangents = random.normal(size=len(parameters)), *random.normal(size=(2, 700, 3))
     found = hits.jvp(parameters, tangents[0], d_origins=tangents[1], d_directions=tangents[2])
-    asked = {name: np.where(np.isfinite(getattr(found, name)), random.normal(size=np.shape(getattr(found, name))), 0.0)
+    cotangents = {name: np.where(np.isfinite(getattr(found, name)), random.normal(size=np.shape(getattr(found, name))), 0.0)
              for name in ("t", "point", "normal", "uv")}  # fmt: skip
-    forth = sum(float(np.nansum(getattr(found, name) * weight)) for name, weight in asked.items())
-    back = hits.vjp(parameters, **asked)
+    forth = sum(float(np.nansum(getattr(found, name) * weight)) for name, weight in cotangents.items())
+    back = hits.vjp(parameters, **cotangents)
     sums = (back.parameters @ tangents[0], (back.origins * tangents[1]).sum(), (back.directions * tangents[2]).sum())
     assert math.fsum(sums) == pytest.approx(forth, rel=1e-12)
 
@@ -145,18 +145,18 @@ def test_u_jumps_only_by_numbers_that_tilt_an_axis():
     u counts from x or y, which are equally small.
     """
     scene, ray = co.Scene([co.Body(co.Cylinder((0, 0, -1), (0, 0, 3), 1), name="rod")]), ((5, 0.5, 1.5), (-1, 0, 0))
-    assert moved(scene, ray, **{"rod__start[2]": 1}).uv == pytest.approx([0, (1.5 - 3) / 4**2], abs=1e-15)
-    assert moved(scene, ray, **{"rod__end[2]": 1}).uv == pytest.approx([0, -(1.5 + 1) / 4**2], abs=1e-15)
+    assert tangents_of(scene, ray, **{"rod__start[2]": 1}).uv == pytest.approx([0, (1.5 - 3) / 4**2], abs=1e-15)
+    assert tangents_of(scene, ray, **{"rod__end[2]": 1}).uv == pytest.approx([0, -(1.5 + 1) / 4**2], abs=1e-15)
     for number in ("start[0]", "start[1]", "end[0]", "end[1]"):
-        assert np.isnan(moved(scene, ray, **{f"rod__{number}": 1}).uv[0])
+        assert np.isnan(tangents_of(scene, ray, **{f"rod__{number}": 1}).uv[0])
 
 
 def test_v_of_a_bowl_cut_at_its_vertex_has_a_kink():
     """v = z / 2 counts from the cut or the vertex, whichever is higher."""
     for low in (0.0, -1.0):
         scene, ray = co.Scene([co.Body(co.EllipticParaboloid(1, 1, (low, 2)), name="bowl")]), ((5, 0, 1), (-1, 0, 0))
-        assert np.isnan(moved(scene, ray, **{"bowl__z_range[0]": 1}).uv).tolist() == [False, low == 0]
-        assert moved(scene, ray, **{"bowl__z_range[1]": 1}).uv == pytest.approx([0, -1 / 2**2])
+        assert np.isnan(tangents_of(scene, ray, **{"bowl__z_range[0]": 1}).uv).tolist() == [False, low == 0]
+        assert tangents_of(scene, ray, **{"bowl__z_range[1]": 1}).uv == pytest.approx([0, -1 / 2**2])
 
 
 def test_an_apex_has_no_derivative():

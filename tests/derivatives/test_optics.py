@@ -23,7 +23,7 @@ def mirrored(d, n):
     return d - 2 * (d.T * n)[0] * n
 
 
-def bent(d, n, eta):
+def refracted_direction(d, n, eta):
     """Apply Snell's law by angles: sin θ₂ = eta sin θ₁, in the plane of d and n."""
     size, n = mp.norm(d), n / mp.norm(n)
     u = d / size
@@ -69,7 +69,7 @@ def test_refraction(some):
     assert 5 < total.sum() < 50
     for i in range(60):
         ends = [
-            bent(column(d[i]) + s * STEP * column(dd[i]), column(n[i]) + s * STEP * column(dn[i]),
+            refracted_direction(column(d[i]) + s * STEP * column(dd[i]), column(n[i]) + s * STEP * column(dn[i]),
                  mp.mpf(eta[i]) + s * STEP * mp.mpf(de[i]))
             for s in (1, -1)
         ]  # fmt: skip

@@ -57,13 +57,13 @@ def test_line_integrals_by_differences(setting):
 
     near, here, far = spans(-1), spans(0), spans(1)
     for name in ("lengths", "line_integral"):
-        asked = () if name == "lengths" else (values,)
-        a, b, c = (getattr(each, name)(*asked) for each in (near, here, far))
+        arguments = () if name == "lengths" else (values,)
+        a, b, c = (getattr(each, name)(*arguments) for each in (near, here, far))
         # At edges the changes to both sides differ; at outlines chords change ever faster
         smooth = np.abs((c - b) - (b - a)) < 1e-5 * step
         assert smooth.mean() > 0.75
         change = (c - a) / (2 * step)
-        assert getattr(found, name)(*asked)[smooth] == pytest.approx(change[smooth], rel=1e-5, abs=1e-5)
+        assert getattr(found, name)(*arguments)[smooth] == pytest.approx(change[smooth], rel=1e-5, abs=1e-5)
 
 
 def test_vjp_is_the_transpose_of_jvp(setting):
@@ -73,13 +73,13 @@ def test_vjp_is_the_transpose_of_jvp(setting):
     tangent, do, dd = random.normal(size=len(parameters)), *random.normal(size=(2, 2000, 3))
     spans = scene.spans(origins, directions)
     found = spans.jvp(parameters, tangent, d_origins=do, d_directions=dd)
-    asked, of_t = random.normal(size=(2000, 2)), random.normal(size=len(spans.body))
-    forth = (asked * found.line_integral(values)).sum() + of_t @ found.t_exit
-    back = spans.vjp(parameters, t_exit=of_t, line_integral=asked, values=values)
+    cotangents, of_t = random.normal(size=(2000, 2)), random.normal(size=len(spans.body))
+    forth = (cotangents * found.line_integral(values)).sum() + of_t @ found.t_exit
+    back = spans.vjp(parameters, t_exit=of_t, line_integral=cotangents, values=values)
     total = math.fsum((back.parameters @ tangent, (back.origins * do).sum(), (back.directions * dd).sum()))
     assert total == pytest.approx(forth, rel=1e-11)
     with pytest.raises(ValueError, match="line_integral needs values"):
-        spans.vjp(parameters, line_integral=asked)
+        spans.vjp(parameters, line_integral=cotangents)
 
 
 def test_sums_over_a_detector_lose_nothing_at_outlines():
@@ -90,10 +90,10 @@ def test_sums_over_a_detector_lose_nothing_at_outlines():
     origins = np.stack(np.broadcast_arrays(places[:, None], places, -9.0), axis=-1)
     parameters = co.parameters(scene, "*.radius")
     spans = scene.spans(origins, (0, 0, 1))
-    asked = np.full((600, 600), pixel**2)
-    found = spans.vjp(parameters, line_integral=asked, values=[1.0]).parameters[0]
+    cotangents = np.full((600, 600), pixel**2)
+    found = spans.vjp(parameters, line_integral=cotangents, values=[1.0]).parameters[0]
     assert found == pytest.approx(16 * math.pi, rel=1e-2)
-    assert found == pytest.approx((spans.jvp(parameters, [1.0]).line_integral([1.0]) * asked).sum(), rel=1e-12)
+    assert found == pytest.approx((spans.jvp(parameters, [1.0]).line_integral([1.0]) * cotangents).sum(), rel=1e-12)
 
 
 def within_errors(found, expected, names):

@@ -149,7 +149,7 @@ def test_correct_pages_pass(site: Path, link: str):
 
 
 @pytest.mark.parametrize(
-    ("link", "why"),
+    ("link", "message"),
     [
         ('<a href="missing.html">', "no such file"),
         ('<a href="sub/other.html#bottom">', "no such place"),
@@ -162,12 +162,12 @@ def test_correct_pages_pass(site: Path, link: str):
         ('<img src="https://example.org/x.png">', "another host"),
     ],
 )
-def test_wrong_pages_fail(site: Path, link: str, why: str):
+def test_wrong_pages_fail(site: Path, link: str, message: str):
     (site.parent / "outside.html").write_text("")
     (site / "index.html").write_text(f'<p id="here">{link}')
     (found,) = problems(site)
     assert found.startswith("index.html: ")
-    assert why in found
+    assert message in found
 
 
 # --- The recipe for a material works: its files and edits, made in a copy of the repository, pass its test
@@ -306,16 +306,16 @@ def test_all_members_of_a_class_are_listed(name: str):
 
 def test_entries_become_directives():
     page = "- `co.Conic`: A cap.\n  - `sheet`: Return it.\n- `co.materials.WATER`: The index.\n"
-    made = reference.directives(page)
-    assert ".. autoclass:: conicoid.Conic\n   :members: sheet\n```" in made
-    assert ".. autodata:: conicoid.materials.WATER\n\n   The index.\n```" in made
+    directives = reference.directives(page)
+    assert ".. autoclass:: conicoid.Conic\n   :members: sheet\n```" in directives
+    assert ".. autodata:: conicoid.materials.WATER\n\n   The index.\n```" in directives
 
 
 def test_columns_are_kept_as_they_are_written():
     lines = ["What it is.", "", "t      the place", "body   its number", "", "Raises ValueError for others."]
-    made = "\n".join(docstrings.structured(lines))
-    assert "::\n\n   t      the place\n   body   its number\n" in made
-    assert made.endswith("Raises ValueError for others.\n")
+    text = "\n".join(docstrings.structured(lines))
+    assert "::\n\n   t      the place\n   body   its number\n" in text
+    assert text.endswith("Raises ValueError for others.\n")
 
 
 @pytest.mark.parametrize(
@@ -367,11 +367,11 @@ Pickled ones keep t_min.
 
 
 def test_sections_keep_their_form_and_their_text_is_escaped():
-    made = "\n".join(docstrings.sectioned(SECTIONS.splitlines()))
-    assert made.startswith("Return a\\_b.\n\nParameters\n----------\nt_min, t_max : float or (...)\n")
-    assert "\n    With a ``Rays`` by name, 2 \\* 3.\nprogress : callable, optional\n" in made
-    assert "\nReturns\n-------\nbool (...)\n\nAttributes\n" in made
-    assert made.endswith("Notes\n-----\nPickled ones keep t\\_min.\n\n")
+    text = "\n".join(docstrings.sectioned(SECTIONS.splitlines()))
+    assert text.startswith("Return a\\_b.\n\nParameters\n----------\nt_min, t_max : float or (...)\n")
+    assert "\n    With a ``Rays`` by name, 2 \\* 3.\nprogress : callable, optional\n" in text
+    assert "\nReturns\n-------\nbool (...)\n\nAttributes\n" in text
+    assert text.endswith("Notes\n-----\nPickled ones keep t\\_min.\n\n")
 
 
 def test_a_docstring_without_sections_is_prose():
@@ -380,10 +380,10 @@ def test_a_docstring_without_sections_is_prose():
 
 def test_sections_become_field_lists():
     pytest.importorskip("sphinx")
-    made = "\n".join(docstrings.rendered(SECTIONS.splitlines()))
-    assert ":Parameters: * **t_min, t_max** (*float or (...)*) -- With a ``Rays`` by name, 2 \\* 3." in made
-    assert "             * **progress** (*callable, optional*) -- progress(done, count) is called." in made
-    assert ":returns: *bool (...)*" in made
-    assert ":Attributes: **body, face** (*int32*) -- Numbers." in made
-    assert ":raises ValueError: For t\\_min > t\\_max." in made
-    assert ".. rubric:: Notes" in made
+    text = "\n".join(docstrings.rendered(SECTIONS.splitlines()))
+    assert ":Parameters: * **t_min, t_max** (*float or (...)*) -- With a ``Rays`` by name, 2 \\* 3." in text
+    assert "             * **progress** (*callable, optional*) -- progress(done, count) is called." in text
+    assert ":returns: *bool (...)*" in text
+    assert ":Attributes: **body, face** (*int32*) -- Numbers." in text
+    assert ":raises ValueError: For t\\_min > t\\_max." in text
+    assert ".. rubric:: Notes" in text

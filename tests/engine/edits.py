@@ -42,10 +42,14 @@ def same_tables(a, b):
 
 def same_answers(a, b, rng, count=200):
     origins, directions = rng.normal(size=(count, 3)) * 4, rng.normal(size=(count, 3))
-    for ask, names in (("first_hit", "t body face surface"), ("crossings", "t body"), ("spans", "t_enter t_exit body")):
-        ours, theirs = getattr(a, ask)(origins, directions), getattr(b, ask)(origins, directions)
+    for query, names in (
+        ("first_hit", "t body face surface"),
+        ("crossings", "t body"),
+        ("spans", "t_enter t_exit body"),
+    ):
+        ours, theirs = getattr(a, query)(origins, directions), getattr(b, query)(origins, directions)
         for name in names.split():
-            assert np.array_equal(getattr(ours, name), getattr(theirs, name)), (ask, name)
+            assert np.array_equal(getattr(ours, name), getattr(theirs, name)), (query, name)
     assert np.array_equal(a.body_at(origins), b.body_at(origins))
 
 
@@ -115,7 +119,7 @@ def note_memory_taken(monkeypatch) -> list[bool]:
 # Bodies of all kinds
 
 
-def bored(radius, at):
+def block_with_bores(radius, at):
     """Return a body of five leaves. The walls of three pairs of leaves are a pair of planes each."""
     solid = CUBE & co.Sphere(1.3)
     for axis in np.eye(3):
@@ -131,7 +135,7 @@ def anywhere(rng):
     for corner in rng.uniform(-1, 1, (14, 3)).tolist():
         many = many - co.Sphere(0.2, corner)
     kinds = [
-        lambda: bored(0.3, at),
+        lambda: block_with_bores(0.3, at),
         lambda: co.Sphere(float(rng.uniform(0.2, 1)), at),
         lambda: co.Ellipsoid((1, 2, 0.5)).rotate(*turn).translate(at),
         lambda: CUBE.rotate(*turn).translate(at),
@@ -155,17 +159,17 @@ def moved(scene, rng):
     for _ in range(rng.integers(1, 3)):
         name = str(rng.integers(0, 20))
         motion = tuple(rng.uniform(-0.3, 0.3, 3).tolist())
-        what = rng.integers(0, 20)
-        if what == 0:
+        choice = rng.integers(0, 20)
+        if choice == 0:
             scene = scene.replace(name, anywhere(rng))
-        elif what < 5:
+        elif choice < 5:
             scene = scene.moved(name, lambda shape: shape.rotate((1, 2, 3), 10))
         else:
             scene = scene.moved(name, motion)
     return scene
 
 
-def standing(rng):
+def body_on_floor(rng):
     """Return a body that stands on the floor z = 0, or is as high as others, or is the same ball as others."""
     x, y = rng.uniform(-4, 4, 2).tolist()
     kinds = [
@@ -184,11 +188,11 @@ def standing(rng):
 def slid(scene, rng):
     """Slide bodies along the floor, or raise them, or swap them with others that stand there."""
     for _ in range(rng.integers(1, 3)):
-        name, what = str(rng.integers(0, 20)), rng.integers(0, 12)
+        name, choice = str(rng.integers(0, 20)), rng.integers(0, 12)
         along = (*rng.uniform(-0.3, 0.3, 2).tolist(), 0.0)
-        if what == 0:
-            scene = scene.replace(name, standing(rng))
-        elif what == 1:
+        if choice == 0:
+            scene = scene.replace(name, body_on_floor(rng))
+        elif choice == 1:
             scene = scene.moved(name, (0, 0, 1))
         else:
             scene = scene.moved(name, along)
@@ -224,13 +228,13 @@ def edited(scene: co.Scene, rng, names) -> co.Scene:
     """Make one edit, of the first or the last entry in some cases."""
     last = len(scene.bodies) - 1
     name = scene.bodies[int(rng.choice([0, last, rng.integers(0, last + 1)]))].name
-    what = rng.integers(0, 4)
-    if what == 0:
+    choice = rng.integers(0, 4)
+    if choice == 0:
         new = [co.Body(some_shape(rng), name=next(names)) for _ in range(rng.integers(1, 3))]
         return scene.added(new, before=name if rng.random() < 0.8 else None)
-    if what == 1 and last > 3:
+    if choice == 1 and last > 3:
         return scene.without(name)
-    if what == 2:
+    if choice == 2:
         return scene.moved(name, (0, 0, float(rng.integers(-1, 2))))
     return scene.replace(name, some_shape(rng))
 
@@ -254,11 +258,11 @@ def wall_to_wall(rng):
 def pushed(scene, rng):
     """Move bodies by eighths, turn them, or exchange them; half of them along a wall."""
     for _ in range(rng.integers(1, 3)):
-        name, what = str(rng.integers(0, 20)), rng.random()
+        name, choice = str(rng.integers(0, 20)), rng.random()
         step = rng.integers(-4, 5, 3) / 8 * (rng.random(3) < 0.5)
-        if what < 0.1:
+        if choice < 0.1:
             scene = scene.moved(name, lambda shape: shape.rotate("z", 90))
-        elif what < 0.15:
+        elif choice < 0.15:
             scene = scene.replace(name, wall_to_wall(rng))
         else:
             scene = scene.moved(name, tuple(step.tolist()))
@@ -280,7 +284,7 @@ def _whole(rng, low, high, size=3):
     return rng.integers(int(low / _UNIT), int(high / _UNIT), size) * _UNIT
 
 
-def touching(rng, count, axis):
+def boxes_in_contact(rng, count, axis):
     """Return boxes, most of which share a wall across an axis with the one before, and a ball for each, often the same."""
     boxes, balls = [], []
     for number in range(count):
@@ -293,10 +297,10 @@ def touching(rng, count, axis):
     return shapes, [co.Sphere(0.125, balls[which].tolist()) for which in rng.permutation(count).tolist()]
 
 
-def _put(rng, group, kinds):
+def _exchanged_group(rng, group, kinds):
     """Return the new bodies of a group: each of its own kind, with walls in common across an axis or other walls."""
     axis = rng.integers(0, 3) if rng.random() < 0.1 else GROUPS.index(group) % 3
-    boxes, balls = touching(rng, len(group), axis)
+    boxes, balls = boxes_in_contact(rng, len(group), axis)
     return [box - ball if name in kinds else box for name, box, ball in zip(group, boxes, balls, strict=True)]
 
 
@@ -305,7 +309,7 @@ def neighbours(rng):
     kinds = {str(number) for number in range(_BODIES) if rng.random() < 0.2}
     shapes = {}
     for group in GROUPS:
-        shapes.update(zip(group, _put(rng, group, kinds), strict=True))
+        shapes.update(zip(group, _exchanged_group(rng, group, kinds), strict=True))
     for number in range(_BODIES):
         at = _whole(rng, -4, 4).tolist()
         shapes.setdefault(str(number), co.Box(at, (5, 6, 7)) if number == 7 else co.Sphere(0.25, at))
@@ -317,14 +321,14 @@ def rearranged(scene, rng, kinds):
 
     All changes go into one preparation.
     """
-    for which in rng.choice(len(GROUPS), rng.integers(1, 3), replace=False, p=_OFTEN).tolist():
-        group, how = GROUPS[which], rng.random()
-        if how < 0.4:
+    for index in rng.choice(len(GROUPS), rng.integers(1, 3), replace=False, p=_OFTEN).tolist():
+        group, choice = GROUPS[index], rng.random()
+        if choice < 0.4:
             step = tuple(_whole(rng, -1, 1).tolist())
-            for name in group[how > 0.36 :]:
+            for name in group[choice > 0.36 :]:
                 scene = scene.moved(name, step)
         else:
-            for name, shape in zip(group, _put(rng, group, kinds), strict=True):
+            for name, shape in zip(group, _exchanged_group(rng, group, kinds), strict=True):
                 scene = scene.replace(name, shape)
     return scene
 
@@ -346,7 +350,11 @@ MORE = {
     ),
 }  # fmt: skip
 """Bodies beside those that are edited, by seed."""
-KINDS = {"of all kinds": (anywhere, moved), "on one floor": (standing, slid), "blocks and pins": (wall_to_wall, pushed)}
+KINDS = {
+    "of all kinds": (anywhere, moved),
+    "on one floor": (body_on_floor, slid),
+    "blocks and pins": (wall_to_wall, pushed),
+}
 WORLDS = (*KINDS, "on a grid", "groups that touch")
 
 

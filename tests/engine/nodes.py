@@ -72,6 +72,6 @@ class Nodes:
             node = pending.pop()
             count += 1
             low, high = self.boxes[node, :3], self.boxes[node, 3:]
-            met = ((low <= point[:, None]) & (point[:, None] <= high)).all(axis=0)
-            pending += [self.children[node, k] for k in self.slots(node) if met[k] and self.children[node, k] > 0]
+            inside = ((low <= point[:, None]) & (point[:, None] <= high)).all(axis=0)
+            pending += [self.children[node, k] for k in self.slots(node) if inside[k] and self.children[node, k] > 0]
         return count

@@ -58,10 +58,10 @@ def test_surfaces_are_one_where_their_names_are(seed):
     tables, exact = lowered.tables, lowered.exact
     names = [exact.bodies.name(int(number))[0] for number in exact.single]
     assert len(set(names)) == len(names) == len(tables.surface_kind)
-    given = len(lowered.layout.kinds)
-    every = {exact.bodies.name(number)[0] for number in range(given)}
+    count = len(lowered.layout.kinds)
+    every = {exact.bodies.name(number)[0] for number in range(count)}
     assert every == set(names)
-    assert given >= len(names) + 15  # four sides and three walls between bricks are common
+    assert count >= len(names) + 15  # four sides and three walls between bricks are common
     assert (tables.surface_kind == PLANE).sum() >= 9
 
 
@@ -109,7 +109,7 @@ def walls() -> list[co.Body]:
 
 
 @pytest.fixture
-def named(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+def named_surfaces(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """Return the numbers of the surfaces that get an exact name."""
     found: list[int] = []
     name = ExactBodySurfaces.name
@@ -122,12 +122,12 @@ def named(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     return found
 
 
-def test_tables_are_those_of_exact_names(named: list[int], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_tables_are_those_of_exact_names(named_surfaces: list[int], monkeypatch: pytest.MonkeyPatch) -> None:
     found = lower(walls())
-    few = len(named)
+    few = len(named_surfaces)
     monkeypatch.setattr(body_collector, "FEWEST_SURFACES", 10**9)
     expected = lower(walls())
-    assert 0 < few < (len(named) - few) / 3
+    assert 0 < few < (len(named_surfaces) - few) / 3
     for field, mine, its in zip(found.tables._fields, found.tables, expected.tables, strict=True):
         assert mine.tobytes() == its.tobytes(), field
 
@@ -162,14 +162,14 @@ def test_a_wire_from_both_sides_of_its_frame_has_one_name() -> None:
 
 
 @pytest.mark.parametrize("turn", [("z", 0), ("z", 90), ("x", -90)])
-def test_surfaces_within_which_bodies_turn_or_slide_need_no_exact_name(turn, named: list[int]) -> None:
+def test_surfaces_within_which_bodies_turn_or_slide_need_no_exact_name(turn, named_surfaces: list[int]) -> None:
     """40 plates are turned about the normal of their faces, and 40 segments of a pipe along its axis, all tilted."""
     plates = [co.Box((2, -0.1, 0), (3, 0.1, 1)).rotate("z", 7 * k).translate((0, 0, 0.25)) for k in range(40)]
     pipe = [co.Revolution([(0, k), (0.3, k), (0.3, k + 1), (0, k + 1)]).translate((5, 1, 0)) for k in range(40)]
     spun = [part.rotate("z", 11) for part in pipe]  # off its axis: another pipe
     shapes = [part.rotate(*turn).translate((1, 2, 3)).rotate("x", 20) for part in (*plates, *pipe, *spun)]
     tables = lower([co.Body(shape) for shape in shapes]).tables
-    assert not named
+    assert not named_surfaces
     assert (tables.surface_kind == QUADRIC).sum() == 2
     # Four sides of each plate, no two in one direction, and all ends at 0.25, at 1.25, and at 0 to 40
     assert (tables.surface_kind == PLANE).sum() == 4 * 40 + 2 + 41
@@ -185,7 +185,7 @@ def test_walls_an_ulp_apart_are_two() -> None:
     assert len(near & at) == 3  # x = 2, y = 3.5 and y = 4, but not x = 1
 
 
-def test_crystals_of_modules_are_prepared_without_a_name_for_each(named: list[int]) -> None:
+def test_crystals_of_modules_are_prepared_without_a_name_for_each(named_surfaces: list[int]) -> None:
     """Five modules of 10 × 5 crystals have 2 × 10 planes each across, 2 × 5 along, and two that all share."""
     crystal = co.Box((-0.45, -0.45, -0.5), (0.45, 0.45, 0.5))
     bodies = [
@@ -193,11 +193,11 @@ def test_crystals_of_modules_are_prepared_without_a_name_for_each(named: list[in
         for angle in np.linspace(7, 307, 5) for i in range(10) for j in range(5)
     ]  # fmt: skip
     assert (lower(bodies).tables.surface_kind == PLANE).sum() == 5 * (20 + 10) + 2
-    assert len(named) < 20
+    assert len(named_surfaces) < 20
 
 
 @pytest.mark.parametrize(("axis", "caps"), [("x", 2 * 40), ((1, 1e-3, 0), 2 * 120)])
-def test_caps_of_parallel_wires_are_one_plane_where_the_wires_lie_side_by_side(named, axis, caps) -> None:
+def test_caps_of_parallel_wires_are_one_plane_where_the_wires_lie_side_by_side(named_surfaces, axis, caps) -> None:
     """As in detectors, three layers of 40 wires stand one after the other along x, all turned about x.
 
     About another axis the same shift moves the caps, because n·s is not 0 for a shift s.
@@ -208,7 +208,7 @@ def test_caps_of_parallel_wires_are_one_plane_where_the_wires_lie_side_by_side(n
     ]  # fmt: skip
     tables = lower([co.Body(body) for body in bodies]).tables
     assert (tables.surface_kind == PLANE).sum() == caps
-    assert not named
+    assert not named_surfaces
 
 
 def slanted_cells(factor: float) -> list[co.Body]:
@@ -223,18 +223,18 @@ def slanted_cells(factor: float) -> list[co.Body]:
 
 
 @pytest.mark.parametrize("factor", [1.0, 2.0, 3.0])
-def test_half_spaces_have_exact_names_only_where_their_numbers_differ(factor, named, monkeypatch) -> None:
+def test_half_spaces_have_exact_names_only_where_their_numbers_differ(factor, named_surfaces, monkeypatch) -> None:
     """Multiples by powers of two have the numbers of the plane itself. Most other multiples round to another plane."""
     equal = sum(
         all(Fraction(factor * x) == 3 * Fraction(x) for x in (*plane.normal, plane.offset))
         for plane in (body.shape.operands[1] for body in slanted_cells(factor)[::2])
     )
     found = lower(slanted_cells(factor))
-    few = len(named)
+    few = len(named_surfaces)
     assert 2 * equal <= few < (1 if factor < 3 else 60)
     monkeypatch.setattr(body_collector, "FEWEST_SURFACES", 10**9)
     expected = lower(slanted_cells(factor))
-    assert len(named) - few >= (120 if factor < 3 else 2 * equal)
+    assert len(named_surfaces) - few >= (120 if factor < 3 else 2 * equal)
     for field, mine, its in zip(found.tables._fields, found.tables, expected.tables, strict=True):
         assert mine.tobytes() == its.tobytes(), field
 
@@ -356,9 +356,11 @@ def test_halves_of_rods_are_named_only_where_their_axes_are_one(monkeypatch):
     middles = (starts + ends) / 2
     one = [all(Fraction(a) + Fraction(b) == 2 * Fraction(m) for a, b, m in zip(*row, strict=True))
            for row in zip(starts, ends, middles, strict=True)]  # fmt: skip
-    named = []
+    named_surfaces = []
     name = coincidence._SurfaceMerger._name
-    monkeypatch.setattr(coincidence._SurfaceMerger, "_name", lambda *given: named.append(given[1]) or name(*given))
+    monkeypatch.setattr(
+        coincidence._SurfaceMerger, "_name", lambda *arguments: named_surfaces.append(arguments[1]) or name(*arguments)
+    )
     rods = [co.Cylinder(a, b, 0.1) for pair in ((starts, middles), (middles, ends)) for a, b in zip(*pair, strict=True)]
     scene = co.Scene(rods)
     across = np.cross(ends - starts, rng.normal(size=(60, 3)))
@@ -367,7 +369,7 @@ def test_halves_of_rods_are_named_only_where_their_axes_are_one(monkeypatch):
     found = [scene.first_hit(quarter + across, -across).surface for quarter in quarters]
     assert (found[0] == found[1]).tolist() == one
     assert 20 <= sum(one) < 60
-    assert len(named) <= 4 * sum(one)  # the sides and the caps in the middle of both halves
+    assert len(named_surfaces) <= 4 * sum(one)  # the sides and the caps in the middle of both halves
 
 
 class Rods(CutCylinders):

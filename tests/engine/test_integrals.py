@@ -97,9 +97,9 @@ def test_a_zero_stays_zero_on_infinite_spans():
     ],
 )
 def test_missing_values_are_named(values, message):
-    for ask in (PENCIL.spans(*ALONG).line_integral, lambda v: PENCIL.line_integral(v, *ALONG)):
+    for integral in (PENCIL.spans(*ALONG).line_integral, lambda v: PENCIL.line_integral(v, *ALONG)):
         with pytest.raises(ValueError, match="line_integral: .*" + message):
-            ask(values)
+            integral(values)
 
 
 TEXTS = co.Scene(co.Body(co.Sphere(), kind("x", mu="much", table=[[1, 2]])))
@@ -190,20 +190,20 @@ def test_spans_are_not_kept(monkeypatch):
 
 def test_overlaps_are_looked_for_in_some_rays_until_one_is_reported(monkeypatch, caplog):
     monkeypatch.setattr(integrals, "_SOME", 10)
-    made, real = [], integrals.Spans
+    calls, real = [], integrals.Spans
 
     def counted(*arguments):
-        made.append(real(*arguments))
-        return made[-1]
+        calls.append(real(*arguments))
+        return calls[-1]
 
     monkeypatch.setattr(integrals, "Spans", counted)
     scene, origins, directions = crowd()
     scene.lengths(origins, directions, by="material")
-    assert [len(each) for each in made] == [10]
+    assert [len(each) for each in calls] == [10]
     assert "rays go through two bodies at once" in caplog.text
     with pytest.raises(ValueError, match="line_integral: .* rays go through two bodies at once"):
         scene.line_integral("mu", origins, directions, overlaps="error")
-    assert len(made) == 2
+    assert len(calls) == 2
 
 
 def test_pickled_spans_know_materials_that_no_ray_met():

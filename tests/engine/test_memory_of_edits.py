@@ -135,11 +135,11 @@ def test_pickles_and_copies_have_stamps_of_their_own(monkeypatch):
     for number in range(4):
         scene = scene.moved(str(number), (0, 0.2, 0))
         scene.prepare()
-    for copied in (lambda thing: pickle.loads(pickle.dumps(thing)), copy.deepcopy):
-        made = copied(scene._prepared)
-        assert type(made.edit_state) is EditState
-        assert np.array_equal(made.edit_state.places.planes, scene._prepared.edit_state.places.planes)
-        made.edit_state.places.planes[:] = np.nan  # its own numbers
+    for copied in (lambda value: pickle.loads(pickle.dumps(value)), copy.deepcopy):
+        copied_tables = copied(scene._prepared)
+        assert type(copied_tables.edit_state) is EditState
+        assert np.array_equal(copied_tables.edit_state.places.planes, scene._prepared.edit_state.places.planes)
+        copied_tables.edit_state.places.planes[:] = np.nan  # its own numbers
         assert not np.isnan(scene._prepared.edit_state.places.planes).any()
 
     monkeypatch.setattr(stores, "_edits", itertools.count(100))  # as in one process
@@ -271,9 +271,9 @@ def test_trees_that_grow_out_of_the_memory(monkeypatch, holds):
 
     def noted(self, empty):
         before = self._buffer
-        made = begin(self, empty)
+        result = begin(self, empty)
         grown.append(before is not None and before is not self._buffer)
-        return made
+        return result
 
     monkeypatch.setattr(exchange.InPlaceEdit, "geometry", noted)
     rng = np.random.default_rng(6)
@@ -334,7 +334,7 @@ def in_a_row() -> list[Any]:
     return [kinds[k % 3].translate((3.0 * k, 0, 0)) for k in range(COUNT)]
 
 
-def after(moves: int) -> co.Scene:
+def scene_after(moves: int) -> co.Scene:
     """Return the scene after so many moves. Nobody holds the scenes between."""
     scene = co.Scene(in_a_row())
     scene.prepare()
@@ -372,10 +372,10 @@ def broken_off(scene: co.Scene, line: int) -> bool:
 
 def check_breaks(moves: int, held: bool, every: int) -> None:
     """Break the last of some moves off at every so many lines. Both scenes must be right afterwards."""
-    expected, parent = content(after(moves)), content(after(moves - 1))
+    expected, parent = content(scene_after(moves)), content(scene_after(moves - 1))
     line, was_broken = every // 2, True
     while was_broken:
-        scene = after(moves - 1)
+        scene = scene_after(moves - 1)
         keep = scene if held else None
         edited = scene.moved(*MOVES[moves - 1])
         del scene
@@ -439,7 +439,7 @@ def test_memory_is_taken_by_its_own_name_alone():
 
 def test_a_claim_keeps_borrowed_memory_from_others():
     """A claim keeps the memory of a scene while another one is made from it, even if the holder of an array lets it go."""
-    scene = after(1)
+    scene = scene_after(1)
     memory, boxes = scene._prepared.edit_state.memory, scene._prepared.lowered.boxes
     assert memory is not None
     del scene

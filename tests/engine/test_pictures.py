@@ -92,7 +92,7 @@ def is_met(origin, direction, ball):
 @pytest.mark.parametrize("far", [1.0, 1e3, 1e7])
 def test_balls_that_rays_of_one_origin_graze_are_met(far):
     """The radius of each ball is the distance of one of the rays, but for some last digits."""
-    rng, met, left_out, count = np.random.default_rng(8), 0, 0, many(40, 150)
+    rng, hits, left_out, count = np.random.default_rng(8), 0, 0, many(40, 150)
     for _ in range(count):
         origin = rng.uniform(-1, 1, 3) * far
         way = rng.normal(size=3)
@@ -103,10 +103,10 @@ def test_balls_that_rays_of_one_origin_graze_are_met(far):
         one, other = lanes_at(np.empty(SIZE), np.broadcast_to(origin, (64, 3)), directions, np.array(ball))
         lanes = [is_met(origin.tolist(), d, ball) for d in directions.tolist()]
         assert all(one >> i & 1 for i in range(64) if lanes[i])
-        met += sum(lanes)
+        hits += sum(lanes)
         left_out += sum(1 for i in range(64) if not one >> i & 1)
         assert abs((one & (2**64 - 1)).bit_count() - (other & (2**64 - 1)).bit_count()) <= 2
-    assert met > 3 * count
+    assert hits > 3 * count
     assert left_out > 6 * count
 
 

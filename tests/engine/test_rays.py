@@ -23,9 +23,9 @@ CALLS = 16 if SHIPPED else 200
 """
 
 
-def _calls_of(ask: Any) -> int:
+def _calls_of(query: Any) -> int:
     """Return how many functions are called, Python's and those in C, from the second time on."""
-    ask()
+    query()
     count = 0
 
     def called(_frame: Any, event: str, _argument: Any) -> None:
@@ -35,7 +35,7 @@ def _calls_of(ask: Any) -> int:
     before = sys.getprofile()
     sys.setprofile(called)
     try:
-        ask()
+        query()
     finally:
         sys.setprofile(before)
     return count

@@ -46,8 +46,8 @@ FORMS = {
 def test_every_form_of_array_gives_the_same_rays(form, other):
     origins, directions = FORMS[form](ORIGINS), FORMS[other](DIRECTIONS)
     rays = co.Rays(origins, directions)
-    for mine, given in zip(rays, (origins, directions), strict=True):
-        assert mine.tobytes() == np.array(given, np.float64).tobytes()
+    for mine, array in zip(rays, (origins, directions), strict=True):
+        assert mine.tobytes() == np.array(array, np.float64).tobytes()
         assert not mine.flags.writeable
         assert mine.flags.c_contiguous
     parts = [co.Rays(origins[k : k + 1000], directions[k : k + 1000]) for k in range(0, MANY, 1000)]
@@ -65,20 +65,20 @@ def test_rays_are_checked_before_the_answer(query, form, own):
         origins, directions = RNG.normal(size=shape), RNG.normal(size=shape)
     if form == "list":
         origins, directions = origins.reshape(-1, 3), directions.reshape(-1, 3)
-    ask = getattr(scene, query)
-    assert np.array_equal(read(ask(own(origins), own(directions))), read(ask(co.Rays(origins, directions))))
+    method = getattr(scene, query)
+    assert np.array_equal(read(method(own(origins), own(directions))), read(method(co.Rays(origins, directions))))
     for many in (1, 500, len(directions.reshape(-1, 3))):
         for field, values in VALUES.items():
             for value in values:
-                given = {"origins": origins.copy(), "directions": directions.copy()}
+                arrays = {"origins": origins.copy(), "directions": directions.copy()}
                 rows = RNG.choice(origins.size // 3, many, replace=False)
-                given[field].reshape(-1, 3)[rows, :: 1 + (value != 0.0)] = value
-                with pytest.raises(ValueError, match="^Rays: ") as wanted:
-                    co.Rays(**given)
+                arrays[field].reshape(-1, 3)[rows, :: 1 + (value != 0.0)] = value
+                with pytest.raises(ValueError, match="^Rays: ") as expected:
+                    co.Rays(**arrays)
                 for limits in ({}, dict(t_min=-1.0, t_max=3.0), dict(t_min=np.zeros(3))):
                     with pytest.raises(ValueError, match="^Rays: ") as found:
-                        ask(*map(own, given.values()), **limits)
-                    assert str(found.value) == str(wanted.value)
+                        method(*map(own, arrays.values()), **limits)
+                    assert str(found.value) == str(expected.value)
 
 
 @pytest.mark.parametrize("shape", [(120, 120), (91, 101), (365, 367)])
@@ -89,10 +89,10 @@ def test_rays_that_are_copied_as_they_are_traced(shape, flat):
     whole = [np.array(part).reshape((-1, 3) if flat else (*shape, 3)) for part in scene.rays(*shape[::-1])]
     t_min = np.linspace(-1.0, 2.0, whole[0].size // 3).reshape(whole[0].shape[:-1])
     for limits in ({}, dict(t_min=t_min)):
-        given = [part.copy() for part in whole]
-        hits, expected = scene.first_hit(*given, **limits), scene.first_hit(co.Rays(*whole), **limits)
-        assert first_hit_of_arrays(scene._prepared, *given, 0.0, np.inf) is not None
-        for part in given:
+        copies = [part.copy() for part in whole]
+        hits, expected = scene.first_hit(*copies, **limits), scene.first_hit(co.Rays(*whole), **limits)
+        assert first_hit_of_arrays(scene._prepared, *copies, 0.0, np.inf) is not None
+        for part in copies:
             part[:] = np.nan
         assert hits.rays == co.Rays(*whole)
         for field in ("t", "body", "face", "normal", "uv", "point", "doubtful"):
@@ -122,16 +122,16 @@ VALUES = {
 @pytest.mark.parametrize(("field", "value"), [(field, value) for field in VALUES for value in VALUES[field]])
 def test_an_invalid_ray_is_named_as_among_few(field, value):
     for at, freeze in ((MANY - 1, False), (23_456, True)):
-        given = {"origins": ORIGINS.copy(), "directions": DIRECTIONS.copy()}
-        given[field][at] = value
+        arrays = {"origins": ORIGINS.copy(), "directions": DIRECTIONS.copy()}
+        arrays[field][at] = value
         for later in range(at + 1, MANY):
-            given["directions"][later] = 0.0
+            arrays["directions"][later] = 0.0
         if freeze:
-            given = {name: frozen(array) for name, array in given.items()}
+            arrays = {name: frozen(array) for name, array in arrays.items()}
         with pytest.raises(ValueError, match="^Rays: ") as many:
-            co.Rays(**given)
+            co.Rays(**arrays)
         with pytest.raises(ValueError, match="^Rays: ") as few:
-            co.Rays(given["origins"][at - FEW : at + 1], given["directions"][at - FEW : at + 1])
+            co.Rays(arrays["origins"][at - FEW : at + 1], arrays["directions"][at - FEW : at + 1])
         assert str(many.value) == str(few.value).replace(f"ray[{FEW}]", f"ray[{at}]")
 
 

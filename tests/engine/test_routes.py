@@ -15,6 +15,7 @@ from ..reference.random_shapes import generator
 from ..reference.routes import in_doubt
 from ..reference.whole_items import tree
 from ..samples import deep
+from ..thread_counts import on_threads
 
 # --- Every route of a query gives the same bits: packets, streams, lists and single rays, of every kind of body
 
@@ -197,7 +198,7 @@ def scene_of(kind, depth=4):
     return co.Scene([*placed, *upright])
 
 
-def sized(kind, large):
+def scene_and_width(kind, large):
     """Return a scene of a kind, and the width of its pictures.
 
     Exact methods take milliseconds for a ray in trees of six levels.
@@ -218,7 +219,7 @@ def rays_of(width):
 @pytest.mark.parametrize("kind", [*KINDS, "trees"])
 @pytest.mark.parametrize("large", [False, deep(True)], ids=["small", "large"])
 def test_every_route_agrees_to_the_bit(kind, large):
-    (scene, width), singles = sized(kind, large), 50
+    (scene, width), singles = scene_and_width(kind, large), 50
     for rays in rays_of(width):
         order = np.random.default_rng(1).permutation(width * width)
         hits = scene.first_hit(rays)
@@ -309,7 +310,7 @@ def assert_same_rows(query, names, scene, rays, t_min=0.0, t_max=math.inf):
 @pytest.mark.parametrize("kind", [*KINDS, "trees"])
 @pytest.mark.parametrize("large", [False, deep(True)], ids=["small", "large"])
 def test_every_kind_of_body(kind, query, names, large):
-    scene, width = sized(kind, large)
+    scene, width = scene_and_width(kind, large)
     for rays in grid_rays(width // 2 if "trees" in kind else width):
         assert share_of_packets(scene, rays) > 0.8
         found = assert_same_rows(query, names, scene, rays)
@@ -320,7 +321,7 @@ def test_every_kind_of_body(kind, query, names, large):
 @pytest.mark.parametrize("large", [False, deep(True)], ids=["small", "large"])
 def test_parallel_lines(kind, large):
     """Lines begin before their origins. Parallel ones go in packets, for first hits too."""
-    scene, width = sized(kind, large)
+    scene, width = scene_and_width(kind, large)
     rays = grid_rays(width)[1]
     middle = co.Rays(rays.origins + [0, 0, 4], rays.directions)
     for t_min in (-math.inf, -0.7):
@@ -382,14 +383,9 @@ def test_lists_of_pictures_of_any_size(shape):
 @pytest.mark.parametrize("threads", [1, 2, 5])
 def test_any_number_of_threads(threads):
     scene, rays = crowded_scene(), grid_rays(64)[0]
-    expected = scene.spans(rays)
-    co.set_threads(threads)
-    try:
-        spans = scene.spans(rays)
-        for name in ("offsets", *SPANS):
-            assert np.array_equal(getattr(spans, name), getattr(expected, name))
-    finally:
-        co.set_threads(None)
+    expected, (spans,) = scene.spans(rays), on_threads(lambda: scene.spans(rays), threads)
+    for name in ("offsets", *SPANS):
+        assert np.array_equal(getattr(spans, name), getattr(expected, name))
 
 
 # --- Tiles of pictures with more bodies than they can hold, or deeper than the one before: the same hits

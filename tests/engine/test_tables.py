@@ -30,20 +30,20 @@ from .tapes.test_recorded import KINDS, MOTIONS, SOLIDS
 
 def solids_of(rng: random.Random) -> list[Any]:
     """Return shapes of two or three kinds, enough to be lowered together, in no order."""
-    made: list[Any] = []
+    shapes: list[Any] = []
     for _ in range(rng.randint(2, 3)):
         kind, motion = rng.choice(list(KINDS)), MOTIONS[rng.choice(list(MOTIONS))]
         shared = motion(rng)
         for _ in range(rng.randint(6, 14)):
             move = shared if rng.random() < 0.5 else motion(rng)
-            made.append(move(KINDS[kind](rng)))
+            shapes.append(move(KINDS[kind](rng)))
     if rng.random() < 0.5:
         built = SOLIDS[rng.choice(list(SOLIDS))]
         kinds = [rng.choice(("Sphere on a grid", "Box on a grid", "upright Cylinder", "Ellipsoid")) for _ in range(3)]
-        made += [built(rng, *(KINDS[kind](rng) for kind in kinds)).rotate("z", 90) for _ in range(8)]
-    made += [rng.choice(made).translate((1.0, 0.0, -2.0)) for _ in range(3)]
-    rng.shuffle(made)
-    return made
+        shapes += [built(rng, *(KINDS[kind](rng) for kind in kinds)).rotate("z", 90) for _ in range(8)]
+    shapes += [rng.choice(shapes).translate((1.0, 0.0, -2.0)) for _ in range(3)]
+    rng.shuffle(shapes)
+    return shapes
 
 
 def columns(shapes: list[Any]) -> dict[str, Any]:

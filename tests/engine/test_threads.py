@@ -293,7 +293,7 @@ def test_two_hundred_threads_of_python_ask_one_scene_at_once(four_threads):
     """The first thread prepares the scene, and all share the threads of the extension."""
     random = np.random.default_rng(8)
     origins, directions = random.uniform(-3, 3, (4000, 3)), random.normal(size=(4000, 3))
-    asks = (
+    queries = (
         lambda scene: scene.first_hit(origins, directions).t, lambda scene: scene.spans(origins, directions).t_enter,
         lambda scene: scene.crossings(origins, directions).t, lambda scene: scene.occluded(origins, directions),
         lambda scene: scene.lengths(origins, directions), lambda scene: scene.contains(origins),
@@ -302,19 +302,19 @@ def test_two_hundred_threads_of_python_ask_one_scene_at_once(four_threads):
     )  # fmt: skip
     scene, gate, found = co.Scene(SCENE.bodies), threading.Barrier(200), [None] * 200
 
-    def ask(number: int) -> None:
+    def answer_of(number: int) -> None:
         gate.wait()
-        found[number] = asks[number % len(asks)](scene)
+        found[number] = queries[number % len(queries)](scene)
 
-    crowd = [threading.Thread(target=ask, args=(number,)) for number in range(200)]
+    crowd = [threading.Thread(target=answer_of, args=(number,)) for number in range(200)]
     for thread in crowd:
         thread.start()
     for thread in crowd:
         thread.join()
-    expected = [ask(SCENE) for ask in asks]
+    expected = [query(SCENE) for query in queries]
     for number, answer in enumerate(found):
         assert answer is not None, number
-        assert np.array_equal(answer, expected[number % len(asks)]), number
+        assert np.array_equal(answer, expected[number % len(queries)]), number
 
 
 def test_calls_of_a_kernel_have_results_in_order(four_threads):
@@ -327,7 +327,7 @@ def test_calls_of_a_kernel_have_results_in_order(four_threads):
     assert threads.run_calls(first_invalid, []) == []
 
 
-def traced(chunk: int, **options) -> np.ndarray:
+def rows_of_spans(chunk: int, **options) -> np.ndarray:
     """Return rows of spans of many rays, by a kernel that returns arrays."""
     origins = np.random.default_rng(0).normal(size=(64 * 50, 3))
     arrays = arrays_of("x", SCENE._prepared, co.Rays(origins, (0.1, 0.2, -1.0)), 0.0, np.inf)
@@ -343,10 +343,10 @@ def traced(chunk: int, **options) -> np.ndarray:
 @pytest.mark.parametrize("count", [1, 4])
 def test_a_kernel_reports_its_progress_and_keeps_its_results(count):
     co.set_threads(count)
-    one, reports, marks = traced(50), [], np.zeros(50, np.int8)
+    one, reports, marks = rows_of_spans(50), [], np.zeros(50, np.int8)
     assert len(one) > 100
-    assert np.array_equal(traced(3), one)
-    assert np.array_equal(traced(1, progress=lambda *now: reports.append(now), marks=marks), one)
+    assert np.array_equal(rows_of_spans(3), one)
+    assert np.array_equal(rows_of_spans(1, progress=lambda *now: reports.append(now), marks=marks), one)
     co.set_threads(None)
     assert reports[-1] == (50, 50)
     assert reports == sorted(reports)
@@ -359,7 +359,7 @@ def test_an_error_of_progress_ends_the_work(four_threads):
 
     for _ in range(2):
         with pytest.raises(OSError, match="50"):
-            traced(1, progress=refuse)
+            rows_of_spans(1, progress=refuse)
     assert threads.has_ended(20)
 
 
@@ -384,9 +384,15 @@ def test_few_rays_in_small_scenes_start_no_thread(four_threads, monkeypatch, ray
         run = getattr(threads, name)
         monkeypatch.setattr(threads, name, lambda *rest, run=run: (shared.append(run.__name__), run(*rest))[1])
     origins = np.random.default_rng(0).normal(size=(rays, 3))
-    for ask in (SCENE.first_hit, SCENE.occluded, SCENE.crossings, SCENE.spans, lambda points, _: SCENE.body_at(points)):
+    for query in (
+        SCENE.first_hit,
+        SCENE.occluded,
+        SCENE.crossings,
+        SCENE.spans,
+        lambda points, _: SCENE.body_at(points),
+    ):
         shared.clear()
-        ask(origins, (0.1, 0.2, -1.0))
+        query(origins, (0.1, 0.2, -1.0))
         assert bool(shared) != one
         assert SHIPPED is None or "_run_on_threads" not in shared
 
@@ -451,7 +457,7 @@ def test_objects_are_old_after_a_pause_of_the_collector_that_made_many(many, mon
     monkeypatch.setattr(process, "_MANY_OBJECTS", 1000 if many else 1 << 40)
     gc.unfreeze()  # the pause leaves frozen objects alone, such as those of a parent before a fork
     with process.pause_gc():
-        made = [[] for _ in range(5000)]
+        objects = [[] for _ in range(5000)]
     assert gc.isenabled()
     old = set(map(id, gc.get_objects(generation=2)))
-    assert (sum(id(each) in old for each in made) == len(made)) == many
+    assert (sum(id(each) in old for each in objects) == len(objects)) == many

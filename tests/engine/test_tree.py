@@ -9,9 +9,9 @@ import conicoid as co
 from benchmarks.comparison.scenes import core_xml
 from conicoid.geometry.instances import InstanceList
 from conicoid.io.openmc.universe_block import BlockBodies
-from conicoid.kernels import threads
 
 from ..samples import deep
+from ..thread_counts import on_threads
 from .nodes import Nodes
 
 # --- The trees: every entry is in them once and within its boxes, for any shape and any number of threads that build
@@ -91,18 +91,17 @@ def test_a_large_tree_is_the_same_on_any_number_of_threads():
     centers, radii = balls(60_000)
     centers[::3] = 0.25
     radii[::3] = np.linspace(0.001, 0.002, 20_000)
-    built = []
-    try:
-        for count in (1, 2, 5):
-            threads.set_threads(count)
-            built.append(co.Scene([co.Spheres(centers, radii)]))
-            assert built[-1].memory.primitives == 60_000
-    finally:
-        threads.set_threads(None)
-    for other in built[1:]:
-        for one, two in zip(built[0]._prepared.geometry, other._prepared.geometry, strict=True):
+
+    def prepare():
+        scene = co.Scene([co.Spheres(centers, radii)])
+        assert scene.memory.primitives == 60_000
+        return scene
+
+    first, *others = on_threads(prepare, 1, 2, 5)
+    for other in others:
+        for one, two in zip(first._prepared.geometry, other._prepared.geometry, strict=True):
             assert one.tobytes() == two.tobytes()
-    Nodes(built[0]).check()
+    Nodes(first).check()
 
 
 def test_a_large_tree_finds_the_hits_of_a_small_one():

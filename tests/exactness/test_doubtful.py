@@ -262,10 +262,10 @@ def test_ties_at_a_quotient_that_no_float_is_need_no_integers(name: str, monkeyp
     Integers would take 50 times as long.
     """
     solids, (t, entering) = AT_A_THIRD[name]
-    asked: list[int] = []
-    monkeypatch.setattr(doubtful_rays, "put_exact_ranks", lambda *arguments: asked.append(1))
+    calls: list[int] = []
+    monkeypatch.setattr(doubtful_rays, "put_exact_ranks", lambda *arguments: calls.append(1))
     hit = co.Scene(solids).first_hit((1, -1, -2), (0, 3, 6))
-    assert not asked
+    assert not calls
     assert (hit.t, hit.entering, hit.doubtful) == (t, entering, True)
 
 

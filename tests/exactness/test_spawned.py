@@ -76,18 +76,18 @@ def test_points_of_a_far_source(distance):
     for name, (shape, value, steepness) in scenes.items():
         scene = co.Scene([shape])
         hits = scene.first_hit(target - distance * to, to)
-        met = hits.hit & (hits.face == hits.face[hits.hit][0])
-        assert met.sum() > count / 2
-        for point in hits.point[met].tolist():
+        same_face = hits.hit & (hits.face == hits.face[hits.hit][0])
+        assert same_face.sum() > count / 2
+        for point in hits.point[same_face].tolist():
             assert abs(value([exact(x) for x in point])) <= steepness * 2.0**-50, (name, point)
         crossings = scene.crossings(hits.rays)
-        for point in crossings.point[crossings.face == hits.face[met][0]].tolist():
+        for point in crossings.point[crossings.face == hits.face[same_face][0]].tolist():
             assert abs(value([exact(x) for x in point])) <= steepness * 2.0**-50, (name, point)
-        first = crossings.offsets[:-1][met]
-        assert np.array_equal(crossings.point[first], hits.point[met])
+        first = crossings.offsets[:-1][same_face]
+        assert np.array_equal(crossings.point[first], hits.point[same_face])
         if name == "wall":
-            assert (hits.point_error[met] < 1e-15).all()
-            assert scene.first_hit(hits[met].spawn((1, 0, 0))).hit.all()
+            assert (hits.point_error[same_face] < 1e-15).all()
+            assert scene.first_hit(hits[same_face].spawn((1, 0, 0))).hit.all()
 
 
 @pytest.mark.parametrize("route", ["shuffled", "square", "alone"])

@@ -13,7 +13,7 @@ from conicoid.apps.explain.polynomial import SurfaceSource
 from conicoid.apps.explain.steps import OUTCOMES
 
 from ..booleans.random_solids import EXAMPLES
-from ..command_line import done, refused, run, written
+from ..command_line import execute, failure, run, scene_file
 from ..samples import sampled
 
 # --- The figure: exact sections, crossings at their places, and a well-formed picture without links
@@ -28,13 +28,13 @@ def figure(shape, origin, direction):
 
 def test_a_ball_is_cut_in_a_circle():
     """The plane through ray and center cuts the unit ball in a circle of radius 1, 0.6 beside the ray."""
-    made = figure(co.Sphere(1), (-3, 0.6, 0), (1, 0, 0))
-    (arc,) = made.arcs[0]
+    drawing = figure(co.Sphere(1), (-3, 0.6, 0), (1, 0, 0))
+    (arc,) = drawing.arcs[0]
     assert arc.kind == "ellipse"
     assert arc.radii == pytest.approx((1, 1), rel=1e-14)
     assert arc.is_closed
-    assert made.about == "The plane through the ray and the middle of “it”."
-    assert np.linalg.norm(made.plane.points(np.array([arc.center]))) == pytest.approx(0, abs=1e-14)
+    assert drawing.about == "The plane through the ray and the middle of “it”."
+    assert np.linalg.norm(drawing.plane.points(np.array([arc.center]))) == pytest.approx(0, abs=1e-14)
 
 
 def test_a_drum_along_its_axis_is_a_rectangle():
@@ -42,11 +42,11 @@ def test_a_drum_along_its_axis_is_a_rectangle():
 
     Through the axis, walls are at ±1 over the height 2, and caps over the width 2.
     """
-    made = figure(co.Cylinder((0, 0, 0), (0, 0, 2), 1), (-3, 0, 0.5), (1, 0, 0.25))
-    lengths = sorted(float(np.linalg.norm(arc.start - arc.end)) for arc in made.arcs[0])
+    drawing = figure(co.Cylinder((0, 0, 0), (0, 0, 2), 1), (-3, 0, 0.5), (1, 0, 0.25))
+    lengths = sorted(float(np.linalg.norm(arc.start - arc.end)) for arc in drawing.arcs[0])
     assert lengths == pytest.approx([2, 2, 2, 2], rel=1e-12)
-    assert {arc.kind for arc in made.arcs[0]} == {"line"}
-    assert made.about == "The plane through the ray and the axis of “it”."
+    assert {arc.kind for arc in drawing.arcs[0]} == {"line"}
+    assert drawing.about == "The plane through the ray and the axis of “it”."
 
 
 @pytest.mark.parametrize(("shape", "kind", "pieces"), [
@@ -56,8 +56,8 @@ def test_a_drum_along_its_axis_is_a_rectangle():
     (co.Ellipsoid((1, 1, 2), z_range=(-1, 1)), "ellipse", 2),
 ])  # fmt: skip
 def test_sections_along_the_axis(shape, kind, pieces):
-    made = figure(shape, (-3, 0, 0.25), (1, 0, 0.1))
-    assert len([arc for arc in made.arcs[0] if arc.kind == kind and 0 in arc.surfaces]) == pieces
+    drawing = figure(shape, (-3, 0, 0.25), (1, 0, 0.1))
+    assert len([arc for arc in drawing.arcs[0] if arc.kind == kind and 0 in arc.surfaces]) == pieces
 
 
 @pytest.mark.parametrize(("shape", "kinds"), [
@@ -70,8 +70,8 @@ def test_sections_along_a_rounded_axis(shape, kinds, degrees):
     turned = shape.rotate((1, 2, 3), degrees)
     axis = np.array(co.Scene([turned]).surface(0).classification.axes[2])
     aside = np.cross(axis, (0.3, -0.4, 0.6))
-    made = figure(turned, (-3 * aside + 0.6 * axis).tolist(), (aside + 0.1 * axis).tolist())
-    assert {arc.kind for arc in made.arcs[0]} == kinds
+    drawing = figure(turned, (-3 * aside + 0.6 * axis).tolist(), (aside + 0.1 * axis).tolist())
+    assert {arc.kind for arc in drawing.arcs[0]} == kinds
 
 
 SAMPLE = [
@@ -87,20 +87,20 @@ def test_walls_lie_on_their_surfaces_and_end_at_crossings(shape):
     low, high = (np.array(end) for end in scene.extent)
     direction = np.array([0.3, 0.2, -1.0])
     found = scene.explain((low + high) / 2 - 2 * direction * np.linalg.norm(high - low), direction)
-    made = found.figure()
-    ET.fromstring(made.svg)
-    for arc in made.arcs.get(0, ()):
+    drawing = found.figure()
+    ET.fromstring(drawing.svg)
+    for arc in drawing.arcs.get(0, ()):
         polynomial = SurfaceSource.of(scene._prepared, arc.surfaces[0]).polynomial
-        for point in made.plane.points(arc.points(9)).tolist():
+        for point in drawing.plane.points(arc.points(9)).tolist():
             size = float(sum(abs(c) for c in polynomial.coefficients.values())) * (1 + max(map(abs, point))) ** 2
             assert abs(float(polynomial.value(point))) <= 1e-10 * size
     times = np.array([[c.t] for c in found.crossings]).reshape(-1, 1)
-    places = made.plane.places(np.array(found.origin) + times * np.array(found.direction))
+    places = drawing.plane.places(np.array(found.origin) + times * np.array(found.direction))
     for one, place in zip(found.crossings, places.reshape(-1, 2), strict=True):
-        if abs(place[0]) <= made.plane.reach:
-            mine = [arc for arc in made.arcs[0] if one.surface in arc.surfaces]
+        if abs(place[0]) <= drawing.plane.reach:
+            mine = [arc for arc in drawing.arcs[0] if one.surface in arc.surfaces]
             near = [np.linalg.norm(arc.points(4001) - place, axis=1).min() for arc in mine]
-            assert min(near) <= 2e-3 * made.plane.reach
+            assert min(near) <= 2e-3 * drawing.plane.reach
 
 
 def test_the_picture_shows_t_without_network_access():
@@ -244,8 +244,8 @@ def test_text_has_no_blank_lines_at_its_end():
 
 
 def test_command(tmp_path):
-    path = written(tmp_path)
-    result = done("explain", path, "--ray", -3, 0.6, 0, 1, 0, 0, "--body", "ball", "--html", tmp_path / "why.html")
+    path = scene_file(tmp_path)
+    result = execute("explain", path, "--ray", -3, 0.6, 0, 1, 0, 0, "--body", "ball", "--html", tmp_path / "why.html")
     assert result.stdout == co.load(path).explain(*RAY, body="ball").text
     assert "t₀ = −B − √D = 2.2" in result.stdout
     assert (tmp_path / "why.html").read_text(encoding="utf-8").startswith("<!doctype html>")
@@ -263,7 +263,7 @@ ALONG = ("--ray", 0, 0, 0, 1, 0, 0)
     (("--ray", 0, 0, 0, 1), "requires 6 arguments"),
 ])  # fmt: skip
 def test_command_refuses(options, message, tmp_path):
-    assert message in refused("explain", written(tmp_path), *options)
+    assert message in failure("explain", scene_file(tmp_path), *options)
 
 
 def test_a_sweep_counts_the_inputs_of_its_own_body():

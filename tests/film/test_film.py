@@ -17,7 +17,8 @@ from conicoid.render.color_mapping import apply_tone
 from conicoid.render.film import RADII
 from conicoid.render.options import FILTERS, LAYERS
 
-from ..command_line import done, refused, run
+from ..command_line import execute, failure, run
+from ..thread_counts import on_threads
 
 # --- Films: tone curves, filters, functions by sums and products alone, denoising
 
@@ -155,13 +156,7 @@ def test_flat_light_stays_flat_and_an_edge_is_the_integral_of_the_filter(name):
 @pytest.mark.parametrize("name", FILTERS)
 def test_the_same_picture_for_any_threads(name):
     scene = co.Scene([co.Sphere(), co.Body(co.Sphere(0.5, (1, -1, 0)), co.glass())])
-    pictures = []
-    try:
-        for threads in (1, 2, 7):
-            co.set_threads(threads)
-            pictures.append(scene.render(50, 40, 3, filter=name).pixels)
-    finally:
-        co.set_threads(None)
+    pictures = on_threads(lambda: scene.render(50, 40, 3, filter=name).pixels, 1, 2, 7)
     assert (pictures[0] == pictures[1]).all()
     assert (pictures[0] == pictures[2]).all()
     assert (scene.render(50, 40, 3, filter=name, executor=inline_workers()).pixels == pictures[0]).all()
@@ -323,12 +318,12 @@ def scene(tmp_path):
 
 def test_a_picture_with_all_of_it(scene, tmp_path):
     output = tmp_path / "out.exr"
-    done("render", scene, "-o", output, *SMALL, "--filter", "tent", "--layers", "all", "--bits", "16")
+    execute("render", scene, "-o", output, *SMALL, "--filter", "tent", "--layers", "all", "--bits", "16")
     image = co.load(scene).render(24, 16, 2, filter="tent", layers=True)
     channels = OpenEXR.File(str(output), separate_channels=True).channels()
     assert (channels["G"].pixels == image.pixels[..., 1].astype(np.float16)).all()
     assert (channels["body.V"].pixels.astype(np.int32) == image.layers["body"]).all()
-    done("render", scene, "-o", output, *SMALL, "--layers", "depth, error")
+    execute("render", scene, "-o", output, *SMALL, "--layers", "depth, error")
     names = set(OpenEXR.File(str(output), separate_channels=True).channels())
     assert names == {"R", "G", "B", "depth.V", "error.V"}
 
@@ -356,7 +351,7 @@ def test_exposure_and_tone(scene, tmp_path):
 )
 def test_ineffective_options_are_refused(scene, options, message):
     options[1] = str(scene.parent / options[1])
-    assert message in refused("render", scene, *options, *(SMALL if "--section" not in options else ()))
+    assert message in failure("render", scene, *options, *(SMALL if "--section" not in options else ()))
 
 
 def test_a_preview_is_written_again_and_again(scene, tmp_path, monkeypatch):
@@ -367,10 +362,10 @@ def test_a_preview_is_written_again_and_again(scene, tmp_path, monkeypatch):
         co.Image, "save", lambda image, path, **rest: (written.append(str(path)), save(image, path, **rest))
     )
     options = ("--integrator", "path", "--width", "16", "--height", "12", "--samples", "8")
-    done("render", scene, "-o", tmp_path / "a.png", *options, "--preview", tmp_path / "p.png")
+    execute("render", scene, "-o", tmp_path / "a.png", *options, "--preview", tmp_path / "p.png")
     assert written.count(str(tmp_path / "p.png")) == 4
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "p.png").read_bytes()
-    message = refused("render", scene, "-o", tmp_path / "a.png", "--preview", tmp_path / "p.png")
+    message = failure("render", scene, "-o", tmp_path / "a.png", "--preview", tmp_path / "p.png")
     assert "--preview goes with --integrator" in message
 
 
@@ -384,11 +379,13 @@ def test_a_preview_in_the_terminal(scene, tmp_path, monkeypatch):
     from conicoid.cli import terminal
 
     shown = io.StringIO()
-    made = Console(file=shown, force_terminal=True, color_system="truecolor", width=40, height=12, legacy_windows=False)
-    monkeypatch.setattr(terminal, "console", lambda: made)
+    console = Console(
+        file=shown, force_terminal=True, color_system="truecolor", width=40, height=12, legacy_windows=False
+    )
+    monkeypatch.setattr(terminal, "console", lambda: console)
     monkeypatch.setattr(terminal, "PATIENCE", 0.0)
     options = ("--integrator", "path", "--width", "64", "--height", "48", "--samples", "64", "--preview", "-")
-    done("render", scene, "-o", tmp_path / "a.png", *options)
+    execute("render", scene, "-o", tmp_path / "a.png", *options)
     assert "\N{UPPER HALF BLOCK}" in shown.getvalue()
     assert not (tmp_path / "-").exists()
 
@@ -399,5 +396,5 @@ def test_pictures_outside_of_the_folder_need_an_option(tmp_path):
     text = "bodies: [{shape: {Sphere: {radius: 1}}, material: {matte: {color: {ImageTexture: {image: ../red.png}}}}}]"
     (tmp_path / "scenes" / "scene.yaml").write_text(text)
     command = ("render", tmp_path / "scenes" / "scene.yaml", "-o", tmp_path / "a.png", *SMALL)
-    assert "outside" in refused(*command)
+    assert "outside" in failure(*command)
     assert run(*command, "--outside").exit_code == 0

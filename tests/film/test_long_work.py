@@ -22,6 +22,7 @@ from conicoid.render.film import (
 )
 
 from ..samples import deeper
+from ..thread_counts import on_threads
 
 NAME = "path"
 
@@ -160,11 +161,8 @@ def test_noise_ends_where_it_is_low(tmp_path):
     scene().render(WIDTH, HEIGHT, 90, NAME, noise=0.05, resume=tmp_path / "file")
     again = scene().render(WIDTH, HEIGHT, 400, NAME, noise=limit, resume=tmp_path / "file")
     assert (again.pixels == image.pixels).all()
-    try:
-        co.set_threads(3)
-        assert (scene().render(WIDTH, HEIGHT, 400, NAME, noise=limit).pixels == image.pixels).all()
-    finally:
-        co.set_threads(None)
+    (other,) = on_threads(lambda: scene().render(WIDTH, HEIGHT, 400, NAME, noise=limit), 3)
+    assert (other.pixels == image.pixels).all()
 
 
 def test_previews_become_the_picture(whole):
@@ -189,15 +187,15 @@ image.save(sys.argv[5])
 """
 
 
-def _until_it_is_there(asked, most, folder):
+def _until_it_is_there(options, most, folder):
     """Return how often, up to `most` times, the process of a picture was killed at random, and the picture's file.
 
     asked: samples, integrator and seed. Each process lives until it has kept something, and a little longer.
     """
     file, picture = folder / "file", folder / "picture.exr"
-    rng, killed = np.random.default_rng(asked[2]), 0
+    rng, killed = np.random.default_rng(options[2]), 0
     while not picture.exists():
-        driver = subprocess.Popen([sys.executable, "-c", DRIVER, *map(str, asked), file, picture])
+        driver = subprocess.Popen([sys.executable, "-c", DRIVER, *map(str, options), file, picture])
         if killed == most:
             assert driver.wait() == 0
             continue

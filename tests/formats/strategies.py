@@ -351,8 +351,8 @@ def scenes(draw: Any) -> co.Scene:
     many = [moved(primitive(name)) for name in ("Spheres", *MANY)]
     shapes = draw(st.lists(st.one_of(solids(), sheets(), *many), max_size=4))
     names = draw(st.lists(st.one_of(st.none(), texts), min_size=len(shapes), max_size=len(shapes)))
-    given = [name for name in names if name is not None]
-    assume(len(set(given)) == len(given))
+    names_of_bodies = [name for name in names if name is not None]
+    assume(len(set(names_of_bodies)) == len(names_of_bodies))
     looks = draw(st.lists(st.one_of(st.none(), materials), min_size=len(shapes), max_size=len(shapes)))
     bodies = [co.Body(*parts) for parts in zip(shapes, looks, names, strict=True)]
     return co.Scene(bodies, draw(st.lists(lights, max_size=3)), draw(cameras), draw(backgrounds))

@@ -98,9 +98,9 @@ def check(text: str) -> int:
     """Compare both ways; return how many bodies were built together."""
     together = 0
 
-    def counted(*given: Any) -> Any:
+    def counted(*arguments: Any) -> Any:
         nonlocal together
-        found = body_patterns.build_groups(*given)
+        found = body_patterns.build_groups(*arguments)
         together += len(found)
         return found
 
@@ -282,7 +282,7 @@ def both_ways(text: str, folder: Any) -> Any:
         patch.setattr(
             scene_file,
             "parse_patterned_document",
-            lambda *given: PatternDocument(**vars(yaml_parser.parse_document(*given))),
+            lambda *arguments: PatternDocument(**vars(yaml_parser.parse_document(*arguments))),
         )
         assert parts(text, folder) == found
     return found
@@ -324,8 +324,8 @@ def test_bodies_that_differ_in_words_are_cut_out(form, tmp_path):
     text = scene(FORMS[form], rows(60))
     assert check_pattern(text) >= 50
     if form == "named":
-        made, _ = both_ways(text, tmp_path)
-        assert [body.name for body in made.bodies] == [f"w{k}" for k in range(60)]
+        count, _ = both_ways(text, tmp_path)
+        assert [body.name for body in count.bodies] == [f"w{k}" for k in range(60)]
 
 
 @pytest.mark.parametrize(("word", "form"), in_turn(WORDS, FORMS), ids=repr)
@@ -454,20 +454,20 @@ def test_names_that_are_taken_by_bodies_left_in_the_text(tmp_path):
 
 
 def test_scenes_are_read_alike(tmp_path):
-    made = co.Scene([
-        thing
+    scene = co.Scene([
+        value
         for k in range(1, 40)
-        for thing in (
+        for value in (
             co.Sphere(k, (k / 7, 0, 1)), co.Box((0, 0, 0), (k, 1, 1)).rotate("x", k),
             (co.Sphere(k) - co.Box() - co.Cylinder((0, 0, -k), (0, 0, k), k / 3)).translate((k, 0, 0)),
             co.Body(co.Ellipsoid((1, 2, k), z_range=(-0.5, k / 50)), "red", f"body {k}"),
         )
     ])  # fmt: skip
-    co.save(made, tmp_path / "scene.yaml")
+    co.save(scene, tmp_path / "scene.yaml")
     text = (tmp_path / "scene.yaml").read_text()
     assert check_pattern(text) > 100
     both_ways(text, tmp_path)
-    assert co.load(tmp_path / "scene.yaml").bodies == made.bodies
+    assert co.load(tmp_path / "scene.yaml").bodies == scene.bodies
 
 
 def test_limits_hold(monkeypatch):

@@ -180,13 +180,13 @@ def test_saved_materials_keep_loaded_names_and_kinds(suffix, tmp_path):
     assert written["materials"]["material A"] == {"matte": {"color": "blue", "name": None}}
 
 
-@pytest.mark.parametrize("made", [
+@pytest.mark.parametrize("material", [
     lambda m: pickle.loads(pickle.dumps(m)), lambda m: m,
 ])  # fmt: skip
-def test_materials_made_in_python_keep_their_presets(made, tmp_path):
+def test_materials_made_in_python_keep_their_presets(material, tmp_path):
     scene = co.Scene([
-        co.Body(co.Sphere(), made(co.metal("gold", 90, 1 / 3, name="gold"))), co.Body(co.Box(), "red"),
-        co.Body(co.Sphere(2), made(co.metal("gold", 90, 1 / 3, name="other"))), co.Sphere(3).painted(co.mirror(name="m")),
+        co.Body(co.Sphere(), material(co.metal("gold", 90, 1 / 3, name="gold"))), co.Body(co.Box(), "red"),
+        co.Body(co.Sphere(2), material(co.metal("gold", 90, 1 / 3, name="other"))), co.Sphere(3).painted(co.mirror(name="m")),
         co.Body(co.Sphere(4), co.matte("blue", name="gold")),
     ])  # fmt: skip
     scene.save(tmp_path / "scene.json")
@@ -207,13 +207,13 @@ def test_a_material_is_equal_however_it_was_made():
     )
 
 
-@pytest.mark.parametrize(("written", "meant"), [
+@pytest.mark.parametrize(("written", "expression"), [
     ("{Difference: [disc, ball, bore]}", lambda disc, ball, bore: disc - ball - bore),
     ("{Intersection: [disc, ball]}", lambda disc, ball, bore: disc & ball),
     ("{Intersection: [ball, disc, bore]}", lambda disc, ball, bore: disc & ball & bore),
     ("{Difference: [{Intersection: [ball, disc]}, bore]}", lambda disc, ball, bore: (disc & ball) - bore),
 ])  # fmt: skip
-def test_sheets_are_clipped_by_booleans(written, meant, tmp_path):
+def test_sheets_are_clipped_by_booleans(written, expression, tmp_path):
     text = """{"shapes": {"disc": {"Disc": {"center": [0, 0, 0], "normal": [0, 0, 1], "radius": 3}}, "ball": {"Sphere":
         {"radius": 2}}, "bore": {"Cylinder": {"start": [1, 0, -1], "end": [1, 0, 1], "radius": 0.5}}}, "bodies": [{"shape": %s}]}"""
     quoted = written
@@ -222,7 +222,7 @@ def test_sheets_are_clipped_by_booleans(written, meant, tmp_path):
     VALIDATOR.validate(json.loads(text % quoted))
     shapes = co.Disc((0, 0, 0), (0, 0, 1), 3), co.Sphere(2), co.Cylinder((1, 0, -1), (1, 0, 1), 0.5)
     scene = co.Scene(parse_scene(text % quoted, "x.json").bodies)
-    assert scene.bodies[0].shape == meant(*shapes)
+    assert scene.bodies[0].shape == expression(*shapes)
     scene.save(tmp_path / "scene.yaml")
     assert co.load(tmp_path / "scene.yaml") == scene
 

@@ -15,7 +15,7 @@ from conicoid.io.array_file import check_output, write_columns
 from conicoid.io.ray_file import RayFile
 from conicoid.io.result_file import table_columns
 
-from ..command_line import done, run
+from ..command_line import execute, run
 
 # --- Files of rays and results: formats as documented in docs/files.md
 
@@ -102,11 +102,11 @@ def test_bad_files(tmp_path, name, content, message):
         RayFile(tmp_path / name, whole=True).read()
 
 
-@pytest.mark.parametrize(("name", "meant"), [("tmin", "t_min"), ("T_MAX", "t_max"), ("origin", "origins")])
-def test_misspelt_arrays(tmp_path, name, meant):
+@pytest.mark.parametrize(("name", "suggestion"), [("tmin", "t_min"), ("T_MAX", "t_max"), ("origin", "origins")])
+def test_misspelt_arrays(tmp_path, name, suggestion):
     arrays = {"origins": np.zeros((2, 3)), "directions": np.ones((2, 3)), name: np.ones(2)}
     np.savez(tmp_path / "rays.npz", **arrays)
-    with pytest.raises(ValueError, match=rf"unknown array '{name}' \(did you mean '{meant}'\?\)"):
+    with pytest.raises(ValueError, match=rf"unknown array '{name}' \(did you mean '{suggestion}'\?\)"):
         RayFile(tmp_path / "rays.npz", whole=True).read()
 
 
@@ -327,7 +327,7 @@ def scene(tmp_path, monkeypatch):
 def test_hits_of_trace_are_hits(spawned, scene, tmp_path):
     rays = SHELLS.first_hit(FEW_RAYS).spawn((0, 0.1, 1)) if spawned else FEW_RAYS
     rays.save(tmp_path / "rays.npz")
-    done("trace", scene, tmp_path / "rays.npz", "-o", tmp_path / "hits.npz")
+    execute("trace", scene, tmp_path / "rays.npz", "-o", tmp_path / "hits.npz")
     hits, expected = co.Hits.load(tmp_path / "hits.npz"), SHELLS.first_hit(rays).detached()
     assert hits == expected
     assert hits.rays == rays

@@ -22,7 +22,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")  # for numbers th
 RELAXED = settings(max_examples=10, deadline=None, suppress_health_check=list(HealthCheck))
 
 
-def again(scene: co.Scene, name: str = "scene.yaml") -> co.Scene:
+def saved_and_loaded(scene: co.Scene, name: str = "scene.yaml") -> co.Scene:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / name
         co.save(scene, path)
@@ -31,7 +31,7 @@ def again(scene: co.Scene, name: str = "scene.yaml") -> co.Scene:
 
 def check(shape: Shape) -> None:
     scene = co.Scene([shape])
-    back = again(scene)
+    back = saved_and_loaded(scene)
     assert back == scene
     assert repr(back.bodies) == repr(scene.bodies)  # == takes -0.0 for 0.0
     assert repr(back.bodies[0].shape.motion) == repr(shape.motion)
@@ -56,7 +56,7 @@ def test_booleans(shape):
 @settings(RELAXED, max_examples=20)
 @given(scenes())
 def test_scenes(scene):
-    back = again(scene)
+    back = saved_and_loaded(scene)
     assert back == scene
     assert repr((back.bodies, back.lights, back.camera, back.background)) == repr(
         (scene.bodies, scene.lights, scene.camera, scene.background)
@@ -67,7 +67,7 @@ def test_scenes(scene):
 @given(scenes())
 def test_json(scene):
     try:
-        back = again(scene, "scene.json")
+        back = saved_and_loaded(scene, "scene.json")
     except ValueError as error:
         assume("JSON has no infinite numbers" not in str(error))
         raise
@@ -81,7 +81,7 @@ def test_json(scene):
 )  # fmt: skip
 def test_names_that_mean_something_in_yaml(name):
     scene = co.Scene([co.Body(co.Sphere(), name=name)])
-    assert again(scene) == scene
+    assert saved_and_loaded(scene) == scene
 
 
 @pytest.mark.parametrize(("body", "name", "message"), [
@@ -218,7 +218,7 @@ bodies:
         co.Sky("#4070c0"),
     )
     assert co.load(tmp_path / "scene.yaml") == expected
-    assert again(expected) == expected
+    assert saved_and_loaded(expected) == expected
 
 
 def test_unloadable_scenes_are_not_saved(tmp_path, monkeypatch):

@@ -38,7 +38,7 @@ def balls(seed: int, count: int = 150) -> co.Scene:
 OLD, BESIDE, NEW = balls(0), balls(1), balls(2)
 
 
-def prepared(folder: Path) -> Path:
+def folder_of_scenes(folder: Path) -> Path:
     """Prepare a folder with two scenes of one stem, both with files of balls, for a third one."""
     folder.mkdir()
     co.save(OLD, folder / "st.yaml")
@@ -53,7 +53,7 @@ def check(folder: Path, *, saved: bool | None) -> None:
 
 
 def test_saving_again_leaves_the_balls_of_copies(tmp_path):
-    path = prepared(tmp_path / "a")
+    path = folder_of_scenes(tmp_path / "a")
     (path.parent / "copy.yaml").write_bytes(path.read_bytes())
     co.save(NEW, path)
     check(path.parent, saved=True)
@@ -64,7 +64,7 @@ def test_saving_again_leaves_the_balls_of_copies(tmp_path):
 
 
 def test_a_file_of_balls_is_named_by_its_content(tmp_path):
-    path = prepared(tmp_path / "a")
+    path = folder_of_scenes(tmp_path / "a")
     for file in path.parent.glob("*.npy"):
         assert file.name == f"st-spheres-{hashlib.sha256(file.read_bytes()).hexdigest()[:32]}.npy"
         found = np.load(file, allow_pickle=False)
@@ -73,7 +73,7 @@ def test_a_file_of_balls_is_named_by_its_content(tmp_path):
 
 
 def test_a_file_edited_by_others_is_not_overwritten(tmp_path):
-    path = prepared(tmp_path / "a")
+    path = folder_of_scenes(tmp_path / "a")
     co.save(NEW, tmp_path / "a" / "st.yaml")
     names = {hashlib.sha256(file.read_bytes()).hexdigest(): file for file in path.parent.glob("*.npy")}
     (file,) = (file for file in names.values() if file.name in path.read_text())
@@ -112,7 +112,7 @@ def test_a_name_that_no_disk_takes(tmp_path):
 
 
 def test_through_a_link(tmp_path):
-    path = prepared(tmp_path / "a")
+    path = folder_of_scenes(tmp_path / "a")
     (tmp_path / "b").mkdir()
     (tmp_path / "b" / "link.yaml").symlink_to(path)
     assert co.load(tmp_path / "b" / "link.yaml") == OLD
@@ -149,7 +149,7 @@ def full() -> None:
     raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
-def numbered() -> Iterator[int]:
+def calls_to_break() -> Iterator[int]:
     """Return 0, 1, 2, ... for as long as there is such a call."""
     yield from range(200)
     raise AssertionError("saving a scene takes no such number of calls")
@@ -157,8 +157,8 @@ def numbered() -> Iterator[int]:
 
 def test_a_full_disk_at_every_step(tmp_path):
     steps = 0
-    for number in numbered():
-        path = prepared(tmp_path / f"{number}")
+    for number in calls_to_break():
+        path = folder_of_scenes(tmp_path / f"{number}")
         try:
             with At(number, full) as at:
                 co.save(NEW, path)
@@ -193,8 +193,8 @@ def in_child(act: Callable[[], None]) -> int:
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are ended by a signal")
 def test_killed_at_every_step(tmp_path):
     steps = 0
-    for number in numbered():
-        path = prepared(tmp_path / f"{number}")
+    for number in calls_to_break():
+        path = folder_of_scenes(tmp_path / f"{number}")
 
         def act(number: int = number, path: Path = path) -> None:
             with At(number, lambda: os.kill(os.getpid(), signal.SIGKILL)):
@@ -233,10 +233,10 @@ def test_saves_at_a_time_leave_each_other_their_files(tmp_path):
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="limits are those of a process")
 def test_no_room_for_files_of_any_length(tmp_path):
     """The operating system itself refuses to write on, within the balls, and at the last byte of the scene."""
-    path = prepared(tmp_path / "a")
+    path = folder_of_scenes(tmp_path / "a")
     sizes = sorted({file.stat().st_size for file in path.parent.iterdir()})
     for number, limit in enumerate([0, 1, 100, 130, sizes[0] - 1, sizes[0], sizes[-1] - 1, sizes[-1]]):
-        path = prepared(tmp_path / f"{number}")
+        path = folder_of_scenes(tmp_path / f"{number}")
 
         def act(limit: int = limit, path: Path = path) -> None:
             signal.signal(signal.SIGXFSZ, signal.SIG_IGN)

@@ -112,7 +112,7 @@ def test_most_bodies_are_built_together(form, tmp_path, monkeypatch):
     """The reader with reports reads single rows: the first, and those whose types the columns omit."""
     rows = []
     read = template.read_row
-    monkeypatch.setattr(template, "read_row", lambda *given: rows.append(given[2]) or read(*given))
+    monkeypatch.setattr(template, "read_row", lambda *arguments: rows.append(arguments[2]) or read(*arguments))
     check(BODIES[form], columns(), tmp_path)
     slow = form in ("turned about a point", "integers", "painted", "radians")
     assert rows == (list(range(COUNT)) if slow else [0])

@@ -11,6 +11,7 @@ from conicoid.render import sampling as sobol
 
 from ..compiled import compiled
 from ..samples import deep
+from ..thread_counts import on_threads
 
 # --- Light transport against closed forms: the light of points, balls, discs and squares, furnaces, walls without leaks
 
@@ -286,13 +287,7 @@ STILL_LIFE = co.Scene(
 
 @pytest.mark.parametrize("integrator", ["path", "direct", "occlusion"])
 def test_any_number_of_threads_makes_the_same_picture(integrator):
-    try:
-        pictures = []
-        for threads in (1, 2, 7):
-            co.set_threads(threads)
-            pictures.append(STILL_LIFE.render(70, 50, 2, integrator).pixels)
-    finally:
-        co.set_threads(None)
+    pictures = on_threads(lambda: STILL_LIFE.render(70, 50, 2, integrator).pixels, 1, 2, 7)
     assert (pictures[0] == pictures[1]).all()
     assert (pictures[0] == pictures[2]).all()
     assert np.isfinite(pictures[0]).all()

@@ -91,8 +91,8 @@ def test_rays_are_equal_where_they_start_alike():
 @pytest.mark.parametrize("rays", [RAYS, ONE, RAYS[:0], SCENE.first_hit(RAYS).spawn((0, 0, 1))])
 def test_lists_come_back_from_files(kind, rays, tmp_path):
     answer, path = ASK[kind](rays), tmp_path / "answer.npz"
-    for given in (answer, answer.detached()):
-        given.save(path)
+    for form in (answer, answer.detached()):
+        form.save(path)
         again = type(answer).load(path)
         assert again == answer
         assert_same_fields(again, answer)

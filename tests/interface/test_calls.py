@@ -106,13 +106,13 @@ def test_body_equality():
     assert (HITS.name == body.name).all()
 
 
-@pytest.mark.parametrize("ask", [
+@pytest.mark.parametrize("comparison", [
     lambda hits: hits.material == "lead", lambda hits: hits.material[0] == "lead", lambda hits: LEAD != "lead",
     lambda hits: "lead" in [LEAD],
 ])  # fmt: skip
-def test_material_compared_with_a_text_warns(ask):
+def test_material_compared_with_a_text_warns(comparison):
     with pytest.warns(UserWarning, match="a material equals no text, got 'lead': material.name == 'lead' compares"):
-        ask(LEAD_SCENE.first_hit(LEAD_RAYS))
+        comparison(LEAD_SCENE.first_hit(LEAD_RAYS))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert copy.copy(LEAD) == LEAD
@@ -125,10 +125,10 @@ def test_material_compared_with_a_text_warns(ask):
 @pytest.mark.parametrize("query", sorted({"first_hit", "occluded", "spans", "crossings", "lengths", "line_integral"}))
 def test_query_errors_begin_with_its_name(query):
     values = ([1, 1],) if query == "line_integral" else ()
-    ask = getattr(SCENE, query)
+    method = getattr(SCENE, query)
     for arguments in (((0, 0, 1),), (RAYS, (0, 0, 1)), (SCENE,)):
         with pytest.raises(TypeError, match=f"^{query}: "):
-            ask(*values, *arguments)
+            method(*values, *arguments)
 
 
 def test_errors_of_callbacks_pass():
@@ -177,10 +177,10 @@ def test_whole_numbers_of_any_type(two):
 
 @pytest.mark.parametrize("other", [2.5, True, "2", None, np.array([2, 2]), float("inf"), 1e400, float("nan"), 2 + 0j])
 def test_whole_numbers_refused(other):
-    for ask in (lambda: co.check(co.Sphere(), rays=other), lambda: co.Scene(co.Sphere()).render(other, 2),
+    for call in (lambda: co.check(co.Sphere(), rays=other), lambda: co.Scene(co.Sphere()).render(other, 2),
                 lambda: co.Scene(co.Sphere()).render(2, 2, seed=other)):  # fmt: skip
         with pytest.raises(ValueError, match=r"must be an integer|must be a whole number"):
-            ask()
+            call()
     if other is not None:
         with pytest.raises(ValueError, match="set_threads: count must be an integer from 1 to 65536 or None"):
             co.set_threads(other)
@@ -327,14 +327,14 @@ def test_ct_angles_in_radians_are_warned_of(name):
 
 
 def test_from_astra_warns_of_degrees():
-    given = {"type": "parallel", "DetectorCount": 4, "DetectorWidth": 1.0}
+    geometry = {"type": "parallel", "DetectorCount": 4, "DetectorWidth": 1.0}
     for angles in (np.arange(0, 180, 45.0), np.linspace(0, 180, 7), np.arange(360)):
         with pytest.warns(UserWarning, match="^from_astra: ProjectionAngles must be in radians, got .* np.radians"):
-            co.ct.from_astra({**given, "ProjectionAngles": np.asarray(angles, float)})
+            co.ct.from_astra({**geometry, "ProjectionAngles": np.asarray(angles, float)})
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         for angles in (np.linspace(0, 8 * np.pi, 100), np.array([0.0, 1, 2, 3]), np.radians(np.arange(0, 1080, 7.0))):
-            co.ct.from_astra({**given, "ProjectionAngles": angles})
+            co.ct.from_astra({**geometry, "ProjectionAngles": angles})
 
 
 @pytest.mark.parametrize(("call", "message"), [

@@ -11,7 +11,7 @@ import conicoid as co
 from conicoid._util.validation import looks_like_radians
 from conicoid.io.scene_file.scene_file import parse_scene
 
-from ..command_line import refused, run
+from ..command_line import failure, run
 from ..public_names import PUBLIC
 from .arguments import CALLS, JUNK, TAKEN
 
@@ -192,7 +192,7 @@ def test_overlaps_are_reported_by_sums(caplog):
 
 
 @pytest.mark.parametrize(
-    "ask",
+    "query",
     [
         lambda scene: scene.line_integral([1, 0, 1], THROUGH),
         lambda scene: scene.spans(THROUGH).line_integral({"steel": 1, "lead": 0}),
@@ -204,8 +204,8 @@ def test_overlaps_are_reported_by_sums(caplog):
         lambda scene: scene.line_integral("mu", (0, 5, 0), (0, 0, 1)),
     ],
 )
-def test_queries_that_count_nothing_twice_report_no_overlaps(ask, caplog):
-    ask(co.Scene(BLOCKS))
+def test_queries_that_count_nothing_twice_report_no_overlaps(query, caplog):
+    query(co.Scene(BLOCKS))
     assert caplog.records == []
 
 
@@ -224,16 +224,16 @@ def test_neighbours_do_not_overlap(shapes):
 
 def test_overlaps_are_refused_on_request():
     scene = co.Scene(BLOCKS)
-    for ask in (scene.line_integral, scene.spans(THROUGH).line_integral):
-        rest = (THROUGH,) if ask == scene.line_integral else ()
+    for integral in (scene.line_integral, scene.spans(THROUGH).line_integral):
+        rest = (THROUGH,) if integral == scene.line_integral else ()
         with pytest.raises(
             ValueError, match=r"line_integral: 2 rays go .* overlap on the ray .*; co.check\(scene\) finds all$"
         ):
-            ask("mu", *rest, overlaps="error")
+            integral("mu", *rest, overlaps="error")
         with pytest.raises(
             ValueError, match=r"overlaps must be 'both', 'error' or None, got 'eror' \(did you mean 'error'\?\)"
         ):
-            ask("mu", *rest, overlaps="eror")
+            integral("mu", *rest, overlaps="eror")
     with pytest.raises(ValueError, match="body 0 'one' and body 1 'two' overlap"):
         scene.lengths(THROUGH, overlaps="error")
     balls = co.Scene(co.Body(co.Spheres([(0, 0, 0), (1, 0, 0)], 1), LEAD))
@@ -248,10 +248,10 @@ def test_overlaps_on_the_command_line(tmp_path):
     co.Scene(BLOCKS).save(tmp_path / "s.yaml")
     np.save(tmp_path / "r.npy", [[-1, 0.5, 0.5, 1, 0, 0.0]])
     files = tmp_path / "s.yaml", tmp_path / "r.npy", "-o", tmp_path / "x.csv"
-    assert "body 0 'one' and body 1 'two' overlap" in refused(
+    assert "body 0 'one' and body 1 'two' overlap" in failure(
         "lengths", *files, "--property", "mu", "--overlaps", "error"
     )
-    assert "--overlaps must be one of both, error, got 'no'" in refused("lengths", *files, "--overlaps", "no")
+    assert "--overlaps must be one of both, error, got 'no'" in failure("lengths", *files, "--overlaps", "no")
     assert run("lengths", *files, "--property", "mu", "--overlaps", "both").exit_code == 0
     assert (tmp_path / "x.csv").read_text() == "line_integral\n14.5\n"  # 2 * 2 + 3 * 2 + 3 * 1.5
 

@@ -18,8 +18,8 @@ ORIGINS = np.stack([X, 0 * X, 0 * X - 5], axis=-1)
 
 def both(query):
     """Return the rays in one row, and in two rows of three."""
-    ask = getattr(SCENE, query)
-    return ask(ORIGINS, (0, 0, 2)), ask(ORIGINS.reshape(2, 3, 3), (0, 0, 2))
+    method = getattr(SCENE, query)
+    return method(ORIGINS, (0, 0, 2)), method(ORIGINS.reshape(2, 3, 3), (0, 0, 2))
 
 
 def test_hits_are_a_sequence_of_hits():

@@ -220,7 +220,7 @@ def test_answers():
 # --- Solids with flat faces have closed forms: against formulas, fractions, and counts of unit cubes
 
 
-def closed(shape: co.Solid) -> co.Measures:
+def closed_form(shape: co.Solid) -> co.Measures:
     """Return measures, which must come from no ray."""
     found = co.measure(shape)
     assert (found.rays, found.volume_error, found.area_error) == (0, 0, 0)
@@ -241,7 +241,7 @@ def test_a_ball_of_so_many_sides(sides: int):
         volume += rise * (areas[k] + areas[k + 1] + math.sqrt(areas[k] * areas[k + 1])) / 3
         slant = math.hypot(rise, flat * (math.sin(rings[k + 1]) - math.sin(rings[k])))
         area += sides * (edges[k] + edges[k + 1]) / 2 * slant
-    found = closed(sided_ball(3.0, sides).translate((1e3, 0, 0)))
+    found = closed_form(sided_ball(3.0, sides).translate((1e3, 0, 0)))
     assert found.volume == pytest.approx(volume, rel=1e-12)
     assert found.area == pytest.approx(area, rel=1e-12)
     assert found.centroid == pytest.approx((1e3, 0, 0), abs=1e-12)
@@ -258,7 +258,7 @@ def test_random_tetrahedra_as_meshes():
         )
         if not six:
             continue
-        found = closed(co.Mesh(corners, ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))))
+        found = closed_form(co.Mesh(corners, ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))))
         assert found.volume == pytest.approx(float(six / 6), rel=1e-12)
         assert found.centroid == pytest.approx(np.mean(corners, axis=0), abs=1e-12)
         area = 0.0
@@ -270,7 +270,7 @@ def test_random_tetrahedra_as_meshes():
 
 @pytest.mark.parametrize("shape", [OCTAHEDRON, co.Extrusion(L_OUTLINE, (0, 1), 0.5)], ids=["polyhedron", "extrusion"])
 def test_motions(shape: co.Solid):
-    own, turned, sheared = closed(shape), closed(askew(shape)), closed(shape.transform(SHEAR))
+    own, turned, sheared = closed_form(shape), closed_form(askew(shape)), closed_form(shape.transform(SHEAR))
     factor = turned.volume / own.volume
     assert turned.area == pytest.approx(own.area * factor ** (2 / 3), rel=1e-12)
     assert sheared.volume == pytest.approx(own.volume * abs(np.linalg.det(np.array(SHEAR)[:3, :3])), rel=1e-13)
@@ -319,7 +319,7 @@ def sponge(level: int, cut: bool = False) -> co.Solid:
 def test_mengers_sponge(cut: bool):
     """20 of 27 cubes are left at each level; the area is 2 (20 / 9)^n + 4 (8 / 9)^n of the first cube's side squared."""
     for level in (1, 2):
-        found = closed(sponge(level, cut).rotate((1, 2, 3), 33).translate((10, 20, 30)))
+        found = closed_form(sponge(level, cut).rotate((1, 2, 3), 33).translate((10, 20, 30)))
         assert found.volume == pytest.approx(20**level, rel=1e-13)
         assert found.area == pytest.approx(9**level * (2 * (20 / 9) ** level + 4 * (8 / 9) ** level), rel=1e-12)
 
@@ -338,7 +338,7 @@ def test_random_booleans_of_boxes():
         (a, p), (b, q), (c, r), (d, s) = (box() for _ in range(4))
         whole = ((a | b | c) - d) | (d & ~a & b)
         inside = ((p | q | r) & ~s) | (s & ~p & q)
-        found = closed(whole.scale((2, 1, 3)))
+        found = closed_form(whole.scale((2, 1, 3)))
         x, y, z = (2 * (np.arange(-1, 9) + 0.5), np.arange(-1, 9) + 0.5, 3 * (np.arange(-1, 9) + 0.5))
         walls = [np.abs(np.diff(inside.astype(int), axis=axis)).sum() for axis in range(3)]
         assert found.volume == pytest.approx(6 * inside.sum(), rel=1e-13)

@@ -12,6 +12,7 @@ import pytest
 import conicoid as co
 
 from ..samples import sampled
+from ..thread_counts import on_threads
 from .solids import BARE, KNOWN, Known, askew
 
 # --- Closed forms of combinations against formulas and against rays: prisms, solids of revolution, cells of models
@@ -320,13 +321,7 @@ def test_sheets_have_an_area_only():
 
 def test_the_same_seed_gives_the_same_numbers_on_any_number_of_threads():
     shape = co.Sphere(1) - co.Cylinder((0, 0, -2), (1, 0, 2), 0.5)
-    runs = []
-    try:
-        for threads in (1, 3, None):
-            co.set_threads(threads)
-            runs.append(co.measure(shape, rays=30_000, seed=5))
-    finally:
-        co.set_threads(None)
+    runs = on_threads(lambda: co.measure(shape, rays=30_000, seed=5), 1, 3, None)
     for run in runs[1:]:
         assert (run.volume, run.area, run.volume_error) == (runs[0].volume, runs[0].area, runs[0].volume_error)
         assert np.array_equal(run.inertia, runs[0].inertia)

@@ -279,19 +279,21 @@ def spoilt(name: str, arguments: tuple[Any, ...], rng: random.Random) -> tuple[t
         return (arguments[:-1], "one less", True) if rng.random() < 0.5 else ((*arguments, 1), "one more", True)
     path, part = rng.choice(list(_leaves(arguments)))
     if isinstance(part, np.ndarray):
-        how = rng.choice([how for how in ARRAYS if how not in SHORTER or not _is_one(_free(name), arguments, path)])
-        make, must = ARRAYS[how]
-        must = must and not (how == "backwards" and _is_one(_strides(name), arguments, path))
+        change = rng.choice(
+            [change for change in ARRAYS if change not in SHORTER or not _is_one(_free(name), arguments, path)]
+        )
+        make, must = ARRAYS[change]
+        must = must and not (change == "backwards" and _is_one(_strides(name), arguments, path))
         other = make(part)
         if isinstance(other, np.ndarray) and other.flags.c_contiguous and other.flags.aligned:
             other = _copied(other)
     elif isinstance(part, tuple):
         number = rng.randrange(len(TUPLES))
-        how, other, must = f"tuple {number}", TUPLES[number](part), number not in (4,)
+        change, other, must = f"tuple {number}", TUPLES[number](part), number not in (4,)
     else:
         other = rng.choice(NUMBERS)
-        how, must = f"{type(part).__name__} {other!r}"[:40], isinstance(other, str | list | tuple | np.ndarray)
-    return _with(arguments, path, other), f"{path} {how}", must
+        change, must = f"{type(part).__name__} {other!r}"[:40], isinstance(other, str | list | tuple | np.ndarray)
+    return _with(arguments, path, other), f"{path} {change}", must
 
 
 def fuzz(count: int, seed: int) -> Counter[str]:
@@ -300,16 +302,16 @@ def fuzz(count: int, seed: int) -> Counter[str]:
     names = sorted(_calls)
     for k in range(count):
         name = names[k % len(names)]
-        arguments, how, must = spoilt(name, _copied(rng.choice(_calls[name])), rng)
+        arguments, change, must = spoilt(name, _copied(rng.choice(_calls[name])), rng)
         try:
             _found(name)(*arguments)
             outcome = "went through"
         except (TypeError, ValueError) as error:
             outcome = type(error).__name__
             if not str(error).startswith(name):
-                raise AssertionError(f"{name}, {how}: {error}") from None
+                raise AssertionError(f"{name}, {change}: {error}") from None
         if must and outcome == "went through":
-            raise AssertionError(f"{name}, {how}: no error")
+            raise AssertionError(f"{name}, {change}: no error")
         outcomes[outcome] += 1
     return outcomes
 

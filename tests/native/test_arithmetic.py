@@ -20,7 +20,7 @@ define i32 @k({arguments}) {{
 ARGUMENTS = "ptr %out, ptr %error, double %a"
 
 
-def made(folder, instruction, function="llvm.sqrt.f64"):
+def object_of(folder, instruction, function="llvm.sqrt.f64"):
     """Return the object of a kernel of one instruction."""
     text = BODY.format(function=function, arguments=ARGUMENTS, instruction=instruction)
     kernel = dict(symbol="k", arguments=["i8*", "i8*", "double"], result="none", functions=[0])
@@ -36,7 +36,7 @@ def made(folder, instruction, function="llvm.sqrt.f64"):
     ["fadd double %a, 1.0", "fdiv double 1.0, %a", "fneg double %a", "call double @llvm.sqrt.f64(double %a)"],
 )
 def test_ieee_arithmetic_is_built(tmp_path, instruction):
-    assert made(tmp_path, instruction).stat().st_size > 0
+    assert object_of(tmp_path, instruction).stat().st_size > 0
 
 
 @pytest.mark.parametrize(
@@ -52,14 +52,14 @@ def test_ieee_arithmetic_is_built(tmp_path, instruction):
 )
 def test_reorderable_arithmetic_is_refused(tmp_path, instruction):
     with pytest.raises(ValueError, match="kernels have arithmetic that may be reordered"):
-        made(tmp_path, instruction)
+        object_of(tmp_path, instruction)
     assert not (tmp_path / "object").exists()
 
 
 @pytest.mark.parametrize("function", ["sin", "pow", "exp", "fmod", "llvm.sin.f64", "llvm.exp.f64", "cbrt"])
 def test_mathematics_of_a_library_is_refused(tmp_path, function):
     with pytest.raises(ValueError, match=rf"kernels may not call {function}"):
-        made(tmp_path, f"call double @{function}(double %a)", function)
+        object_of(tmp_path, f"call double @{function}(double %a)", function)
     assert not (tmp_path / "object").exists()
 
 

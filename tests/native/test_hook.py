@@ -34,15 +34,15 @@ def names(requirements: list[str]) -> set[str]:
     return {each.partition(">")[0].partition("<")[0].partition("~")[0] for each in requirements}
 
 
-def made(folder: Path, version: str = "standard") -> Path:
+def build_wheel(folder: Path, version: str = "standard") -> Path:
     """Make a wheel of existing parts."""
     return Path(next(WheelBuilder(str(ROOT)).build(directory=str(folder), versions=[version])))
 
 
 def test_a_wheel_requires_compilers_and_a_source_archive_does_not():
-    wanted = backend.get_requires_for_build_wheel()
-    assert {"numba", "ziglang", "numpy"} <= names(wanted)
-    assert any(each.startswith("numba") and "<" in each for each in wanted), "a limit, as for the extra `jit`"
+    requirements = backend.get_requires_for_build_wheel()
+    assert {"numba", "ziglang", "numpy"} <= names(requirements)
+    assert any(each.startswith("numba") and "<" in each for each in requirements), "a limit, as for the extra `jit`"
     assert backend.get_requires_for_build_sdist() == []
 
 
@@ -53,16 +53,16 @@ def test_the_variable_is_one_of_those_that_conicoid_knows():
 def test_an_editable_install_requires_no_compilers(tmp_path):
     # In a process of its own, as front ends call it: it sets a variable
     program = "from native import backend; print(backend.get_requires_for_build_editable())"
-    done = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True)
-    assert "numba" not in done.stdout
-    assert "ziglang" not in done.stdout
-    assert made(tmp_path, "editable").name.endswith("-py3-none-any.whl")
+    process = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert "numba" not in process.stdout
+    assert "ziglang" not in process.stdout
+    assert build_wheel(tmp_path, "editable").name.endswith("-py3-none-any.whl")
 
 
 def test_without_kernels_a_wheel_is_pure(monkeypatch, tmp_path):
     monkeypatch.setenv("CONICOID_KERNELS", "none")
     assert backend.get_requires_for_build_wheel() == []
-    wheel = made(tmp_path)
+    wheel = build_wheel(tmp_path)
     assert wheel.name.endswith("-py3-none-any.whl")
     with ZipFile(wheel) as archive:
         found = archive.namelist()
@@ -75,7 +75,7 @@ def test_without_kernels_a_wheel_is_pure(monkeypatch, tmp_path):
 @pytest.mark.parametrize("chosen", ["", "last"])
 def test_levels_are_those_of_this_machine_or_some(monkeypatch, tmp_path, chosen, capsys):
     levels = [level.name for level in build.host().levels]
-    wanted = [levels[-1]] if chosen else levels
+    expected = [levels[-1]] if chosen else levels
     monkeypatch.setenv("CONICOID_KERNELS", levels[-1] if chosen else "")
     built = []
 
@@ -86,11 +86,11 @@ def test_levels_are_those_of_this_machine_or_some(monkeypatch, tmp_path, chosen,
     monkeypatch.setattr(build, "lowered", written)
     monkeypatch.setattr(page, "build", lambda folder: written(folder / "engine.wasm"))
     monkeypatch.setattr(build, "build", extension)
-    wheel = made(tmp_path)
-    assert built == wanted
+    wheel = build_wheel(tmp_path)
+    assert built == expected
     assert wheel.name.endswith(f"-cp311-abi3-{build.host().tag}.whl")
     assert {"conicoid/_kernels.abi3.so", page.PAGE_ENGINE} <= set(ZipFile(wheel).namelist())
-    assert f": {', '.join(wanted)} ...\n  0 s\n" in capsys.readouterr().out
+    assert f": {', '.join(expected)} ...\n  0 s\n" in capsys.readouterr().out
 
 
 def written(file: Path) -> Path:
@@ -108,8 +108,8 @@ def test_unknown_levels_are_refused(monkeypatch, chosen):
 
 def test_wheels_for_all_systems_take_the_levels_that_are_theirs(monkeypatch):
     def levels(target: str) -> list[str]:
-        made = KernelsHook(str(ROOT), {"target": target}, None, None, "", "wheel")._target()
-        return [level.name for level in made.levels]
+        target_of_hook = KernelsHook(str(ROOT), {"target": target}, None, None, "", "wheel")._target()
+        return [level.name for level in target_of_hook.levels]
 
     monkeypatch.setenv("CONICOID_KERNELS", "x86-64-v3")
     assert levels("linux-x86_64") == levels("windows-x86_64") == ["x86-64-v3"]

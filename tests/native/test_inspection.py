@@ -178,12 +178,12 @@ def test_a_wheel_holds_the_package_its_extension_and_the_licence(good_wheel):
 
 def without(good: Path, out: Path, name: str, instead: dict[str, bytes]) -> Path:
     """Return a wheel without the files whose names end with `name`, and with other files."""
-    with ZipFile(good) as archive, ZipFile(out, "w") as made:
+    with ZipFile(good) as archive, ZipFile(out, "w") as wheel_file:
         for each in archive.namelist():
             if not each.endswith(name):
-                made.writestr(each, archive.read(each))
+                wheel_file.writestr(each, archive.read(each))
         for each, content in instead.items():
-            made.writestr(each, content)
+            wheel_file.writestr(each, content)
     return out
 
 

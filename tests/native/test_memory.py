@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from ..children import child
-from ..command_line import written
+from ..command_line import scene_file
 from ..machine_code import needs_compiler, needs_machine_code
 from ..samples import deep, drawn
 
@@ -43,9 +43,9 @@ def test_little_room_to_compile_is_an_error_of_one_line(room):
         assert out.startswith("to compile the kernel <lambda> takes up to 512 MiB of memory")
 
 
-def rendered(folder: Path, mebibytes: int, jit: str) -> subprocess.CompletedProcess[str]:
+def run_render(folder: Path, mebibytes: int, jit: str) -> subprocess.CompletedProcess[str]:
     """Run the command with a limit of address space for all of it."""
-    render = f"{sys.executable} -m conicoid render {written(folder)} -o {folder / 'p.png'} --width 8 --height 8"
+    render = f"{sys.executable} -m conicoid render {scene_file(folder)} -o {folder / 'p.png'} --width 8 --height 8"
     environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", "CONICOID_THREADS": "1", "CONICOID_JIT": jit}
     command = ["sh", "-c", f"ulimit -v {mebibytes << 10}; exec {render}"]
     return subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300)
@@ -59,7 +59,7 @@ def rendered(folder: Path, mebibytes: int, jit: str) -> subprocess.CompletedProc
     [150, 330, 430, *map(deep, drawn(range(140, 801, 20), 6))],
 )
 def test_a_command_reports_little_memory(tmp_path, mebibytes, jit):
-    run = rendered(tmp_path, mebibytes, jit)
+    run = run_render(tmp_path, mebibytes, jit)
     if run.returncode != 0:
         assert run.returncode == 1, run.stderr
         assert run.stderr.startswith("error: not enough memory")

@@ -54,10 +54,10 @@ EDITS = {
 
 
 def content_of(edit: str) -> str:
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-c", PROGRAM.format(edit=edit)], cwd=ROOT, capture_output=True, text=True, check=True
     )
-    return done.stdout
+    return process.stdout
 
 
 def test_dependencies_of_a_function() -> None:
@@ -180,8 +180,8 @@ def test_functions_are_lowered_again_that_an_edit_changes(before: str, after: st
 
     def built(text: str) -> list[str]:
         words = [sys.executable, "-c", BUILD, str(tmp_path / "functions.pickle")]
-        done = subprocess.run(words, input=text, cwd=ROOT, capture_output=True, text=True, check=True)
-        return sorted(done.stdout.split())
+        process = subprocess.run(words, input=text, cwd=ROOT, capture_output=True, text=True, check=True)
+        return sorted(process.stdout.split())
 
     assert built(MODULE) == ["leaf", "middle", "top"]
     edited = MODULE.replace(before, after)

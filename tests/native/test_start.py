@@ -45,7 +45,7 @@ print(*sorted(set(sys.modules) - before))
 """
 
 
-def imported(work: str, folder, *words: object) -> set[str]:
+def imports_of(work: str, folder, *words: object) -> set[str]:
     """Return the modules that some work imports, besides NumPy and its own imports."""
     with child(PROGRAM.format(work=work), *words, cwd=folder) as running:
         code, out, errors = running.end(60)
@@ -64,30 +64,30 @@ def imported(work: str, folder, *words: object) -> set[str]:
     ],
 )  # fmt: skip
 def test_unneeded_modules_are_not_imported(tmp_path, work, without):
-    found = imported(work, tmp_path)
+    found = imports_of(work, tmp_path)
     assert found & set(" ".join(without).split()) == set()
 
 
 def test_a_command_draws_no_bar_before_a_second_is_over(tmp_path):
-    found = imported(COMMAND, tmp_path, *RENDER)
+    found = imports_of(COMMAND, tmp_path, *RENDER)
     assert found & set(f"{COMPILING} {NUMBERS} {OTHER_ANSWERS} {OTHER_FORMATS} rich multiprocessing".split()) == set()
     assert (tmp_path / "o.png").exists()
 
 
 def test_odd_angles_import_no_mpmath(tmp_path):
-    there = imported(MOVED.replace("90", "10"), tmp_path)
+    there = imports_of(MOVED.replace("90", "10"), tmp_path)
     assert "conicoid.numerics.bigfloat" in there
     assert "mpmath" not in there
 
 
 def test_scene_files_know_all_shapes(tmp_path):
-    assert set(OTHER_SHAPES.split()) <= imported(
+    assert set(OTHER_SHAPES.split()) <= imports_of(
         "from conicoid.geometry.registry import REGISTRY; list(REGISTRY)", tmp_path
     )
 
 
 def test_a_scene_file_imports_the_shapes_that_it_has(tmp_path):
-    found = imported("co.load(sys.argv[1])", tmp_path, BARREL)
+    found = imports_of("co.load(sys.argv[1])", tmp_path, BARREL)
     assert "conicoid.geometry.quadrics" in found
     others = {"conicoid.geometry.general_quadric", "conicoid.geometry.revolution", "conicoid.geometry.polyhedron"}
     assert found & {"logging", "secrets", "PIL", *others} == set()

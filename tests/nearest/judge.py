@@ -39,7 +39,7 @@ def faults(name, rng, count, forced, body=None, widest=0.0):
     scene = co.Scene([shape])
     bound, found = scene.distance(x), scene.distance(x, exact=True)
     away = np.abs(found.distance)
-    yield from _told(name, x, away, found, walls, widest)
+    yield from _check_points(name, x, away, found, walls, widest)
     value = field(x.astype(np.longdouble))
     for i in np.flatnonzero((away < np.inf) & (away > found.error) & ((value <= 0) != (found.distance < 0))):
         yield f"{name}: the sign of {found.distance[i]} at {x[i].tolist()}"
@@ -61,7 +61,7 @@ def faults(name, rng, count, forced, body=None, widest=0.0):
             yield f"{name}: the bound {bound.lower[i]} is above {least} at {x[i].tolist()}"
 
 
-def _told(name, x, away, found, walls, widest):
+def _check_points(name, x, away, found, walls, widest):
     """Check that the nearest points are on walls, at their distance, with a normal of the wall."""
     apart = np.sqrt(((found.point.astype(np.longdouble) - x) ** 2).sum(axis=1))
     proved = found.body >= 0
@@ -75,8 +75,8 @@ def _told(name, x, away, found, walls, widest):
         yield f"{name}: {len(wide)} of {len(x)} errors are wide, such as {found.error[wide[0]]} at {x[wide[0]].tolist()}"
     near = proved & (np.abs(x).max(axis=1) < 50)  # a farther point is less exact than its distance
     points = found.point.astype(np.longdouble)
-    for which, within in ((near & sharp, EPSILON), (near & ~sharp, TOUCHING)):
-        for i in np.flatnonzero(which)[~walls.is_wall(points[which], within)]:
+    for rows, within in ((near & sharp, EPSILON), (near & ~sharp, TOUCHING)):
+        for i in np.flatnonzero(rows)[~walls.is_wall(points[rows], within)]:
             yield f"{name}: no wall at {found.point[i].tolist()}, from {x[i].tolist()}"
     unit = np.linalg.norm(found.normal, axis=1)
     for i in np.flatnonzero(proved & ~(np.abs(unit - 1) < 1e-12)):

@@ -314,9 +314,9 @@ def test_powers_of_two():
 @pytest.mark.parametrize("exponent", [-1074, -1050, -1022, -700, -101, -99, 0, 99, 101, 700, 1023])
 def test_the_scale_of_a_ray_is_a_power_of_two_that_brings_it_near_one(exponent):
     x = math.ldexp(1.0, exponent)
-    given = Ray(0.0, 0.0, 0.0, x, -0.75 * x, 0.0, 0.0, math.inf, -1)
-    ray, scale = compiled(scale_ray)(given)
-    assert scale_ray(given) == (ray, scale)  # without a compiler, as where a ray is decided in exact arithmetic
+    ray_in = Ray(0.0, 0.0, 0.0, x, -0.75 * x, 0.0, 0.0, math.inf, -1)
+    ray, scale = compiled(scale_ray)(ray_in)
+    assert scale_ray(ray_in) == (ray, scale)  # without a compiler, as where a ray is decided in exact arithmetic
     assert math.frexp(scale)[0] == 0.5
     assert ray.dx == x * scale
     assert (scale == 1.0) == (2.0**-100 < x < 2.0**100)

@@ -73,11 +73,11 @@ FORMULAS = [
 def test_materials_of_any_index_are_pickled_written_and_drawn(index, tmp_path):
     coat = co.optics.Coating([(1.38, 0.1), ("MgF2", 0.2), (2.0 + 1j, 0.01)])
     scene = co.Scene([co.Body(co.Sphere(), co.glass(index, coating=coat))])
-    made = scene.bodies[0].material
-    assert pickle.loads(pickle.dumps(made)) == made
-    assert hash(made) == hash(pickle.loads(pickle.dumps(made)))
+    material = scene.bodies[0].material
+    assert pickle.loads(pickle.dumps(material)) == material
+    assert hash(material) == hash(pickle.loads(pickle.dumps(material)))
     scene.save(tmp_path / "scene.yaml")
-    assert co.load(tmp_path / "scene.yaml").bodies[0].material == made
+    assert co.load(tmp_path / "scene.yaml").bodies[0].material == material
     assert np.isfinite(scene.render(4, 4, samples=1).pixels).all()
 
 
@@ -86,10 +86,10 @@ def bend(w):
 
 
 def test_an_index_may_be_a_function():
-    made = co.glass(bend)
-    assert pickle.loads(pickle.dumps(made)) == made
+    material = co.glass(bend)
+    assert pickle.loads(pickle.dumps(material)) == material
     with pytest.raises(ValueError, match="refractive_index must be a number, the name of a glass.*got a function"):
-        co.save(co.Scene([co.Body(co.Sphere(), made)]), "scene.yaml")
+        co.save(co.Scene([co.Body(co.Sphere(), material)]), "scene.yaml")
     for wrong in (lambda w: -1.0, lambda w: "a", lambda w: np.ones(7), lambda w: 1 - 1j):
         with pytest.raises(ValueError, match="the function must return"):
             co.glass(wrong)

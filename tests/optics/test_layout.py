@@ -169,5 +169,7 @@ def test_bodies_beside_the_plane_are_named(tmp_path):
 def test_coats_change_no_drawing(faces):
     coat = co.optics.Coating.quarter_wave([1.38], 0.55)
     coats = [coat if face in faces else None for face in (0, 1)]
-    plain, coated = (co.Scene([*co.LensGroup((50, -60), (6,), 20, (1.5,), coatings=given)]) for given in (None, coats))
+    plain, coated = (
+        co.Scene([*co.LensGroup((50, -60), (6,), 20, (1.5,), coatings=coatings)]) for coatings in (None, coats)
+    )
     assert paths_of(co.optics.layout(coated)) == paths_of(co.optics.layout(plain))

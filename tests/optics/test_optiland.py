@@ -28,26 +28,28 @@ RAYS = 3000
 
 def scene(z, radius=5.0, detector=60.0):
     """Return a source of parallel light at z = -20, and a detector, behind which nothing stands."""
-    made = NSQScene()
+    simulation = NSQScene()
     spectrum = Spectrum.monochromatic(0.5876)
-    made.add_source("sun", CoordinateSystem(z=-20), CollimatedSourceConfig(spectrum=spectrum, aperture_radius=radius))
-    made.add_detector("screen", CoordinateSystem(z=z), RayDatabaseConfig(width=detector, height=detector))
-    made.add_detector(
+    simulation.add_source(
+        "sun", CoordinateSystem(z=-20), CollimatedSourceConfig(spectrum=spectrum, aperture_radius=radius)
+    )
+    simulation.add_detector("screen", CoordinateSystem(z=z), RayDatabaseConfig(width=detector, height=detector))
+    simulation.add_detector(
         "behind",
         CoordinateSystem(z=-30, ry=np.pi),
         IrradianceDetectorConfig(width=400, height=400, num_pixels_x=8, num_pixels_y=8),
     )
-    return made
+    return simulation
 
 
-def landed(result):
+def places_on_screen(result):
     """Return the places of rays on the screen, by the numbers of the rays."""
     rays = result.detectors["screen"]
     order = np.lexsort((np.asarray(rays.y), np.asarray(rays.x)))
     return np.column_stack([np.asarray(rays.x), np.asarray(rays.y)])[order], np.asarray(rays.flux)[order]
 
 
-def both(made, **options):
+def simulate(made, **options):
     """Run one simulation, with its random numbers, by Optiland alone and by Conicoid."""
     theirs = made.trace(RAYS, seed=7, backend=NumpyBackend(seed=7), **options)
     ours = made.trace(RAYS, seed=7, backend=co.optics.OptilandBackend(seed=7), **options)
@@ -66,7 +68,7 @@ def same(theirs, ours):
         assert getattr(ours, name) == pytest.approx(getattr(theirs, name), rel=1e-9, abs=1e-9), name
     assert ours.num_rays_escaped == theirs.num_rays_escaped
     assert ours.flux_conservation_error < 1e-12
-    (mine, flux), (its, its_flux) = landed(ours), landed(theirs)
+    (mine, flux), (its, its_flux) = places_on_screen(ours), places_on_screen(theirs)
     assert mine.shape == its.shape
     assert mine == pytest.approx(its, abs=1e-7)
     assert flux == pytest.approx(its_flux, rel=1e-9)
@@ -78,7 +80,7 @@ def test_a_lens_of_optilands_is_traced_alike(conics):
     made.add_lens(
         "lens", CoordinateSystem(z=3, rx=0.05), LensConfig(50, -60, 6, "N-BK7", 10, conic1=conics[0], conic2=conics[1])
     )
-    same(*both(made))
+    same(*simulate(made))
 
 
 def test_a_doublet_and_a_mirror_of_optilands_are_traced_alike():
@@ -87,7 +89,7 @@ def test_a_doublet_and_a_mirror_of_optilands_are_traced_alike():
     made.add_mirror(
         "mirror", CoordinateSystem(z=40), MirrorConfig(radius=-80, conic=-1, aperture_radius=15, reflectance=0.9)
     )
-    same(*both(made))
+    same(*simulate(made))
 
 
 def test_a_lens_written_for_optiland_is_equal():
@@ -123,7 +125,7 @@ def test_booleans_that_optiland_refuses():
     assert np.hypot(x, y)[straight].max() < 2
     # of a beam of radius 4 a quarter goes through the bore of radius 2
     assert straight.sum() / RAYS == pytest.approx(0.25, abs=0.03)
-    focused = landed(whole)[0]
+    focused = places_on_screen(whole)[0]
     assert len(focused) > 0.9 * RAYS
 
 
@@ -140,14 +142,14 @@ def test_no_light_leaks_between_three_touching_parts():
 
 def test_light_from_within_and_thin_walls():
     """A source is in a hollow ball thinner than 1e-9, by which Optiland distinguishes a ray's start from a hit."""
-    made = NSQScene()
-    made.add_source(
+    source = NSQScene()
+    source.add_source(
         "spark", CoordinateSystem(), PointSourceConfig(spectrum=Spectrum.monochromatic(0.5876), half_angle_deg=30)
     )
-    made.add_detector("screen", CoordinateSystem(z=30), RayDatabaseConfig(width=200, height=200))
+    source.add_detector("screen", CoordinateSystem(z=30), RayDatabaseConfig(width=200, height=200))
     shell = co.Sphere(5 + 1e-10) - co.Sphere(5)
-    made.add_component("shell", co.optics.optiland_component(shell, "N-BK7"))
-    result = made.trace(500, seed=1, backend=co.optics.OptilandBackend(seed=1))
+    source.add_component("shell", co.optics.optiland_component(shell, "N-BK7"))
+    result = source.trace(500, seed=1, backend=co.optics.OptilandBackend(seed=1))
     rays = result.detectors["screen"]
     # Straight through, because the walls are parallel: x / z is that of the direction.
     assert np.asarray(rays.x) == pytest.approx(30 * np.asarray(rays.L) / np.asarray(rays.N), abs=1e-7)

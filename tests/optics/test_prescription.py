@@ -268,13 +268,13 @@ def last_digit(text):
     return 0.5 * 10.0 ** (int(power or 0) - decimals)
 
 
-def slack(lens, what):
+def slack(lens, quantity):
     """Return the change of the quantity by rounded indices: to first order, all of them in the worst direction."""
     found = 0.0
     for i, row in enumerate(lens.rows):
         if lens.rounded and row[2] not in (1, "mirror"):
             moved = [*lens.rows[:i], (*row[:2], row[2] + lens.rounded, *row[3:]), *lens.rows[i + 1 :]]
-            found += abs(first_order(moved)[what] - first_order(lens.rows)[what])
+            found += abs(first_order(moved)[quantity] - first_order(lens.rows)[quantity])
     return found
 
 
@@ -283,8 +283,12 @@ def test_focal_lengths_are_those_printed(name):
     lens = LENSES[name]
     points = co.optics.cardinal_points(system_of(name))
     found = {"efl": points.focal_length, "bfl": points.back_focal_length, "ffl": points.front_focal_length}
-    for what, text in lens.printed.items():
-        assert abs(found[what] - float(text)) <= last_digit(text) + slack(lens, what), (what, found[what], text)
+    for quantity, text in lens.printed.items():
+        assert abs(found[quantity] - float(text)) <= last_digit(text) + slack(lens, quantity), (
+            quantity,
+            found[quantity],
+            text,
+        )
 
 
 @pytest.mark.parametrize("name", LENSES)
@@ -293,8 +297,8 @@ def test_real_rays_agree_with_matrices(name):
     expected, points = first_order(lens.rows), co.optics.cardinal_points(system_of(name))
     size = abs(expected["efl"])
     assert points.focal_length == pytest.approx(expected["efl"], rel=2e-9)
-    for what in ("front_focus", "rear_focus", "front_principal", "rear_principal"):
-        assert getattr(points, what) == pytest.approx(expected[what], rel=2e-9, abs=2e-9 * size), what
+    for quantity in ("front_focus", "rear_focus", "front_principal", "rear_principal"):
+        assert getattr(points, quantity) == pytest.approx(expected[quantity], rel=2e-9, abs=2e-9 * size), quantity
     assert co.optics.focal_length(system_of(name)) == points.focal_length
 
 

@@ -8,7 +8,7 @@ import pytest
 import conicoid as co
 
 
-def balanced(paths, within=1e-12):
+def check_balance(paths, within=1e-12):
     """Check that no light is lost, and return the sums."""
     found = paths.balance()
     parts = found.escaped, found.in_media, found.at_walls, found.truncated
@@ -16,15 +16,15 @@ def balanced(paths, within=1e-12):
     return found
 
 
-def followed(paths, *mirrored):
+def segments_of(paths, *mirrored):
     """Return the segments whose path was mirrored (True) and refracted (False) in this order, from the first wall on."""
     rows = np.flatnonzero(paths.level == 0)
-    for how in mirrored:
-        rows = np.flatnonzero(np.isin(paths.parent, rows) & (paths.mirrored == how))
+    for is_mirrored in mirrored:
+        rows = np.flatnonzero(np.isin(paths.parent, rows) & (paths.mirrored == is_mirrored))
     return rows
 
 
-def turned(paths, rows):
+def turning_angles(paths, rows):
     """Return the angles in degrees between segments and their rays."""
     begun = paths.direction[np.argsort(paths.ray[paths.level == 0])][paths.ray[rows]]
     return np.degrees(np.arccos(np.clip((begun * paths.direction[rows]).sum(1), -1, 1)))
@@ -52,8 +52,8 @@ def test_the_rainbow(wavelength, inside):
     heights = np.append(np.linspace(0.5, 0.999, 400), math.sin(i))
     rays = co.Rays(np.stack([-5 + 0 * heights, heights, 0 * heights], -1), (1, 0, 0))
     paths = co.optics.trace_paths(co.Scene([co.Body(co.Sphere(1), co.glass("water"))]), rays, 4, wavelength=wavelength)
-    out = followed(paths, False, *[True] * inside, False)
-    angles = 180 - turned(paths, out)
+    out = segments_of(paths, False, *[True] * inside, False)
+    angles = 180 - turning_angles(paths, out)
     best = angles.max() if inside == 1 else angles.min()
     assert best == pytest.approx(bow, abs=1e-9)
     assert angles[paths.ray[out] == 400] == pytest.approx(bow, abs=1e-9)
@@ -66,13 +66,13 @@ def test_a_corner_cube_returns_light_by_total_reflection():
     inward = -np.array([third] * 3) + rng.normal(0, 0.02, (50, 3))
     origins = np.array([third] * 3) * 2 + rng.normal(0, 0.05, (50, 3))
     paths = co.optics.trace_paths(co.Scene([co.Body(cube, co.glass(1.5168))]), co.Rays(origins, inward), 5)
-    back = followed(paths, False, True, True, True, False)
+    back = segments_of(paths, False, True, True, True, False)
     assert len(back) == 50
-    assert turned(paths, back) == pytest.approx(np.full(50, 180), abs=1e-5)
+    assert turning_angles(paths, back) == pytest.approx(np.full(50, 180), abs=1e-5)
     # the three total reflections lose nothing
-    within = followed(paths, False, True, True, True)
-    assert paths.weight[within] == pytest.approx(paths.weight[followed(paths, False)][paths.ray[within]], rel=1e-15)
-    balanced(paths)
+    within = segments_of(paths, False, True, True, True)
+    assert paths.weight[within] == pytest.approx(paths.weight[segments_of(paths, False)][paths.ray[within]], rel=1e-15)
+    check_balance(paths)
 
 
 # ---- How much light ----
@@ -93,7 +93,7 @@ def test_a_plate_passes_the_sum_of_its_beams(absorption):
     out = paths.escaped & (paths.direction[:, 2] < 0)
     want = (1 - share) ** 2 * fade / (1 - share**2 * fade**2)
     assert paths.arriving[out].sum() == pytest.approx(want, rel=1e-14)
-    assert (balanced(paths).in_media > 0.5) == (absorption > 0)
+    assert (check_balance(paths).in_media > 0.5) == (absorption > 0)
 
 
 def test_a_complex_index_absorbs_in_the_unit_of_the_scene():
@@ -102,7 +102,7 @@ def test_a_complex_index_absorbs_in_the_unit_of_the_scene():
     for unit, depth in ((None, 0.2), ("mm", 0.2), ("cm", 0.02), ("m", 0.2e-3), ("in", 0.2 / 25.4)):
         scene = slab(glass, depth).replace(unit=unit)
         paths = co.optics.trace_paths(scene, DOWN, depth=1, wavelength=0.5)
-        inside = followed(paths, False)
+        inside = segments_of(paths, False)
         found[unit] = float(paths.arriving[inside][0] / paths.weight[inside][0])
     assert list(found.values()) == pytest.approx([math.exp(-4 * math.pi * 1e-5 / 0.5 * 200)] * 5, rel=1e-12)
     stated = co.optics.trace_paths(slab(glass, 0.2).replace(unit="cm"), DOWN, depth=1, wavelength=0.5, unit=1000)
@@ -114,13 +114,13 @@ def test_mirrors_panes_and_opaque_bodies():
         co.Body(co.Disc((0, 0, 3), (0, 0, 1), 1), co.Material(reflectivity=0.5, transparency=0.9)),
         co.Body(co.Disc((0, 0, 1), (0, 0, 1), 1), co.mirror(0.8)), co.Body(co.Disc((0, 0, 9), (0, 0, 1), 1), co.matte("red")),
     ])  # fmt: skip
-    found = balanced(co.optics.trace_paths(scene, DOWN, depth=1))
+    found = check_balance(co.optics.trace_paths(scene, DOWN, depth=1))
     assert found.at_walls == pytest.approx(0.5 * 0.1)
     paths = co.optics.trace_paths(scene, DOWN, depth=6)
-    assert paths.weight[followed(paths, False, True)] == pytest.approx(0.45 * 0.8)
-    assert paths.weight[followed(paths, True)] == pytest.approx(0.5)
-    assert (paths.wall[followed(paths, True)] == 2).all()
-    balanced(paths)
+    assert paths.weight[segments_of(paths, False, True)] == pytest.approx(0.45 * 0.8)
+    assert paths.weight[segments_of(paths, True)] == pytest.approx(0.5)
+    assert (paths.wall[segments_of(paths, True)] == 2).all()
+    check_balance(paths)
 
 
 def nested():
@@ -138,7 +138,7 @@ def test_no_light_is_lost_over_twelve_levels_of_splitting():
     paths = co.optics.trace_paths(nested(), rays, depth=12, wavelength=rng.uniform(0.4, 0.7, 40))
     assert paths.level.max() == 12
     assert len(paths) > 10_000
-    balanced(paths)
+    check_balance(paths)
     # and at each wall by itself
     kept = np.zeros(len(paths))
     np.add.at(kept, paths.parent[paths.parent >= 0], paths.weight[paths.parent >= 0])
@@ -160,7 +160,7 @@ def test_choosing_is_right_on_average_and_comes_again():
     assert (chosen.weight == again.weight).all()
     assert (chosen.parent == again.parent).all()
     assert len(chosen) != len(other) or (chosen.weight != other.weight).any()
-    found = balanced(chosen)
+    found = check_balance(chosen)
     sigma = np.sqrt(4000) * 0.5
     assert abs(found.escaped - 4000 * split.escaped) < 6 * sigma
     assert abs(found.at_walls - 4000 * split.at_walls) < 6 * sigma
@@ -172,7 +172,7 @@ def test_weak_light_is_not_followed():
     most = co.optics.trace_paths(slab(co.glass(1.5)), DOWN, depth=20, least=0.01, weight=5.0)
     assert len(most) < len(all_of_it)
     assert (most.weight >= 0.05).all()
-    assert balanced(most).truncated > 0
+    assert check_balance(most).truncated > 0
     assert most.balance().emitted == 5
 
 
@@ -184,7 +184,7 @@ def test_an_ellipse_brings_light_from_one_focus_to_the_other_by_equal_ways():
     rng = np.random.default_rng(0)
     scene = co.Scene([co.Body(co.Ellipsoid((5, 3, 3)), co.mirror(1.0))])
     paths = co.optics.trace_paths(scene, co.Rays((-4, 0, 0), rng.normal(size=(100, 3))), depth=1)
-    back = followed(paths, True)
+    back = segments_of(paths, True)
     middle = paths.start[back]
     to_focus = np.array((4, 0, 0)) - middle
     assert np.abs(np.cross(paths.direction[back], to_focus)).max() < 1e-12
@@ -200,7 +200,7 @@ def test_a_hyperbolic_face_brings_parallel_light_to_its_far_focus():
     starts = np.stack([np.linspace(-1.5, 1.5, 31), np.full(31, 0.2), np.full(31, -9.0)], -1)
     paths = co.optics.trace_paths(co.Scene([co.Body(glass, co.glass(n))]), co.Rays(starts, (0, 0, 1)), depth=1)
     assert (paths.body[paths.level == 0] == 0).all()
-    out = followed(paths, False)
+    out = segments_of(paths, False)
     to_focus = np.array((0, 0, n * a)) - paths.start[out]
     assert np.abs(np.cross(paths.direction[out], to_focus)).max() < 1e-12
     ways = paths.optical_path_from_start[paths.parent[out]] + np.linalg.norm(to_focus, axis=1)
@@ -213,7 +213,7 @@ def test_cemented_and_immersed_bodies_have_one_wall():
     for other, bodies, lengths in ((1.5, [-1, 1, -1], [4, 2]), (1.6, [-1, 0, 1, -1], [4, 1, 1])):
         scene = co.Scene([co.Body(block, co.glass(1.5)), co.Body(below, co.glass(other))])
         paths = co.optics.trace_paths(scene, DOWN, depth=3)
-        (through,) = followed(paths, *[False] * (len(bodies) - 1))
+        (through,) = segments_of(paths, *[False] * (len(bodies) - 1))
         chain = paths.chain(int(through))
         assert paths.escaped[through]
         assert paths.body[chain].tolist() == bodies  # of two that are the same to light the last
@@ -225,8 +225,8 @@ def test_paths_end_at_opaque_neighbours():
                       co.Body(co.Box((-1, -1, -1), (1, 1, 0)), co.matte("black"))])  # fmt: skip
     for listed in (scene, co.Scene(list(scene.bodies)[::-1])):
         paths = co.optics.trace_paths(listed, DOWN, depth=4)
-        assert followed(paths, False, False).size == 0
-        assert balanced(paths).at_walls == pytest.approx(0.96)
+        assert segments_of(paths, False, False).size == 0
+        assert check_balance(paths).at_walls == pytest.approx(0.96)
 
 
 def test_fields_shapes_and_drawing():
@@ -234,7 +234,7 @@ def test_fields_shapes_and_drawing():
     paths = co.optics.trace_paths(slab(co.glass("N-BK7")), rays, depth=3, wavelength=[0.4, 0.5, 0.6])
     assert paths.ray[paths.level == 0].tolist() == list(range(6))
     assert paths.wavelength[:6].tolist() == [0.4, 0.5, 0.6] * 2
-    inside = followed(paths, False)
+    inside = segments_of(paths, False)
     assert paths.index[inside] == pytest.approx(co.optics.glass("N-BK7")(paths.wavelength[inside]))
     assert (paths.body[inside] == 0).all()
     assert (paths.wall[inside] == 0).all()
@@ -288,11 +288,11 @@ def _rows(coats):
     return co.optics.prescription(rows, 10.0).scene
 
 
-@pytest.mark.parametrize("made", [_doublet, _rows])
+@pytest.mark.parametrize("doublet", [_doublet, _rows])
 @pytest.mark.parametrize("coated", [(), (0,), (2,), (0, 2), (1,), (0, 1, 2)])
-def test_each_surface_of_a_doublet_mirrors_by_its_own_coat(made, coated):
+def test_each_surface_of_a_doublet_mirrors_by_its_own_coat(doublet, coated):
     coat = co.optics.Coating.quarter_wave([FILM], 0.55)
-    scene = made([coat if k in coated else None for k in range(3)])
+    scene = doublet([coat if k in coated else None for k in range(3)])
     paths = co.optics.trace_paths(scene, co.Rays([(0, 0, -20)], (0, 0, 1)), depth=3, wavelength=0.55)
     left, expected = 1.0, []
     for k in range(3):

@@ -129,14 +129,14 @@ def test_catalogues_of_glasses(tmp_path):
             found(3.0)
     # Every reader takes a lens file
     (tmp_path / "lens.zmx").write_text(file([SINGLET[0] | dict(glass="g8 0 0 1.5 40 0 0 0"), SINGLET[1]], waves=(W,)))
-    given = co.optics.load_zmx(tmp_path / "lens.zmx", glasses=tmp_path / "all.agf")
-    assert given.media[1].index(W) == pytest.approx(AGF[8][1], rel=1e-14)
-    assert co.load(tmp_path / "lens.zmx", glasses=tmp_path / "all.agf").bodies == given.bodies
+    lens = co.optics.load_zmx(tmp_path / "lens.zmx", glasses=tmp_path / "all.agf")
+    assert lens.media[1].index(W) == pytest.approx(AGF[8][1], rel=1e-14)
+    assert co.load(tmp_path / "lens.zmx", glasses=tmp_path / "all.agf").bodies == lens.bodies
     assert (
         run("import", tmp_path / "lens.zmx", "-o", tmp_path / "a.yaml", "--glasses", tmp_path / "all.agf").exit_code
         == 0
     )
-    assert co.load(tmp_path / "a.yaml").bodies == given.bodies
+    assert co.load(tmp_path / "a.yaml").bodies == lens.bodies
     info = run("info", tmp_path / "lens.zmx", "--glasses", tmp_path / "all.agf")
     assert re.search(r"lens 1 +g8", info.stdout), info.stderr
     refusal = run("info", tmp_path / "a.yaml", "--glasses", tmp_path / "all.agf")
@@ -271,7 +271,7 @@ def test_files_that_are_none(tmp_path):
         co.optics.load_zmx(tmp_path / "large.zmx")
 
 
-def mutated(text, rng):
+def mutated_text(text, rng):
     """Return a file with some of its words, lines and characters changed."""
     lines = text.splitlines()
     for _ in range(rng.randint(1, 4)):
@@ -307,7 +307,7 @@ def broken(count, seed):
     ]
     read = 0
     for _ in range(count):
-        text = mutated(rng.choice(texts), rng)
+        text = mutated_text(rng.choice(texts), rng)
         try:
             system = co.optics.read_zmx(text)
         except co.SceneFileError as error:

@@ -21,7 +21,7 @@ import conicoid as co
 from conicoid.queries import device, device_arrays, device_choice, nvidia_driver
 from native import objects, ptx
 
-from ..emulation import Card, Kernels, device_kernels, device_module, sources_of, stored
+from ..emulation import Card, Kernels, device_kernels, device_module, from_store, sources_of
 from ..engine.test_routes import camera, crowded_scene
 from ..reference import aimed_rays
 from ..reference.quadratics import Table
@@ -166,7 +166,7 @@ def test_llvm_optimises_for_a_gpu(monkeypatch):
         objects.optimize(whole, target, is_short=True)
         return whole.as_bitcode()
 
-    emulated = Card(Kernels(stored(f"optimised {sources_of(module)}", optimize)))
+    emulated = Card(Kernels(from_store(f"optimised {sources_of(module)}", optimize)))
     monkeypatch.setattr(nvidia_driver, "NvidiaDriver", lambda: emulated)
     monkeypatch.setattr(device_choice, "_devices", {})
     scene, rays = crowded_scene(), camera(48)
@@ -341,7 +341,7 @@ class OnCard:
         return self.face
 
 
-def here(array):
+def on_cpu(array):
     """Return a copy of an array on the emulated card, by its interface."""
     face = array.__cuda_array_interface__
     kind = np.dtype(face["typestr"])
@@ -359,7 +359,7 @@ def same_there(card, scene, origins, directions, **limits):
     for field in ON_CARD:
         mine, right = getattr(found, field), getattr(expected, field)
         assert (mine.shape, mine.dtype) == (np.shape(right), np.asarray(right).dtype), field
-        assert np.asarray(mine).tobytes() == here(mine).tobytes() == np.asarray(right).tobytes(), field
+        assert np.asarray(mine).tobytes() == on_cpu(mine).tobytes() == np.asarray(right).tobytes(), field
     same_hits(found.to_host(), expected)
     occluded = scene.occluded(*there, **limits)
     assert np.array_equal(occluded, scene.occluded(origins, directions, **limits, device="cpu"))
@@ -408,9 +408,9 @@ def test_dlpack_in_and_out(card, monkeypatch):
     del capsule
     gc.collect()
     assert len(device_arrays._loans) == used
-    given = rays.origins.copy()
-    address, kind, shape, steps, _ = device_arrays._by_dlpack(NumPy(given[:, ::2]), device_choice._first_device())
-    assert (address, kind, shape) == (given.ctypes.data, "f8", (24, 12, 3))
+    origins = rays.origins.copy()
+    address, kind, shape, steps, _ = device_arrays._by_dlpack(NumPy(origins[:, ::2]), device_choice._first_device())
+    assert (address, kind, shape) == (origins.ctypes.data, "f8", (24, 12, 3))
     assert steps == (72, 6, 1)
 
 
@@ -624,10 +624,10 @@ def as_array(address, size):
 def nvidia(monkeypatch, tmp_path):
     """Install both packages without a card; return a function that takes the driver."""
 
-    def install(made):
+    def install(driver):
         monkeypatch.setattr(nvidia_driver, "_kernels", lambda: tmp_path)
         bindings = types.ModuleType("cuda.bindings")
-        bindings.driver = made
+        bindings.driver = driver
         device_choice._devices.clear()
         monkeypatch.setitem(sys.modules, "cuda", types.ModuleType("cuda"))
         monkeypatch.setitem(sys.modules, "cuda.bindings", bindings)
@@ -693,15 +693,15 @@ def test_missing_parts_are_named(nvidia, monkeypatch):
     ],
 )
 def test_failing_driver_calls_are_named(nvidia, ptx_files, kernels, monkeypatch, name, state, kind, text):
-    made, rays = Driver(Card(kernels)), camera(24)
-    nvidia(made)
+    bindings, rays = Driver(Card(kernels)), camera(24)
+    nvidia(bindings)
     scene = crowded_scene.__wrapped__(60)
-    made.failures[name] = state
+    bindings.failures[name] = state
     with pytest.raises(kind, match=text):
         scene.first_hit(rays, device="cuda")
-    made.failures.clear()
+    bindings.failures.clear()
     same_answers(scene, rays)  # a lost card stays lost, but the remains in its lanes are not another answer
-    assert made.contexts == ["of another library"]
+    assert bindings.contexts == ["of another library"]
 
 
 def test_the_names_of_arguments_are_those_of_cuda_bindings():
@@ -714,26 +714,26 @@ def test_the_names_of_arguments_are_those_of_cuda_bindings():
 
 def test_the_calls_of_the_driver(nvidia, ptx_files, kernels):
     """The test covers every call but the card's own work: addresses, sizes, and the arguments of a kernel."""
-    made = Driver(Card(kernels))
-    nvidia(made)
+    bindings = Driver(Card(kernels))
+    nvidia(bindings)
     points, rays = camera(24).origins + np.linspace(0, 5, 24)[:, None], camera(24)
     for scene in (crowded_scene.__wrapped__(60), co.Scene([carved(150)])):
         same_answers(scene, camera(24))
         assert np.array_equal(scene.body_at(points, device="cuda"), scene.body_at(points))
-        there = [OnCard(made.card, each) for each in rays]
+        there = [OnCard(bindings.card, each) for each in rays]
         same_hits(scene.first_hit(*there).to_host(), scene.first_hit(rays, device="cpu"))
-    assert set(made.card.followed) == {7}
-    made.card.check()
+    assert set(bindings.card.followed) == {7}
+    bindings.card.check()
     device_choice._devices.clear()
     del scene
     gc.collect()
-    assert not made.pinned
-    assert made.contexts == ["of another library"]
+    assert not bindings.pinned
+    assert bindings.contexts == ["of another library"]
 
 
 def test_memory_is_kept_for_the_next_array_of_its_size(nvidia, ptx_files, kernels, monkeypatch):
-    made = Driver(Card(kernels))
-    nvidia(made)
+    bindings = Driver(Card(kernels))
+    nvidia(bindings)
     driver = nvidia_driver.NvidiaDriver()
     first, free = driver.allocate(5000), driver.free_memory()
     driver.release(first)
@@ -752,7 +752,7 @@ def test_memory_is_kept_for_the_next_array_of_its_size(nvidia, ptx_files, kernel
     driver._empty()
     driver._call = call
     assert driver._spare_bytes == 7168
-    monkeypatch.setattr(made.card, "_size", made.card._size - driver.free_memory() + 7168 + 6000)
+    monkeypatch.setattr(bindings.card, "_size", bindings.card._size - driver.free_memory() + 7168 + 6000)
     second = driver.allocate(9000)  # free memory is reused where the driver has no more
     assert driver._spare_bytes == 0
     monkeypatch.setattr(nvidia_driver, "_MOST_SPARE", 0)

@@ -10,7 +10,7 @@ import conicoid as co
 from conicoid.queries import device, device_choice, device_results
 
 from ..engine.test_routes import camera, crowded_scene
-from .test_device import NumPy, OnCard, card, carved, here, kernels, same_hits, same_there
+from .test_device import NumPy, OnCard, card, carved, kernels, on_cpu, same_hits, same_there
 
 __all__ = ["card", "kernels"]
 WALLS = co.Scene(
@@ -35,7 +35,7 @@ def same_array(mine, right):
     assert (mine.shape, mine.dtype) == (right.shape, right.dtype)
     assert np.asarray(mine).tobytes() == right.tobytes()
     if right.size:
-        assert here(mine).tobytes() == right.tobytes()
+        assert on_cpu(mine).tobytes() == right.tobytes()
 
 
 def same_lists(card, scene, rays, given=None, **limits):
@@ -103,16 +103,16 @@ def test_messages_on_overlaps_and_progress(card, caplog):
     iron = co.Material(name="iron")
     scene = co.Scene([co.Body(co.Sphere(1), iron), co.Body(co.Sphere(1).translate((1, 0, 0)), iron)])
     rays, done = co.Rays(np.linspace([-5, 0.3, -0.9], [-5, 0.3, 0.9], 400), [1.0, 0, 0]), []
-    given = there(card, rays)
+    on_card = there(card, rays)
     for query in (partial(scene.lengths, by="material"), partial(scene.line_integral, [1, 2])):
         texts = []
-        for arguments in (given, (rays,)):
+        for arguments in (on_card, (rays,)):
             with pytest.raises(ValueError, match="overlap on the ray") as raised:
                 query(*arguments, overlaps="error")
             texts.append(str(raised.value))
         assert texts[0] == texts[1]
     answer = partial(scene.line_integral, dict(iron=2.0))
-    same_array(answer(*given, progress=lambda *now: done.append(now)), answer(rays))
+    same_array(answer(*on_card, progress=lambda *now: done.append(now)), answer(rays))
     assert len(caplog.records) == 1
     assert len(done) > 2
     assert done[-1] == (400, 400)

@@ -33,8 +33,8 @@ SCENE = co.Scene([co.Sphere()])
 
 
 @pytest.mark.parametrize(
-    "thing",
+    "value",
     [co.Sphere(), co.Body(co.Sphere()), SCENE.bodies, SCENE._prepared, SCENE.first_hit((0, 0, -3), (0, 0, 1)), co.Scene, None, [], "scene"],
 )  # fmt: skip
-def test_other_things(thing):
-    assert not is_scene(thing)
+def test_other_things(value):
+    assert not is_scene(value)

@@ -52,9 +52,9 @@ def test_rays_have_the_answers_of_arrays():
             if k % 4 == 0:  # on edges and tangents
                 o, d = np.round(o), np.round(d) + (0, 0, 10)
             rays, limits = co.Rays(o, d), {} if k % 3 else dict(t_min=-1, t_max=np.float64(2.5))
-            given = [(o, d), (tuple(o), d.tolist()), (o.tolist(), tuple(d))][k % 3]
+            ray = [(o, d), (tuple(o), d.tolist()), (o.tolist(), tuple(d))][k % 3]
             for query in RAYS:
-                one, other = getattr(scene, query)(*given, **limits), getattr(scene, query)(rays, **limits)
+                one, other = getattr(scene, query)(*ray, **limits), getattr(scene, query)(rays, **limits)
                 kept += "_single" in getattr(one, "__dict__", {})
                 assert same(one, other), (query, o, d)
     assert kept > 250 or not scene._prepared.single_calls
@@ -70,15 +70,15 @@ def test_a_ray_spawned_on_a_wall_has_the_answers_of_arrays():
         limits = {} if k % 3 else dict(t_min=-1, t_max=np.float64(2.5))
         for one in (scene, other):
             for query in RAYS:
-                found, wanted = getattr(one, query)(ray, **limits), getattr(one, query)(two, **limits)[0]
+                found, expected = getattr(one, query)(ray, **limits), getattr(one, query)(two, **limits)[0]
                 kept += "_single" in getattr(found, "__dict__", {})
                 if query in ("spans", "crossings"):  # one of many is a list of one
-                    assert all(np.array_equal(getattr(found, name), getattr(wanted, name)) for name in found._columns)
+                    assert all(np.array_equal(getattr(found, name), getattr(expected, name)) for name in found._columns)
                 elif query == "first_hit":
-                    assert same(found, wanted), (query, ray)
+                    assert same(found, expected), (query, ray)
                     assert found.rays == ray
                 else:
-                    assert found == wanted
+                    assert found == expected
     assert kept > 100 or not scene._prepared.single_calls
 
 
@@ -141,10 +141,10 @@ def test_few_rays_have_the_answers_of_many(count):
         origins = np.array([0.1, 0.2, -4.0]) + 0.3 * coherent * rng.uniform(-1, 1, (count, 3))
         directions = rng.normal(size=(count, 3)) * (0.1, 0.1, 1.0) ** np.array(coherent)
         directions[::7] = np.round(directions[::7]) + (0, 0, 9)  # some graze walls
-        for given in ((origins, directions), ((0.1, 0.2, -4), directions), (origins, [0, 0, 1.0])):
+        for arrays in ((origins, directions), ((0.1, 0.2, -4), directions), (origins, [0, 0, 1.0])):
             for limits in ({}, dict(t_min=-1, t_max=4.5)):
-                hits, hidden = scene.first_hit(*given, **limits), scene.occluded(*given, **limits)
-                rays = co.Rays(*given)
+                hits, hidden = scene.first_hit(*arrays, **limits), scene.occluded(*arrays, **limits)
+                rays = co.Rays(*arrays)
                 assert same(hits, scene.first_hit(rays, **limits))
                 assert np.array_equal(hidden, scene.occluded(rays, **limits))
                 assert (hidden.dtype, hidden.shape) == (bool, (count,))
@@ -182,19 +182,19 @@ VECTORS = [
 ]  # fmt: skip
 
 
-def outcome(ask):
+def outcome(call):
     """Return the answer, or the kind and text of the error."""
     try:
-        return ask()
+        return call()
     except Exception as error:
         return type(error), str(error)
 
 
-def outcome_in_arrays(scene, ask):
+def outcome_in_arrays(scene, call):
     """Return the same from the query itself."""
     calls = dict(scene._prepared.single_calls)
     scene._prepared.single_calls.clear()
-    found = outcome(ask)
+    found = outcome(call)
     scene._prepared.single_calls.update(calls)
     return found
 
@@ -204,8 +204,8 @@ def test_odd_arguments_are_answered_or_refused_as_in_arrays():
     for odd in VECTORS:
         cases = [(query, arguments) for query in RAYS for arguments in ((odd, (0, 0.5, 1)), ((0.5, 0.2, -9), odd))]
         for query, arguments in (*cases, *((query, (odd,)) for query in POINTS)):
-            ask = functools.partial(getattr(scene, query), *arguments)
-            one, other = outcome(ask), outcome_in_arrays(scene, ask)
+            call = functools.partial(getattr(scene, query), *arguments)
+            one, other = outcome(call), outcome_in_arrays(scene, call)
             assert same(one, other), (query, arguments, one, other)
 
 
@@ -216,8 +216,8 @@ def test_limits_of_every_kind(limit):
     scene = ready_scene()
     for query in RAYS:
         for limits in ((0.0, limit), (limit, np.inf)):
-            ask = functools.partial(getattr(scene, query), (0.5, 0.2, -9), (0, 0, 1), *limits)
-            assert same(outcome(ask), outcome_in_arrays(scene, ask)), (query, limits)
+            call = functools.partial(getattr(scene, query), (0.5, 0.2, -9), (0, 0, 1), *limits)
+            assert same(outcome(call), outcome_in_arrays(scene, call)), (query, limits)
 
 
 def test_edited_scenes_and_those_before_have_their_own_answers():

@@ -72,8 +72,8 @@ class Interval(Answers):
         self.comparison, self.good = comparison, good
         comparison.score.queries += 4 * comparison.count
 
-    def fail(self, what: str, rays: Array) -> None:
-        self.comparison.fail(f"interval, {what}", rays, self._text)
+    def fail(self, sort: str, rays: Array) -> None:
+        self.comparison.fail(f"interval, {sort}", rays, self._text)
 
     def _text(self, i: int) -> str:
         limits = f"t_min={float(self.low[i])!r}, t_max={float(self.high[i])!r}"
@@ -84,8 +84,8 @@ class Interval(Answers):
         return f"{limits}: {first}, crossings {rows_at(self.listed, i)}, spans {stretches}"
 
     def judge(self) -> None:
-        for what, rays in self.laws().items():
-            self.fail(what, rays)
+        for sort, rays in self.laws().items():
+            self.fail(sort, rays)
         self._membership()
         self._spans()
 
@@ -110,10 +110,10 @@ class Interval(Answers):
         below = np.where(high == 0, np.where(exact.sign < 0, IN, OUT), below)
         return np.where((above == IN) & (below == IN), IN, np.where((above == OUT) | (below == OUT), OUT, EDGE))
 
-    def _alone(self, t: Array, slack: Array, wanted: Array) -> Array:
+    def _alone(self, t: Array, slack: Array, statuses: Array) -> Array:
         """Return whether no root of any other surface is near a row's."""
         found = np.zeros(len(t), bool)
-        for k in np.flatnonzero(wanted).tolist():
+        for k in np.flatnonzero(statuses).tolist():
             groups = self.comparison.trace.groups[self.comparison.exact.ray[k]]
             found[k] = sum(abs(root.place - t[k]) <= 2 * slack[k] for group in groups for root in group) == 1
         return found

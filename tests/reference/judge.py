@@ -88,12 +88,12 @@ class Comparison:
         ray_text = f"{vector_text(self.origins[ray])}, {vector_text(self.directions[ray])}{spawned}"
         return f"{scene_text(self.judge.items)}\n  ray {ray_text}\n  {query}\n  exact crossings: {exact}"
 
-    def fail(self, what: str, rays: Array, query: str | Callable[[int], str] = "") -> None:
+    def fail(self, sort: str, rays: Array, query: str | Callable[[int], str] = "") -> None:
         """Count rays as wrong and show the first few."""
         rays = np.unique(rays)
         if not len(rays):
             return
-        name = f"spawned {what}" if self.spawned else what
+        name = f"spawned {sort}" if self.spawned else sort
         for ray in rays[:SHOWN].tolist():
             self.score.fail(name, self.where(ray, query(ray) if callable(query) else query), 0)
         self.score.wrong[name] = self.score.wrong.get(name, 0) + len(rays)
@@ -136,20 +136,20 @@ class Comparison:
                     )
                     return
 
-    def places(self, what: str, rays: Array, rows: Array, t: Array, error: Array) -> None:
+    def places(self, sort: str, rays: Array, rows: Array, t: Array, error: Array) -> None:
         """Check |t - exact| <= t_error, and that t_error is small. `rows` are those of the exact list."""
         finite = np.isfinite(t) & np.isfinite(error) & (error >= 0)
-        self.fail(f"{what}: t or t_error is not finite", rays[~finite])
+        self.fail(f"{sort}: t or t_error is not finite", rays[~finite])
         rays, rows, t, error = (x[finite] for x in (rays, rows, t, error))
         reach = np.abs(self.origins[rays]).max(axis=1) + self.judge.extent
         with np.errstate(all="ignore"):
             length = np.abs(self.directions[rays]).max(axis=1)
             loose = (error > LOOSE * (np.abs(t) + reach / length)) & (np.abs(t) < self.judge.far * reach)
-        self.fail(f"{what}: t_error is as large as a length", rays[loose], lambda i: f"t_error {error[rays == i]}")
+        self.fail(f"{sort}: t_error is as large as a length", rays[loose], lambda i: f"t_error {error[rays == i]}")
         for ray, row, place, bound in zip(rays.tolist(), rows.tolist(), t.tolist(), error.tolist(), strict=True):
             if not self._within(row, place, bound):
                 text = f"t = {place!r}, t_error = {bound!r}"
-                self.fail(f"{what}: t is further off than t_error", np.array([ray]), text)
+                self.fail(f"{sort}: t is further off than t_error", np.array([ray]), text)
 
     def _within(self, row: int, t: float, error: float) -> bool:
         known = self._held.get(row)

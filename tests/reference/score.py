@@ -27,19 +27,19 @@ class Score:
     wrong: dict[str, int] = field(default_factory=dict)
     messages: dict[str, list[str]] = field(default_factory=dict)
 
-    def fail(self, what: str, message: str, count: int = 1) -> None:
-        self.wrong[what] = self.wrong.get(what, 0) + count
-        shown = self.messages.setdefault(what, [])
+    def fail(self, sort: str, message: str, count: int = 1) -> None:
+        self.wrong[sort] = self.wrong.get(sort, 0) + count
+        shown = self.messages.setdefault(sort, [])
         if len(shown) < SHOWN:
             shown.append(message)
 
     def add(self, other: Score) -> None:
         for name in ("rays", "queries", "rows", "doubtful", "errors", "bounds"):
             setattr(self, name, getattr(self, name) + getattr(other, name))
-        for what, count in other.wrong.items():
-            self.wrong[what] = self.wrong.get(what, 0) + count
-            shown = self.messages.setdefault(what, [])
-            shown += other.messages[what][: SHOWN - len(shown)]
+        for sort, count in other.wrong.items():
+            self.wrong[sort] = self.wrong.get(sort, 0) + count
+            shown = self.messages.setdefault(sort, [])
+            shown += other.messages[sort][: SHOWN - len(shown)]
 
     @property
     def slackness(self) -> float:
@@ -49,7 +49,7 @@ class Score:
         return float(np.median(self.bounds) / (np.median(self.errors) or np.inf))
 
     def check(self) -> None:
-        text = "\n\n".join(f"{what}: {m}" for what in self.wrong for m in self.messages[what])
+        text = "\n\n".join(f"{sort}: {m}" for sort in self.wrong for m in self.messages[sort])
         assert not self.wrong, f"{self.wrong} of {self.rays} rays\n\n{text}"
 
 

@@ -287,12 +287,12 @@ def _boolean(item: Item, first_face: int) -> Body:
         formulas.append(part.formula)
     first, *others = formulas
     if item.kind == "Complement":
-        made: Formula = ("not", first)
+        formula: Formula = ("not", first)
     elif item.kind == "Difference":
-        made = ("all", (first, *(("not", other) for other in others)))
+        formula = ("all", (first, *(("not", other) for other in others)))
     else:
-        made = ("any" if item.kind == "Union" else "all", tuple(formulas))
-    return Body(made, None, face - first_face)
+        formula = ("any" if item.kind == "Union" else "all", tuple(formulas))
+    return Body(formula, None, face - first_face)
 
 
 def bodies(items: Sequence[Item]) -> list[Body]:

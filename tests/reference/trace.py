@@ -120,19 +120,19 @@ class Trace:
 
         return truth(formula, held)
 
-    def _faces(self, formula: Formula, wanted: Array) -> Array:
+    def _faces(self, formula: Formula, truth_after: Array) -> Array:
         """Return, as (rays, groups), the lowest face of cells that turn a formula to `wanted`, in the leaf's sense.
 
         A part that does not turn itself has no face there: a wall of its cells is cut away, or within the part.
         """
         kind, parts = formula
         if kind == "not":
-            return self._faces(parts, ~wanted)
+            return self._faces(parts, ~truth_after)
         gaps = truth(formula, self.held)
-        turned = (gaps[:, 1:] != gaps[:, :-1]) & (gaps[:, 1:] == wanted)
+        turned = (gaps[:, 1:] != gaps[:, :-1]) & (gaps[:, 1:] == truth_after)
         if kind != "cell":
-            return np.where(turned, np.minimum.reduce([self._faces(part, wanted) for part in parts]), NO_FACE)
-        best = np.full(wanted.shape, NO_FACE)
+            return np.where(turned, np.minimum.reduce([self._faces(part, truth_after) for part in parts]), NO_FACE)
+        best = np.full(truth_after.shape, NO_FACE)
         for form in parts:
             state = self.state(form)
             mine = turned & (state[:, 1:] != state[:, :-1]) & (state[:, 1:] == gaps[:, 1:])

@@ -215,14 +215,14 @@ def test_ctrl_c_loses_no_whole_sample(card, monkeypatch, tmp_path, at):
 
 def test_progress_may_ask_the_card(card):
     """The card is free between two pieces."""
-    asked = []
+    answers = []
 
     def progress(done, count):
-        if not asked:
-            asked.append(materials().render(WIDTH, HEIGHT, 1, "normals", device="cuda"))
+        if not answers:
+            answers.append(materials().render(WIDTH, HEIGHT, 1, "normals", device="cuda"))
 
     crowded_scene().render(WIDTH, HEIGHT, 2, "whitted", progress=progress, device="cuda")
-    assert asked[0].pixels.any()
+    assert answers[0].pixels.any()
 
 
 def test_pictures_equal_those_of_the_cpu(card, monkeypatch):

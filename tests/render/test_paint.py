@@ -11,7 +11,7 @@ BORE = co.Cylinder((0, 0, -1), (0, 0, 1), 1)
 POCKET = co.Cylinder((0, 0, 0), (0, 0, 1), 1)
 
 
-def seen(shape, x=0.0, y=0.0, towards=(0, 0, -1)):
+def color_along(shape, x=0.0, y=0.0, towards=(0, 0, -1)):
     """Return the color of a grey body along a far ray through (x, y, 0)."""
     there = np.array((x, y, 0.0))
     camera = co.OrthographicCamera(there - 20 * np.array(towards, dtype=float), there, up=(0.1, 1, 0.3), height=1e-9)
@@ -22,7 +22,7 @@ def seen(shape, x=0.0, y=0.0, towards=(0, 0, -1)):
 def on_the_wall(shape, turn, down=True):
     """Return the hit of a vertical ray at radius 1, 0.8 beyond the middle, at an angle in degrees."""
     x, y = np.cos(np.radians(turn)), np.sin(np.radians(turn))
-    return seen(shape, 0.6 * x, 0.6 * y, towards=(0.5 * x, 0.5 * y, -1 if down else 1))
+    return color_along(shape, 0.6 * x, 0.6 * y, towards=(0.5 * x, 0.5 * y, -1 if down else 1))
 
 
 LEFT, RIGHT = (POCKET.scale((0.5, 0.5, 1)).translate((x, 0, 0)) for x in (-1, 1))
@@ -62,7 +62,7 @@ SEEN = {
 @pytest.mark.parametrize("name", SEEN)
 def test_the_first_wall_has_its_own_paint(name):
     shape, colors = SEEN[name]
-    assert {place: seen(shape, *place) for place in colors} == colors
+    assert {place: color_along(shape, *place) for place in colors} == colors
 
 
 @pytest.mark.parametrize("turn", [0, 60, 200])

@@ -13,6 +13,7 @@ from conicoid.render.integrators import INTEGRATORS
 from conicoid.render.tiles import SIDE
 
 from ..compiled import compiled
+from ..thread_counts import on_threads
 
 # --- Pictures: reproducible to the bit, true to the geometry, with errors that list the choices
 
@@ -28,13 +29,7 @@ SCENE = co.Scene(
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 def test_the_same_picture_for_any_number_of_threads(integrator):
-    pictures = []
-    try:
-        for threads in (1, 2, 5):
-            co.set_threads(threads)
-            pictures.append(SCENE.render(50, 37, 3, integrator=integrator).pixels)
-    finally:
-        co.set_threads(None)
+    pictures = on_threads(lambda: SCENE.render(50, 37, 3, integrator=integrator).pixels, 1, 2, 5)
     assert (pictures[0] == pictures[1]).all()
     assert (pictures[0] == pictures[2]).all()
 

@@ -20,8 +20,8 @@ def seen(item, light=None, camera=DOWN, background=BLACK, **options):
     return scene.render(3, 3, 1, **options).pixels
 
 
-def flat(**given):
-    return co.Body(co.Box((-2, -2, -1), (2, 2, 0)), co.Material(WHITE, **given))
+def flat(**properties):
+    return co.Body(co.Box((-2, -2, -1), (2, 2, 0)), co.Material(WHITE, **properties))
 
 
 @pytest.mark.parametrize("integrator", ["whitted", "path", "direct"])
@@ -129,7 +129,7 @@ def test_scene_files_keep_them(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("given", "error", "message"),
+    ("properties", "error", "message"),
     [
         (dict(bump="red"), TypeError, "Material: bump must be a texture"),
         (dict(bump=NOISE, bump_height=math.inf), ValueError, "Material: bump_height must be finite"),
@@ -143,6 +143,6 @@ def test_scene_files_keep_them(tmp_path):
         (dict(roughness="red"), ValueError, "Material: roughness must be a number"),
     ],
 )
-def test_refusals(given, error, message):
+def test_refusals(properties, error, message):
     with pytest.raises(error, match=message):
-        co.Material(**given)
+        co.Material(**properties)

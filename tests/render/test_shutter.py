@@ -20,7 +20,7 @@ def moving_ball(**track):
     return co.Scene([ball], [co.AmbientLight(0)], VIEW, BLACK, animation=tracks)
 
 
-def covered(x, half):
+def time_share(x, half):
     """Return the share of the time in which a body 2 half wide, on its way from -WAY / 2 to WAY / 2, covers x."""
     return max(0.0, min(WAY / 2, x + half) - max(-WAY / 2, x - half)) / WAY
 
@@ -35,7 +35,7 @@ def test_the_blur_of_a_ball_that_moves(integrator):
         near, far = abs(y) - 1 / 50, abs(y) + 1 / 50
         halves = [math.sqrt(max(0.0, RADIUS**2 - part * part)) for part in (far, near)]
         low, high = (
-            [covered(abs(x) + sign / 50, half) for x in places] for sign, half in ((1, halves[0]), (-1, halves[1]))
+            [time_share(abs(x) + sign / 50, half) for x in places] for sign, half in ((1, halves[0]), (-1, halves[1]))
         )
         assert (pixels[row] >= np.array(low) - 1 / 64).all()
         assert (pixels[row] <= np.array(high) + 1 / 64).all()
@@ -167,40 +167,40 @@ def test_refusals(make, error, message):
 def test_a_shutter_that_was_interrupted_goes_on(tmp_path, integrator, at):
     """A break may come in the middle of a moment. Finished work is not repeated."""
     scene, calls = moving_ball(), []
-    asked = dict(width=70, height=40, samples=12, integrator=integrator, shutter=(0, 1), times=5)
+    options = dict(width=70, height=40, samples=12, integrator=integrator, shutter=(0, 1), times=5)
 
     def stop(done, count):
         calls.append(done)
         if len(calls) == at:
             raise KeyboardInterrupt
 
-    whole = scene.render(**asked).pixels
+    whole = scene.render(**options).pixels
     try:
-        scene.render(**asked, resume=tmp_path / "file", progress=stop)
+        scene.render(**options, resume=tmp_path / "file", progress=stop)
     except KeyboardInterrupt:
         assert len(calls) == at
-    assert (scene.render(**asked, resume=tmp_path / "file").pixels == whole).all()
+    assert (scene.render(**options, resume=tmp_path / "file").pixels == whole).all()
     done = []
-    assert (scene.render(**asked, resume=tmp_path / "file", progress=lambda *s: done.append(s)).pixels == whole).all()
+    assert (scene.render(**options, resume=tmp_path / "file", progress=lambda *s: done.append(s)).pixels == whole).all()
     assert done == []
     for other in (dict(samples=13), dict(times=4), dict(shutter=(0, 0.9)), dict(camera=VIEW)):
         with pytest.raises(ValueError, match="holds parts of other work"):
-            scene.render(**asked | other, resume=tmp_path / "file")
+            scene.render(**options | other, resume=tmp_path / "file")
 
 
 @pytest.mark.parametrize("integrator", ["whitted", "path"])
 def test_a_shutter_on_workers(tmp_path, integrator):
     from conicoid.parallel.workers import inline_workers
 
-    asked = dict(width=70, height=40, samples=12, integrator=integrator, shutter=(0, 1), times=5)
+    options = dict(width=70, height=40, samples=12, integrator=integrator, shutter=(0, 1), times=5)
     workers, calls = inline_workers(), []
     workers.chunk = 1
-    near = moving_ball().render(**asked).pixels
-    far = moving_ball().render(**asked, executor=workers, progress=lambda *step: calls.append(step))
+    near = moving_ball().render(**options).pixels
+    far = moving_ball().render(**options, executor=workers, progress=lambda *step: calls.append(step))
     assert (far.pixels == near).all()
     assert calls[-1][0] == calls[-1][1]
-    assert (moving_ball().render(**asked, executor=workers, resume=tmp_path / "file").pixels == near).all()
-    assert (moving_ball().render(**asked, resume=tmp_path / "file").pixels == near).all()
+    assert (moving_ball().render(**options, executor=workers, resume=tmp_path / "file").pixels == near).all()
+    assert (moving_ball().render(**options, resume=tmp_path / "file").pixels == near).all()
 
 
 # ---- Until noise is gone ----
@@ -253,9 +253,9 @@ def test_less_noise_goes_on_where_more_was_enough(tmp_path):
 
     scene, workers = moving_ball(), inline_workers()
     workers.chunk = 1
-    asked = UNTIL | dict(samples=3 * ROUND + 10)
-    whole = scene.render(**asked).pixels
-    assert (scene.render(**asked, executor=workers).pixels == whole).all()
+    options = UNTIL | dict(samples=3 * ROUND + 10)
+    whole = scene.render(**options).pixels
+    assert (scene.render(**options, executor=workers).pixels == whole).all()
     calls = []
 
     def stop(done, count):
@@ -264,16 +264,16 @@ def test_less_noise_goes_on_where_more_was_enough(tmp_path):
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        scene.render(**asked | dict(noise=0.1), resume=tmp_path / "file", progress=stop)
-    scene.render(**asked | dict(noise=0.1), resume=tmp_path / "file")
-    assert (scene.render(**asked, resume=tmp_path / "file").pixels == whole).all()
-    assert (scene.render(**asked, resume=tmp_path / "file", executor=workers).pixels == whole).all()
+        scene.render(**options | dict(noise=0.1), resume=tmp_path / "file", progress=stop)
+    scene.render(**options | dict(noise=0.1), resume=tmp_path / "file")
+    assert (scene.render(**options, resume=tmp_path / "file").pixels == whole).all()
+    assert (scene.render(**options, resume=tmp_path / "file", executor=workers).pixels == whole).all()
     calls.clear()
-    scene.render(**asked, resume=tmp_path / "file", progress=lambda *step: calls.append(step))
+    scene.render(**options, resume=tmp_path / "file", progress=lambda *step: calls.append(step))
     assert calls == []
     for other in (dict(samples=4 * ROUND), dict(noise=None), dict(times=13)):
         with pytest.raises(ValueError, match="holds parts of other work"):
-            scene.render(**asked | other, resume=tmp_path / "file")
+            scene.render(**options | other, resume=tmp_path / "file")
 
 
 # ---- Lights ----

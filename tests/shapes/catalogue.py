@@ -41,7 +41,7 @@ class Sample:
     bounded: bool = True
 
 
-def about(start: Any, end: Any, reference: Any = None) -> Callable[[Any, Any, Any], Any]:
+def cylindrical(start: Any, end: Any, reference: Any = None) -> Callable[[Any, Any, Any], Any]:
     """Return (height along the axis, distance from it, angle from the reference in degrees in [0, 360))."""
     start, end = np.array(start, float), np.array(end, float)
     axis = (end - start) / np.linalg.norm(end - start)
@@ -59,7 +59,7 @@ def about(start: Any, end: Any, reference: Any = None) -> Callable[[Any, Any, An
 
 
 def cylinder(start: Any, end: Any, radius: float, first: float = 0, last: float = 360, reference: Any = None) -> Inside:
-    coordinates, length = about(start, end, reference), np.linalg.norm(np.subtract(end, start))
+    coordinates, length = cylindrical(start, end, reference), np.linalg.norm(np.subtract(end, start))
 
     def inside(x: Any, y: Any, z: Any) -> Any:
         height, distance, angle = coordinates(x, y, z)
@@ -69,7 +69,7 @@ def cylinder(start: Any, end: Any, radius: float, first: float = 0, last: float 
 
 
 def cone(start: Any, end: Any, r0: float, r1: float) -> Inside:
-    coordinates, length = about(start, end), np.linalg.norm(np.subtract(end, start))
+    coordinates, length = cylindrical(start, end), np.linalg.norm(np.subtract(end, start))
 
     def inside(x: Any, y: Any, z: Any) -> Any:
         height, distance, _ = coordinates(x, y, z)

@@ -34,7 +34,7 @@ def points(seed, semi, low, high, count=4000):
     return np.column_stack([rng.uniform(-semi, semi, (count, 2)), rng.uniform(low, high, count)])
 
 
-def apart(heights, *walls, by=1e-9):
+def points_off_walls(heights, *walls, by=1e-9):
     """Return points clear of all walls."""
     return np.all([np.abs(heights - wall) > by for wall in walls], axis=0)
 
@@ -89,7 +89,7 @@ def test_a_lens_lies_between_its_faces(name, aperture):
     r = np.hypot(xyz[:, 0], xyz[:, 1])
     at = np.minimum(np.minimum(r, 6), (aperture or diameter) / 2)
     low, high = sag(at, front, k1), thickness + sag(at, back, k2)
-    clear = apart(xyz[:, 2], low, high)
+    clear = points_off_walls(xyz[:, 2], low, high)
     expected = (r <= 6) & (low <= xyz[:, 2]) & (xyz[:, 2] <= high)
     assert expected.any()
     assert np.array_equal(co.Scene([lens]).contains(xyz)[clear], expected[clear])
@@ -110,7 +110,7 @@ def test_a_mirror_lies_between_the_conic_and_its_back(radius, conic, thickness):
     r = np.hypot(xyz[:, 0], xyz[:, 1])
     wall = sag(np.minimum(r, 5), radius, conic)
     expected = (r > 1) & (r < 5) & (np.minimum(wall, thickness) < xyz[:, 2]) & (xyz[:, 2] < np.maximum(wall, thickness))
-    clear = apart(xyz[:, 2], wall, thickness)
+    clear = points_off_walls(xyz[:, 2], wall, thickness)
     assert np.array_equal(mirror.contains(xyz)[clear], expected[clear])
 
 
@@ -233,7 +233,7 @@ def test_supports_in_floats_are_above_the_exact_ones_and_near_them() -> None:
 # --- Prisms and corner cubes by the paths of light, and walls of solids as open sheets
 
 
-def bent(scene, rays, steps):
+def bent_rays(scene, rays, steps):
     """Return rays after refractions (a pair of indices) or reflections (None), one after the other."""
     for step in steps:
         hits = scene.first_hit(rays)
@@ -254,7 +254,7 @@ def test_the_least_deviation_of_a_prism(apex, index):
     d = 2 * math.asin(index * math.sin(half)) - 2 * half
     way = np.array([0, math.sin(d / 2), math.cos(d / 2)])
     scene = co.Scene([co.Prism(apex, 10, 8)])
-    out = bent(scene, co.Rays([np.array([1, 0.5, 0]) - 30 * way], [way]), [(1, index), (index, 1)])
+    out = bent_rays(scene, co.Rays([np.array([1, 0.5, 0]) - 30 * way], [way]), [(1, index), (index, 1)])
     assert out.directions[0] / np.linalg.norm(out.directions[0]) == pytest.approx([0, -way[1], way[2]], abs=1e-14)
 
 
@@ -276,7 +276,7 @@ def test_a_penta_prism_turns_by_a_right_angle_however_it_stands(tilt):
     rng = np.random.default_rng(1)
     on_face = np.column_stack([rng.uniform(-2, 2, 100), rng.uniform(1, 4, 100), np.zeros(100)])
     rays = co.Rays(on_face - 9 * way, np.tile(way, (100, 1)))
-    out = bent(co.Scene([co.PentaPrism(5, 6)]), rays, [(1, index), None, None, (index, 1)])
+    out = bent_rays(co.Scene([co.PentaPrism(5, 6)]), rays, [(1, index), None, None, (index, 1)])
     ways = out.directions / np.linalg.norm(out.directions, axis=1)[:, None]
     assert np.abs(ways @ way).max() < 1e-14
     assert ways == pytest.approx(np.tile([0, -way[2], way[1]], (100, 1)), abs=1e-14)
@@ -289,7 +289,7 @@ def test_a_full_beam_passes_the_penta_prism():
     faces = []
     for step in ([(1, 1.5)], [None], [None]):
         faces.append(scene.first_hit(rays).face)
-        rays = bent(scene, rays, step)
+        rays = bent_rays(scene, rays, step)
     assert [set(face.tolist()) for face in (*faces, scene.first_hit(rays).face)] == [{0}, {2}, {3}, {1}]
 
 
@@ -297,7 +297,7 @@ def test_a_corner_cube_sends_light_back():
     rng = np.random.default_rng(3)
     ways = rng.uniform(-0.2, 0.2, (400, 3)) + (0, 0, 1)
     rays = co.Rays(rng.uniform(-0.5, 0.5, (400, 3)) * (1, 1, 0) - 5 * ways, ways)
-    out = bent(co.Scene([co.CornerCube(3)]), rays, [(1, 1.5), None, None, None, (1.5, 1)])
+    out = bent_rays(co.Scene([co.CornerCube(3)]), rays, [(1, 1.5), None, None, None, (1.5, 1)])
     back = out.directions / np.linalg.norm(out.directions, axis=1)[:, None]
     assert back == pytest.approx(-ways / np.linalg.norm(ways, axis=1)[:, None], abs=2e-15)
     assert np.array(co.CornerCube(3).bounds) == pytest.approx(

@@ -115,14 +115,14 @@ def test_invalid_materials_are_refused(call, error, message):
 # --- Colors: sRGB by the standard's formula, names, and refusals
 
 
-def encoded(linear: float) -> float:
+def srgb_of(linear: float) -> float:
     """Apply IEC 61966-2-1 to one number at a time."""
     return 12.92 * linear if linear <= 0.0031308 else 1.055 * math.pow(linear, 1 / 2.4) - 0.055
 
 
 def test_encoding_follows_the_standard():
     values = np.linspace(0, 1, 1001)
-    assert np.abs(srgb_encode(values) - [encoded(v) for v in values]).max() < 1e-15
+    assert np.abs(srgb_encode(values) - [srgb_of(v) for v in values]).max() < 1e-15
     assert srgb_encode(0.0) == 0
     assert srgb_encode(1.0) == pytest.approx(1, abs=1e-15)
 

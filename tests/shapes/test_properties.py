@@ -52,9 +52,9 @@ def test_every_constructor_takes_them(name):
 
 
 def test_they_never_change():
-    given = {"mu": np.arange(3.0)}
-    material = co.Material(properties=given)
-    given["mu"][0], given["more"] = 9, 1
+    values = {"mu": np.arange(3.0)}
+    material = co.Material(properties=values)
+    values["mu"][0], values["more"] = 9, 1
     assert material.properties["mu"].tolist() == [0, 1, 2]
     assert "more" not in material.properties
     with pytest.raises(ValueError, match="read-only"):

@@ -168,15 +168,15 @@ def test_cut_ellipsoids_keep_some_of_the_solid(size: float, ends: tuple[float, f
     low, high = sorted(end * size if abs(end) > 1e-90 else 0.0 for end in ends)
     if not low < high or low == math.inf or high == -math.inf:
         return
-    made = {"coefficients": (1.0, 1.0, size)} if by_coefficients else {"radii": (1.0, 2.0, size)}
+    size_fields = {"coefficients": (1.0, 1.0, size)} if by_coefficients else {"radii": (1.0, 2.0, size)}
     square = 1 / Fraction(size) if by_coefficients else Fraction(size) ** 2
     below = low < 0 or Fraction(low) ** 2 < square
     above = high > 0 or Fraction(high) ** 2 < square
     if below and above:
-        assert Ellipsoid(z_range=(low, high), **made).z_range == (low, high)
+        assert Ellipsoid(z_range=(low, high), **size_fields).z_range == (low, high)
     else:
         with pytest.raises(ValueError, match="z_range must leave a part of the solid"):
-            Ellipsoid(z_range=(low, high), **made)
+            Ellipsoid(z_range=(low, high), **size_fields)
 
 
 # --- Arrays of callers: masked entries are found everywhere, and never read as NaN

@@ -16,7 +16,7 @@ from PIL import Image
 
 import conicoid as co
 
-from ..command_line import done, refused, run, written
+from ..command_line import execute, failure, run, scene_file
 
 # --- Slices and voxels as files, against readers of the formats
 
@@ -178,7 +178,7 @@ def test_problems_are_shown_on_request():
 ONE = co.Box((0, 0, 0), (1, 1, 1))
 
 
-def marked(tmp_path, other, origin):
+def overlap_pixels(tmp_path, other, origin):
     """Return pixels of a window where two bodies hold the center, where they overlap, and whether the legend says so."""
     scene = co.Scene([ONE, other])
     cut = scene.slice(origin=origin, u=(2, 0, 0), v=(0, 1, 0), pixels=(25, 15))
@@ -198,7 +198,7 @@ def marked(tmp_path, other, origin):
     ],
 )
 def test_bodies_that_touch_do_not_overlap(tmp_path, other, origin):
-    held, overlapping, named = marked(tmp_path, other, origin)
+    held, overlapping, named = overlap_pixels(tmp_path, other, origin)
     assert held > 0
     assert (overlapping, named) == (0, False)
 
@@ -214,7 +214,7 @@ def test_bodies_that_touch_do_not_overlap(tmp_path, other, origin):
     ],
 )
 def test_thin_overlaps_are_marked(tmp_path, other, origin):
-    held, overlapping, named = marked(tmp_path, other, origin)
+    held, overlapping, named = overlap_pixels(tmp_path, other, origin)
     assert held >= overlapping > 0
     assert named
 
@@ -284,11 +284,11 @@ TEXT = "{http://www.w3.org/2000/svg}text"
 
 @pytest.fixture
 def scene(tmp_path: Path) -> Path:
-    return written(tmp_path)
+    return scene_file(tmp_path)
 
 
 def test_a_slice_as_svg(scene, tmp_path):
-    result = done("slice", scene, "-o", tmp_path / "cut.svg", "--at", 0.5, "--pixels", 200)
+    result = execute("slice", scene, "-o", tmp_path / "cut.svg", "--at", 0.5, "--pixels", 200)
     assert "cut.svg: 200 x " in result.output
     root = ElementTree.parse(tmp_path / "cut.svg").getroot()
     assert [text.text for text in root.iter(TEXT)] == ["ball", "body 1"]
@@ -298,7 +298,7 @@ def test_a_slice_as_svg(scene, tmp_path):
 
 def test_an_oblique_slice_as_a_picture(scene, tmp_path):
     plain = tmp_path / "plain.png"
-    done(
+    execute(
         "slice",
         scene,
         "-o",
@@ -331,8 +331,8 @@ def test_invalid_options_are_refused(scene, tmp_path):
         (("--u", "1,0,0"), "--u"),
         (("--origin", "0,0,0", "--u", "1,0,0", "--v", "0,1,0", "--axis", "x"), "--axis"),
     ):
-        assert message in refused("slice", scene, "-o", out, *arguments)
-    assert "slices are saved as .svg, .pdf, .png" in refused("slice", scene, "-o", tmp_path / "cut.gif")
+        assert message in failure("slice", scene, "-o", out, *arguments)
+    assert "slices are saved as .svg, .pdf, .png" in failure("slice", scene, "-o", tmp_path / "cut.gif")
     assert not out.exists()
 
 

@@ -32,7 +32,7 @@ def path(request, tmp_path):
     return tmp_path / f"voxels{request.param}"
 
 
-def alike(stored, kept):
+def same_voxels(stored, kept):
     return np.array_equal(np.asarray(stored[...]), kept)
 
 
@@ -62,8 +62,8 @@ def test_ids_are_those_in_memory(path):
     kept = SCENE.voxels(WINDOW, SHAPE)
     x, y, z = kept.centers
     assert (kept.body == SCENE.body_at(np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1))).all()
-    assert alike(stored.body, kept.body)
-    assert alike(stored.material, kept.material)
+    assert same_voxels(stored.body, kept.body)
+    assert same_voxels(stored.material, kept.material)
     assert not stored.body[:1].flags.owndata or path.suffix == ".zarr"
     assert len(seen) > 5
     assert seen[-1] == (11 * 13 * 9, 11 * 13 * 9)
@@ -74,16 +74,16 @@ def test_ids_are_those_in_memory(path):
 @pytest.mark.parametrize("room", [16 * 2 * 9 * 30, 16 * 2 * 9 * 5])
 def test_fractions_are_those_in_memory(path, axis, room, monkeypatch):
     monkeypatch.setattr(voxels, "_BYTES", room)
-    asked = dict(fractions="material", samples=2, axis=axis)
-    stored, kept = SCENE.voxels(WINDOW, SHAPE, path=path, **asked), SCENE.voxels(WINDOW, SHAPE, **asked)
-    assert alike(stored.fractions, kept.fractions)
-    assert alike(stored.bounds, kept.bounds)
+    options = dict(fractions="material", samples=2, axis=axis)
+    stored, kept = SCENE.voxels(WINDOW, SHAPE, path=path, **options), SCENE.voxels(WINDOW, SHAPE, **options)
+    assert same_voxels(stored.fractions, kept.fractions)
+    assert same_voxels(stored.bounds, kept.bounds)
     (ring, box), (off, edge) = stored.volumes()
     # a ball with a bore keeps 4/3 π h³ for the half height h of its wall
     assert abs(ring - 4 / 3 * math.pi * 0.75**1.5) <= off
     assert abs(box - 0.7 * 2 * 1.5) <= edge
     monkeypatch.setattr(voxels, "_BYTES", 1 << 27)
-    assert alike(kept.fractions, SCENE.voxels(WINDOW, SHAPE, **asked).fractions)
+    assert same_voxels(kept.fractions, SCENE.voxels(WINDOW, SHAPE, **options).fractions)
 
 
 def test_files_hold_their_window(path):
@@ -105,9 +105,9 @@ def test_interrupted_work_leaves_no_files(path):
         if done > count / 2:
             raise KeyboardInterrupt
 
-    for asked in ({}, dict(fractions="body")):
+    for options in ({}, dict(fractions="body")):
         with pytest.raises(KeyboardInterrupt):
-            SCENE.voxels(WINDOW, SHAPE, path=path, progress=stop, **asked)
+            SCENE.voxels(WINDOW, SHAPE, path=path, progress=stop, **options)
         assert list(path.parent.iterdir()) == []
 
 
@@ -116,7 +116,7 @@ def test_workers_write_the_same(path):
 
     with ThreadPoolExecutor(2) as executor:
         there = SCENE.voxels(WINDOW, SHAPE, path=path, fractions="body", executor=executor)
-    assert alike(there.fractions, SCENE.voxels(WINDOW, SHAPE, fractions="body").fractions)
+    assert same_voxels(there.fractions, SCENE.voxels(WINDOW, SHAPE, fractions="body").fractions)
 
 
 def test_paths_that_cannot_be(tmp_path, monkeypatch):

@@ -69,11 +69,11 @@ def test_every_share_is_that_of_dense_points(name: str):
 def _around(count: int, middle: tuple[float, float, float], half: float, holes: float) -> tuple[co.Solid, list[Box]]:
     """Return a box less `count` small ones, and these: more leaves than bodies without trees have."""
     corners = [np.array((11.0 * (k % 4), 11.0 * (k // 4), 0.0)) + middle for k in range(count)]
-    made = [(tuple((at - holes).tolist()), tuple((at + holes).tolist())) for at in corners]
+    boxes = [(tuple((at - holes).tolist()), tuple((at + holes).tolist())) for at in corners]
     solid: co.Solid = co.Box(*(tuple((np.array(middle) + sign * half).tolist()) for sign in (-1, 1)))
-    for low, high in made:
+    for low, high in boxes:
         solid = solid - co.Box(low, high)
-    return solid, made
+    return solid, boxes
 
 
 @pytest.mark.parametrize("axis", ["x", "y", "z"])

@@ -20,7 +20,7 @@ from conicoid.scene import movies as frames
 from conicoid.scene.movies import _views
 
 from ..children import ROOT, child, needs_signals
-from ..command_line import done, refused, run
+from ..command_line import execute, failure, run
 
 # --- Turntables: the contents of the file, rendered frames and frames from before
 
@@ -281,20 +281,20 @@ def test_only_moving_bodies_are_prepared_for_each_frame(monkeypatch):
 def test_the_command_animates(tmp_path):
     co.save(BALL, tmp_path / "scene.yaml")
     options = ("--width", 32, "--height", 24, "--samples", 2, "--frames", 3)
-    first = done("animate", tmp_path / "scene.yaml", "-o", tmp_path / "film.gif", *options)
+    first = execute("animate", tmp_path / "scene.yaml", "-o", tmp_path / "film.gif", *options)
     assert "3 frames of 32 x 24 pixels" in first.output
     again = run("animate", tmp_path / "scene.yaml", "-o", tmp_path / "film.gif", *options)
     assert "3 of them were there" in again.output
-    done("render", tmp_path / "scene.yaml", "-o", tmp_path / "a.png", *options[:6], "--shutter", "0,0.5")
+    execute("render", tmp_path / "scene.yaml", "-o", tmp_path / "a.png", *options[:6], "--shutter", "0,0.5")
     expected = BALL.render(32, 24, 2, shutter=(0, 0.5))
     assert (np.asarray(PIL.Image.open(tmp_path / "a.png")) == np.asarray(expected)).all()
-    done("render", tmp_path / "scene.yaml", "-o", tmp_path / "b.png", *options[:6], "--time", "0.5")
+    execute("render", tmp_path / "scene.yaml", "-o", tmp_path / "b.png", *options[:6], "--time", "0.5")
     assert (np.asarray(PIL.Image.open(tmp_path / "b.png")) == np.asarray(BALL.at(0.5).render(32, 24, 2))).all()
 
 
 def test_scenes_without_animation_are_refused(tmp_path):
     co.save(BALL.replace(animation=()), tmp_path / "scene.yaml")
-    assert "has no animation" in refused("animate", tmp_path / "scene.yaml", "-o", tmp_path / "film.gif")
+    assert "has no animation" in failure("animate", tmp_path / "scene.yaml", "-o", tmp_path / "film.gif")
     with pytest.raises(ValueError, match="shutter must be in"):
         co.animate(BALL, tmp_path / "a.gif", shutter=2)
     with pytest.raises(ValueError, match="seconds must be given"):
@@ -319,8 +319,8 @@ def test_frames_of_workers_are_the_same(tmp_path):
         assert contents(tmp_path / "far-frames") == contents(tmp_path / "near-frames")
         assert (tmp_path / "far.gif").read_bytes() == (tmp_path / "near.gif").read_bytes()
         assert calls == [(k + 1, 5) for k in range(5)]
-        gone = sorted((tmp_path / "far-frames").iterdir())[:2]
-        for path in gone:
+        files = sorted((tmp_path / "far-frames").iterdir())[:2]
+        for path in files:
             path.unlink()
         assert co.turntable(SCENE, tmp_path / "far.gif", frames=5, **SMALL, executor=pool) == 2
     assert contents(tmp_path / "far-frames") == contents(tmp_path / "near-frames")
@@ -342,20 +342,20 @@ def test_frames_of_films_too(tmp_path):
         for shutter in (0, 0.5):
             calls: list[tuple[int, int]] = []
             names = [tmp_path / f"{where}-{shutter}.gif" for where in ("near", "far")]
-            asked = dict(frames=4, shutter=shutter, **SMALL)
-            assert co.animate(scene, names[0], **asked) == 4
+            options = dict(frames=4, shutter=shutter, **SMALL)
+            assert co.animate(scene, names[0], **options) == 4
             assert (
                 co.animate(
-                    scene, names[1], **asked, executor=pool, progress=lambda *step, calls=calls: calls.append(step)
+                    scene, names[1], **options, executor=pool, progress=lambda *step, calls=calls: calls.append(step)
                 )
                 == 4
             )
             assert names[0].read_bytes() == names[1].read_bytes()
             assert calls == [(k + 1, 4) for k in range(4)]
-            assert co.animate(scene, names[1], **asked, executor=pool) == 0
+            assert co.animate(scene, names[1], **options, executor=pool) == 0
 
 
-class Dying(co.parallel.Processes):
+class DeadlyProcesses(co.parallel.Processes):
     """An executor that kills a process with its first task, twice."""
 
     left = 2
@@ -369,7 +369,7 @@ class Dying(co.parallel.Processes):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGKILL")
 def test_a_worker_that_dies_costs_its_frame(tmp_path):
-    with Dying(2, retries=5) as pool:
+    with DeadlyProcesses(2, retries=5) as pool:
         assert co.turntable(SCENE, tmp_path / "far.gif", frames=6, **SMALL, executor=pool) == 6
     co.turntable(SCENE, tmp_path / "near.gif", frames=6, **SMALL)
     assert (tmp_path / "far.gif").read_bytes() == (tmp_path / "near.gif").read_bytes()
@@ -393,5 +393,5 @@ def test_the_command_on_workers(tmp_path):
     co.save(SCENE, tmp_path / "scene.yaml")
     options = "--width", 32, "--height", 24, "--samples", 1, "--frames", 3
     for name, more in (("near", ()), ("far", ("--workers", 1))):
-        done("turntable", tmp_path / "scene.yaml", "-o", tmp_path / f"{name}.gif", *options, *more)
+        execute("turntable", tmp_path / "scene.yaml", "-o", tmp_path / f"{name}.gif", *options, *more)
     assert (tmp_path / "far.gif").read_bytes() == (tmp_path / "near.gif").read_bytes()

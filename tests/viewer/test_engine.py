@@ -46,7 +46,7 @@ def sheets() -> co.Scene:
     ])  # fmt: skip
 
 
-def asked(scene: co.Scene, seed: int, count: int) -> Iterator[dict[str, Any]]:
+def rays_to_trace(scene: co.Scene, seed: int, count: int) -> Iterator[dict[str, Any]]:
     """Return rays of the digest, and tangents at their hits; some with hidden bodies, some with a section."""
     numbers, lines = Numbers(seed), []
     for origins, directions, _ in rays(numbers):
@@ -78,15 +78,17 @@ def bits(value: Any) -> Any:
 
 def in_node(cases: list[tuple[co.Scene, list[dict[str, Any]]]], folder: Path) -> list[list[Any]]:
     """Return the answers of the page's engine."""
-    module, given = folder / "page.mjs", folder / "cases.json"
+    module, cases_file = folder / "page.mjs", folder / "cases.json"
     module.write_text(html.script() + "\nexport { Exact, bitsOf, decodedScene };\n", encoding="utf-8")
     data = [(pack_scene(scene), rays, scene) for scene, rays in cases]
     whole = [
         {"scene": shown, "engine": engine.engine_data(scene, shown["tables"]), "rays": rays}
         for shown, rays, scene in data
     ]
-    given.write_text(json.dumps(whole), encoding="utf-8")
-    run = subprocess.run([str(NODE), str(RUN), str(module), str(given)], capture_output=True, text=True, timeout=600)
+    cases_file.write_text(json.dumps(whole), encoding="utf-8")
+    run = subprocess.run(
+        [str(NODE), str(RUN), str(module), str(cases_file)], capture_output=True, text=True, timeout=600
+    )
     assert run.returncode == 0, run.stderr[-2000:]
     answers: list[list[Any]] = json.loads(run.stdout)
     return answers
@@ -113,7 +115,7 @@ def without_exact_bounds(scene: co.Scene, ray: dict[str, Any], found: Any) -> An
 
 def compare(some: list[co.Scene], count: int, folder: Path) -> tuple[int, int, int]:
     """Return (answers with the desktop's bits, of these how many exact methods settled, rays left to the desktop)."""
-    cases = [(scene, list(asked(scene, k + 1, count))) for k, scene in enumerate(some)]
+    cases = [(scene, list(rays_to_trace(scene, k + 1, count))) for k, scene in enumerate(some)]
     same = settled = left = 0
     for (scene, lines), answers in zip(cases, in_node(cases, folder), strict=True):
         for ray, answer in zip(lines, answers, strict=True):
@@ -169,10 +171,10 @@ def test_a_hidden_body_does_not_answer_for_the_wall_it_shares(tmp_path):
     ball = co.Sphere(0.4, (0.2, 0.1, 0.3))
     scene = co.Scene([ball, rod, tube - rod, co.Box((-3, -3, -3), (3, 3, 3)) - ball])
     directions = np.random.default_rng(3).normal(size=(60, 3)).tolist()
-    asked = [{"origin": [-0.2, -0.1, 0.0], "direction": d, "hidden": [0, 1], "section": None} for d in directions]
-    expected = [pick(scene, ray) for ray in asked]
-    assert in_node([(scene, asked)], tmp_path) == [bits(expected)]
-    assert {0, 1} & {scene.first_hit(ray["origin"], ray["direction"]).body for ray in asked}
+    lines = [{"origin": [-0.2, -0.1, 0.0], "direction": d, "hidden": [0, 1], "section": None} for d in directions]
+    expected = [pick(scene, ray) for ray in lines]
+    assert in_node([(scene, lines)], tmp_path) == [bits(expected)]
+    assert {0, 1} & {scene.first_hit(ray["origin"], ray["direction"]).body for ray in lines}
     assert {answer["found"]["body"] for answer in expected} == {2, 3}
 
 
@@ -202,9 +204,9 @@ def test_the_engine_takes_nothing_from_javascript(tmp_path):
     code = engine.read_engine()
     assert code is not None
     (tmp_path / "engine.wasm").write_bytes(code)
-    ask = "console.log(WebAssembly.Module.imports(new WebAssembly.Module(require('fs').readFileSync(process.argv[1]))).length)"
+    script = "console.log(WebAssembly.Module.imports(new WebAssembly.Module(require('fs').readFileSync(process.argv[1]))).length)"
     run = subprocess.run(
-        [str(NODE), "-e", ask, str(tmp_path / "engine.wasm")], capture_output=True, text=True, timeout=60
+        [str(NODE), "-e", script, str(tmp_path / "engine.wasm")], capture_output=True, text=True, timeout=60
     )
     assert run.stdout.strip() == "0", run.stderr
     assert len(code) < 256 << 10

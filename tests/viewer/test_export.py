@@ -13,7 +13,7 @@ from conicoid.viewer import export, page, scene_data as limits
 from conicoid.viewer.html import PREVIEW_BYTES, preview_of
 from conicoid.viewer.scene_data import expand_tables
 
-from ..command_line import done, refused
+from ..command_line import execute, failure
 from .browser import NARROW, launch, needs_browser, opened
 
 # --- The exported page: small, alone, safe; and its message where it cannot draw
@@ -22,7 +22,7 @@ BARREL = Path(__file__).resolve().parents[2] / "examples" / "scenes" / "barrel.y
 
 
 def test_the_barrel_is_small_and_alone(tmp_path, no_engine):
-    done("export", BARREL, tmp_path / "barrel.html")
+    execute("export", BARREL, tmp_path / "barrel.html")
     text = (tmp_path / "barrel.html").read_text(encoding="utf-8")
     assert len(text.encode()) < 200 * 1024
     assert re.findall(r"(?:src|href)=[\"']?(?!data:)[a-z]+:", text) == []
@@ -99,7 +99,7 @@ def test_limits_are_named(monkeypatch, tmp_path, name, value, message):
 
 
 def test_mistakes_are_reported(tmp_path):
-    assert "pages are saved as .html" in refused("export", BARREL, tmp_path / "page.png")
+    assert "pages are saved as .html" in failure("export", BARREL, tmp_path / "page.png")
 
 
 # --- The tables of pages, in which every body has rows of its own: each body's tree holds the leaves of that body

@@ -45,8 +45,10 @@ def test_every_bit_is_the_desktops(browser, address):
         assert "computed by Conicoid itself, which runs in this page" in found.text(".found")
         compared = 0
         for example in examples():
-            asked = json.dumps({"text": example["text"]})
-            found.ask(f"playground.brain.ask('typed', {asked}).then((answer) => {{ window.number = answer.number; }})")
+            request = json.dumps({"text": example["text"]})
+            found.ask(
+                f"playground.brain.ask('typed', {request}).then((answer) => {{ window.number = answer.number; }})"
+            )
             for ray in rays_of(example, 12):
                 got = found.ask(f"playground.brain.ask('pick', {{ ...{json.dumps(ray)}, number: window.number }})")
                 assert bits(got) == bits(answer(example["text"], ray)), (example["name"], ray)

@@ -36,7 +36,7 @@ BROKEN = """const source = WebGL2RenderingContext.prototype.shaderSource;
     WebGL2RenderingContext.prototype.shaderSource = function (shader, text) { source.call(this, shader, text + "nonsense"); };"""
 
 
-def shown(browser, url, script):
+def open_page(browser, url, script):
     context = browser.new_context(viewport=WIDE, device_scale_factor=0.5)
     found = context.new_page()
     found.on("pageerror", lambda error: pytest.fail(str(error)))
@@ -58,7 +58,7 @@ def test_the_engines_picture_and_a_line_stand_there_while_the_driver_compiles(br
     export(BALL, tmp_path / "scene.html")
     with served(Session(BALL, "scene")) as server:
         url = server.url if kind == "served" else (tmp_path / "scene.html").as_uri()
-        found = shown(browser, url, SLOW)
+        found = open_page(browser, url, SLOW)
         until(found, "window.conicoid.film?.compiling > 0")
         words = found.locator(".waiting p[role=status]")
         until(found, "document.querySelector('.waiting img').naturalWidth >= 200")
@@ -80,7 +80,7 @@ def test_the_engines_picture_and_a_line_stand_there_while_the_driver_compiles(br
 @needs_browser
 def test_a_shader_that_the_driver_refuses_leaves_words_and_the_picture(browser, tmp_path):
     export(BALL, tmp_path / "scene.html")
-    found = shown(browser, (tmp_path / "scene.html").as_uri(), BROKEN)
+    found = open_page(browser, (tmp_path / "scene.html").as_uri(), BROKEN)
     found.wait_for_selector("[role=alert]")
     assert "This browser's driver does not take the shader" in found.locator("[role=alert]").inner_text()
     assert (
@@ -95,7 +95,7 @@ def test_a_shader_that_the_driver_refuses_leaves_words_and_the_picture(browser, 
 @needs_browser
 def test_a_driver_that_stops_in_compiling_is_reported(browser, tmp_path):
     export(BALL, tmp_path / "scene.html")
-    found = shown(browser, (tmp_path / "scene.html").as_uri(), SLOW)
+    found = open_page(browser, (tmp_path / "scene.html").as_uri(), SLOW)
     until(found, "window.conicoid.film?.compiling > 0")
     found.evaluate("conicoid.graphics.gl.getExtension('WEBGL_lose_context').loseContext()")
     found.wait_for_selector("[role=alert]:visible")

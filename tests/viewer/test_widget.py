@@ -42,9 +42,9 @@ def test_a_scene_shows_itself():
     assert "application/vnd.jupyter.widget-view+json" in data
 
 
-@pytest.mark.parametrize("why", ["not installed", "too large"])
-def test_else_it_is_a_picture(monkeypatch, why):
-    if why == "too large":
+@pytest.mark.parametrize("reason", ["not installed", "too large"])
+def test_else_it_is_a_picture(monkeypatch, reason):
+    if reason == "too large":
         monkeypatch.setattr(limits, "MOST_BYTES", 10)
     else:
         monkeypatch.setitem(sys.modules, "anywidget", None)

@@ -121,7 +121,7 @@ SOLIDS = {
 }
 
 
-def together(shapes: list[Any], room: int) -> dict[int, tuple[Any, list[float], dict[int, Any]]]:
+def lowered_together(shapes: list[Any], room: int) -> dict[int, tuple[Any, list[float], dict[int, Any]]]:
     """Return (pattern, row, paints) of the bodies that were lowered together, by number."""
     bodies = BatchLowering()
     for number_, shape in enumerate(shapes):
@@ -138,7 +138,7 @@ def together(shapes: list[Any], room: int) -> dict[int, tuple[Any, list[float], 
 
 def check(shapes: list[Any], room: int) -> None:
     """Compare bodies with each alone; a fast run compares some of them."""
-    found = list(together(shapes, room).items())
+    found = list(lowered_together(shapes, room).items())
     for number_, (pattern, row, paints) in found[:: many(3, 1)]:
         alone = compute_shape(shapes[number_])
         assert pattern == alone.pattern
@@ -162,7 +162,7 @@ MOST = [
 def test_most_are_lowered_together(kind, motion):
     """Of plain bodies, only kinds with too few members are lowered one by one."""
     rng = random.Random(f"most {kind} {motion}")
-    together([MOTIONS[motion](rng)(KINDS[kind](rng)) for _ in range(120)], 30)
+    lowered_together([MOTIONS[motion](rng)(KINDS[kind](rng)) for _ in range(120)], 30)
 
 
 @pytest.mark.parametrize(
@@ -221,7 +221,7 @@ def test_cylinders_turned_about_themselves_are_lowered_together():
 def test_some_booleans_are_lowered_together():
     rng = random.Random(8)
     solids = [co.Box((0, 0, 0), (2, 2, size(rng))) - co.Sphere(size(rng)) - KINDS["Cylinder"](rng) for _ in range(100)]
-    together([solid.rotate(point(rng), 20) for solid in solids], 20)
+    lowered_together([solid.rotate(point(rng), 20) for solid in solids], 20)
 
 
 def test_one_body_of_many_primitives_is_composed_of_their_rows():
@@ -257,12 +257,12 @@ def test_one_recording_serves_every_direction_and_growth(kind, monkeypatch):
     Neither is a test of the recording.
     """
     monkeypatch.setattr(recordings, "RECORDINGS", recordings.RecordingCache())
-    made: list[Any] = []
+    programs: list[Any] = []
     whole = recordings.TapeProgram.of
-    monkeypatch.setattr(recordings.TapeProgram, "of", lambda tape: made.append(tape) or whole(tape))
+    monkeypatch.setattr(recordings.TapeProgram, "of", lambda tape: programs.append(tape) or whole(tape))
     rng = random.Random(f"all directions {kind}")
     check([KINDS[kind](rng) for _ in range(60)], 0)
-    assert len(made) == 1
+    assert len(programs) == 1
 
 
 def test_a_body_that_cannot_be_recorded_leaves_the_others_of_its_kind(monkeypatch):
@@ -275,17 +275,17 @@ def test_a_body_that_cannot_be_recorded_leaves_the_others_of_its_kind(monkeypatc
     monkeypatch.setattr(recordings, "RECORDINGS", recordings.RecordingCache())
     monkeypatch.setattr(co.Sphere, "support", by_digits)
     for _ in range(2):
-        together([co.Sphere(2.0), *(co.Sphere(3.0, (k, 0, 0)) for k in range(30))], 1)
+        lowered_together([co.Sphere(2.0), *(co.Sphere(3.0, (k, 0, 0)) for k in range(30))], 1)
     shapes = [co.Sphere(2.0, (k, 0, 0)) for k in range(30)]
-    assert together(shapes, 30) == {}
-    assert len(together([*shapes, *(co.Sphere(3.0, (k, 0, 0)) for k in range(30))], 30)) == 30
+    assert lowered_together(shapes, 30) == {}
+    assert len(lowered_together([*shapes, *(co.Sphere(3.0, (k, 0, 0)) for k in range(30))], 30)) == 30
 
 
 def test_unrecordable_shapes_are_lowered_alone(monkeypatch):
     monkeypatch.setattr(recordings, "RECORDINGS", recordings.RecordingCache())
     monkeypatch.setattr(co.Sphere, "support", lambda self, _: math.frexp(self.radius)[0] * 64.0)
     shapes = [co.Sphere(1.0 + k) for k in range(20)]
-    assert together(shapes, 20) == {}
+    assert lowered_together(shapes, 20) == {}
     scene = co.Scene(shapes)
     assert scene.first_hit((0, 0, 29), (0, 0, -1)).t == 9.0
 
@@ -332,7 +332,7 @@ def test_a_shape_that_goes_by_the_types_of_its_numbers_is_not_recorded(monkeypat
 
     monkeypatch.setattr(recordings, "RECORDINGS", recordings.RecordingCache())
     monkeypatch.setattr(co.Sphere, "tree", by_type)
-    assert together([co.Sphere(2.0, (k, 0, 0)) for k in range(20)], 20) == {}
+    assert lowered_together([co.Sphere(2.0, (k, 0, 0)) for k in range(20)], 20) == {}
 
 
 # --- Tubes, parts of balls, polycones and flat solids, lowered together: to the bit as each alone
@@ -398,7 +398,7 @@ UPRIGHT = {
 def test_their_formulas_are_recorded(kind):
     """Their formulas do not depend on digits of their numbers, so that most of one kind are lowered together."""
     rng = random.Random(f"most {kind}")
-    found = together([UPRIGHT[kind](rng).translate(point(rng)) for _ in range(120)], 120)
+    found = lowered_together([UPRIGHT[kind](rng).translate(point(rng)) for _ in range(120)], 120)
     assert len(found) >= 90
 
 

@@ -54,15 +54,15 @@ def some_steps(rng: random.Random, count: int) -> list[tuple[str, int, int]]:
 def worked(steps: list[tuple[str, int, int]], values: list[Any]) -> list[Any]:
     """Return the results of steps, each of which uses any before it, as numbers of any kind."""
     values = [exact(each) for each in values]
-    for which, a, b in steps:
+    for operation, a, b in steps:
         first, second = values[a], values[b]
         values.append(
-            first + second if which == "add"
-            else first - second if which == "subtract"
-            else first * second if which == "multiply"
-            else first / second if which == "divide"
-            else number.sqrt(abs(first)) if which == "root"
-            else abs(first) if which == "size"
+            first + second if operation == "add"
+            else first - second if operation == "subtract"
+            else first * second if operation == "multiply"
+            else first / second if operation == "divide"
+            else number.sqrt(abs(first)) if operation == "root"
+            else abs(first) if operation == "size"
             else -first
         )  # fmt: skip
     return values[4:]
@@ -384,9 +384,11 @@ def test_they_are_known_to_195_bits(hard):
     random = np.random.default_rng(0)
     every = [*random.normal(size=(12, 3, 3)).tolist(), *(hard(k) for k in range(6))]
     motions = MotionBatch()
-    asked = [motions.row(Motion().transform([[*row, 0.0] for row in rows] + [[0, 0, 0, 1.0]]).steps) for rows in every]
-    given, _, _ = motions.compute()
-    for row, rows in zip(given[asked], every, strict=True):
+    motion_rows = [
+        motions.row(Motion().transform([[*row, 0.0] for row in rows] + [[0, 0, 0, 1.0]]).steps) for rows in every
+    ]
+    numbers, _, _ = motions.compute()
+    for row, rows in zip(numbers[motion_rows], every, strict=True):
         for found, true in zip(row, numbers_of(rows), strict=False):
             assert abs(sum_of(found) - true) <= error_of(found)
             assert error_of(found) <= abs(true) * Fraction(2) ** -195

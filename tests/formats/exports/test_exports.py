@@ -25,10 +25,10 @@ from conicoid.io.openmc.region import SurfaceSide
 from conicoid.io.openmc.region_expression import IntersectionNode, UnionNode
 from conicoid.io.openmc.values import read_title
 
-from ...command_line import done, refused, run
+from ...command_line import execute, failure, run
 from ...samples import deep, in_turn, sampled
 from ..gdml.files import placed, text_of, volume
-from ..mcnp.decks import chosen, loaded
+from ..mcnp.decks import chosen, load_deck
 from ..mcnp.test_models import DECK, GUIDES, PINS, PITCH, XML
 from ..openmc.models import EXAMPLE_FILES, KINDS, TURNS
 from ..strategies import SOLIDS, moved, primitive
@@ -50,7 +50,7 @@ _NUMBER = re.compile(r"-?\d+\.?\d*(?:e[-+]?\d+)?")
 CUT = co.Box((-3, -3, -3), (3, 3, 3))
 
 
-def said_or_refused(scene: co.Scene, path: Path) -> None:
+def check_export(scene: co.Scene, path: Path) -> None:
     """Check that the file answers alike but for the rounding of numbers, or that the refusal names the body."""
     try:
         notes = co.export(scene, path)
@@ -85,7 +85,7 @@ def test_every_kind(name: str, suffix: str, tmp_path_factory: pytest.TempPathFac
     shape = data.draw(moved(primitive(name)))
     kind = data.draw(st.sampled_from(["alone", "within", "without"]))
     shape = {"alone": shape, "within": CUT & shape, "without": CUT - shape}[kind]
-    said_or_refused(co.Scene([co.Body(shape, name="thing")]), tmp_path_factory.mktemp("x") / f"out{suffix}")
+    check_export(co.Scene([co.Body(shape, name="thing")]), tmp_path_factory.mktemp("x") / f"out{suffix}")
 
 
 # --- One message names everything that a format cannot write; a warning names what it loses
@@ -310,7 +310,7 @@ def scene_file(tmp_path: Path) -> Path:
 @pytest.mark.parametrize("suffix", SOLID_FORMATS)
 def test_the_command(scene_file: Path, suffix: str) -> None:
     output = scene_file.with_name(f"out{suffix}")
-    result = done("export", str(scene_file), str(output))
+    result = execute("export", str(scene_file), str(output))
     assert f"{output}: " in result.stderr
     assert_same_answers(co.load(scene_file), co.load(output))
 
@@ -323,7 +323,7 @@ def test_mistakes_of_the_command(scene_file: Path, tmp_path: Path) -> None:
         ((tmp_path / "none.yaml", tmp_path / "x.gdml"), "no such file"),
         (("-", tmp_path / "x.gdml"), "scenes are read from files"),
     ):
-        error = refused("export", *map(str, arguments))
+        error = failure("export", *map(str, arguments))
         assert message in error.lower() or message in error
     co.export(co.Sphere(), tmp_path / "in.gdml")
     before = (tmp_path / "in.gdml").read_bytes()
@@ -333,7 +333,7 @@ def test_mistakes_of_the_command(scene_file: Path, tmp_path: Path) -> None:
 
 def test_the_command_names_the_refused_body(tmp_path: Path) -> None:
     co.save(co.Scene([co.Body(co.Plane((0, 0, 1), 0), name="floor"), co.Sphere()]), tmp_path / "scene.yaml")
-    assert "1 body cannot be written as GDML:\nfloor: Plane is a sheet" in refused(
+    assert "1 body cannot be written as GDML:\nfloor: Plane is a sheet" in failure(
         "export", str(tmp_path / "scene.yaml"), str(tmp_path / "x.gdml")
     )
     assert not (tmp_path / "x.gdml").exists()
@@ -350,7 +350,7 @@ def read_text(folder: Path, text: str, name: str) -> co.Scene:
     return co.load(path)
 
 
-def same(one: co.Scene, other: co.Scene) -> None:
+def check_bodies(one: co.Scene, other: co.Scene) -> None:
     """Assert equal bodies as well as answers."""
     assert [body.name for body in one.bodies] == [body.name for body in other.bodies]
     assert [body.material for body in one.bodies] == [body.material for body in other.bodies]
@@ -363,14 +363,14 @@ def test_solids_of_gdml(name: str, tmp_path: Path) -> None:
     thrice = {f"{name} {k}": models.GDML_SOLIDS[name] for k in range(3)}
     scene = read_text(tmp_path, models.detector(thrice), "in.gdml")
     assert len(scene) == 1 + 3 + 2 * 5
-    same(scene, written_and_read(scene, tmp_path / "out.gdml"))
+    check_bodies(scene, written_and_read(scene, tmp_path / "out.gdml"))
 
 
 def test_booleans_of_gdml(tmp_path: Path) -> None:
     others = ("bored", "both", "common", "many", "long", "mirrored")
     scene = read_text(tmp_path, models.detector({}, models.BOOLEANS, others), "in.gdml")
     assert len(scene) == 1 + len(others) + 2 * 5
-    same(scene, written_and_read(scene, tmp_path / "out.gdml"))
+    check_bodies(scene, written_and_read(scene, tmp_path / "out.gdml"))
 
 
 def test_a_second_export_is_the_same_text(tmp_path: Path) -> None:
@@ -389,7 +389,7 @@ def test_openscad(tmp_path: Path) -> None:
     exact, sides, rest = re.split(r" multmatrix[^\n]*\n(  cylinder[^}]*)", models.SCAD)
     scene = read_text(tmp_path, exact + rest, "in.csg")
     assert len(scene) == 3
-    same(scene, written_and_read(scene, tmp_path / "out.scad", strict=True))
+    check_bodies(scene, written_and_read(scene, tmp_path / "out.scad", strict=True))
     scene = read_text(tmp_path, sides, "in.csg")
     assert_close_answers(scene, written_and_read(scene, tmp_path / "out.scad"))
 
@@ -431,7 +431,7 @@ def test_outlines_and_polyhedra_of_gdml(
     Sides of polyhedra are floats of sines, which readers get from the same element only.
     """
     scene = read_text(tmp_path, models.detector({f"solid {k}": solid for k in range(3)}), "in.gdml")
-    same(scene, written_and_read(scene, tmp_path / "out.gdml", strict=strict))
+    check_bodies(scene, written_and_read(scene, tmp_path / "out.gdml", strict=strict))
     assert "compute planes from corners" not in caplog.text
 
 
@@ -445,7 +445,7 @@ def test_elements_are_written_with_the_values_of_their_expressions(tmp_path: Pat
     scene = read_text(tmp_path, text, "in.gdml")
     back = written_and_read(scene, tmp_path / "out.gdml", strict=True)
     assert ' rlo="7/3" rhi="7" dz="10/7" lunit="30.5"/>' in (tmp_path / "out.gdml").read_text()
-    same(scene, back)
+    check_bodies(scene, back)
 
 
 def test_moved_and_copied_solids_keep_their_element(tmp_path: Path) -> None:
@@ -525,7 +525,7 @@ def _cell(name: str) -> int:
 @pytest.fixture(scope="module")
 def scenes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, co.Scene]:
     folder = tmp_path_factory.mktemp("assembly")
-    deck = loaded(folder, DECK.format(rows="\n".join("     " + row for row in rows())))
+    deck = load_deck(folder, DECK.format(rows="\n".join("     " + row for row in rows())))
     (folder / "geometry.xml").write_text(XML.format(rows=" ".join(reversed(rows()))), encoding="utf-8")
     (folder / "pins.gdml").write_text(gdml(), encoding="utf-8")
     return {"MCNP": deck, "OpenMC": co.load(folder / "geometry.xml"), "GDML": co.load(folder / "pins.gdml")}

@@ -120,8 +120,8 @@ THIRD = 1 / math.sqrt(3)
 PHI10 = [(60 * math.cos(a * DEG), 60 * math.sin(a * DEG), 0) for a in (10, -50)]
 
 
-def tet(which: int) -> dict[str, str]:
-    corners = TET[which]
+def tet(index: int) -> dict[str, str]:
+    corners = TET[index]
     return {
         "gdml": '<tet name="s" vertex1="p0" vertex2="p1" vertex3="p2" vertex4="p3"/>',
         "define": "".join(

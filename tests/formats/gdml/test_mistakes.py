@@ -9,7 +9,7 @@ import conicoid as co
 from conicoid._util.files import SceneFileError
 from conicoid.io.gdml.expressions import UNIT_VALUES, ExpressionError, evaluate
 
-from ...command_line import done
+from ...command_line import execute
 from .files import HEAD, MATERIALS, placed, scene_of, text_of, volume
 
 WORLD = '<box name="w" x="40" y="40" z="40"/>'
@@ -196,7 +196,7 @@ def test_files_in_the_folder_are_read_on_request(tmp_path):
         co.load(path)
     scene = co.load(path, entities=True)
     assert scene.bodies[0].material.name == "iron"
-    done("import", path, "-o", tmp_path / "a.yaml", "--entities")
+    execute("import", path, "-o", tmp_path / "a.yaml", "--entities")
     assert len(co.load(tmp_path / "a.yaml")) == 1
 
 

@@ -75,10 +75,10 @@ def test_inside_and_outside(solid):
 
 def test_distances(solid):
     one, scene = solid
-    for wanted, ask in ((one.into, distance_in), (one.out, distance_out)):
+    for wanted, distance in ((one.into, distance_in), (one.out, distance_out)):
         for point, direction, expected in wanted:
-            found = ask(scene, point, direction)
-            assert close(found, expected, one.digits), (ask.__name__, point, direction, found, expected)
+            found = distance(scene, point, direction)
+            assert close(found, expected, one.digits), (distance.__name__, point, direction, found, expected)
 
 
 def test_normals(solid):
@@ -278,7 +278,7 @@ def test_memory_follows_the_size_of_the_file(tmp_path):
 BOX = '<box name="s" x="2" y="2" z="2"/>'
 
 
-def loaded(folder, value, kind="Color"):
+def load_colored_box(folder, value, kind="Color"):
     """Return a box of a color, and the warnings."""
     hint = f'<auxiliary auxtype="{kind}" auxvalue="{value}"/>'
     path = folder / "a.gdml"
@@ -295,7 +295,7 @@ def loaded(folder, value, kind="Color"):
 )  # fmt: skip
 @pytest.mark.parametrize("kind", ["Color", "color", "Colour"])
 def test_colors_are_read_and_written(tmp_path, caplog, value, expected, kind):
-    scene = loaded(tmp_path, value, kind)
+    scene = load_colored_box(tmp_path, value, kind)
     assert scene.bodies[0].material.color == expected
     co.save(scene, tmp_path / "a.yaml")
     co.export(scene, tmp_path / "b.gdml")
@@ -308,14 +308,14 @@ def test_colors_are_read_and_written(tmp_path, caplog, value, expected, kind):
     "value", ["mauve", "", "#12345", "300", "1 2 3", "nan 0 0", "0.1 0.2", "(0,0,0,0,0)", "1e0 0 0"]
 )
 def test_unknown_elements_are_reported(tmp_path, caplog, value):
-    material = loaded(tmp_path, value).bodies[0].material
+    material = load_colored_box(tmp_path, value).bodies[0].material
     message = caplog.text
-    assert material.color == loaded(tmp_path, "0", "SensDet").bodies[0].material.color
+    assert material.color == load_colored_box(tmp_path, "0", "SensDet").bodies[0].material.color
     assert f"has the colour {value!r}, which is not understood" in message
 
 
 def test_opacity_is_reported(tmp_path, caplog):
-    assert loaded(tmp_path, "#ff000080").bodies[0].material.color == "#ff0000"
+    assert load_colored_box(tmp_path, "#ff000080").bodies[0].material.color == "#ff0000"
     assert "has a colour of opacity 0.502, which is not read" in caplog.text
 
 

@@ -15,7 +15,7 @@ from conicoid.io.gdml.solid_template import GdmlPlacement, PrimitiveTemplate, pl
 from conicoid.io.xml_tree import read_xml
 from conicoid.prepare.csg_plan import placed_primitives
 
-from ...command_line import done
+from ...command_line import execute
 from .files import HEAD, placed, scene_of, text_of, volume
 from .test_solids import COMB
 
@@ -160,7 +160,7 @@ def test_a_solid_is_made_once_for_each_height(tmp_path, monkeypatch):
 def test_an_outline_of_many_corners_is_cut_once_for_all_places(tmp_path, monkeypatch):
     """The sides between two sections with an offset stay flat: 67 planes across x, three across y, and two ends."""
     cut, of = [], polyhedron.convex_parts
-    monkeypatch.setattr(polyhedron, "convex_parts", lambda *given: cut.append(len(given[0])) or of(*given))
+    monkeypatch.setattr(polyhedron, "convex_parts", lambda *arguments: cut.append(len(arguments[0])) or of(*arguments))
     combs = "".join(placed("c", f'<position x="0.1" y="{4.1 * k}" z="{k / 3}"/>') for k in range(-2, 3))
     scene_of(tmp_path, text_of(WORLD + COMB, volume("c", "s") + volume("world", "w", combs)))
     assert cut == [72, 72]
@@ -465,7 +465,7 @@ def test_modules_in_folders_below_and_beside(tmp_path):
     with pytest.raises(SceneFileError, match=r"'../beside/bar.gdml' is outside of the folder that may be read \(root="):
         co.load(path)
     assert at(co.load(path, root=tmp_path), (0, 0, 0)) == ["world/part"]
-    done("import", path, "-o", tmp_path / "a.yaml", "--root", tmp_path)
+    execute("import", path, "-o", tmp_path / "a.yaml", "--root", tmp_path)
     assert at(co.load(tmp_path / "a.yaml"), (0, 0, 0)) == ["world/part"]
 
 

@@ -5,7 +5,7 @@ import pytest
 import conicoid as co
 from conicoid.io.importers import IMPORT_FORMATS, detect_format, find_root_element, matches_name
 
-from ...command_line import done, refused
+from ...command_line import execute, failure
 
 PIN = """<geometry>
   <surface id="1" type="z-cylinder" coeffs="0 0 0.4"/>
@@ -111,9 +111,9 @@ def test_scene_files_take_no_options_of_imports(tmp_path):
 
 
 def test_the_command_reads_any_format_and_names_those_there_are(pin, tmp_path):
-    done("import", str(pin), "-o", str(tmp_path / "out.yaml"), "--only", "fuel")
+    execute("import", str(pin), "-o", str(tmp_path / "out.yaml"), "--only", "fuel")
     assert len(co.load(tmp_path / "out.yaml")) == 1
     co.save(co.Sphere(1), tmp_path / "scene.yaml")
-    assert "is of no known format: OpenMC geometries" in refused(
+    assert "is of no known format: OpenMC geometries" in failure(
         "import", str(tmp_path / "scene.yaml"), "-o", str(tmp_path / "other.yaml")
     )

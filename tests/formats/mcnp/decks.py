@@ -10,7 +10,7 @@ import numpy as np
 import conicoid as co
 
 
-def loaded(folder: Path, text: str, **options: Any) -> co.Scene:
+def load_deck(folder: Path, text: str, **options: Any) -> co.Scene:
     """Return the scene of a deck."""
     path = folder / "deck.mcnp"
     path.write_text(text, encoding="utf-8")

@@ -9,7 +9,7 @@ import pytest
 
 import conicoid as co
 
-from .decks import chosen, loaded, names_at
+from .decks import chosen, load_deck, names_at
 from .evaluator import carried
 from .models import ASYMMETRIC, MODELS, TRANSFORMS
 from .senses import BODIES, SIMPLE, Sense, beyond_any
@@ -26,7 +26,7 @@ def test_every_point_is_in_the_cell_of_mcnp(tmp_path: Path, name: str) -> None:
     model = MODELS[name]
     expected = model.names(POINTS)
     assert len(set(expected)) > 3
-    assert names_at(loaded(tmp_path, model.text), POINTS) == expected
+    assert names_at(load_deck(tmp_path, model.text), POINTS) == expected
 
 
 @pytest.mark.parametrize("name", TRANSFORMS)
@@ -36,12 +36,12 @@ def test_transformations_of_a_surface_a_cell_and_a_filling(tmp_path: Path, name:
     expected = [None if out else "cell 1" for out in sense(carried(POINTS, change))]
     assert expected.count("cell 1") > 100
     as_surface = f"title\n1 0 -1\n\n{body.replace(' ', ' 1 ', 1)}\n\n{card}\n"
-    assert names_at(loaded(tmp_path, as_surface), POINTS) == expected
+    assert names_at(load_deck(tmp_path, as_surface), POINTS) == expected
     as_cell = f"title\n1 0 -1 trcl=1\n\n{body}\n\n{card}\n"
-    assert names_at(loaded(tmp_path, as_cell), POINTS) == expected
+    assert names_at(load_deck(tmp_path, as_cell), POINTS) == expected
     as_filling = f"title\n1 0 -1 u=1\n2 0 -2 fill=1(1)\n\n{body}\n2 so 9\n\n{card}\n"
     inner = [None if each is None else "cell 1 @ cell 2" for each in expected]
-    assert names_at(loaded(tmp_path, as_filling), POINTS) == inner
+    assert names_at(load_deck(tmp_path, as_filling), POINTS) == inner
 
 
 def test_a_row_and_a_column_give_a_rotation(tmp_path: Path) -> None:
@@ -56,14 +56,14 @@ def test_a_row_and_a_column_give_a_rotation(tmp_path: Path) -> None:
         for column in range(3):
             words = [repr(float(rows[i, j])) if row == i or column == j else "j" for i in range(3) for j in range(3)]
             card = f"tr1 0 0 0 {' '.join(words)}"
-            scene = loaded(tmp_path, f"title\n1 0 -1 trcl=1\n\n{body}\n\n{card}\n")
+            scene = load_deck(tmp_path, f"title\n1 0 -1 trcl=1\n\n{body}\n\n{card}\n")
             assert names_at(scene, POINTS) == expected
 
 
 def test_surfaces_of_a_moved_cell_have_numbers(tmp_path: Path) -> None:
     """1000 c + s is surface s as TRCL moves it with cell c."""
     text = "title\n5 0 -1 trcl=(2 0 0)\n6 0 5001 -2\n\n1 so 1\n2 so 4\n"
-    scene = loaded(tmp_path, text)
+    scene = load_deck(tmp_path, text)
     assert names_at(scene, [(2, 0, 0), (0, 0, 0)]) == ["cell 5", "cell 6"]
 
 
@@ -74,7 +74,7 @@ NEAR = chosen(1, 10_000, 3.0)
 
 def check(folder: Path, card: str, region: str, sense: Sense) -> None:
     """Put cell 1 on the positive side of a region and cell 2 on its other side."""
-    scene = loaded(folder, f"title\n1 0 {region}\n2 0 #1\n\n7 {card}\n")
+    scene = load_deck(folder, f"title\n1 0 {region}\n2 0 #1\n\n7 {card}\n")
     expected = np.where(sense(NEAR), "cell 1", "cell 2").tolist()
     assert 0 < expected.count("cell 1") < len(NEAR)
     assert names_at(scene, NEAR) == expected
@@ -114,18 +114,18 @@ A ball, a ring around it and a ball beside it
 
 
 def test_cells_with_tori_are_left_out_by_name(tmp_path: Path) -> None:
-    scene = loaded(tmp_path, TORI)
+    scene = load_deck(tmp_path, TORI)
     points = [(0.1, 0, 0), (20.1, 0, 0), (20.1, 40, 0), (5, 0, 0), (8, 0, 0), (0, 50, 0), (40, 0, 0)]
     assert names_at(scene, points) == ["cell 1", "cell 4", "cell 6", None, None, None, None]
     message = "surface 7 is a torus (tz), which is no quadric: cells 2, 3, 5, 8 left out"
     assert message in scene.notes
     with pytest.raises(ValueError, match=r"strict is set:\nsurface 7 is a torus"):
-        loaded(tmp_path, TORI, strict=True)
+        load_deck(tmp_path, TORI, strict=True)
 
 
 def test_cells_of_a_mesh_are_left_out_by_name(tmp_path: Path) -> None:
     """For cells that take their shape from a mesh, MCNP writes 0 in place of surfaces."""
-    scene = loaded(
+    scene = load_deck(
         tmp_path, "title\n1 1 -1 0 u=5 imp:n=1\n2 0 -1 fill=5 imp:n=1\n3 1 -1 1 -2 imp:n=1\n\n1 so 1\n2 so 2\n"
     )
     assert names_at(scene, [(0, 0, 0), (1.5, 0, 0)]) == [None, "cell 3"]
@@ -135,7 +135,7 @@ def test_cells_of_a_mesh_are_left_out_by_name(tmp_path: Path) -> None:
 def test_facets_that_there_are_not(tmp_path: Path) -> None:
     for card, region in (("rcc 0 0 0 0 0 1 1", "-7.4"), ("so 1", "-7.1"), ("ell 0 0 0 0 0 2 -1", "7.1")):
         with pytest.raises(ValueError, match=r":2:1: cell 1: region: surface 7 has .*facets"):
-            loaded(tmp_path, f"title\n1 0 {region}\n\n7 {card}\n")
+            load_deck(tmp_path, f"title\n1 0 {region}\n\n7 {card}\n")
 
 
 # --- Voids around parts from CAD: the outside of flat pieces, or of pieces in a bore, becomes one polyhedron less

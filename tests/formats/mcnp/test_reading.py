@@ -13,7 +13,7 @@ import conicoid as co
 from conicoid.io.importers import is_mcnp
 from conicoid.io.mcnp.cards import Card, DataCards, expand_entries, parse_deck
 
-from .decks import loaded, names_at
+from .decks import load_deck, names_at
 
 PIN = """\
 A pin
@@ -53,7 +53,7 @@ def test_shortcuts_and_numbers() -> None:
 
 
 def test_materials_importances_and_notes(tmp_path: Path) -> None:
-    scene = loaded(tmp_path, PIN)
+    scene = load_deck(tmp_path, PIN)
     assert [(b.name, b.material.name) for b in scene.bodies] == [
         ("cell 1", "m1 at 10.4 g/cm3"), ("cell 2", "m2"), ("cell 3", "m1 at 10 g/cm3"),
     ]  # fmt: skip
@@ -69,25 +69,25 @@ def test_materials_importances_and_notes(tmp_path: Path) -> None:
 def test_a_gap_is_found(tmp_path: Path) -> None:
     """Cells must fill the outside of the cells of importance 0."""
     text = PIN.replace("2 2 0.05   1 -2 imp:n=1\n", "")
-    assert [finding.kind for finding in co.check(loaded(tmp_path, text), rays=20_000)] == ["undefined"]
+    assert [finding.kind for finding in co.check(load_deck(tmp_path, text), rays=20_000)] == ["undefined"]
 
 
 def test_importances_in_the_data_block(tmp_path: Path) -> None:
     text = PIN.replace(" imp:n=1", "").replace(" imp:n=0", "") + "imp:n 1 2r 0\n"
-    assert [body.name for body in loaded(tmp_path, text).bodies] == ["cell 1", "cell 2", "cell 3"]
+    assert [body.name for body in load_deck(tmp_path, text).bodies] == ["cell 1", "cell 2", "cell 3"]
     both = PIN.replace("imp:n=0", "imp:n=0 imp:p=1")
-    assert len(loaded(tmp_path, both).bodies) == 4
+    assert len(load_deck(tmp_path, both).bodies) == 4
 
 
 def test_options(tmp_path: Path) -> None:
     text = PIN.replace("2 2 0.05 ", "2 0 ")
-    assert len(loaded(tmp_path, text).bodies) == 3
-    assert len(loaded(tmp_path, text, void=False).bodies) == 2
-    assert [body.name for body in loaded(tmp_path, text, only="cell 3").bodies] == ["cell 3"]
+    assert len(load_deck(tmp_path, text).bodies) == 3
+    assert len(load_deck(tmp_path, text, void=False).bodies) == 2
+    assert [body.name for body in load_deck(tmp_path, text, only="cell 3").bodies] == ["cell 3"]
     with pytest.raises(ValueError, match="depth means nothing for an MCNP deck"):
-        loaded(tmp_path, text, depth=1)
+        load_deck(tmp_path, text, depth=1)
     with pytest.raises(ValueError, match="max_bodies"):
-        loaded(tmp_path, text, max_bodies=2)
+        load_deck(tmp_path, text, max_bodies=2)
 
 
 @pytest.mark.parametrize(
@@ -124,7 +124,7 @@ def test_options(tmp_path: Path) -> None:
 def test_mistakes_have_their_lines(tmp_path: Path, old: str, new: str, message: str) -> None:
     assert old in PIN
     with pytest.raises(ValueError, match=message):
-        loaded(tmp_path, PIN.replace(old, new, 1))
+        load_deck(tmp_path, PIN.replace(old, new, 1))
 
 
 def test_a_continued_card_inserts_no_file(tmp_path: Path) -> None:
@@ -147,16 +147,16 @@ def test_files_that_a_deck_reads(tmp_path: Path) -> None:
     deck = "\n".join(
         [*lines[:2], " read file=parts/Cells.inp $ cells", "read noecho", *lines[8:], "", "read file=none"]
     )
-    assert loaded(tmp_path, deck).bodies == loaded(tmp_path, PIN).bodies
+    assert load_deck(tmp_path, deck).bodies == load_deck(tmp_path, PIN).bodies
     (tmp_path / "surfaces.inp").write_text("\n".join(lines[4:8]).replace("cz 0.5", "cz -0.5"))
     with pytest.raises(ValueError, match=r":3:1: surface 2: the radius must be > 0, got -0.5 \(line 4 of surfaces.inp"):
-        loaded(tmp_path, deck)
+        load_deck(tmp_path, deck)
     (tmp_path / "parts" / "deck.mcnp").write_text(deck.replace("parts/Cells.inp", "../above.inp"))
     (tmp_path / "above.inp").write_text("\n".join(lines[2:8]))
     path = tmp_path / "parts" / "deck.mcnp"
     with pytest.raises(ValueError, match=r"read: file '../above.inp' is outside of the folder"):
         co.load(path)
-    assert co.load(path, root=tmp_path).bodies == loaded(tmp_path, PIN).bodies
+    assert co.load(path, root=tmp_path).bodies == load_deck(tmp_path, PIN).bodies
     with pytest.raises(ValueError, match="root must be a folder"):
         co.load(path, root=tmp_path / "none")
 
@@ -170,14 +170,14 @@ COMPLEMENTS = "".join(f"{n} 0 #{n - 1} #{n - 1} -1 imp:n=1\n" for n in range(2, 
 ], ids=["universes in circles", "complements of complements"])  # fmt: skip
 def test_cyclic_and_exploding_decks_are_refused(tmp_path: Path, deck: str, message: str) -> None:
     with pytest.raises(ValueError, match=message):
-        loaded(tmp_path, deck)
+        load_deck(tmp_path, deck)
 
 
 def test_a_transformation_of_the_filling_takes_the_place_of_trcl(tmp_path: Path) -> None:
     """The filling of a cell moves with the cell only where FILL has no transformation (the manual, on FILL)."""
     text = "t\n1 0 -1 u=1\n2 0 -2 fill=1{} trcl=(2 0 0)\n\n1 so 1\n2 so 9\n"
-    assert names_at(loaded(tmp_path, text.format("")), [(2, 0, 0), (0, 1.5, 0)]) == ["cell 1 @ cell 2", None]
-    moved = loaded(tmp_path, text.format("(0 2 0)"))
+    assert names_at(load_deck(tmp_path, text.format("")), [(2, 0, 0), (0, 1.5, 0)]) == ["cell 1 @ cell 2", None]
+    moved = load_deck(tmp_path, text.format("(0 2 0)"))
     assert names_at(moved, [(2, 0, 0), (0, 1.5, 0)]) == [None, "cell 1 @ cell 2"]
 
 
@@ -187,15 +187,15 @@ def test_transformations_of_fillings_in_a_lattice_with_trcl(tmp_path: Path) -> N
     text += "3 0 -4 fill=2\n9 0 4 imp:n=0\n\n1 s 0.5 0 0 0.4\n2 px 1\n3 px 0\n4 rpp 1 4 -3 3 -3 3\n"
     balls = [(2, 0.5, 0), (2, 1.5, 0)]
     same = "cell 1 @ cell 3, cell 2, lattice [0, 0, 0]", "cell 1 @ cell 3, cell 2, lattice [1, 0, 0]"
-    assert names_at(loaded(tmp_path, text.format("")), balls) == [*same]
-    moved = loaded(tmp_path, text.format("(3 0.5 0)"))
+    assert names_at(load_deck(tmp_path, text.format("")), balls) == [*same]
+    moved = load_deck(tmp_path, text.format("(3 0.5 0)"))
     assert names_at(moved, [(3.5, 0.5, 0), *balls]) == [same[0], same[0].replace("cell 1", "cell 4"), same[1]]
 
 
 def test_a_lattice_beside_other_cells_of_its_universe(tmp_path: Path) -> None:
     text = "t\n1 0 -1 u=1\n2 0 -2 u=2 lat=1 fill=0:1 0:0 0:0 1 1\n5 0 2 u=2\n3 0 -4 fill=2\n9 0 4 imp:n=0\n\n"
     text += "1 so 99\n2 rpp 0 1 0 1 0 0\n4 rpp -3 3 -3 3 -3 3\n"
-    scene = loaded(tmp_path, text)
+    scene = load_deck(tmp_path, text)
     assert any("line 3: lattice of cell 2: other cells are in its universe" in note for note in scene.notes)
     inside = "cell 1 @ cell 3, cell 2, lattice [{}, 0, 0]"
     assert names_at(scene, [(0.5, 0.5, 0), (1.5, 0.5, 2), (-1, 0, 0)]) == [
@@ -203,16 +203,19 @@ def test_a_lattice_beside_other_cells_of_its_universe(tmp_path: Path) -> None:
     ]  # fmt: skip
     first, second = text.index("2 0 -2"), text.index("5 0 2")
     swapped = text[:first] + "5 0 2 u=2\n" + text[first:second] + text[second + 10 :]
-    assert names_at(loaded(tmp_path, swapped), [(1.5, 0.5, 2), (0.5, 0.5, 0)]) == ["cell 5 @ cell 3", inside.format(0)]
+    assert names_at(load_deck(tmp_path, swapped), [(1.5, 0.5, 2), (0.5, 0.5, 0)]) == [
+        "cell 5 @ cell 3",
+        inside.format(0),
+    ]
 
 
 def test_shortcuts_in_a_filling(tmp_path: Path) -> None:
     text = "t\n1 0 -1 u=1\n4 0 -1 u=3\n2 0 -2 u=2 lat=1 fill=0:4 0:0 0:0 {}\n3 0 -4 fill=2\n9 0 4 imp:n=0\n\n"
     text += "1 so 99\n2 rpp 0 1 0 1 0 0\n4 rpp -9 9 -9 9 -9 9\n"
-    written = loaded(tmp_path, text.format("1 1 0 0 3")).bodies
-    assert loaded(tmp_path, text.format("1 r 2j 3")).bodies == written
-    assert loaded(tmp_path, text.format("1 1r j j 3")).bodies == written
-    empty = loaded(tmp_path, text.format("5j"))
+    written = load_deck(tmp_path, text.format("1 1 0 0 3")).bodies
+    assert load_deck(tmp_path, text.format("1 r 2j 3")).bodies == written
+    assert load_deck(tmp_path, text.format("1 1r j j 3")).bodies == written
+    empty = load_deck(tmp_path, text.format("5j"))
     assert len(empty) == 0
     assert any("lattice of cell 2: the cell around it may reach beyond it" in note for note in empty.notes)
 
@@ -240,28 +243,28 @@ Repeated structures, an example of the manual
 
 def test_boxes_that_are_infinite_in_a_direction(tmp_path: Path) -> None:
     """Equal ends leave a direction out. The numbers of the facets after it are lower by two (the manual, on facets)."""
-    planes, box = loaded(tmp_path, MANUAL.format("1 -2 -3 4 -5 6", "-7 1 -3 8")), loaded(
+    planes, box = load_deck(tmp_path, MANUAL.format("1 -2 -3 4 -5 6", "-7 1 -3 8")), load_deck(
         tmp_path, MANUAL.format("-20", "-30")
     )  # fmt: skip
     points = np.random.default_rng(1).uniform((-5, -15, -9), (55, 15, 9), (2000, 3))
     assert names_at(planes, points) == names_at(box, points)
     text = "t\n1 0 -1 \n2 0 1 -1.3 -2\n\n1 rpp -1 1 3 3 -2 2\n2 rpp -5 5 -5 5 -5 5\n"
-    scene = loaded(tmp_path, text)
+    scene = load_deck(tmp_path, text)
     assert names_at(scene, [(0, 9, 0), (3, 0, 1), (3, 0, 3)]) == ["cell 1", "cell 2", None]
     with pytest.raises(ValueError, match="surface 1 has facets 1 to 4, got 1.5"):
-        loaded(tmp_path, text.replace("-1.3", "-1.5"))
+        load_deck(tmp_path, text.replace("-1.3", "-1.5"))
     with pytest.raises(ValueError, match="rpp: at most one direction may be infinite"):
-        loaded(tmp_path, text.replace("-1 1 3 3", "1 1 3 3"))
+        load_deck(tmp_path, text.replace("-1 1 3 3", "1 1 3 3"))
 
 
 def test_hexagonal_prisms_of_a_million_centimetres_have_no_ends(tmp_path: Path) -> None:
     text = "t\n1 0 -1 -2{}\n\n1 rhp 0 0 0 0 0 {} 1 0 0\n2 so 1e7\n"
-    assert names_at(loaded(tmp_path, text.format("", 999_999)), [(0, 0, 5), (0, 0, -5)]) == ["cell 1", None]
-    assert names_at(loaded(tmp_path, text.format("", "1e6")), [(0, 0, 5), (0, 0, -5), (2, 0, 0)]) == [
+    assert names_at(load_deck(tmp_path, text.format("", 999_999)), [(0, 0, 5), (0, 0, -5)]) == ["cell 1", None]
+    assert names_at(load_deck(tmp_path, text.format("", "1e6")), [(0, 0, 5), (0, 0, -5), (2, 0, 0)]) == [
         "cell 1", "cell 1", None,
     ]  # fmt: skip
     with pytest.raises(ValueError, match="surface 1 has facets 1 to 6, got 1.7"):
-        loaded(tmp_path, text.format(" -1.7", "1e6"))
+        load_deck(tmp_path, text.format(" -1.7", "1e6"))
 
 
 def test_a_continued_line_that_lacks_a_blank(tmp_path: Path) -> None:
@@ -269,21 +272,21 @@ def test_a_continued_line_that_lacks_a_blank(tmp_path: Path) -> None:
     for first, second in (("-1", "-2 imp:n=1"), ("(-1", "-2) imp:n=1"), ("-1", "2 1 -1 imp:n=1"), ("-1", "#2 imp:n=1")):
         text = PIN.replace("1 1 -10.4 -1 imp:n=1", f"1 1 -10.4 {first}\n    {second}")
         with pytest.raises(ValueError, match=f":[34]:1: .*; {hint}"):
-            loaded(tmp_path, text)
+            load_deck(tmp_path, text)
     # All cards are indented, and the blanks do not explain the mistake
     indented = "t\n   1 0 -1\n  10 0 -9\n   2 0 1\n\n  1 so 1\n  2 px 0\n"
     with pytest.raises(ValueError, match=r"\A\S*:3:1: cell 10: region: refers to unknown surface 9\Z"):
-        loaded(tmp_path, indented)
+        load_deck(tmp_path, indented)
     # Without these numbers a card of the geometry has another meaning: a rotation, universes
     head = "t\n1 0 -1\n\n1 5 rpp 0 3 0 5 0 7\n\n"
     for card in ("tr5 10 0 0\n{}0 1 0 -1 0 0 0 0 1", "*tr5 10 0 0\n{}90 0 90 180 90 90 90 90 0", "tr5 9\nimp:n\n{}1"):
         with pytest.raises(ValueError, match=f":[78]:1: .*; {hint}"):
-            loaded(tmp_path, head + card.format("    "))
+            load_deck(tmp_path, head + card.format("    "))
         with pytest.raises(
             ValueError, match=r":[78]:1: \d+: must begin with the name of a card; numbers of \S+ are not"
         ):
-            loaded(tmp_path, head + card.format(""))
-    notes = loaded(tmp_path, PIN.replace("92235.80c 0.05", "92235.80c 0.05\n   ")).notes
+            load_deck(tmp_path, head + card.format(""))
+    notes = load_deck(tmp_path, PIN.replace("92235.80c 0.05", "92235.80c 0.05\n   ")).notes
     assert any(f"line 12: '92238.80c' is not read; {hint}" in note for note in notes)
 
 
@@ -291,7 +294,7 @@ def test_no_elements_beyond_the_cell_around_a_turned_lattice(tmp_path: Path) -> 
     """A box of half side 1.4 reaches 1.4 (0.6 + 0.8) = 1.96 along the lattice's axes; elements 3 begin at 2.5."""
     text = "t\n1 0 -1 fill=1 (0 0 0 0.6 0.8 0 -0.8 0.6 0 0 0 1)\n2 0 -2 lat=1 u=1 fill=2\n3 1 -1 -3 u=2\n4 0 3 u=2\n\n"
     surfaces = "1 rpp -1.4 1.4 -1.4 1.4 -1.4 1.4\n2 rpp -0.5 0.5 -0.5 0.5 -0.5 0.5\n3 so 0.3\n\nm1 1001 1\n"
-    scene = loaded(tmp_path, text + surfaces)
+    scene = load_deck(tmp_path, text + surfaces)
     found = [re.search(r"lattice \[(.+), (.+), (.+)\]", body.name) for body in scene.bodies]
     steps = np.array([tuple(map(int, each.groups())) for each in found if each is not None])
     assert len(steps) == len(scene.bodies) > 27
@@ -300,7 +303,7 @@ def test_no_elements_beyond_the_cell_around_a_turned_lattice(tmp_path: Path) -> 
 
 def test_one_axis_is_enough_where_the_others_do_not_matter(tmp_path: Path) -> None:
     text = "t\n1 0 -1\n\n1 1 rcc 0 0 0 3 0 0 1\n\ntr1 0 0 0 0 1 0\n"
-    scene = loaded(tmp_path, text)
+    scene = load_deck(tmp_path, text)
     assert names_at(scene, [(0, 2.5, 0.9), (2.5, 0, 0)]) == ["cell 1", None]
     assert any("tr1: gives one axis" in note for note in scene.notes)
 
@@ -332,7 +335,7 @@ def test_a_deck_is_known_without_a_suffix(tmp_path: Path) -> None:
     ],
 )
 def test_a_card_without_geometry_refuses_no_deck(tmp_path: Path, old: str, new: str, remark: str | None) -> None:
-    expected, scene = loaded(tmp_path, PIN), loaded(tmp_path, PIN.replace(old, new, 1))
+    expected, scene = load_deck(tmp_path, PIN), load_deck(tmp_path, PIN.replace(old, new, 1))
     assert [body.shape for body in scene.bodies] == [body.shape for body in expected.bodies]
     assert remark is None or remark in " ".join(scene.notes)
 
@@ -345,9 +348,9 @@ def test_shortcuts_of_materials_and_of_logarithms(tmp_path: Path) -> None:
     assert cards.materials[4] == cards.materials[3]
     assert expand_entries("-1 log -100".split()) == [-1, -10, -100]
     deck = "t\n1 0 -1\n2 0 1 -2\n3 0 2 -3\n4 0 3\n\n1 so 1\n2 so 2\n3 so 3\n\nimp:n 1 1ilog 4 0\n"
-    assert len(loaded(tmp_path, deck)) == 3
+    assert len(load_deck(tmp_path, deck)) == 3
     with pytest.raises(ValueError, match="1ilog needs two numbers of one sign"):
-        loaded(tmp_path, deck.replace("1 1ilog 4 0", "0 1ilog 4 1"))
+        load_deck(tmp_path, deck.replace("1 1ilog 4 0", "0 1ilog 4 1"))
 
 
 @pytest.mark.parametrize(("sign", "inside"), [("", -2), ("-", 2)])
@@ -356,7 +359,7 @@ def test_a_quadric_about_a_point_and_its_expansion_are_one(sign: str, inside: in
     numbers = f"{sign}0.1 {sign}0.2 {sign}0.3 0 0 0 {sign}-0.14 {sign}0.12 {sign}-0.54 {sign}-0.39".replace("--", "")
     cells = f"1 0 -1\n2 0 {inside} 3\n3 0 1 -4"
     surfaces = f"1 sq 0.1 0.2 0.3 0 0 0 -0.7 0.7 -0.3 0.9\n2 gq {numbers}\n3 pz 0.8\n4 so 9"
-    scene = loaded(tmp_path, f"an ellipsoid\n{cells}\n\n{surfaces}\n\n")
+    scene = load_deck(tmp_path, f"an ellipsoid\n{cells}\n\n{surfaces}\n\n")
     found = scene.crossings((0.5, -0.2, 5.0), (0.0, 0.0, -1.0))[0]
     plane, ball = 4.2, 10.0
     curved = (found.t != plane) & (found.t < ball)

@@ -10,7 +10,7 @@ import conicoid as co
 from conicoid.io.importers import BodyLimits, detect_format
 from conicoid.io.molecules.atoms import COVALENT_RADII, SYMBOLS, VAN_DER_WAALS_RADII, atomic_number
 
-from ...command_line import done
+from ...command_line import execute
 
 # --- Molecules: bonds against all pairs, published numbers, styles by rays and measures
 
@@ -251,8 +251,8 @@ def test_the_symmetry_of_a_crystal_is_known_or_told(stated, count, tmp_path):
     pytest.importorskip("gemmi")
     text = SALT.replace("_symmetry_space_group_name_H-M 'F m -3 m'", stated)
     found = co.molecule(written(tmp_path, text, "a.cif"))
-    told = "the symmetry that the file states is unknown: only the sites that it lists are shown"
-    assert (len(found), found.remarks) == (count, () if count == 8 else (told,))
+    note = "the symmetry that the file states is unknown: only the sites that it lists are shown"
+    assert (len(found), found.remarks) == (count, () if count == 8 else (note,))
 
 
 @pytest.mark.parametrize(("old", "new"), [("_fract_", "_Cartn_"), ("_cell_length_", "_cell_formula_")])
@@ -516,7 +516,7 @@ def test_files_are_scenes_like_others(text, kind, tmp_path):
     scene = co.load(path)
     assert scene.notes[0].startswith(f"{kind} atoms: ")
     assert len(scene) > kind
-    result = done("import", path, "-o", tmp_path / "out.yaml")
+    result = execute("import", path, "-o", tmp_path / "out.yaml")
     assert "#ff0d0d" in result.stdout
     again = co.load(tmp_path / "out.yaml")
     rays = (0.1, 0.2, 50), (0.01, 0, -1)

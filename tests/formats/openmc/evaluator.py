@@ -60,13 +60,13 @@ class Evaluator:
         self._universe(self.root, np.asarray(points, float), np.arange(len(points)), (), found)
         return found
 
-    def _universe(self, number: int, points: FloatArray, who: Any, way: Place, found: list[Place | None]) -> None:
+    def _universe(self, number: int, points: FloatArray, indices: Any, way: Place, found: list[Place | None]) -> None:
         free = np.ones(len(points), bool)
         for cell in self.universes[number]:
             inside = free & self._contains(cell, points)
             free &= ~inside
             if inside.any():
-                self._cell(cell, points[inside], who[inside], (*way, cell), found)
+                self._cell(cell, points[inside], indices[inside], (*way, cell), found)
 
     def _cell(self, number: int, points: FloatArray, who: Any, way: Place, found: list[Place | None]) -> None:
         cell = self.cells[number]

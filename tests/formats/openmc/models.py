@@ -195,14 +195,14 @@ def endless(side: int, radius: float) -> str:
 """
 
 
-def written(name: str, folder: Path) -> Path:
+def model_file(name: str, folder: Path) -> Path:
     """Return the file of a model, which is made in `folder` unless it is one of the examples."""
     if name in EXAMPLE_FILES:
         return EXAMPLE_FILES[name]
-    return put(TEXTS[name], folder)
+    return geometry_file(TEXTS[name], folder)
 
 
-def put(text: str, folder: Path) -> Path:
+def geometry_file(text: str, folder: Path) -> Path:
     """Write a text as the file of a geometry."""
     path = folder / "geometry.xml"
     path.write_text(text.strip(), encoding="utf-8")
@@ -214,6 +214,6 @@ def _example(path: Path) -> co.Scene:
     return co.load_openmc(path)
 
 
-def loaded(path: Path) -> co.Scene:
+def load_model(path: Path) -> co.Scene:
     """Return the scene of a file. Those of the examples are prepared only once."""
     return _example(path) if path in EXAMPLE_FILES.values() else co.load_openmc(path)

@@ -21,7 +21,7 @@ from conicoid.geometry.shape import PrimitiveSolid
 from conicoid.prepare import prepared_scene
 
 from ...samples import in_turn
-from .models import put
+from .models import geometry_file
 from .repeated_models import MODELS
 from .test_repeated import written_out
 
@@ -42,15 +42,15 @@ PROBE = co.Body(co.Cylinder((0.2, 0.1, -3), (0.4, 0.2, 3), 0.05), "red", "probe"
 
 @pytest.fixture(scope="module")
 def scene(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> co.Scene:
-    return co.load_openmc(put(MODELS[request.param], tmp_path_factory.mktemp("model")))
+    return co.load_openmc(geometry_file(MODELS[request.param], tmp_path_factory.mktemp("model")))
 
 
 @pytest.fixture(scope="module")
 def core(tmp_path_factory: pytest.TempPathFactory) -> co.Scene:
-    return co.load_openmc(put(MODELS["core"], tmp_path_factory.mktemp("model")))
+    return co.load_openmc(geometry_file(MODELS["core"], tmp_path_factory.mktemp("model")))
 
 
-def asked(scene: co.Scene, low: np.ndarray, high: np.ndarray) -> list[np.ndarray]:
+def answers_of(scene: co.Scene, low: np.ndarray, high: np.ndarray) -> list[np.ndarray]:
     """Return answers of every kind to the same rays and points."""
     random = np.random.default_rng(11)
     a, b = random.uniform(low, high, (2, 600, 3))
@@ -67,9 +67,9 @@ def same_answers(*edited: co.Scene) -> None:
     other = co.Scene(written_out(edited[0]))
     assert not isinstance(other.bodies, InstanceList)
     low, high = (np.nan_to_num(end, posinf=3, neginf=-3) for end in other.bounds)
-    expected = asked(other, low, high)
+    expected = answers_of(other, low, high)
     for scene in edited:
-        for mine, its in zip(asked(scene, low, high), expected, strict=True):
+        for mine, its in zip(answers_of(scene, low, high), expected, strict=True):
             if mine.dtype == np.float64:
                 assert np.allclose(mine, its, rtol=1e-12, atol=1e-12)
             else:
@@ -233,7 +233,7 @@ def test_edited_scenes_are_pickled(core: co.Scene) -> None:
     assert again.materials == edited.materials
 
 
-def numbered(scene: co.Scene) -> list[bytes]:
+def bits_of_answers(scene: co.Scene) -> list[bytes]:
     """Return answers that show every number of a body, a face and a surface, to the bit."""
     low, high = (np.nan_to_num(end, posinf=3, neginf=-3) for end in scene.bounds)
     a, b = np.random.default_rng(7).uniform(low, high, (2, 600, 3))
@@ -246,7 +246,7 @@ def numbered(scene: co.Scene) -> list[bytes]:
 
 def test_bodies_are_exchanged_in_the_tables_of_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Most edits prepare nothing anew. All have the numbers and the bits of a newly prepared scene."""
-    scene = co.load_openmc(put(core_xml(1), tmp_path), void=False)
+    scene = co.load_openmc(geometry_file(core_xml(1), tmp_path), void=False)
     fresh, work = [], prepared_scene.lowering.lower
     monkeypatch.setattr(prepared_scene.lowering, "lower", lambda *of: fresh.append(1) or work(*of))
     scene.prepare()
@@ -262,9 +262,9 @@ def test_bodies_are_exchanged_in_the_tables_of_others(tmp_path: Path, monkeypatc
         held += [scene] * (step % 3 == 0)
         same = co.Scene(scene.bodies)
         count = len(fresh)
-        assert numbered(scene) == numbered(same)
+        assert bits_of_answers(scene) == bits_of_answers(same)
         assert len(fresh) <= count + 2
     assert len(fresh) < 2 * step
     assert str(co.check(scene, rays=300)) == str(co.check(co.Scene(scene.bodies), rays=300))
-    assert numbered(scene) == numbered(same)
-    assert numbered(held[0]) == numbered(co.Scene(held[0].bodies))
+    assert bits_of_answers(scene) == bits_of_answers(same)
+    assert bits_of_answers(held[0]) == bits_of_answers(co.Scene(held[0].bodies))

@@ -14,8 +14,8 @@ from conicoid.io import openmc
 from conicoid.io.importers import oklch_to_linear, palette_color
 from conicoid.io.scene_file import scene_file, yaml_parser
 
-from ...command_line import done, refused, run
-from .models import EXAMPLE_FILES, loaded, written
+from ...command_line import execute, failure, run
+from .models import EXAMPLE_FILES, load_model, model_file
 
 # --- Names, colors, void, notes: the report of an import
 
@@ -38,7 +38,7 @@ def test_the_assembly_has_the_expected_number_of_bodies() -> None:
 
 
 def test_names_give_the_path_and_are_unique() -> None:
-    scene = loaded(ASSEMBLY)
+    scene = load_model(ASSEMBLY)
     names = [body.name for body in scene.bodies]
     assert len(set(names)) == len(names)
     corner = "cell 1 'fuel' @ cell 100, lattice 50 [0, 0]"
@@ -51,7 +51,7 @@ def test_names_give_the_path_and_are_unique() -> None:
 
 def test_walls_that_coincide_on_paper_are_one_surface() -> None:
     """A ray across the assembly enters each cell where it leaves the one before, to the bit."""
-    scene = loaded(ASSEMBLY)
+    scene = load_model(ASSEMBLY)
     spans = scene.spans((-20, 0.1, 50), (1, 0, 0))
     assert spans.t_enter[0] == 9.25
     assert spans.t_exit[-1] == 30.75
@@ -60,7 +60,7 @@ def test_walls_that_coincide_on_paper_are_one_surface() -> None:
 
 
 def test_void_is_there_and_invisible_or_left_out(tmp_path: Path) -> None:
-    with_void, without = loaded(ASSEMBLY), co.load_openmc(ASSEMBLY, void=False)
+    with_void, without = load_model(ASSEMBLY), co.load_openmc(ASSEMBLY, void=False)
     assert len(with_void.bodies) - len(without.bodies) == 264
     name = "cell 2 'gap and plenum' @ cell 100, lattice 50 [3, 4]"
     material = with_void[name].material
@@ -71,7 +71,7 @@ def test_void_is_there_and_invisible_or_left_out(tmp_path: Path) -> None:
 
 
 def test_the_same_material_has_the_same_colour_everywhere(tmp_path: Path) -> None:
-    scene = co.load_openmc(written("kinds", tmp_path))
+    scene = co.load_openmc(model_file("kinds", tmp_path))
     pin = co.load_openmc(EXAMPLE_FILES["pin"])
     assert scene.bodies[0].material.color == pin.bodies[0].material.color == co.matte(palette_color(1)).color
 
@@ -90,7 +90,7 @@ def test_notes_name_the_findings(tmp_path: Path) -> None:
         "boundary reflective: surfaces 41, 42, 43, 44",
         "boundary vacuum: surfaces 45, 46",
     )
-    notes = openmc.read(written("nested", tmp_path)).notes
+    notes = openmc.read(model_file("nested", tmp_path)).notes
     assert "lattice 6: the cell around it may reach beyond it, and there is no outer universe" in notes
     assert not any(note.startswith("lattice 5") for note in notes)
     assert "no list of materials: they are known by number only" in notes
@@ -124,7 +124,7 @@ PIN = EXAMPLE_FILES["pin"]
 
 def test_a_geometry_becomes_a_scene_file(tmp_path: Path) -> None:
     output = tmp_path / "pin.yaml"
-    result = done("import", PIN, "-o", output)
+    result = execute("import", PIN, "-o", output)
     assert co.load(output) == co.load_openmc(PIN)
     assert "4 cells, 7 surfaces, 1 universe, 0 lattices" in result.stdout
     assert "boundary reflective: surfaces 4, 5, 6, 7" in result.stdout
@@ -138,9 +138,9 @@ def test_without_void(tmp_path: Path) -> None:
 
 
 def test_limits_are_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert "expands into 4 bodies" in refused("import", PIN, "-o", tmp_path / "out.yaml", "--max-bodies", 3)
+    assert "expands into 4 bodies" in failure("import", PIN, "-o", tmp_path / "out.yaml", "--max-bodies", 3)
     monkeypatch.setattr(yaml_parser, "MAX_NODES", 100)
-    assert "a scene file holds at most 100 values, this scene takes" in refused(
+    assert "a scene file holds at most 100 values, this scene takes" in failure(
         "import", PIN, "-o", tmp_path / "out.yaml"
     )
 
@@ -317,7 +317,7 @@ def test_names_cannot_forge_printed_lines(name: str, tmp_path: Path) -> None:
     for line in (*map(str, imported.legend), *imported.notes, *(body.name or "" for body in imported.bodies)):
         assert line.isprintable()
     output = tmp_path / "scene.yaml"
-    result = done("import", path, "-o", output)
+    result = execute("import", path, "-o", output)
     assert len(result.stdout.splitlines()) == len(imported.notes) + len(imported.legend)
     assert all(line.isprintable() for line in output.read_text(encoding="utf-8").splitlines())
     assert co.load(output).bodies[1].name == imported.bodies[1].name

@@ -33,7 +33,7 @@ from conicoid.render.camera import fit_extent
 
 from ...samples import deep, marked
 from .evaluator import Evaluator, same_place
-from .models import NAMES, loaded, written
+from .models import NAMES, load_model, model_file
 
 # --- Lattices: the order of their universes, their elements without gaps, and what they cover together
 
@@ -219,8 +219,8 @@ class Model(NamedTuple):
 @pytest.fixture(scope="module", params=marked((name, name != "assembly") for name in NAMES))
 def model(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Model:
     """Return a model that is read and prepared once for all tests."""
-    path = written(request.param, tmp_path_factory.mktemp("model"))
-    return Model(request.param, loaded(path), Evaluator(path))
+    path = model_file(request.param, tmp_path_factory.mktemp("model"))
+    return Model(request.param, load_model(path), Evaluator(path))
 
 
 def compare(model: Model, count: int) -> None:

@@ -17,7 +17,7 @@ from conicoid.io.openmc.importer import MAX_NESTING, read_openmc_geometry
 
 from ...children import ROOT
 from .broken import CASES, geometry
-from .models import put
+from .models import geometry_file
 
 # --- Mistakes in a file are errors with line and name, and nothing else happens
 
@@ -31,7 +31,7 @@ def refused(path: Path, **options: object) -> co.SceneFileError:
 @pytest.mark.parametrize("name", CASES)
 def test_mistakes_are_found_where_they_are(name: str, tmp_path: Path) -> None:
     content, line, phrases = CASES[name]
-    path = put(content, tmp_path)
+    path = geometry_file(content, tmp_path)
     error = refused(path)
     for phrase in phrases:
         assert phrase in str(error)
@@ -40,7 +40,7 @@ def test_mistakes_are_found_where_they_are(name: str, tmp_path: Path) -> None:
 
 
 def test_all_mistakes_are_listed_in_the_order_of_the_file(tmp_path: Path) -> None:
-    path = put(
+    path = geometry_file(
         geometry(
             "<surface id='8' type='x-toru' coeffs='0 0 0 1 2 3'/>",
             "<surface id='9' type='x-plane' coeffs='a'/>",
@@ -94,7 +94,7 @@ def test_several_mistakes_in_one_element_are_reported(tmp_path: Path) -> None:
 
 def test_mistakes_beside_a_broken_list_of_materials_are_reported(tmp_path: Path) -> None:
     (tmp_path / "materials.xml").write_text("<materials>\n<material/>\n<material id='x'/></materials>")
-    path = put(geometry("<cell id='1' material='3' region='77'/>"), tmp_path)
+    path = geometry_file(geometry("<cell id='1' material='3' region='77'/>"), tmp_path)
     assert str(refused(path)).splitlines() == [
         f"{path}: materials.xml:2:1: material: needs the attribute or element 'id'",
         f"{path}: materials.xml:3:1: material: id must be an integer, got 'x'",
@@ -118,7 +118,7 @@ def test_numbers_beyond_floats_are_reported(tmp_path: Path) -> None:
 
 
 def test_materials_are_checked_against_their_list(tmp_path: Path) -> None:
-    path = put(geometry("<cell id='1' material='void 3 4' region='-1'/>"), tmp_path)
+    path = geometry_file(geometry("<cell id='1' material='void 3 4' region='-1'/>"), tmp_path)
     co.load_openmc(path)
     (tmp_path / "materials.xml").write_text("<materials>\n<material id='3'/></materials>")
     assert "cell 1: material 4 is not in the list of materials" in str(refused(path))
@@ -143,13 +143,13 @@ HOSTILE = {
 @pytest.mark.parametrize("name", HOSTILE)
 @pytest.mark.parametrize("file", ["geometry.xml", "materials.xml"])
 def test_document_types_and_entities_are_refused(name: str, file: str, tmp_path: Path) -> None:
-    path = put(geometry("<cell id='1' material='1'/>"), tmp_path)
+    path = geometry_file(geometry("<cell id='1' material='1'/>"), tmp_path)
     (tmp_path / file).write_text(HOSTILE[name])
     assert "is refused: it declares a document type (DOCTYPE)" in str(refused(path))
 
 
 def test_size_depth_and_number_are_limited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = put("<a>" * 100_000, tmp_path)
+    path = geometry_file("<a>" * 100_000, tmp_path)
     assert f"deeper than {xml_builder.MAX_DEPTH} levels" in str(refused(path))
     monkeypatch.setattr(xml_builder, "MAX_ELEMENTS", 1000)
     path.write_text("<geometry>" + "<cell/>" * 2000 + "</geometry>")
@@ -215,13 +215,13 @@ WHOLE = {  # a file, options, and a part of the message
 @pytest.mark.parametrize("name", WHOLE)
 def test_impossible_geometries_are_refused(name: str, tmp_path: Path) -> None:
     text, options_, phrase = WHOLE[name]
-    path = put(text, tmp_path)
+    path = geometry_file(text, tmp_path)
     assert phrase in str(refused(path, **options_))
 
 
 @pytest.mark.parametrize(("text", "count"), [(chain(MAX_NESTING - 1), 1), (chain(3, copies=2), 8)])
 def test_as_many_levels_and_bodies_as_may_be(text: str, count: int, tmp_path: Path) -> None:
-    path = put(text, tmp_path)
+    path = geometry_file(text, tmp_path)
     assert len(co.load_openmc(path, max_bodies=count).bodies) == count
 
 
@@ -288,7 +288,7 @@ SMALL = {
 @pytest.mark.parametrize("name", SMALL)
 def test_a_small_file_takes_little_memory(name: str, tmp_path: Path) -> None:
     text, line, phrases = SMALL[name]
-    path = put(text, tmp_path)
+    path = geometry_file(text, tmp_path)
     tracemalloc.start()
     try:
         with pytest.raises(co.SceneFileError) as caught:
@@ -315,7 +315,7 @@ def big(columns: int, rows: int) -> str:
 
 def test_a_lattice_is_counted_and_not_written_out(tmp_path: Path) -> None:
     """In each row of a thousand: 999 elements with one cell, and one with two."""
-    path = put(big(1000, 700), tmp_path)
+    path = geometry_file(big(1000, 700), tmp_path)
     with pytest.raises(co.SceneFileError) as caught:
         co.load_openmc(path, max_bodies=500_000)
     (problem,) = caught.value.problems
@@ -335,13 +335,13 @@ def test_bodies_that_are_no_others_moved_have_a_limit_of_their_own(
     """A lattice that nothing cuts has as many bodies as elements, and one of them is computed."""
     monkeypatch.setattr(options, "DEFAULT_BODY_LIMITS", options.BodyLimits(1000, 10))
     lattice = f'<{LATTICE} dimension="20 20" pitch="1 1" universes="{"1 " * 400}"/>'
-    path = put(geometry(PIN, lattice, '<cell id="2" fill="4"/>'), tmp_path)
+    path = geometry_file(geometry(PIN, lattice, '<cell id="2" fill="4"/>'), tmp_path)
     assert len(co.load_openmc(path).bodies) == 400
     with pytest.raises(co.SceneFileError, match=r"expands into 400 bodies, .* the limit is 399 \(max_bodies\)"):
         co.load_openmc(path, max_bodies=399)
     surfaces = [f"<surface id='{10 + i}' type='sphere' coeffs='{i} 0 0 0.4'/>" for i in range(11)]
     cells = [f"<cell id='{10 + i}' material='1' region='-{10 + i}'/>" for i in range(11)]
-    path = put(geometry(*surfaces, *cells), tmp_path)
+    path = geometry_file(geometry(*surfaces, *cells), tmp_path)
     with pytest.raises(co.SceneFileError, match="has at least 11 bodies that are no others moved, 44 kB in memory"):
         co.load_openmc(path)
     assert len(co.load_openmc(path, max_bodies=11).bodies) == 11
@@ -370,11 +370,11 @@ def test_bodies_beyond_scene_files_are_refused_before_they_are_made(
 
 @pytest.mark.deep
 def test_thirty_million_elements_are_refused_in_one_gibibyte(tmp_path: Path) -> None:
-    path = put(big(5000, 6000), tmp_path)
-    done = subprocess.run(
+    path = geometry_file(big(5000, 6000), tmp_path)
+    process = subprocess.run(
         [sys.executable, "-c", LIMITED, str(path)], cwd=ROOT, capture_output=True, text=True, timeout=600, check=True
     )
-    assert "expands into 30,006,000 bodies, at least 18 GB in memory" in done.stdout
+    assert "expands into 30,006,000 bodies, at least 18 GB in memory" in process.stdout
 
 
 def test_one_of_many_lattices_is_used(tmp_path: Path) -> None:
@@ -383,7 +383,7 @@ def test_one_of_many_lattices_is_used(tmp_path: Path) -> None:
         f'<{LATTICE.replace("4", str(i))} dimension="50 50" pitch="1 1" universes="{"1 " * 2500}"/>'
         for i in range(10, 60)
     ]
-    geometry_read = read_openmc_geometry(put(geometry(PIN, *lattices, '<cell id="2" fill="10"/>'), tmp_path))
+    geometry_read = read_openmc_geometry(geometry_file(geometry(PIN, *lattices, '<cell id="2" fill="10"/>'), tmp_path))
     assert geometry_read.body_count == 2500
     assert not any("universes" in vars(lattice) for lattice in geometry_read.lattices.values())
 
@@ -394,7 +394,7 @@ def test_half_spaces_at_many_places_are_limited(tmp_path: Path, monkeypatch: pyt
     monkeypatch.setattr(limits, "STEPS_FOR_A_BODY", 90)
     balls = [f"<surface id='{10 + i}' type='sphere' coeffs='{i % 10} {i // 10} 0 0.4'/>" for i in range(100)]
     region = " ".join(str(10 + i) for i in range(100))
-    path = put(
+    path = geometry_file(
         geometry(
             *balls,
             f"<cell id='1' universe='1' material='1' region='{region}'/>",
@@ -424,7 +424,7 @@ def test_half_spaces_at_many_places_are_limited(tmp_path: Path, monkeypatch: pyt
     ],
 )
 def test_long_values_are_refused_by_their_length(tag: str, attributes: str, phrase: str, tmp_path: Path) -> None:
-    path = put(geometry(f"<{tag} id='7' {attributes}/>"), tmp_path)
+    path = geometry_file(geometry(f"<{tag} id='7' {attributes}/>"), tmp_path)
     with pytest.raises(co.SceneFileError) as caught:
         co.load_openmc(path)
     assert caught.value.problems[0].line == 3
@@ -449,6 +449,6 @@ def test_motions_out_of_range_are_refused_with_their_line(name: str, tmp_path: P
         geometry(PIN, inner, f'<cell id="2" fill="8" {MOTIONS[name]}/>'),
     ):
         with pytest.raises(co.SceneFileError) as caught:
-            co.load_openmc(put(text, tmp_path))
+            co.load_openmc(geometry_file(text, tmp_path))
         assert all(problem.line in (3, 4, 5) for problem in caught.value.problems)
         assert "double precision" in str(caught.value)

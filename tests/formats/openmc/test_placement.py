@@ -31,7 +31,7 @@ from conicoid.numerics import bigfloat as ex
 from ...samples import deeper, sampled
 from .broken import geometry
 from .evaluator import rotation_matrix
-from .models import NAMES, put, written
+from .models import NAMES, geometry_file, model_file
 
 # --- Turns, rotations and placements, against plain matrices
 
@@ -79,7 +79,7 @@ def test_both_sides_of_a_surface_are_nothing(twice: str, tmp_path: Path) -> None
     text = geometry(
         *surfaces, f'<cell id="1" material="1" region="{twice}"/>', '<cell id="2" material="2" region="-2"/>'
     )
-    imported = openmc.read(put(text, tmp_path))
+    imported = openmc.read(geometry_file(text, tmp_path))
     assert [body.name for body in imported.bodies] == ["cell 2"]
     assert "cell 1: has no volume in its only place, left out there" in imported.notes
 
@@ -95,13 +95,13 @@ def test_slanted_planes_that_leave_a_slab_stay(tmp_path: Path) -> None:
         '<cell id="2" material="1" region="-2 4 -7"/>',
         '<cell id="3" material="1" region="-2 -7 6"/>',
     )
-    imported = openmc.read(put(geometry(*surfaces, *cells), tmp_path))
+    imported = openmc.read(geometry_file(geometry(*surfaces, *cells), tmp_path))
     assert [body.name for body in imported.bodies] == ["cell 1", "cell 3"]
 
 
 def check_cells_made_empty(name: str, folder: Path, step: int) -> None:
     """Cut cells in turn down to nothing: none leaves a body, and a note says so."""
-    text = written(name, folder).read_text(encoding="utf-8")
+    text = model_file(name, folder).read_text(encoding="utf-8")
     cells = re.findall(r'<cell id="(\d+)"[^>]*region="', text)
     surface = re.findall(r'<surface id="(\d+)"', text)[0]
     path = folder / "model.xml"
@@ -129,14 +129,14 @@ def test_elements_beyond_the_surrounding_cell_are_reported(tmp_path: Path) -> No
         f'<lattice id="4" name="grid" dimension="3 3" lower_left="0 0" pitch="1 1" universes="{"1 " * 9}"/>',
         '<cell id="2" fill="4" region="-2"/>',
     )
-    imported = openmc.read(put(text, tmp_path))
+    imported = openmc.read(geometry_file(text, tmp_path))
     assert [body.name for body in imported.bodies] == ["cell 1 @ cell 2, lattice 4 [0, 0]"]
     assert "in 8 of 9 elements of lattice 4 'grid' nothing lies in the cell around it, left out" in imported.notes
 
 
 def test_notes_of_a_kind_are_not_endless(tmp_path: Path) -> None:
     cells = [f'<cell id="{i}" material="1 2" region="2 -2"/>' for i in range(1, 101)]
-    notes = openmc.read(put(geometry(*cells), tmp_path)).notes
+    notes = openmc.read(geometry_file(geometry(*cells), tmp_path)).notes
     assert "0 bodies; 100 places without volume left out" in notes
     shown = sum(note.startswith("cell") and "has no volume" in note for note in notes)
     assert 10 <= shown <= 20  # a screen
@@ -287,7 +287,7 @@ def test_bounds_of_turned_places_hold_every_body(tmp_path: Path) -> None:
 <cell id="3" universe="2" material="void"/>
 <lattice id="4" dimension="{count} {count}" pitch="{x} {y}" lower_left="{-6 * x} {-6 * y}" universes="{universes}"/>
 <cell id="5" universe="5" fill="4"/><cell id="6" fill="5" rotation="0.8 -0.6 0 0.6 0.8 0 0 0 1"/></geometry>"""
-    scene = co.load_openmc(put(text, tmp_path), void=False)
+    scene = co.load_openmc(geometry_file(text, tmp_path), void=False)
     low, high = scene.bounds
     bounds = np.array([body.shape.bounds for body in scene.bodies])
     assert len(bounds) == count

@@ -16,7 +16,7 @@ from conicoid.prepare.lowering import lower
 
 from ...samples import marked
 from .evaluator import Evaluator, same_place
-from .models import put
+from .models import geometry_file
 from .repeated_models import BALL, MODELS
 
 SLANTED = {"hexagons", "core at an angle", "cubes at an angle", "hexagons at an angle"}
@@ -25,7 +25,7 @@ SLANTED = {"hexagons", "core at an angle", "cubes at an angle", "hexagons at an 
 
 @pytest.fixture(params=marked((name, name != "hexagons at an angle") for name in MODELS), scope="module")
 def path(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return put(MODELS[request.param], tmp_path_factory.mktemp("model"))
+    return geometry_file(MODELS[request.param], tmp_path_factory.mktemp("model"))
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +34,7 @@ def scene(path: Path) -> co.Scene:
     return co.load_openmc(path)
 
 
-def named(path: Path) -> str:
+def model_name(path: Path) -> str:
     """Return the name of the model."""
     return next(name for name, text in MODELS.items() if text == path.read_text())
 
@@ -46,7 +46,7 @@ def written_out(scene: co.Scene) -> tuple[Body, ...]:
 
 def test_pins_that_a_vessel_does_not_cut_are_alike(tmp_path: Path) -> None:
     """Pins of assemblies that the vessel cuts, and fuel whose water it cuts, are of the kinds of all others."""
-    bodies = co.load_openmc(put(core_xml(5, vessel=8.0, pins=4), tmp_path)).bodies
+    bodies = co.load_openmc(geometry_file(core_xml(5, vessel=8.0, pins=4), tmp_path)).bodies
     assert isinstance(bodies, InstanceList)
     fuel = [number for number, body in enumerate(bodies) if body.name.startswith("cell 1 ")]
     within = [number for number in fuel if np.hypot(*np.mean(bodies.shape(number).bounds, axis=0)[:2]) < 8 - 1.3]
@@ -56,7 +56,7 @@ def test_pins_that_a_vessel_does_not_cut_are_alike(tmp_path: Path) -> None:
 
 def test_copies_are_lowered_without_a_shape_for_each_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A pin of 81 assemblies has 153 places along each axis. A few of its shapes show the effect of a shift."""
-    bodies = co.load_openmc(put(core_xml(9), tmp_path), void=False).bodies
+    bodies = co.load_openmc(geometry_file(core_xml(9), tmp_path), void=False).bodies
     assert isinstance(bodies, InstanceList)
     made, work = [], type(bodies).shape_at
     monkeypatch.setattr(type(bodies), "shape_at", lambda self, *place: made.append(place) or work(self, *place))
@@ -82,7 +82,7 @@ def test_answers_are_those_of_bodies_written_out(path: Path, scene: co.Scene) ->
     mine, its = scene.first_hit(rays), other.first_hit(rays)
     assert (mine.body == its.body).all()
     assert (mine.face == its.face).all()
-    assert np.allclose(mine.t, its.t, rtol=1e-12 if named(path) in SLANTED else 0, atol=0)
+    assert np.allclose(mine.t, its.t, rtol=1e-12 if model_name(path) in SLANTED else 0, atol=0)
     assert np.allclose(mine.uv, its.uv, atol=1e-9, equal_nan=True)
     spans, expected = scene.spans(rays), other.spans(rays)
     assert (spans.offsets == expected.offsets).all()
@@ -102,7 +102,7 @@ def test_every_point_is_in_the_cell_of_openmc_s_rules(path: Path, scene: co.Scen
 
 @pytest.mark.deep
 def test_many_points_of_a_core_of_100000_pins_are_in_the_cells_of_openmc_s_rules(tmp_path: Path) -> None:
-    path = put(core_xml(19), tmp_path)
+    path = geometry_file(core_xml(19), tmp_path)
     scene, evaluator = co.load_openmc(path), Evaluator(path)
     points = np.random.default_rng(5).uniform((-250, -250, -183), (250, 250, 183), (100_000, 3))
     found = scene.body_at(points)
@@ -158,7 +158,7 @@ def test_cells_that_name_a_surface_twice_are_lowered_once(region: str, tmp_path:
         '<lattice id="4" dimension="5 5 4" pitch="1 1.1 1.2" lower_left="-2.5 -2.75 -2.4" universes="' + "1 " * 100 + '"/>',
         '<cell id="20" fill="4" region="-9"/>',
     ))  # fmt: skip
-    path = put(f"<geometry>{text}</geometry>", tmp_path)
+    path = geometry_file(f"<geometry>{text}</geometry>", tmp_path)
     scene = co.load_openmc(path)
     tables = scene._prepared.lowered.tables
     assert len(scene.bodies) == 100

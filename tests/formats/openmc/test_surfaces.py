@@ -29,7 +29,7 @@ from conicoid.io.xml_tree import XmlElement
 
 from ...engine.nodes import Nodes
 from .evaluator import Evaluator, evaluate_region, same_place
-from .models import endless, loaded, put, written
+from .models import endless, geometry_file, load_model, model_file
 
 # --- Surfaces: each kind as OpenMC's documentation defines it, moved exactly, and as the very solid that was written
 
@@ -208,7 +208,7 @@ def test_the_innermost_ring_may_have_radius_0(ring: str, tmp_path: Path) -> None
       <surface id="7" type='{ring}'/><cell id="8" universe="1" material="1" region="-7"/></geometry>""",
         )
     )
-    path = put(text, tmp_path)
+    path = geometry_file(text, tmp_path)
     scene, points = co.load_openmc(path), np.random.default_rng(4).uniform((0, 0, -1), (2, 2, 1), (300, 3))
     assert scene.body_count == 2 * 4
     names = [scene.bodies[number].name for number in scene.body_at(points)]
@@ -216,7 +216,7 @@ def test_the_innermost_ring_may_have_radius_0(ring: str, tmp_path: Path) -> None
 
 
 def test_elements_and_attributes_are_the_same(tmp_path: Path) -> None:
-    path = written("kinds", tmp_path)
+    path = model_file("kinds", tmp_path)
     root = ElementTree.parse(path).getroot()
     for element in root:
         for name in list(element.attrib):
@@ -341,7 +341,7 @@ SIDES = 8, 32
 @pytest.fixture(scope="module")
 def lattices(tmp_path_factory: pytest.TempPathFactory) -> dict[int, co.Scene]:
     folder = tmp_path_factory.mktemp("lattices")
-    return {side: loaded(put(endless(side, RADIUS), folder)) for side in SIDES}
+    return {side: load_model(geometry_file(endless(side, RADIUS), folder)) for side in SIDES}
 
 
 def test_points_are_located_by_few_nodes(lattices: dict[int, co.Scene]) -> None:
@@ -355,11 +355,11 @@ def test_points_are_located_by_few_nodes(lattices: dict[int, co.Scene]) -> None:
         pin = ((points[:, :2] - element - 0.5) ** 2).sum(axis=1) < RADIUS**2
         located = scene.body_at(points)
         names = np.array([body.name for body in scene.bodies])
-        wanted = [
+        expected = [
             f"cell {1 if inner else 2} @ cell 3, lattice 9 [{x:.0f}, {y:.0f}]"
             for inner, (x, y) in zip(pin, element, strict=True)
         ]
-        assert names[located].tolist() == wanted
+        assert names[located].tolist() == expected
         nodes = Nodes(scene)
         nodes.check()
         assert nodes.beside() == []

@@ -12,14 +12,14 @@ from conicoid.io.importers import detect_format
 ROUND = "$fn = 0, $fa = 12, $fs = 2"
 
 
-def written(folder, text, name="a.txt"):
+def csg_file(folder, text, name="a.txt"):
     path = folder / name
     path.write_text(text)
     return path
 
 
-def loaded(folder, text, **options):
-    return co.load(written(folder, text), **options)
+def load_text(folder, text, **options):
+    return co.load(csg_file(folder, text), **options)
 
 
 def points(count=4000, size=3.0):
@@ -100,7 +100,7 @@ CASES = {
 
 @pytest.mark.parametrize("text", CASES)
 def test_modules_are_their_formulas(text, tmp_path):
-    scene = loaded(tmp_path, text)
+    scene = load_text(tmp_path, text)
     assert len(scene) == 1
     at = points()
     assert np.array_equal(scene.contains(at), CASES[text](*at.T))
@@ -108,20 +108,20 @@ def test_modules_are_their_formulas(text, tmp_path):
 
 def test_a_ball_of_so_many_sides(tmp_path):
     """OpenSCAD's ball has rings at polar angles 180 (k + 1/2) / n for n = $fn / 2, and corners at 360 k / $fn."""
-    scene = loaded(tmp_path, "sphere($fn = 8, r = 2);")
+    scene = load_text(tmp_path, "sphere($fn = 8, r = 2);")
     levels = [(2 * math.sin(math.pi * (k + 0.5) / 4), 2 * math.cos(math.pi * (k + 0.5) / 4)) for k in range(4)]
     at = points()
     expected = np.zeros(len(at), bool)
     for (r1, z1), (r0, z0) in itertools.pairwise(levels):
         expected |= frustum(*at.T, z0, z1, r0, r1, 8)
     assert np.array_equal(scene.contains(at), expected)
-    smooth = loaded(tmp_path, "sphere($fn = 8, r = 2);", smooth=True)
+    smooth = load_text(tmp_path, "sphere($fn = 8, r = 2);", smooth=True)
     assert np.array_equal(smooth.contains(at), (at**2).sum(axis=1) <= 4)
     assert "1 circle with $fn made round" in smooth.notes
 
 
 def test_a_turned_polygon_of_so_many_sides(tmp_path):
-    scene = loaded(tmp_path, "rotate_extrude($fn = 6) { polygon(points = [[1, 0], [2, 0], [2, 1], [1, 2]]); }")
+    scene = load_text(tmp_path, "rotate_extrude($fn = 6) { polygon(points = [[1, 0], [2, 0], [2, 1], [1, 2]]); }")
     at = points()
     x, y, z = at.T
     outer = frustum(x, y, z, 0, 1, 2, 2, 6) | frustum(x, y, z, 1, 2, 2, 1, 6)
@@ -135,7 +135,7 @@ color([0, 0, 1, 1]) { multmatrix([[1, 0, 0, 1], [0, 1, 0, 0], [0, 0, 1, 0], [0, 
 color([1, 0, 0, 1]) { multmatrix([[1, 0, 0, 9], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]) { cube(size = 2, center = true); } }
 multmatrix([[1, 0, 0, 5], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]) { sphere(r = 0.5); }
 """
-    scene = loaded(tmp_path, text)
+    scene = load_text(tmp_path, text)
     assert [body.name for body in scene.bodies] == ["#ff0000", "#0000ff", "#f9d72c"]
     spans = scene.spans((-9, 0.1, 0.1), (1, 0, 0))
     assert spans.body.tolist() == [0, 1, 2, 0]
@@ -144,7 +144,7 @@ multmatrix([[1, 0, 0, 5], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]) { sphere(r 
 
 
 def test_cuts_have_the_colour_of_the_cutter(tmp_path):
-    scene = loaded(
+    scene = load_text(
         tmp_path,
         "difference() { cube(size = 2, center = true); color([0, 1, 0, 1]) { cube(size = [1, 1, 9], center = true); } }",
     )
@@ -156,7 +156,7 @@ def test_cuts_have_the_colour_of_the_cutter(tmp_path):
 
 
 def test_omissions_are_reported_with_their_line(tmp_path):
-    scene = loaded(
+    scene = load_text(
         tmp_path, "cube(size = 1);\nhull() { sphere(r = 1); }\n%sphere(r = 2);\n*sphere(r = 3);\ncircle(r = 1);\n"
     )
     assert len(scene) == 1
@@ -167,7 +167,7 @@ def test_omissions_are_reported_with_their_line(tmp_path):
         "line 5: circle is flat and encloses nothing; it is left out",
     ]
     with pytest.raises(ValueError, match="strict is set:\nline 2: hull"):
-        loaded(tmp_path, "cube(size = 1);\nhull() { sphere(r = 1); }", strict=True)
+        load_text(tmp_path, "cube(size = 1);\nhull() { sphere(r = 1); }", strict=True)
 
 
 @pytest.mark.parametrize(
@@ -216,7 +216,7 @@ def test_omissions_are_reported_with_their_line(tmp_path):
 )  # fmt: skip
 def test_empty_solids_are_left_out(text, note, tmp_path):
     # The unit cube remains without the refused parts, and nothing else
-    scene = loaded(tmp_path, f"cube(size = 1);\n{text}")
+    scene = load_text(tmp_path, f"cube(size = 1);\n{text}")
     assert f"line 2: {note}" in scene.notes
     assert scene.first_hit([(0.5, 0.5, 5), (2, 0.5, 5), (-0.5, 0.5, 5)], (0, 0, -1)).t.tolist() == [4, np.inf, np.inf]
 
@@ -225,7 +225,7 @@ def test_empty_solids_are_left_out(text, note, tmp_path):
 @pytest.mark.parametrize("sides", [3, 6, 100])
 def test_a_sided_cylinder_is_one_convex_polyhedron(sides, first, last, tmp_path):
     """Cutting prisms of a hundred sides from meshes took a tenth of a second each."""
-    scene = loaded(tmp_path, f"cylinder($fn = {sides}, h = 3, r1 = {first}, r2 = {last}, center = true);")
+    scene = load_text(tmp_path, f"cylinder($fn = {sides}, h = 3, r1 = {first}, r2 = {last}, center = true);")
     assert isinstance(scene.bodies[0].shape, co.Polyhedron)
     points = np.random.default_rng(sides).uniform(-3, 3, (2000, 3))
     # Within a sector the side is as far from the axis as the middle of its edge
@@ -252,7 +252,7 @@ def test_a_sided_cylinder_is_one_convex_polyhedron(sides, first, last, tmp_path)
     ],
 )  # fmt: skip
 def test_mistakes_have_places(text, message, tmp_path):
-    path = written(tmp_path, text, "a.csg")
+    path = csg_file(tmp_path, text, "a.csg")
     with pytest.raises(co.SceneFileError) as error:
         co.load(path)
     assert str(error.value).startswith(f"{path}{message}"), str(error.value)
@@ -260,17 +260,17 @@ def test_mistakes_have_places(text, message, tmp_path):
 
 def test_files_nested_without_end_are_refused(tmp_path):
     with pytest.raises(co.SceneFileError, match="is nested more than 200 deep"):
-        loaded(tmp_path, "group() {" * 100_000)
+        load_text(tmp_path, "group() {" * 100_000)
     with pytest.raises(co.SceneFileError, match="must be"):
-        loaded(tmp_path, "cube(size = " + "[" * 100_000)
+        load_text(tmp_path, "cube(size = " + "[" * 100_000)
     with pytest.raises(co.SceneFileError):
-        loaded(tmp_path, "group() " * 100_000 + ";")
+        load_text(tmp_path, "group() " * 100_000 + ";")
 
 
 @pytest.mark.parametrize("head", ["", "\ufeff", "// a comment\n", "/* two\nlines */ ", "%"])
 def test_files_are_known_by_their_first_call(head, tmp_path):
     found = detect_format(
-        written(
+        csg_file(
             tmp_path, head + "multmatrix([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]) { cube(size = 1); }"
         )
     )

@@ -77,17 +77,17 @@ def evaluator(cases: dict[str, Case]) -> Callable[..., Any]:
 
 
 @helper
-def _none(number, world, scratch, given, answers):
+def _none(number, world, scratch, x, answers):
     pass
 
 
 def _or(mine: int, python: Any, others: Any) -> Any:
     @helper
-    def choose(number, world, scratch, given, answers):
+    def choose(number, world, scratch, x, answers):
         if number == mine:
-            python(world, scratch, given, answers)
+            python(world, scratch, x, answers)
         else:
-            others(number, world, scratch, given, answers)
+            others(number, world, scratch, x, answers)
 
     return choose
 
@@ -106,12 +106,12 @@ def disagreements(
     name: str, case: Case, scene: Scene, inputs: Any, found: Any, evaluate: Any
 ) -> tuple[Any, Any, float]:
     """Return (indices of inputs with different answers, Python's answers, share of decided inputs)."""
-    given = inputs.astype(float)
-    expected = evaluate(name, scene.python, given)
+    exact = inputs.astype(float)
+    expected = evaluate(name, scene.python, exact)
     if case.agrees is not None:
         return np.flatnonzero(~case.agrees(expected, found)), expected, 1.0
     rng = np.random.default_rng(7)
-    around = [evaluate(name, world, shifted(given, case.shifts, rng)) for world in scene.shifted]
+    around = [evaluate(name, world, shifted(exact, case.shifts, rng)) for world in scene.shifted]
     same = [(answers[:, : case.whole] == expected[:, : case.whole]).all(axis=1) for answers in around]
     spread = np.max([np.abs(answers - expected) for answers in around], axis=0, initial=0.0)
     if around:
@@ -122,5 +122,5 @@ def disagreements(
     close = np.abs(found - expected) <= allowed
     good = (found == expected)[:, : case.whole].all(axis=1) & close[:, case.whole :].all(axis=1)
     sharp = (allowed <= 1e-3 * (1 + np.abs(expected)))[:, case.whole :].all(axis=1)
-    steady = np.all(same, axis=0) if around else np.ones(len(given), bool)
+    steady = np.all(same, axis=0) if around else np.ones(len(exact), bool)
     return np.flatnonzero(steady & ~good), expected, float((steady & sharp).mean())

@@ -47,8 +47,8 @@ def with_number(of: str, some_rays: Any, mode: int = 0, count: int = COUNT, ends
     def inputs(scene: Any, rng: Any) -> Any:
         number = rng.integers(0, len(getattr(tables_of(scene), of)) - ends, count)
         own = [_surfaces(tables_of(scene), of, k) for k in range(len(getattr(tables_of(scene), of)) - ends)]
-        given = starting(rng, some_rays(rng, count), [rng.choice(own[k]) for k in number])
-        return records(count, *given, np.column_stack([number, np.full(count, mode)]))
+        rays_of_rows = starting(rng, some_rays(rng, count), [rng.choice(own[k]) for k in number])
+        return records(count, *rays_of_rows, np.column_stack([number, np.full(count, mode)]))
 
     return inputs
 

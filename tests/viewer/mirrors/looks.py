@@ -66,14 +66,14 @@ def _points_of_faces(scene: Any, rng: Any) -> Any:
 
 def _points_of_patterns(scene: Any, rng: Any) -> Any:
     """Return points, half of them on the side of a cube of the pattern, with the normal along one of its edges."""
-    given, materials = _points_of_faces(scene, rng), _materials(scene)
-    scales = materials.rows["scale"][materials.row_of[given[:, 1, 0].astype(int)]]
+    points, materials = _points_of_faces(scene, rng), _materials(scene)
+    scales = materials.rows["scale"][materials.row_of[points[:, 1, 0].astype(int)]]
     axis, rows = rng.integers(0, 3, COUNT), np.arange(COUNT)
     on_side = (rng.random(COUNT) < 0.5) & (scales[rows, axis] > 0)
     cubes = rng.integers(-4, 5, COUNT) * scales[rows, axis]
-    given[on_side, 0, axis[on_side]] = cubes[on_side]
-    given[on_side, 2, :3] = (np.eye(3)[axis] * rng.choice([-1, 1], (COUNT, 1)))[on_side]
-    return given
+    points[on_side, 0, axis[on_side]] = cubes[on_side]
+    points[on_side, 2, :3] = (np.eye(3)[axis] * rng.choice([-1, 1], (COUNT, 1)))[on_side]
+    return points
 
 
 def uv_at(world, scratch, x, out):

@@ -168,9 +168,9 @@ def seen_along(world, scratch, x, out):
 
 
 def _vertices(scene: Any, rng: Any) -> Any:
-    given = rays(rng, COUNT)
-    axis = np.abs(given[1][:, :3]).argmax(axis=1)
-    return records(COUNT, *given, np.column_stack([rng.normal(size=(COUNT, 3)), axis]))
+    some_rays = rays(rng, COUNT)
+    axis = np.abs(some_rays[1][:, :3]).argmax(axis=1)
+    return records(COUNT, *some_rays, np.column_stack([rng.normal(size=(COUNT, 3)), axis]))
 
 
 def inside_loop(world, scratch, x, out):

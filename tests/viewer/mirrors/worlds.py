@@ -108,7 +108,7 @@ def _widened(geometry: Geometry, origin: Any) -> Geometry:
     return result
 
 
-def _encoded(values: Any) -> dict[str, str]:
+def _base64(values: Any) -> dict[str, str]:
     return {"f8": base64.b64encode(np.ascontiguousarray(values, "<f8").tobytes()).decode()}
 
 
@@ -126,7 +126,7 @@ def world_of(scene: co.Scene, shifts: int) -> Scene:
     geometry = _rounded(scene._prepared.geometry)
     data = pack_scene(scene)
     for number in _PARTS:
-        data["tables"][Tables._fields[number]] = _encoded(_slice(geometry, number))
+        data["tables"][Tables._fields[number]] = _base64(_slice(geometry, number))
     look = look_of(scene, scene.lights)
     materials = look.materials._replace(rows=_rounded_records(look.materials.rows))
     background = tuple(tuple(float(np.float32(v)) for v in color) for color in look.background)
