@@ -164,17 +164,13 @@ class OtherVersionPool(ThreadPoolExecutor):
         return super().submit(call, *arguments)
 
 
-def test_workers_of_another_version_are_refused():
-    message = f"first_hit: executor: its workers have conicoid 0.0.9, and this process has {co.__version__}"
-    with OtherVersionPool("0.0.9") as pool, pytest.raises(ValueError, match=re.escape(message)):
-        subject.scene().first_hit(subject.rays(5), executor=pool)
-
-
-def test_workers_without_conicoid_are_refused():
-    with (
-        OtherVersionPool(None) as pool,
-        pytest.raises(ValueError, match="first_hit: executor: its workers have no conicoid"),
-    ):
+@pytest.mark.parametrize(
+    ("version", "message"),
+    [("0.0.9", f"have conicoid 0.0.9, and this process has {co.__version__}"), (None, "have no conicoid")],
+)
+def test_workers_of_another_version_are_refused(version, message):
+    message = re.escape(f"first_hit: executor: its workers {message}")
+    with OtherVersionPool(version) as pool, pytest.raises(ValueError, match=message):
         subject.scene().first_hit(subject.rays(5), executor=pool)
 
 

@@ -62,18 +62,7 @@ print(found[0] == found[1] and "radius" in found[0])
 """
 
 
-def test_a_shape_whose_file_another_thread_imports_is_waited_for(tmp_path):
-    """The shape is registered before its import is complete."""
-    with child(HALF_MADE, cwd=tmp_path) as running:
-        code, out, errors = running.end(60)
-    assert (code, out.strip()) == (0, "True"), errors
-
-
-def test_objects_that_are_no_names_are_in_no_registry():
-    assert None not in REGISTRY
-    assert REGISTRY.get(5) is None
-
-
+# The name stays where the package later imports its own file with that name
 OWN = """
 from dataclasses import dataclass
 import conicoid as co
@@ -94,11 +83,16 @@ print(REGISTRY["Polycone"] is Polycone)
 """
 
 
-def test_a_users_own_shape_keeps_its_name(tmp_path):
-    """The name stays where the package later imports its own file with that name."""
-    with child(OWN, cwd=tmp_path) as running:
+@pytest.mark.parametrize("program", [HALF_MADE, OWN], ids=["a half imported shape", "a user's own shape"])
+def test_names_of_shapes_in_other_processes(program, tmp_path):
+    with child(program, cwd=tmp_path) as running:
         code, out, errors = running.end(60)
     assert (code, out.strip()) == (0, "True"), errors
+
+
+def test_objects_that_are_no_names_are_in_no_registry():
+    assert None not in REGISTRY
+    assert REGISTRY.get(5) is None
 
 
 # --- Every shape comes back equal from a scene file, and so do the answers

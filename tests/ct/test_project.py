@@ -260,21 +260,30 @@ def ray(scan, *index):
     return rays.origins, rays.directions
 
 
-def test_cone_at_the_angle_zero():
-    # ASTRA: the source at (0, -far, 0), the detector at (0, near, 0), columns along x and rows along z
-    scan = co.ct.cone([0], 3, 4, 10, 5, spacing=(2, 0.5))
-    origin, direction = ray(scan, 0, 2, 0)  # the last row is at z = +0.5, the first column at x = -1.5 · 2
-    assert origin.tolist() == [0, -10, 0]
-    assert (origin + direction).tolist() == [-3, 5, 0.5]
-    assert scan.shape == (1, 3, 4)
-
-
-def test_cone_after_a_quarter():
-    # sin 90° = 1: the source at (far, 0, 0), columns along y; the offset shifts the detector along its axes
-    scan = co.ct.cone([90], 1, 2, 10, 5, spacing=(2, 1), offset=(0.25, 3))
-    origin, direction = ray(scan, 0, 0, 1)
-    assert origin.tolist() == [10, 0, 0]
-    assert (origin + direction).tolist() == [-5, 1 + 0.25, 3]
+# ASTRA at 0°: the source at (0, -far, 0), the detector at (0, near, 0), columns along x and rows along z. The last row is
+# at z = +0.5, the first column at x = -1.5 · 2. At 90°, whose sine is 1, the source is at (far, 0, 0), columns along y, and
+# the offset shifts the detector along its axes. One turn of a helix is 360°: at -90° it is a quarter of the pitch below the
+# middle.
+@pytest.mark.parametrize(
+    ("scan", "shape", "index", "start", "end"),
+    [
+        (co.ct.cone([0], 3, 4, 10, 5, spacing=(2, 0.5)), (1, 3, 4), (0, 2, 0), [0, -10, 0], [-3, 5, 0.5]),
+        (
+            co.ct.cone([90], 1, 2, 10, 5, spacing=(2, 1), offset=(0.25, 3)),
+            (1, 1, 2),
+            (0, 0, 1),
+            [10, 0, 0],
+            [-5, 1 + 0.25, 3],
+        ),
+        (co.ct.helical([-90, 0, 720], 1, 1, 10, 5, pitch=8), (3, 1, 1), (0, 0, 0), [-10, 0, -2], [5, 0, -2]),
+        (co.ct.helical([-90, 0, 720], 1, 1, 10, 5, pitch=8), (3, 1, 1), (2, 0, 0), [0, -10, 16], [0, 5, 16]),
+    ],
+)
+def test_rays_of_cones_and_helices(scan, shape, index, start, end):
+    origin, direction = ray(scan, *index)
+    assert origin.tolist() == start
+    assert (origin + direction).tolist() == end
+    assert scan.shape == shape
 
 
 def test_parallel_rays():
@@ -287,15 +296,6 @@ def test_parallel_rays():
     origin, direction = ray(deep, 0, 1, 0)
     assert direction.tolist() == [1, 0, 0]
     assert origin.tolist() == [0, 0.5, 1 + 3]
-
-
-def test_helix():
-    # One turn is 360°: at -90° a quarter of the pitch below the middle
-    scan = co.ct.helical([-90, 0, 720], 1, 1, 10, 5, pitch=8)
-    assert scan.vectors[:, 2].tolist() == [-2, 0, 16]
-    origin, direction = ray(scan, 0, 0, 0)
-    assert origin.tolist() == [-10, 0, -2]
-    assert (origin + direction).tolist() == [5, 0, -2]
 
 
 def test_a_detector_about_the_source_has_equal_angles():

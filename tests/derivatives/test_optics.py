@@ -49,15 +49,21 @@ def some():
     return *vectors, random.uniform(0.5, 1.9, 60), random.normal(size=60)
 
 
+def check_differences(found, moved, rel):
+    """Compare derivatives with central differences of `moved(i, step)`, vector i with all inputs changed by a step."""
+    for i, own in enumerate(found):
+        difference = (moved(i, STEP) - moved(i, -STEP)) / (2 * STEP)
+        assert own == pytest.approx([float(x) for x in difference], rel=rel, abs=rel)
+
+
 def test_reflection(some):
     d, n, dd, dn, w, _, _ = some
     found = reflect_jvp(d, n, dd, dn)
-    for i in range(60):
-        ends = [
-            mirrored(column(d[i]) + s * STEP * column(dd[i]), column(n[i]) + s * STEP * column(dn[i])) for s in (1, -1)
-        ]
-        expected = [float(x) for x in (ends[0] - ends[1]) / (2 * STEP)]
-        assert found[i] == pytest.approx(expected, rel=1e-12, abs=1e-12)
+
+    def moved(i, s):
+        return mirrored(column(d[i]) + s * column(dd[i]), column(n[i]) + s * column(dn[i]))
+
+    check_differences(found, moved, 1e-12)
     of_d, of_n = reflect_vjp(d, n, w)
     assert (of_d * dd + of_n * dn).sum() == pytest.approx((w * found).sum(), rel=1e-12)
 
@@ -67,14 +73,12 @@ def test_refraction(some):
     found = refract_jvp(d, n, eta, dd, dn, de)
     _, total = co.refract(d, n, eta)
     assert 5 < total.sum() < 50
-    for i in range(60):
-        ends = [
-            refracted_direction(column(d[i]) + s * STEP * column(dd[i]), column(n[i]) + s * STEP * column(dn[i]),
-                 mp.mpf(eta[i]) + s * STEP * mp.mpf(de[i]))
-            for s in (1, -1)
-        ]  # fmt: skip
-        expected = [float(x) for x in (ends[0] - ends[1]) / (2 * STEP)]
-        assert found[i] == pytest.approx(expected, rel=1e-10, abs=1e-10)
+
+    def moved(i, s):
+        direction, normal = column(d[i]) + s * column(dd[i]), column(n[i]) + s * column(dn[i])
+        return refracted_direction(direction, normal, mp.mpf(eta[i]) + s * mp.mpf(de[i]))
+
+    check_differences(found, moved, 1e-10)
     of_d, of_n, of_eta = refract_vjp(d, n, eta, w)
     assert (of_d * dd + of_n * dn).sum() + of_eta @ de == pytest.approx((w * found).sum(), rel=1e-12)
 

@@ -29,8 +29,9 @@ STEPS_OF_SCENE = 2 * 1 + 3  # a difference of two leaves has one gate; three ent
 
 
 @pytest.fixture
-def four_threads():
-    co.set_threads(4)
+def four_threads(request):
+    """Compute on four threads, or on as many as an indirect parameter says."""
+    co.set_threads(getattr(request, "param", 4))
     yield
     co.set_threads(None)
 
@@ -169,24 +170,20 @@ def points(chunk: int = 7) -> np.ndarray:
     return found
 
 
-@pytest.mark.parametrize("count", [1, 2, 5])
-def test_a_kernel_does_its_whole_range_on_threads_of_the_extension(count):
+@pytest.mark.parametrize("four_threads", [1, 2, 5], indirect=True)
+def test_a_kernel_does_its_whole_range_on_threads_of_the_extension(four_threads):
     one = points(POINTS)
     assert not np.isnan(one).any()
-    co.set_threads(count)
-    try:
-        for chunk in (1, 7, 4096):
-            assert np.array_equal(points(chunk), one)
-        found: list[np.ndarray] = []
-        asking = [threading.Thread(target=lambda: found.append(points())) for _ in range(20)]
-        for thread in asking:
-            thread.start()
-        for thread in asking:
-            thread.join()
-        assert len(found) == 20
-        assert all(np.array_equal(each, one) for each in found)
-    finally:
-        co.set_threads(None)
+    for chunk in (1, 7, 4096):
+        assert np.array_equal(points(chunk), one)
+    found: list[np.ndarray] = []
+    callers = [threading.Thread(target=lambda: found.append(points())) for _ in range(20)]
+    for thread in callers:
+        thread.start()
+    for thread in callers:
+        thread.join()
+    assert len(found) == 20
+    assert all(np.array_equal(each, one) for each in found)
 
 
 @needs_machine_code
@@ -340,14 +337,12 @@ def rows_of_spans(chunk: int, **options) -> np.ndarray:
     return np.concatenate([np.asarray(rows) for _, _, rows in found])
 
 
-@pytest.mark.parametrize("count", [1, 4])
-def test_a_kernel_reports_its_progress_and_keeps_its_results(count):
-    co.set_threads(count)
+@pytest.mark.parametrize("four_threads", [1, 4], indirect=True)
+def test_a_kernel_reports_its_progress_and_keeps_its_results(four_threads):
     one, reports, marks = rows_of_spans(50), [], np.zeros(50, np.int8)
     assert len(one) > 100
     assert np.array_equal(rows_of_spans(3), one)
     assert np.array_equal(rows_of_spans(1, progress=lambda *now: reports.append(now), marks=marks), one)
-    co.set_threads(None)
     assert reports[-1] == (50, 50)
     assert reports == sorted(reports)
     assert marks.all()

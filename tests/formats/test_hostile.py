@@ -191,28 +191,19 @@ def test_several_mistakes_are_reported_together(tmp_path):
     assert isinstance(caught.value, ValueError)
 
 
-def doubled(levels: int) -> str:
-    """Return a kilobyte of references that stand for 2^levels balls, each in a place of its own."""
+def doubled(levels: int, mark: str = "", use: str = "s") -> str:
+    """Return a kilobyte of references, or aliases, that stand for 2^levels balls, each in a place of its own."""
     lines = [
-        f"  s{k + 1}: {{Union: [s{k}, {{shape: s{k}, move: [{{translate: [{2**k}.5, 0, 0]}}]}}]}}\n"
+        f"  s{k + 1}: {mark.format(k + 1)}{{Union: [{use}{k}, {{shape: {use}{k}, move: [{{translate: [{2**k}.5, 0, 0]}}]}}]}}\n"
         for k in range(levels)
     ]
-    return "shapes:\n  s0: {Sphere: {}}\n" + "".join(lines)
-
-
-def aliased(levels: int) -> str:
-    """Return the same by aliases."""
-    lines = [
-        f"  a{k + 1}: &a{k + 1} {{Union: [*a{k}, {{shape: *a{k}, move: [{{translate: [{2**k}.5, 0, 0]}}]}}]}}\n"
-        for k in range(levels)
-    ]
-    return "shapes:\n  a0: &a0 {Sphere: {}}\n" + "".join(lines)
+    return f"shapes:\n  s0: {mark.format(0)}{{Sphere: {{}}}}\n" + "".join(lines)
 
 
 SHIFTS = ", ".join(f"{{translate: [{k}, 0, 0]}}" for k in range(900))
 GROWING = {
     "references that double": (doubled(16) + "bodies:\n  - shape: s16\n", 20),
-    "aliases that double": (aliased(14) + "bodies:\n  - shape: a14\n", 18),
+    "aliases that double": (doubled(14, "&s{} ", "*s") + "bodies:\n  - shape: s14\n", 18),
     "many bodies of a few parts": (doubled(8) + "bodies:\n" + "  - shape: s8\n" * 100, 44),
     "many bodies, one of them large": (doubled(14) + "bodies:\n" + "  - shape: s0\n" * 100 + "  - shape: s14\n", 118),
     "one list of steps for many bodies": (
@@ -238,7 +229,8 @@ def test_files_that_grow_are_refused(name, tmp_path):
 
 def test_an_alias_stands_for_the_same_shape(tmp_path):
     (tmp_path / "scene.yaml").write_text(
-        aliased(3) + "bodies:\n  - &b {shape: a3}\n  - *b\n  - {shape: &c {Sphere: {}}}\n  - {shape: *c}\n"
+        doubled(3, "&s{} ", "*s")
+        + "bodies:\n  - &b {shape: s3}\n  - *b\n  - {shape: &c {Sphere: {}}}\n  - {shape: *c}\n"
     )
     bodies = co.load(tmp_path / "scene.yaml").bodies
     assert bodies[0] is bodies[1]

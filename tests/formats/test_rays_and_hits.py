@@ -169,20 +169,24 @@ SPANS = {
 }
 
 
-def test_hits_as_csv(tmp_path):
-    write_columns(tmp_path / "hits.csv", table_columns("first_hit", SimpleNamespace(**HITS), False))
-    assert (tmp_path / "hits.csv").read_text() == (
-        "t,x,y,z,normal_x,normal_y,normal_z,u,v,body,face,surface,entering\n"
-        "1.5,1.0,2.0,3.0,0.0,0.0,1.0,0.25,0.1,0,2,7,1\n"
-        "inf,nan,nan,nan,nan,nan,nan,nan,nan,-1,-1,-1,0\n"
-    )
-
-
-def test_spans_as_csv(tmp_path):
-    write_columns(tmp_path / "spans.csv", table_columns("spans", SimpleNamespace(**SPANS), False))
-    assert (tmp_path / "spans.csv").read_text() == (
-        "ray,body,t_enter,t_exit,enter_clipped,exit_clipped\n0,0,0.1,1.0,0,0\n0,1,0.2,2.0,0,1\n2,0,-inf,3.0,1,0\n"
-    )
+@pytest.mark.parametrize(
+    ("query", "columns", "text"),
+    [
+        (
+            "first_hit", HITS,
+            "t,x,y,z,normal_x,normal_y,normal_z,u,v,body,face,surface,entering\n"
+            "1.5,1.0,2.0,3.0,0.0,0.0,1.0,0.25,0.1,0,2,7,1\n"
+            "inf,nan,nan,nan,nan,nan,nan,nan,nan,-1,-1,-1,0\n",
+        ),
+        (
+            "spans", SPANS,
+            "ray,body,t_enter,t_exit,enter_clipped,exit_clipped\n0,0,0.1,1.0,0,0\n0,1,0.2,2.0,0,1\n2,0,-inf,3.0,1,0\n",
+        ),
+    ],
+)  # fmt: skip
+def test_answers_as_csv(tmp_path, query, columns, text):
+    write_columns(tmp_path / "out.csv", table_columns(query, SimpleNamespace(**columns), False))
+    assert (tmp_path / "out.csv").read_text() == text
 
 
 def test_results_of_other_kinds_are_refused(tmp_path):
@@ -280,30 +284,50 @@ def _with(path, **changes):
     return stream.getvalue()
 
 
-@pytest.mark.parametrize(("change", "message"), [
-    (dict(t=None), "is not a file of hits.save: it lacks t"),
-    (dict(t=np.zeros((3, 3))), r"t_error must have shape \(3, 3\), got \(6, 50\)"),
-    (dict(normal=np.zeros((6, 50))), r"normal must have shape \(6, 50, 3\)"),
-    (dict(body=np.full((6, 50), 0.5)), "body must hold integers from -1"),
-    (dict(body=np.full((6, 50), np.nan)), "body must hold integers"),
-    (dict(body=np.full((6, 50), 2**40)), "body must hold integers"),
-    (dict(hit=np.full((6, 50), 7)), "hit must hold integers from 0 to 1"),
-    (dict(starts=np.zeros(7)), r"starts must have shape \(1,\) or \(300,\)"),
-    (dict(labels=np.frombuffer(b"bodies: 3", np.uint8)), "labels are damaged: "),
-    (dict(labels=np.frombuffer(b"\xff\xfe", np.uint8)), "utf-8"),
-    (dict(directions=np.zeros((6, 50, 3))), "Rays: direction must not be zero"),
-    (dict(labels=np.array([1000.0])), "labels must hold integers from 0 to 255"),
-    (dict(first_bodies=np.array([3, 2])), "first_bodies must be 2 rising numbers"),
-    (dict(first_bodies=np.array([2, 3])), "first_bodies must not be above"),
-    (dict(home=np.array([object()])), "home is not an array of numbers"),
-])  # fmt: skip
-def test_damaged_files(change, message, tmp_path):
-    path = tmp_path / "hits.npz"
-    ANSWERS["many"].save(path)
+DAMAGE = {
+    "first_hit": [
+        (dict(t=None), "is not a file of hits.save: it lacks t"),
+        (dict(t=np.zeros((3, 3))), r"t_error must have shape \(3, 3\), got \(6, 50\)"),
+        (dict(normal=np.zeros((6, 50))), r"normal must have shape \(6, 50, 3\)"),
+        (dict(body=np.full((6, 50), 0.5)), "body must hold integers from -1"),
+        (dict(body=np.full((6, 50), np.nan)), "body must hold integers"),
+        (dict(body=np.full((6, 50), 2**40)), "body must hold integers"),
+        (dict(hit=np.full((6, 50), 7)), "hit must hold integers from 0 to 1"),
+        (dict(starts=np.zeros(7)), r"starts must have shape \(1,\) or \(300,\)"),
+        (dict(labels=np.frombuffer(b"bodies: 3", np.uint8)), "labels are damaged: "),
+        (dict(labels=np.frombuffer(b"\xff\xfe", np.uint8)), "utf-8"),
+        (dict(directions=np.zeros((6, 50, 3))), "Rays: direction must not be zero"),
+        (dict(labels=np.array([1000.0])), "labels must hold integers from 0 to 255"),
+        (dict(first_bodies=np.array([3, 2])), "first_bodies must be 2 rising numbers"),
+        (dict(first_bodies=np.array([2, 3])), "first_bodies must not be above"),
+        (dict(home=np.array([object()])), "home is not an array of numbers"),
+    ],
+    "spans": [
+        (dict(t_enter=None), "is not a file of spans.save: it lacks t_enter"),
+        (dict(more=np.zeros(2)), "is not a file of spans.save: it also holds more"),
+        (dict(offsets=np.zeros(7)), "offsets must rise from 0, one for each ray and one more"),
+        (dict(offsets=np.arange(301)[::-1]), "offsets must rise from 0"),
+        (dict(t_exit=np.zeros(3)), r"t_exit must have shape \(\d+,\), got \(3,\)"),
+        (dict(ends=np.zeros(3)), r"ends must have shape \(2, \d+\)"),
+        (dict(body_count=np.array(1)), "body must be below body_count, 1"),
+        (dict(enter_clipped=np.array([7.0])), "enter_clipped must have shape"),
+        (dict(directions=np.zeros((6, 50, 3))), "Rays: direction must not be zero"),
+        (dict(origins=np.zeros((6, 50))), "origins must have shape"),
+        (dict(materials=np.frombuffer(b"bodies: 3", np.uint8)), "labels are damaged: "),
+    ],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("query", "change", "message"), [(query, *row) for query, rows in DAMAGE.items() for row in rows]
+)
+def test_damaged_files(query, change, message, tmp_path):
+    path, answer = tmp_path / "x.npz", getattr(SCENE, query)(RAYS)
+    answer.save(path)
     path.write_bytes(_with(path, **change))
-    with pytest.raises(ValueError, match=f"hits.npz: .*{message}") as expected:
-        co.Hits.load(path)
-    assert len(str(expected.value)) < 500
+    with pytest.raises(ValueError, match=f"x.npz: .*{message}") as error:
+        type(answer).load(path)
+    assert len(str(error.value)) < 500
 
 
 # --- Python loads the files of `conicoid trace`, which reads those of Python; errors name the reader of other files

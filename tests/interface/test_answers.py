@@ -117,29 +117,6 @@ def test_rays_come_back_from_files(rays, tmp_path):
     assert np.array_equal(SCENE.first_hit(again).t, SCENE.first_hit(rays).t)
 
 
-@pytest.mark.parametrize(("change", "message"), [
-    (dict(t_enter=None), "is not a file of spans.save: it lacks t_enter"),
-    (dict(more=np.zeros(2)), "is not a file of spans.save: it also holds more"),
-    (dict(offsets=np.zeros(7)), "offsets must rise from 0, one for each ray and one more"),
-    (dict(offsets=np.arange(301)[::-1]), "offsets must rise from 0"),
-    (dict(t_exit=np.zeros(3)), r"t_exit must have shape \(\d+,\), got \(3,\)"),
-    (dict(ends=np.zeros(3)), r"ends must have shape \(2, \d+\)"),
-    (dict(body_count=np.array(1)), "body must be below body_count, 1"),
-    (dict(enter_clipped=np.array([7.0])), "enter_clipped must have shape"),
-    (dict(directions=np.zeros((6, 50, 3))), "Rays: direction must not be zero"),
-    (dict(origins=np.zeros((6, 50))), "origins must have shape"),
-    (dict(materials=np.frombuffer(b"bodies: 3", np.uint8)), "labels are damaged: "),
-])  # fmt: skip
-def test_damaged_files_of_spans(change, message, tmp_path):
-    path = tmp_path / "spans.npz"
-    SCENE.spans(RAYS).save(path)
-    with np.load(path) as arrays:
-        content = {name: arrays[name] for name in arrays.files} | change
-    np.savez(path, **{name: array for name, array in content.items() if array is not None})
-    with pytest.raises(ValueError, match=f"spans.npz: .*{message}"):
-        co.Spans.load(path)
-
-
 @pytest.mark.parametrize("kind", [co.Spans, co.Crossings, co.Rays])
 def test_files_of_other_kinds_are_refused(kind):
     with pytest.raises(

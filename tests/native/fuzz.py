@@ -251,21 +251,16 @@ SHORTER = "shorter by one", "empty"
 
 
 @functools.cache
-def _free(name: str) -> frozenset[int]:
-    """Return which of a kernel's arrays may have any length, because only their indices limit it."""
+def _free_and_strided(name: str) -> tuple[frozenset[int], frozenset[int]]:
+    """Return which of a kernel's arrays may have any length, and which may have elements that lie apart.
+
+    Only indices limit the length of the former. The latter may be in any order.
+    """
     from native.signature import signature  # imports the engine, whose kernels must be recorded
 
-    arrays = (leaf for leaf in signature(*DECLARED[name]).leaves if leaf.kind == "array")
-    return frozenset(k for k, leaf in enumerate(arrays) if leaf.lengths[0] is None)
-
-
-@functools.cache
-def _strides(name: str) -> frozenset[int]:
-    """Return which of a kernel's arrays may have elements that lie apart, in any order."""
-    from native.signature import signature
-
-    arrays = (leaf for leaf in signature(*DECLARED[name]).leaves if leaf.kind == "array")
-    return frozenset(k for k, leaf in enumerate(arrays) if leaf.strided)
+    arrays = [leaf for leaf in signature(*DECLARED[name]).leaves if leaf.kind == "array"]
+    free = frozenset(k for k, leaf in enumerate(arrays) if leaf.lengths[0] is None)
+    return free, frozenset(k for k, leaf in enumerate(arrays) if leaf.strided)
 
 
 def _is_one(which: frozenset[int], arguments: tuple[Any, ...], path: tuple[int, ...]) -> bool:
@@ -280,10 +275,14 @@ def spoilt(name: str, arguments: tuple[Any, ...], rng: random.Random) -> tuple[t
     path, part = rng.choice(list(_leaves(arguments)))
     if isinstance(part, np.ndarray):
         change = rng.choice(
-            [change for change in ARRAYS if change not in SHORTER or not _is_one(_free(name), arguments, path)]
+            [
+                change
+                for change in ARRAYS
+                if change not in SHORTER or not _is_one(_free_and_strided(name)[0], arguments, path)
+            ]
         )
         make, must = ARRAYS[change]
-        must = must and not (change == "backwards" and _is_one(_strides(name), arguments, path))
+        must = must and not (change == "backwards" and _is_one(_free_and_strided(name)[1], arguments, path))
         other = make(part)
         if isinstance(other, np.ndarray) and other.flags.c_contiguous and other.flags.aligned:
             other = _copied(other)

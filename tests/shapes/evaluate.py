@@ -11,13 +11,19 @@ from conicoid.geometry.surface import PlaneSurface, Surface
 from conicoid.geometry.transform import IDENTITY_MOTION, Motion
 
 
+def _principal(surface: Any, points: Any) -> tuple[Any, ...]:
+    """Return points on the principal axes, the axes as rows, the squares and the linear terms."""
+    rows = np.array([[float(c) for c in row] for row in surface.rows])
+    y = (points - np.array([float(c) for c in surface.anchor])) @ rows.T
+    squares, linear = (np.array([float(c) for c in row]) for row in (surface.squares, surface.linear))
+    return y, rows, squares, linear
+
+
 def value(surface: Surface, points: Any) -> Any:
     """Return the surface's left side at points (..., 3)."""
     if isinstance(surface, PlaneSurface):
         return points @ np.array([float(c) for c in surface.normal]) - float(surface.offset)
-    rows = np.array([[float(c) for c in row] for row in surface.rows])
-    y = (points - np.array([float(c) for c in surface.anchor])) @ rows.T
-    squares, linear = (np.array([float(c) for c in row]) for row in (surface.squares, surface.linear))
+    y, _, squares, linear = _principal(surface, points)
     return (y * y) @ squares + 2 * y @ linear - float(surface.constant)
 
 
@@ -25,9 +31,7 @@ def gradient(surface: Surface, points: Any) -> Any:
     """Return ∇ of the left side at points (..., 3)."""
     if isinstance(surface, PlaneSurface):
         return np.broadcast_to(np.array([float(c) for c in surface.normal]), np.shape(points))
-    rows = np.array([[float(c) for c in row] for row in surface.rows])
-    y = (points - np.array([float(c) for c in surface.anchor])) @ rows.T
-    squares, linear = (np.array([float(c) for c in row]) for row in (surface.squares, surface.linear))
+    y, rows, squares, linear = _principal(surface, points)
     return 2 * (y * squares + linear) @ rows
 
 

@@ -24,6 +24,7 @@ from conicoid.viewer.picks import pick
 from conicoid.viewer.scene_data import pack_scene
 
 from ..reference.routes import in_doubt
+from ..samples import deep
 from .browser import WIDE, Page, needs_browser, opened
 
 NODE = shutil.which("node")
@@ -131,11 +132,12 @@ def compare(some: list[co.Scene], count: int, folder: Path) -> tuple[int, int, i
 
 @needs_node
 @needs_engine
-def test_every_bit_is_the_desktops(tmp_path):
+@pytest.mark.parametrize(("every", "rays", "least"), [(5, 30, (1000, 20)), deep((1, 150, (10_000, 200)))])
+def test_every_bit_is_the_desktops(tmp_path, every, rays, least):
     some = list(scenes())
-    same, settled, left = compare([*some[::5], some[-3], sheets()], 30, tmp_path)
-    assert same > 1000
-    assert settled > 20
+    same, settled, left = compare([*some[::every], some[-3], sheets()], rays, tmp_path)
+    assert same > least[0]
+    assert settled > least[1]
     assert left < same // 10
 
 
@@ -186,16 +188,6 @@ def test_all_bodies_have_their_names(tmp_path):
     rays = [{"origin": [k, 0, 9], "direction": [0, 0, -1], "hidden": [], "section": None} for k in (0, 1, 448, 449)]
     found = [answer["found"]["name"] for answer in in_node([(co.Scene(bodies), rays)], tmp_path)[0]]
     assert found == ["Sphere 0", "\u00e4 1", "Sphere 448", "\u00e4 449"]
-
-
-@pytest.mark.deep
-@needs_node
-@needs_engine
-def test_every_bit_is_the_desktops_on_many_rays(tmp_path):
-    same, settled, left = compare([*scenes(), sheets()], 150, tmp_path)
-    assert same > 10_000
-    assert settled > 200
-    assert left < same // 10
 
 
 @needs_node

@@ -146,12 +146,6 @@ def check(shapes: list[Any], room: int) -> None:
         assert paints == alone.paints
 
 
-@pytest.mark.parametrize(("kind", "motion"), in_turn(KINDS, MOTIONS))
-def test_primitives(kind, motion):
-    rng = random.Random(f"{kind} {motion}")
-    check([MOTIONS[motion](rng)(KINDS[kind](rng)) for _ in range(16)], 16)
-
-
 MOST = [
     "Sphere", "Box", "Cylinder", "Cone", "Ellipsoid", "Triangle", "Disc", "RegularPrism", "part of a Polycone", "barrel",
     "EllipticCone", "OneSheetHyperboloid", "EllipticParaboloid", "HyperbolicParaboloid", "Conic", "Mirror", "Quadric",
@@ -378,10 +372,10 @@ def rng_angle(rng: random.Random) -> float:
     return rng.choice((0.0, 30.0, 45.0, 720 * rng.random() - 360))
 
 
-@pytest.mark.parametrize(("kind", "motion"), in_turn(ANGULAR_KINDS, MOTIONS))
+@pytest.mark.parametrize(("kind", "motion"), in_turn({**KINDS, **ANGULAR_KINDS}, MOTIONS))
 def test_each_body_of_a_batch_equals_the_body_alone(kind, motion):
     rng = random.Random(f"{kind} {motion}")
-    check([MOTIONS[motion](rng)(ANGULAR_KINDS[kind](rng)) for _ in range(16)], 16)
+    check([MOTIONS[motion](rng)({**KINDS, **ANGULAR_KINDS}[kind](rng)) for _ in range(16)], 16)
 
 
 UPRIGHT = {

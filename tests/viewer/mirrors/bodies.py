@@ -8,7 +8,7 @@ import numpy as np
 
 from . import table as engine
 from .case import Case
-from .cells import BLOCKED, CHORDS, CLOSED, FIRST, MEDIA, MEDIA_AT, NEAREST, both, with_number
+from .cells import BLOCKED, CHORDS, CLOSED, FIRST, MEDIA, MEDIA_AT, NEAREST, both, in_interval, with_number
 from .inputs import FEW, records
 from .surfaces import ray_of
 
@@ -36,17 +36,6 @@ def entry_crossing(world, scratch, x, out):
 def entry_sides(world, scratch, x, out):
     ray = ray_of(x, 0)
     out[0], out[1] = engine.entry_sides(world.geometry, scratch, np.int64(x[12]), ray, x[3])
-
-
-def _at_points(some_rays: Any) -> Any:
-    find = with_number("entry_kind", some_rays, MEDIA)
-
-    def inputs(scene: Any, rng: Any) -> Any:
-        result = find(scene, rng)
-        result[:, 1, 3] = result[:, 0, 3]  # an interval that is a point, as in `media`
-        return result
-
-    return inputs
 
 
 def chords(world, scratch, x, out):
@@ -165,17 +154,6 @@ for (int k = 0; k < 64; k++) {
 if (hit.body < 0) put(-1);"""
 
 
-def _from_starts(some_rays: Any) -> Any:
-    find = with_number("entry_kind", some_rays, count=FEW)
-
-    def inputs(scene: Any, rng: Any) -> Any:
-        result = find(scene, rng)
-        result[:, 0, 3], result[:, 1, 3] = 0, 1e30
-        return result
-
-    return inputs
-
-
 def _programs(mode: int) -> Any:
     return lambda some_rays: with_number("program_leaf", some_rays, mode, ends=1)
 
@@ -188,7 +166,11 @@ CASES = {
     "region_crossing": both(REGION_GLSL, region_crossing, 5, 4, _programs(FIRST)),
     "region_crossing, closed": both(REGION_GLSL, inside_program, 1, 1, _programs(CLOSED)),
     "entry_crossing": both(ENTRY_GLSL, entry_crossing, 6, 5, lambda some_rays: with_number("entry_kind", some_rays, FIRST)),
-    "entry_crossing, sides": both(ENTRY_GLSL, entry_sides, 2, 2, _at_points),
+    "entry_crossing, sides": both(
+        # an interval that is a point, as in `media`
+        ENTRY_GLSL, entry_sides, 2, 2,
+        lambda some_rays: in_interval(with_number("entry_kind", some_rays, MEDIA), lambda ends: (ends[:, 0], ends[:, 0])),
+    ),
     "entry_crossing, chords": both(ENTRY_GLSL, chords, 1, 0, _with_ends),
     "comes_first": Case(
         "vec4 g = given(0); put(comes_first(g.x, int(g.y), g.z, int(g.w)));", comes_first, 1, _two_crossings, ("----",), whole=1
@@ -197,5 +179,13 @@ CASES = {
     "traverse, media": both(TRAVERSE_GLSL, media, 2, 2, _scene_rays(MEDIA_AT)),
     "traverse, blocked": both(TRAVERSE_GLSL, blocked, 1, 1, _scene_rays(BLOCKED)),
 }  # fmt: skip
-DEAR_CASES = {"traverse, noticed": both(NOTICED_GLSL, noticed, 7, 6, _from_starts)}
+DEAR_CASES = {
+    "traverse, noticed": both(
+        NOTICED_GLSL,
+        noticed,
+        7,
+        6,
+        lambda some_rays: in_interval(with_number("entry_kind", some_rays, count=FEW), lambda _: (0, 1e30)),
+    )
+}
 """Up to 64 walks for each input."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -49,6 +50,17 @@ def with_number(of: str, some_rays: Any, mode: int = 0, count: int = COUNT, ends
         own = [_surfaces(tables_of(scene), of, k) for k in range(len(getattr(tables_of(scene), of)) - ends)]
         rays_of_rows = starting(rng, some_rays(rng, count), [rng.choice(own[k]) for k in number])
         return records(count, *rays_of_rows, np.column_stack([number, np.full(count, mode)]))
+
+    return inputs
+
+
+def in_interval(find: Any, change: Callable[[Any], tuple[Any, Any]]) -> Any:
+    """Return the rays of `find` in the intervals that `change` makes of their own, (count, 2)."""
+
+    def inputs(scene: Any, rng: Any) -> Any:
+        result = find(scene, rng)
+        result[:, 0, 3], result[:, 1, 3] = change(result[:, :2, 3])
+        return result
 
     return inputs
 
@@ -262,18 +274,6 @@ for (int k = 0; k < 4; k++) put(k < n ? event_place[k] : 0);
 for (int k = 0; k < 4; k++) put(k < n ? event_t[k] : 0.0);"""
 
 
-def _whole_lines(some_rays: Any) -> Any:
-    """Return rays from minus infinity. The shader also finds events before t_min, where the engine omits boxes."""
-    find = with_number("program_leaf", some_rays, ends=1)
-
-    def inputs(scene: Any, rng: Any) -> Any:
-        result = find(scene, rng)
-        result[:, 0, 3], result[:, 1, 3] = -1e30, 1e30
-        return result
-
-    return inputs
-
-
 def counts_in(world, scratch, x, out):
     out[0] = engine.counts_in(x[0], x[1] > 0.5, x[2], x[3])
 
@@ -315,7 +315,11 @@ CASES = {
     "put_event": Case(
         PUT_EVENT_GLSL, put_event, 1 + EVENTS_KEPT, _event_times, ("----",) * 7, whole=1 + EVENTS_KEPT, sizes={"EVENTS": EVENTS_KEPT}
     ),
-    "gather": both(GATHER_GLSL, gather, 13, 9, _whole_lines),
+    # From minus infinity: the shader also finds events before t_min, where the engine omits boxes
+    "gather": both(
+        GATHER_GLSL, gather, 13, 9,
+        lambda some_rays: in_interval(with_number("program_leaf", some_rays, ends=1), lambda _: (-1e30, 1e30)),
+    ),
     "counts_in": Case(
         "tie_counts = false; vec4 g = given(0); put(counts_in(g.x, g.y > 0.5, g.z, g.w));",
         counts_in, 1, _moments, ("----",), whole=1,
