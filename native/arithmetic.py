@@ -1,6 +1,6 @@
-"""What LLVM code of kernels may ask of the machine: nothing that two processors or two C libraries answer differently.
+"""Rules for LLVM code of kernels: it uses nothing that two processors or two C libraries answer differently.
 
-Every object that is built is held to that (`objects`), and so are the kernels that Numba compiles
+Every object that is built follows them (`objects`), and so do the kernels that Numba compiles
 (tests/engine/test_platforms.py).
 """
 
@@ -32,10 +32,10 @@ _REORDERED = re.compile(
 
 
 def strange_functions(names: Iterable[str]) -> list[str]:
-    """Those of the functions that code calls, and does not hold, that it may not."""
+    """Return the functions that code calls, does not hold, and may not call."""
     return sorted(name for name in names if not any(re.fullmatch(rule, name) for rule in ALLOWED))
 
 
 def reordered(code: str) -> list[str]:
-    """The instructions of LLVM code that may be reordered or fused, or have a remainder of C's."""
+    """Return the instructions of LLVM code that may be reordered or fused, or have a remainder of C's."""
     return _REORDERED.findall(code)

@@ -1,6 +1,6 @@
-"""hatchling as `pyproject.toml` names it, but an editable install requires nothing of what machine code needs.
+"""hatchling as `pyproject.toml` names it, but an editable install requires no compilers.
 
-hatchling does not tell the hook which kind of build will follow when it reads the requirements.
+hatchling does not inform the hook which kind of build will follow when it reads the requirements.
 """
 
 from __future__ import annotations
@@ -13,6 +13,6 @@ from hatchling.build import *  # noqa: F403
 
 
 def get_requires_for_build_editable(config_settings: dict[str, Any] | None = None) -> list[str]:
-    """Return what an editable install needs beside hatchling: no kernels are built for it."""
+    """Return the requirements of an editable install beside hatchling: no kernels are built for it."""
     os.environ["CONICOID_KERNELS"] = "none"  # this process does nothing else
     return build.get_requires_for_build_editable(config_settings)

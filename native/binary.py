@@ -1,4 +1,4 @@
-"""What a platform's loader sees of an extension: one description for ELF, Mach-O, PE (read by LIEF) and WebAssembly."""
+"""An extension as a platform's loader sees it: one description for ELF, Mach-O, PE (read by LIEF) and WebAssembly."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ Version = tuple[int, ...]
 
 @dataclass(frozen=True)
 class Binary:
-    """Names are those of C, without what a platform puts before them."""
+    """The description of an extension. Names are those of C, without a platform's prefixes."""
 
     machine: str
-    imports: frozenset[str]  # what others must define
-    libraries: frozenset[str]  # which must be there
+    imports: frozenset[str]  # other libraries must define these
+    libraries: frozenset[str]  # they must be there
     exports: frozenset[str]
-    needs: Version  # the oldest glibc or macOS that will do; () where there is no such thing
+    needs: Version  # the oldest glibc or macOS that is enough; () on other systems
     stack_runs_code: bool
     search_path: bool  # does the file name folders of libraries?
 
 
 def _glibc(text: str) -> Version:
-    """The numbers in "GLIBC_2.17"."""
+    """Return the numbers in "GLIBC_2.17"."""
     found = re.fullmatch(r"GLIBC_([\d.]+)", text)
     return tuple(map(int, found[1].split("."))) if found else ()
 
@@ -51,7 +51,10 @@ _MADE_BY_THE_LINKER = {"_mh_dylib_header", "__dso_handle"}
 
 
 def _mach_o(found: Any) -> Binary:
-    """Python's names are looked for in all that is loaded; those of others in the library where the linker saw them."""
+    """Describe a library of macOS.
+
+    The loader searches all libraries for Python's names, and for other names the library where the linker saw them.
+    """
     flat = {each.name for each in found.imported_symbols if each.binding_info.library_ordinal == -2}
     imports = {each.name for each in found.imported_symbols}
     strays = {f"{name} in no library" for name in flat if not name.lstrip("_").startswith("Py")}
@@ -87,7 +90,7 @@ _FOR_THE_LOADER = {"__wasm_apply_data_relocs", "__wasm_call_ctors"}
 
 
 def _side_module(code: bytes) -> Binary:
-    """Of a library in WebAssembly; what it takes of others' data it asks a table for, which is a module by name."""
+    """Describe a library in WebAssembly. It imports others' data from a table, which is a module by name."""
     found = wasm.read(code)
     others = {module for module, _ in found.imports} - {"env", "GOT.mem", "GOT.func"}
     return Binary(
@@ -102,7 +105,7 @@ def _side_module(code: bytes) -> Binary:
 
 
 def read(path: Path) -> Binary:
-    """The description of a file. Raises ValueError for what is no library of one of the kinds."""
+    """Return the description of a file. ValueError unless it is a library of one of the kinds."""
     code = path.read_bytes()
     if code.startswith(b"\0asm"):
         return _side_module(code)

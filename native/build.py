@@ -1,11 +1,11 @@
 """The extension `conicoid._kernels` for a target: `python -m native.build [TARGET] [--in-place]`.
 
-Front end, then an object for each level on all cores, then the door, compiled and linked with them (`link`).
-`--in-place` builds for this processor's level alone and puts the extension into the checkout, with a stamp of the
-sources: it is used until one of the files that the compiler read is edited. If it is there, nothing is done. What was
-made on the way stays in `out/kernels`, so that after an edit of C alone the build takes seconds. `--incremental` keeps
-the code of each function (`memory`) and an object for each source file (`groups`): who edits one function waits for
-seconds.
+The front end runs first, then an object for each level is made on all cores, then the door is compiled and linked with
+them (`link`). `--in-place` builds for this processor's level alone and puts the extension into the checkout, with a
+stamp of the sources: Conicoid uses it until one of the files that the compiler read is edited. An extension that is up
+to date is not built again. Intermediate files stay in `out/kernels`, so that after an edit of C alone the build takes
+seconds. `--incremental` keeps the code of each function (`memory`) and an object for each source file (`groups`): the
+build after an edit of one function takes seconds.
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ from .targets import TARGETS, Level, Target
 
 HERE = Path(__file__).resolve().parent
 KEPT = HERE.parent / "out" / "kernels"
-"""What builds in place make on the way."""
+"""Folder of the intermediate files of builds in place."""
 EDITED = HERE.parent / "out" / "edited_kernels"
-"""What incremental builds keep, so that the next one makes only what was edited."""
+"""Folder of the files of incremental builds, so that the next one compiles only edited functions."""
 _LONGEST = 3600
 """Seconds that a build waits for another one, and then fails."""
 
 
 @contextmanager
 def alone() -> Iterator[None]:
-    """Wait for other builds of this checkout: they write the same files. SQLite's lock ends with its process."""
+    """Wait for other builds of this checkout, which write the same files. SQLite's lock ends with its process."""
     place = HERE.parent / "out" / "build.lock"
     place.parent.mkdir(exist_ok=True)
     with closing(sqlite3.connect(place, timeout=0)) as lock:
@@ -53,14 +53,14 @@ def alone() -> Iterator[None]:
 
 def _python(*words: str) -> None:
     """Run a module of this package in a process of its own."""
-    environment = os.environ | {"CONICOID_JIT": "own"}  # not by machine code of an earlier build
+    environment = os.environ | {"CONICOID_JIT": "own"}  # without machine code of an earlier build
     subprocess.run([sys.executable, "-m", *words], check=True, cwd=HERE.parent, env=environment)
 
 
 def lowered(folder: Path, *names: str) -> Path:
-    """The LLVM code of all kernels, made once for all targets; of these at least, where there are names.
+    """Return the LLVM code of all kernels, made once for all targets; of these at least, where there are names.
 
-    In `EDITED` it is made again, but for functions that are as they were.
+    In `EDITED` it is made again, but for unchanged functions.
     """
     from conicoid._jit.sources import is_current
 
@@ -79,10 +79,9 @@ def lowered(folder: Path, *names: str) -> Path:
 
 
 def device_code(folder: Path, part: str, memory: Path | None = None) -> Path:
-    """The LLVM code of a part of the functions of a GPU's threads (`signature.on_device`).
+    """Return the LLVM code of a part of the functions of a GPU's threads (`signature.on_device`).
 
-    With a memory (`native.memory`) it is made again where its sources have changed, but for functions that are as they
-    were.
+    With a memory (`native.memory`) it is made again where its sources have changed, but for unchanged functions.
     """
     from conicoid._jit.sources import is_current
 
@@ -97,7 +96,7 @@ def device_code(folder: Path, part: str, memory: Path | None = None) -> Path:
 
 
 def _base(code: Path, target: Target, folder: Path) -> Path:
-    """The simplified module of a target; those of the same triple share it."""
+    """Return the simplified module of a target; targets of the same triple share it."""
     out = folder / f"{target.triple}.bc"
     if not out.exists():
         unfinished = out.with_suffix(".unfinished")
@@ -107,7 +106,7 @@ def _base(code: Path, target: Target, folder: Path) -> Path:
 
 
 def _object(base: Path, target: Target, level: Level, folder: Path) -> Path:
-    """An object of a level; targets of the same triple share it."""
+    """Return an object of a level; targets of the same triple share it."""
     out = folder / f"{target.triple}-{level.name}.o"
     if not out.exists():
         unfinished = out.with_suffix(".unfinished")
@@ -122,10 +121,10 @@ def stamp_of(code: Path) -> str:
 
 
 def build(target: Target, folder: Path, stamped: bool = False) -> Path:
-    """The extension, in the folder, with a stamp of its sources if these may change."""
+    """Build the extension into the folder, with a stamp of its sources if these may change."""
     code = lowered(folder)
     if folder == EDITED:
-        from . import groups  # it needs LLVM, which whoever asks for the name of the target may not have
+        from . import groups  # it needs LLVM, without which the names of targets must be available
 
         objects = groups.build(code, target, folder)
     else:
@@ -140,7 +139,7 @@ def build(target: Target, folder: Path, stamped: bool = False) -> Path:
 
 
 def put(made: Path, place: Path) -> Path:
-    """A copy of a file at a place, as a new file: processes that have loaded the old one keep it."""
+    """Put a copy of a file at a place, as a new file: processes that have loaded the old one keep it."""
     arriving = place.with_name(f".{place.name}.part")
     arriving.write_bytes(made.read_bytes())
     arriving.replace(place)
@@ -148,7 +147,7 @@ def put(made: Path, place: Path) -> Path:
 
 
 def host() -> Target:
-    """The target that is this machine."""
+    """Return the target of this machine."""
     import platform
 
     system = {"linux": "linux", "darwin": "macos", "win32": "windows"}.get(sys.platform, sys.platform)
@@ -162,7 +161,7 @@ def host() -> Target:
 
 
 def host_level(target: Target) -> str:
-    """The best level of a target that this processor can run (as native/levels.h decides it)."""
+    """Return the best level of a target that this processor can run (as native/levels.h decides it)."""
     import llvmlite.binding as llvm
 
     features = llvm.get_host_cpu_features()
@@ -177,7 +176,7 @@ def is_newer(made: Path, files: str = "*.*") -> bool:
 
 
 def drop_old_parts() -> None:
-    """Remove what builds in place have kept, if it is not of these kernels and of this compiler."""
+    """Remove the files of builds in place if they are from other kernels or another compiler."""
     from conicoid._jit.sources import is_current
 
     code = KEPT / "kernels.pickle"
@@ -188,7 +187,7 @@ def drop_old_parts() -> None:
 def _is_there(target: Target, incremental: bool) -> bool:
     """Return whether the checkout has an extension of these sources, newer than the files of the build.
 
-    One of an incremental build, which is slower, counts for another such build alone.
+    An extension of an incremental build, which is slower, counts for another such build alone.
     """
     from conicoid._jit.sources import is_current
 

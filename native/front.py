@@ -1,8 +1,8 @@
 """Kernels to LLVM code for no processor in particular: `python -m native.front FILE [KERNEL...]`.
 
-Works in a process of its own, because it bends Numba: no function is optimised or turned into machine code here,
-kernels are compiled as inner functions are, and so are Numba's own (of arrays, of counts of references), which it would
-make for this processor.
+It runs in a process of its own, because it changes Numba. No function is optimised or turned into machine code here.
+Kernels compile as inner functions do, and so do Numba's own functions (of arrays, of counts of references), which Numba
+would make for this processor.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ SUFFIX = ".stamp"
 
 
 def _keep_as_it_is(library: Any, module: Any) -> None:
-    """In place of optimising for this processor."""
+    """Replace the optimisation for this processor."""
     module.data_layout = library._codegen._data_layout
 
 
@@ -41,7 +41,7 @@ _full_post_process = postproc.PostProcessor.run
 
 
 def _post_process(processor: Any, emit_dels: bool = False, extend_lifetimes: bool = False) -> None:
-    """Find the lives of variables where they end in code, and not after each pass: a tenth of the front end's time."""
+    """Find the lives of variables where they end in code, not after each pass: a tenth of the front end's time."""
     if emit_dels:
         _full_post_process(processor, emit_dels, extend_lifetimes)
         return
@@ -51,7 +51,7 @@ def _post_process(processor: Any, emit_dels: bool = False, extend_lifetimes: boo
 
 
 def bend() -> None:
-    """Let nothing be made for this processor, and no more than kernels need."""
+    """Let Numba make nothing for this processor, and no more than kernels need."""
     postproc.PostProcessor.run = _post_process  # type: ignore[method-assign]
     functions._InnerLibrary._optimize_functions = _keep_as_it_is  # type: ignore[attr-defined]
     codegen.JITCPUCodegen._library_class = functions._InnerLibrary
@@ -65,7 +65,7 @@ def _scalar(leaf: Leaf) -> Any:
 
 
 def types_of(leaves: list[Leaf]) -> list[Any]:
-    """Numba's types of arguments."""
+    """Return Numba's types of arguments."""
     waiting: list[list[Any]] = [[]]
     for leaf in leaves:
         if leaf.kind == "(":
@@ -147,5 +147,5 @@ def imported_files() -> set[str]:
 
 
 if __name__ == "__main__":
-    signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends it without a trace: whoever started it tells
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends it without a trace: its parent prints the message
     main()

@@ -1,8 +1,8 @@
-"""Machine code of the kernels for a checkout: an object for each source file, made anew where its code is another.
+"""Machine code of the kernels for a checkout: an object for each source file, made again where its code has changed.
 
 A wheel's kernels are one module, which LLVM simplifies and optimises as a whole. Here each source file is a module,
-with those functions of other files that LLVM is to inline; it calls the larger ones. The answers are the same to the
-bit. An object is kept under the hash of its code: who edits a function waits for the files that it is copied into.
+with the functions of other files that LLVM is to inline; it calls the larger ones. The answers are the same to the bit.
+An object is kept under the hash of its code: after an edit of a function the build makes the files again that copy it.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ SMALL = 60
 
 
 class Part(NamedTuple):
-    """A function with what Numba made beside it: clean code, symbols that it defines and calls, and its file."""
+    """A function with the code that Numba made beside it: clean code, symbols that it defines and calls, its file."""
 
     code: bytes
     defined: tuple[str, ...]
@@ -50,7 +50,7 @@ def _file(symbol: str) -> str:
 
 
 def _part(code: bytes, target: Target) -> Part:
-    """Return a function's part, with all that its file's object needs to know."""
+    """Return a function's part, with the data for its file's object."""
     machine = machine_for(target.triple, target.levels[0])
     module = llvm.parse_bitcode(code)
     module.data_layout, module.triple = str(machine.target_data), target.triple
@@ -68,7 +68,7 @@ def _part(code: bytes, target: Target) -> Part:
 
 
 class _Group(NamedTuple):
-    """What becomes one object: parts of one file and copies of others, symbols seen by other files, entry points."""
+    """The content of one object: parts of one file and copies of others, symbols seen by other files, entry points."""
 
     parts: list[bytes]
     seen: list[str]
@@ -76,7 +76,7 @@ class _Group(NamedTuple):
 
 
 def groups(kernels: dict[str, dict[str, Any]], parts: list[Part]) -> dict[str, _Group]:
-    """Return the objects to be, by file."""
+    """Return the groups of functions that become objects, by file."""
     owner = {name: number for number, part in reversed(list(enumerate(parts))) for name in part.defined}
     members, copies, seen = defaultdict(list), {}, set()
     for number in sorted(set(owner.values())):
@@ -94,7 +94,7 @@ def groups(kernels: dict[str, dict[str, Any]], parts: list[Part]) -> dict[str, _
                     waiting.append(number)
                 else:
                     seen.add(name)
-        # In order, since builds see functions in different orders
+        # In order, because builds see functions in different orders
         copies[file] = sorted(found, key=lambda number: (number not in own, parts[number].defined))
     made = {}
     for file, numbers in copies.items():
@@ -134,7 +134,7 @@ def _object(group: _Group, target: Target) -> bytes:
 
 
 def _edition() -> str:
-    """Return a hash of what makes objects from code."""
+    """Return a hash of the sources that make objects from code."""
     here = Path(__file__).parent
     digest = hashlib.sha256(f"{llvmlite.__version__} {llvm.llvm_version_info}".encode())
     for name in ("groups.py", "objects.py", "targets.py", "arithmetic.py"):
@@ -143,7 +143,7 @@ def _edition() -> str:
 
 
 def build(code: Path, target: Target, folder: Path) -> list[Path]:
-    """Return the objects of a target's only level, made where they are not in the folder; older ones are removed."""
+    """Return the objects of a target's only level, and make those that the folder lacks; older ones are removed."""
     kernels, codes = pickle.loads(code.read_bytes())
     store = folder / "objects"
     store.mkdir(exist_ok=True)

@@ -36,7 +36,7 @@ def step(name: str) -> Iterator[None]:
 
 
 class KernelsHook(BuildHookInterface[Any]):
-    """Adds the extension, the engine for pages, and the tag of the platform to a wheel."""
+    """The part of a build that adds the extension, the engine for pages, and the tag of the platform to a wheel."""
 
     PLUGIN_NAME = "custom"
 
@@ -46,7 +46,7 @@ class KernelsHook(BuildHookInterface[Any]):
             sys.path.insert(0, root)
 
     def dependencies(self) -> list[str]:
-        """Return what a wheel needs to be made: compilers, and what importing conicoid needs."""
+        """Return the requirements of a wheel: compilers, and the imports of conicoid."""
         if self._target() is None:
             return []
         project = self.metadata.core
@@ -58,7 +58,7 @@ class KernelsHook(BuildHookInterface[Any]):
         target = None if version == "editable" else self._target()
         if target is None:
             return
-        from native import build, page  # they need compilers
+        from native import build, page  # compilers must be there for these
 
         self._scratch = tempfile.TemporaryDirectory()
         folder = Path(self.config.get("folder") or self._scratch.name)
@@ -72,7 +72,7 @@ class KernelsHook(BuildHookInterface[Any]):
         build_data["force_include"] |= {str(extension): f"conicoid/{extension.name}", str(engine): page.PAGE_ENGINE}
 
     def finalize(self, version: str, build_data: dict[str, Any], artifact_path: str) -> None:
-        """Remove what was made on the way."""
+        """Remove intermediate files."""
         if hasattr(self, "_scratch"):
             self._scratch.cleanup()
 

@@ -1,7 +1,7 @@
-"""What an extension and a wheel must be before anybody gets them: `python -m native.inspection WHEEL...`.
+"""Conditions for an extension and a wheel before anybody gets them: `python -m native.inspection WHEEL...`.
 
-An extension takes Python's stable ABI of 3.11 and a few functions on memory, strings and threads from others, and
-nothing of their mathematics, which would decide bits. What is wrong is listed, all of it.
+An extension takes Python's stable ABI of 3.11 and a few functions on memory, strings and threads from others. It takes
+none of their mathematics, which would decide bits. The inspection lists all faults.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ WINDOWS_THREADS = {
     *("AcquireSRWLockExclusive", "CloseHandle", "CreateThread", "ReleaseSRWLockExclusive"),
     *("SleepConditionVariableSRW", "WakeAllConditionVariable", "WakeConditionVariable"),
 }
-START = {  # what the code around a DLL takes from Windows as it is loaded and left
+START = {  # functions of Windows that the runtime of a DLL calls when it is loaded and left
     *("_execute_onexit_table", "_exit", "_initialize_onexit_table", "_initterm", "_initterm_e", "abort"),
     *("_register_onexit_function", "__acrt_iob_func", "__stdio_common_vfprintf", "fwrite"),
     *("DeleteCriticalSection", "EnterCriticalSection", "InitializeCriticalSection", "LeaveCriticalSection"),
@@ -75,7 +75,7 @@ def _listed(what: str, names: set[str] | frozenset[str]) -> Iterator[str]:
 
 
 def _oldest(target: Target) -> tuple[int, ...]:
-    """The version of glibc or macOS in the tag of its wheels."""
+    """Return the version of glibc or macOS in the tag of its wheels."""
     words = target.tag.split("_")
     return (int(words[1]), int(words[2])) if target.system in ("linux", "macos") else ()
 
@@ -87,7 +87,7 @@ def _of_this_machine(content: bytes) -> Iterator[str]:
 
 
 def wrong_with(binary: Binary, target: Target) -> Iterator[str]:
-    """What is wrong with an extension for a target."""
+    """Return the faults of an extension for a target."""
     if binary.machine not in MACHINES[target.name.partition("-")[2]]:
         yield f"is for {binary.machine}"
     yield from _listed("takes what it may not", binary.imports - STABLE - IMPORTS[target.system])
@@ -103,12 +103,12 @@ def wrong_with(binary: Binary, target: Target) -> Iterator[str]:
 
 
 def wrong_with_extension(path: Path, target: Target) -> list[str]:
-    """What is wrong with the file of an extension."""
+    """Return the faults of the file of an extension."""
     return [*wrong_with(read(path), target), *_of_this_machine(path.read_bytes())]
 
 
 def wrong_with_page_engine(code: bytes) -> Iterator[str]:
-    """What is wrong with the engine for pages: it is to take nothing from a page, whose functions could decide bits."""
+    """Return the faults of the engine for pages: it takes nothing from a page, whose functions could decide bits."""
     try:
         module = wasm.read(code)
     except ValueError as error:
@@ -128,7 +128,7 @@ def target_of(wheel: Path) -> Target:
 
 
 def wrong_with_wheel(wheel: Path) -> list[str]:
-    """What is wrong with a wheel and the extension in it."""
+    """Return the faults of a wheel and the extension in it."""
     target, found = target_of(wheel), []
     name = f"conicoid/{extension_name(target)}"
     if wheel.stat().st_size > MOST_BYTES:
@@ -153,7 +153,7 @@ def wrong_with_wheel(wheel: Path) -> list[str]:
 
 
 def wrong_with_cuda_wheel(wheel: Path) -> list[str]:
-    """What is wrong with a wheel of kernels for GPUs."""
+    """Return the faults of a wheel of kernels for GPUs."""
     from . import ptx
 
     found = []
@@ -175,7 +175,7 @@ def wrong_with_cuda_wheel(wheel: Path) -> list[str]:
 
 
 def main() -> int:
-    """Inspect wheels; 1 if something is wrong with one."""
+    """Inspect wheels; return 1 if one has a fault."""
     wrong = 0
     for wheel in map(Path, sys.argv[1:]):
         found = (wrong_with_cuda_wheel if wheel.name.startswith("conicoid_cuda-") else wrong_with_wheel)(wheel)

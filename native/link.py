@@ -15,7 +15,7 @@ from .windows import import_library
 
 HERE = Path(__file__).resolve().parent
 PAGE_ENGINE = "conicoid/viewer/engine.wasm"
-"""Where a wheel and a checkout have the engine for pages."""
+"""The engine for pages in a wheel and in a checkout."""
 SOURCES = "door.c", "scratch.c", "pool.c", "fma.c"
 FLAGS = "-O2 -fPIC -fvisibility=hidden -Wall -Wextra -Werror -fno-math-errno -ffp-contract=off".split()
 ZIG = [sys.executable, "-m", "ziglang"]
@@ -41,7 +41,7 @@ def _platform(target: Target, folder: Path) -> list[str]:
 
 
 def link(target: Target, header: Path, objects: list[Path]) -> Path:
-    """The extension of a target, in the folder of its generated header."""
+    """Link the extension of a target, in the folder of its generated header."""
     out, sources = header / extension_name(target), [HERE / name for name in SOURCES]
     if target.system == "pyodide":
         return side_module(out, [*sources, HERE / "wide.c"], objects)
@@ -52,7 +52,7 @@ def link(target: Target, header: Path, objects: list[Path]) -> Path:
 
 
 def side_module(out: Path, sources: list[Path], objects: list[Path]) -> Path:
-    """A library for a program in WebAssembly that loads others (Emscripten's), from C and from objects."""
+    """Link a library for a program in WebAssembly that loads others (Emscripten's), from C and from objects."""
     made = []
     for source in sources:
         made.append(out.with_name(f"{source.stem}.o"))

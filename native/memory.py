@@ -1,12 +1,12 @@
-"""LLVM code of functions that an earlier build lowered, for a build of the same checkout: `front` lowers the others.
+"""LLVM code of functions that an earlier build lowered, for a build of the same checkout; `front` lowers the others.
 
-A function's code is kept under its name and the types of its arguments. It is used again if what it is made from is as
-it was: its bytecode, the constants, records and options that it refers to, and the symbol and the result of each
-function that it calls. The code of these may have changed, since it is linked later. So who edits a function pays for
-that function, and for its callers only if its result has another type: 4 s in place of 88 for who works on kernels.
+A function's code is kept under its name and the types of its arguments. It is used again if its sources are the same:
+its bytecode, the constants, records and options that it refers to, and the symbol and the result of each function that
+it calls. The code of these may have changed, because it is linked later. So an edit of a function costs that function,
+and its callers only if its result has another type: a build takes 4 s in place of 88.
 
-Symbols must be the same in each process. Numba numbers functions in the order in which it sees them; here those of the
-package have a number by their content, and Numba's own one by chance, as two of one name may be two functions.
+Symbols must be the same in each process. Numba numbers functions in the order in which it sees them. Here functions of
+the package have a number by their content, and Numba's own a random one, because two of one name may be two functions.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ PLAIN = int, float, bool, str, bytes, type(None), np.generic, np.dtype
 
 
 class Link(NamedTuple):
-    """A function that another one calls: the name by which it refers to it, argument types, symbol, type of result."""
+    """A function that another one calls: its name there, argument types, symbol, type of result."""
 
     name: str
     arguments: bytes
@@ -46,7 +46,7 @@ class Link(NamedTuple):
 
 
 class Record(NamedTuple):
-    """The code of one function for some types of arguments, and what it depends on."""
+    """The code of one function for some types of arguments, and its dependencies."""
 
     content: str
     signature: bytes
@@ -72,7 +72,7 @@ def _names(code: Any) -> Iterator[str]:
 
 
 def references(function: Any) -> dict[str, Any]:
-    """Return what a function refers to outside of itself, by name: globals, what modules hold, closures."""
+    """Return the references of a function outside of itself, by name: globals, contents of modules, closures."""
     names = set(_names(function.__code__))
     cells = zip(function.__code__.co_freevars, function.__closure__ or (), strict=True)
     found = {name: cell.cell_contents for name, cell in cells}
@@ -84,7 +84,7 @@ def references(function: Any) -> dict[str, Any]:
 
 
 def _content(value: Any) -> Any:
-    """Return the part of a value that code depends on, complete in its `repr`."""
+    """Return the part of a value on which code depends, complete in its `repr`."""
     if isinstance(value, PLAIN):
         return type(value).__name__, repr(value)
     if isinstance(value, tuple):
@@ -102,13 +102,13 @@ def _content(value: Any) -> Any:
     value = getattr(value, "_defn", value)  # of one of Numba's intrinsics
     module = sys.modules.get(getattr(value, "__module__", None) or "")
     if module is None:
-        return secrets.token_hex()  # of no known content: never the same
+        return secrets.token_hex()  # without a known content: never the same
     return module.__name__, getattr(value, "__qualname__", ""), _of_module(module)
 
 
 @functools.cache
 def _of_module(module: Any) -> str:
-    """Return a hash of what the code that a module writes depends on: its file, its constants, and other modules."""
+    """Return a hash of the dependencies of code that a module writes: its file, its constants, and other modules."""
     digest, seen, waiting = hashlib.sha256(), {module}, [module]
     while waiting:
         each = waiting.pop()
@@ -127,7 +127,7 @@ def _of_module(module: Any) -> str:
 
 
 def _of_code(code: Any, words: str | None = None) -> Any:
-    """Return what a function's bytecode holds, but for its docstring."""
+    """Return the content of a function's bytecode, but for its docstring."""
     consts = [
         _of_code(each) if isinstance(each, pythons.CodeType) else "" if words and each is words else repr(each)
         for each in code.co_consts
@@ -136,7 +136,7 @@ def _of_code(code: Any, words: str | None = None) -> Any:
 
 
 def content(function: Any, options: Any) -> str:
-    """Return a hash of all that a function's code depends on, but for what the functions that it calls return."""
+    """Return a hash of all that a function's code depends on, but for the results of functions that it calls."""
     found = {name: _content(value) for name, value in references(function).items()}
     every = (
         _of_code(function.__code__, function.__doc__),
@@ -148,7 +148,7 @@ def content(function: Any, options: Any) -> str:
 
 
 def _number(function: Any) -> int:
-    """Return a number by which functions of the same name differ."""
+    """Return a number that distinguishes functions of the same name."""
     if not function.__module__.startswith("conicoid."):
         return secrets.randbits(60)
     cells = [_content(cell.cell_contents) for cell in function.__closure__ or ()]
@@ -157,14 +157,14 @@ def _number(function: Any) -> int:
 
 @functools.cache
 def described(kind: Any) -> str:
-    """Return a type in words, with the names of the fields of records, which Numba leaves out."""
+    """Return a type in words, with the names of the fields of records, which Numba omits."""
     if not isinstance(kind, types.BaseTuple):
         return str(kind)
     return f"{kind} {getattr(kind, 'fields', '')} {[described(each) for each in kind.types]}"
 
 
 def read_parts(path: Path) -> Any:
-    """Return what `write_parts` wrote, or ("", {}) where there is nothing that can be read."""
+    """Return the content of a file of `write_parts`, or ("", {}) where it cannot be read."""
     try:
         return pickle.loads(path.read_bytes())
     except (OSError, EOFError, ImportError, AttributeError, pickle.UnpicklingError):
@@ -172,14 +172,14 @@ def read_parts(path: Path) -> Any:
 
 
 def write_parts(path: Path, parts: Any) -> None:
-    """Write what builds keep, in one step."""
+    """Write the parts of builds, in one step."""
     unfinished = path.with_suffix(".unfinished")
     unfinished.write_bytes(pickle.dumps(parts))
     unfinished.replace(path)
 
 
 class Memory:
-    """The code of functions that an earlier build kept, and that of those which this one lowered (`compiled`)."""
+    """The code of functions from an earlier build, and of those that this one lowered (`compiled`)."""
 
     def __init__(self, path: Path) -> None:
         self._path, self._edition = path, edition()
@@ -222,7 +222,7 @@ class Memory:
         return f"{function.__module__}.{function.__qualname__}{_number(function)}{list(map(described, arguments))}"
 
     def _restored(self, dispatcher: Any, arguments: Any) -> bool:
-        """Return whether the code of a function is known; the dispatcher has it then."""
+        """Return whether the code of a function is known, and give it to the dispatcher."""
         key = self._key(dispatcher, arguments)
         record = self._old.get(key)
         if record is None or record.content != self._content(dispatcher):
@@ -231,7 +231,7 @@ class Memory:
         for link in record.links:
             try:
                 called, wanted = known[link.name], pickle.loads(link.arguments)
-            except (ImportError, AttributeError):  # of a class that has moved
+            except (ImportError, AttributeError):  # its class has moved
                 return False
             called.compile(wanted)
             result = called.overloads[wanted]
@@ -258,7 +258,7 @@ class Memory:
         return self._libraries[code]
 
     def keep(self, dispatchers: list[Any], codes: dict[Any, bytes]) -> None:
-        """Write what is known of the functions that some reach, whose libraries' code is in `codes`."""
+        """Write the records of all functions that some reach, whose libraries' code is in `codes`."""
         seen, waiting = set(dispatchers), list(dispatchers)
         while waiting:
             dispatcher = waiting.pop()
@@ -278,7 +278,7 @@ class Memory:
         write_parts(self._path, (self._edition, self._new))
 
     def _record(self, dispatcher: Any, result: Any, owners: dict[Any, Any], codes: dict[Any, bytes]) -> Record | None:
-        """Return what is kept of a compiled function; None if it calls one that it does not refer to by name."""
+        """Return the record of a compiled function, or None if it calls one that it does not refer to by name."""
         links, foreign = [], []
         for library in dict.fromkeys(result.library._linking_libraries):
             if library in owners:
@@ -302,7 +302,7 @@ class Memory:
 
 
 def _library(code: bytes, linked: list[Any]) -> Any:
-    """Return a finished library of known code, as far as those that call it look at it."""
+    """Return a finished library of known code, with the parts that its callers read."""
     library = object.__new__(own._InnerLibrary)
     library._name, library._linking_libraries, library._finalized = "kept", linked, True
     library._reload_init, library.code = set(), code

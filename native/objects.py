@@ -24,7 +24,7 @@ from .arithmetic import reordered, strange_functions
 from .targets import TARGETS, Level
 
 PREFIX = "conicoid_entry_"
-"""How the entry points begin before a level gives them its own prefix."""
+"""The prefix of entry points before a level gives them its own."""
 
 DROPPED = llvm.Linkage.linkonce_any, llvm.Linkage.linkonce_odr
 
@@ -40,7 +40,7 @@ def kind_of(text: str) -> Any:
 
 
 def _entry(module: ir.Module, name: str, kernel: dict[str, Any]) -> None:
-    """The entry point of a kernel."""
+    """Return the entry point of a kernel."""
     kinds = [kind_of(each) for each in kernel["arguments"]]
     inner = ir.Function(module, ir.FunctionType(_WIDTHS["i32"], kinds), kernel["symbol"])
     outer = ir.Function(module, ir.FunctionType(_WIDTHS["i32"], [_POINTER, _SLOT.as_pointer()]), name)
@@ -72,7 +72,7 @@ def linked(
     for number in sorted({number for kernel in kernels.values() for number in kernel["functions"]}):
         part = llvm.parse_bitcode(codes[number])
         part.data_layout, part.triple = str(machine.target_data), triple
-        # What the modules before do not call would be dropped, though later ones may call it
+        # Otherwise functions that no module before calls would be dropped, though later ones may call them
         for each in (*part.functions, *part.global_variables):
             if not each.is_declaration and each.linkage in DROPPED:
                 each.linkage = "weak_odr"
@@ -143,7 +143,7 @@ def _run_passes(module: Any, machine: Any, speed: int, more: Callable[[Any], Non
 def hold(module: Any, other_file: Callable[[str], Any] = lambda name: "") -> None:
     """Refuse code whose answers another machine would not give to the bit (`arithmetic`).
 
-    Functions that are in an object of another file are those for which `other_file` returns something.
+    `other_file` returns a value for functions that are in an object of another file.
     """
     called = (each.name for each in module.functions if each.is_declaration)
     strange = strange_functions(name for name in called if not other_file(name))
@@ -157,7 +157,7 @@ def hold(module: Any, other_file: Callable[[str], Any] = lambda name: "") -> Non
 
 
 def machine_for(triple: str, level: Level, relocation: str = "pic") -> Any:
-    """LLVM's back end for a level."""
+    """Return LLVM's back end for a level."""
     llvm.initialize_all_targets()
     llvm.initialize_all_asmprinters()
     options = dict(cpu=level.processor, features=level.features, opt=3, reloc=relocation, codemodel="default")
@@ -188,5 +188,5 @@ def write_object(base: str, target: str, name: str, out: str) -> None:
 
 
 if __name__ == "__main__":
-    signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends it without a trace: whoever started it tells
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends it without a trace: its parent prints the message
     (write_base if len(sys.argv) == 4 else write_object)(*sys.argv[1:])

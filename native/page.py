@@ -31,7 +31,7 @@ LINK = "--no-entry --stack-first -z stack-size=1048576 --gc-sections --strip-all
 
 
 def _object(code: Path, folder: Path) -> Path:
-    """The kernels' object."""
+    """Return the kernels' object."""
     out = folder / "page.o"
     if not out.exists() or out.stat().st_mtime < code.stat().st_mtime:
         unfinished = out.with_suffix(".unfinished")
@@ -53,7 +53,7 @@ def emit(code: Path, out: Path) -> None:
 
 
 def build(folder: Path, stamped: bool = False) -> Path:
-    """The engine, in the folder, with a stamp of its sources if these may change."""
+    """Build the engine into the folder, with a stamp of its sources if these may change."""
     code = lowered(folder, *KERNELS)
     kernels, out = _object(code, folder), folder / Path(PAGE_ENGINE).name
     zig, parts = [sys.executable, "-m", "ziglang"], [kernels]

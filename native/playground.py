@@ -1,8 +1,8 @@
 """The playground as files for a web server: `python -m native.playground [OUT]`.
 
 Python runs in the page itself: Pyodide, and Conicoid from its wheel, which is made unless --wheel names one. Pyodide
-and NumPy come from --pyodide: an address (by default Pyodide's own), or a folder with its distribution. What the page
-needs of a folder is copied, so that the page asks no other server.
+and NumPy come from --pyodide: an address (by default Pyodide's own), or a folder with its distribution. The page's
+files of a folder are copied, so that the page loads nothing from another server.
 """
 
 from __future__ import annotations
@@ -19,23 +19,23 @@ from conicoid.viewer.playground import first_scene, page, worker
 from .inspection import ROOT
 
 PYODIDE = "314.0.7"
-"""The version whose platform the wheel's tag names (`targets`)."""
+"""The version of Pyodide in the platform tag of the wheel (`targets`)."""
 ADDRESS = f"https://cdn.jsdelivr.net/pyodide/v{PYODIDE}/full/"
 PACKAGES = "numpy", "pyyaml", "pillow", "mpmath"
-"""What typed scenes take of the packages that Pyodide brings."""
+"""The packages of Pyodide that scenes in the text may import."""
 CORE = "pyodide.mjs", "pyodide.asm.wasm", "python_stdlib.zip", "pyodide-lock.json"
 WHEEL = "conicoid-*-pyemscripten_*.whl"
 
 
 def made_wheel(folder: Path) -> Path:
-    """The wheel for Pyodide, made into a folder."""
+    """Make the wheel for Pyodide in a folder."""
     command = [sys.executable, "-m", "native.wheels", "pyodide-wasm32", "--out", str(folder)]
     subprocess.run(command, check=True, cwd=ROOT)
     return next(folder.glob(WHEEL))
 
 
 def files_of(distribution: Path) -> list[Path]:
-    """Of a folder with Pyodide what the page needs. SystemExit where that is not all there."""
+    """Return the files of a folder with Pyodide that the page needs. SystemExit where one is missing."""
     lock = json.loads((distribution / "pyodide-lock.json").read_text(encoding="utf-8"))["packages"]
     program = next(iter(distribution.glob("pyodide.asm.*js")), distribution / "pyodide.asm.mjs")
     names, waiting = [*CORE, program.name], list(PACKAGES)
@@ -49,7 +49,7 @@ def files_of(distribution: Path) -> list[Path]:
 
 
 def write(out: Path, wheel: Path, pyodide: str = ADDRESS) -> None:
-    """The files of the page into a folder."""
+    """Write the files of the page into a folder."""
     out.mkdir(parents=True, exist_ok=True)
     shutil.copyfile(wheel, out / wheel.name)
     if "://" not in pyodide:

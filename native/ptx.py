@@ -41,8 +41,9 @@ PREFIX = "conicoid_"
 STAMP = "sources.stamp"
 """The file beside the kernels with the digest of their sources."""
 REGISTERS = {"balls": 80}
-"""Of a thread, by sizes of scratch memory, `MOST_REGISTERS` for others: with more, fewer threads are resident, with
-less they spill (measured on an H200)."""
+"""Registers of a thread, by sizes of scratch memory, `MOST_REGISTERS` for others. With more, fewer threads are
+resident; with less they spill (measured on an H200).
+"""
 MOST_REGISTERS = 128
 _I32, _I64 = ir.IntType(32), ir.IntType(64)
 _POINTER = ir.IntType(8).as_pointer()
@@ -63,7 +64,7 @@ def _sizes(function: str, leaves: list[Leaf]) -> tuple[str, ...]:
 
 
 FAMILIES = {"queries": ("sm_80", "sm_90"), "pictures": ("sm_90",)}
-"""Cards that get machine code, where NVIDIA's assembler is at hand: they need not wait for the driver's."""
+"""Cards that get machine code, where NVIDIA's assembler is installed. They need not wait for the driver's."""
 LEAVES = {part: {each.name: each.leaves for each in functions} for part, functions in on_device().items()}
 """The arguments of each function, by the parts that are compiled apart."""
 PARTS = {
@@ -85,12 +86,12 @@ def _is_local(leaf: Leaf, size: str) -> bool:
 
 
 def _open_axis(leaf: Leaf) -> int | None:
-    """Return the axis of an array whose length a caller passes: where the shape does not say it."""
+    """Return the axis of an array whose length a caller passes: where the shape does not have it."""
     return next((axis for axis, length in enumerate(leaf.lengths) if length is None or length.names), None)
 
 
 def _parameters(leaves: list[Leaf], size: str) -> list[Any]:
-    """Return LLVM's types of what a caller passes."""
+    """Return LLVM's types of a caller's arguments."""
     kinds: list[Any] = []
     for leaf in leaves:
         if leaf.kind == "array" and not _is_local(leaf, size):
@@ -139,7 +140,7 @@ class _Entry:
         return b.select(b.icmp_signed("<", after, number), after, number)
 
     def _other(self, kind: str, passed: Any) -> Any:
-        """Return a float, whose bits the caller passes as a number, a truth, or nothing, as Numba passes them."""
+        """Return a float, whose bits the caller passes as a number, a truth value, or nothing, as Numba does."""
         if kind == "none":
             return ir.Constant(passed, None)
         number = self.passed.pop(0)
@@ -217,7 +218,7 @@ def _wrapper(name: str, size: str, target_data: str) -> Any:
 
 
 def ptx(module: bytes, name: str) -> str:
-    """Return the PTX of one kernel, by its name in `NAMES`. ValueError if it is not as it should be."""
+    """Return the PTX of one kernel, by its name in `NAMES`. ValueError if it has a fault."""
     function, _, size = name.rpartition("_")
     llvm.initialize_all_targets()
     llvm.initialize_all_asmprinters()
@@ -247,11 +248,11 @@ def _shorten(module: Any, name: str) -> None:
 
 
 _OWN = re.compile(r"llvm\.nvvm\.read\.ptx\.sreg\.\w+\.x|llvm\.(?:fabs|fma|maxnum|minnum)\.f32")
-"""What a GPU's code may call beside: places of threads, and float32 of short nodes (kernels/bvh/short_nodes.py)."""
+"""Functions that a GPU's code may call: places of threads, and float32 of short nodes (kernels/bvh/short_nodes.py)."""
 
 
 def wrong_with_code(module: Any) -> Iterator[str]:
-    """List what a kernel may not call or compute."""
+    """List functions that a kernel may not call, and operations that it may not have."""
     called = [each.name for each in module.functions if each.is_declaration]
     strange = strange_functions(each for each in called if not _OWN.fullmatch(each))
     if strange:
@@ -275,7 +276,7 @@ _ARITHMETIC = re.compile(
 
 
 def wrong_with_ptx(text: str, fused: int) -> Iterator[str]:
-    """List what is wrong with the PTX of a kernel, whose code asks for so many fused products at most."""
+    """List the faults of a kernel's PTX, whose code has at most so many fused products."""
     rounding = set(_ARITHMETIC.findall(text))
     short = {f"{each}.rn.f32" for each in ("add", "sub", "mul", "fma")}
     exact = {f"{each}.rn.f64" for each in ("add", "sub", "mul", "fma", "div", "sqrt", "rcp")}
@@ -293,7 +294,7 @@ def wrong_with_ptx(text: str, fused: int) -> Iterator[str]:
 
 
 def build(folder: Path, out: Path, names: Sequence[str] = NAMES) -> None:
-    """Write the PTX of kernels, and the stamp of their sources; `folder` holds what is made on the way."""
+    """Write the PTX of kernels, and the stamp of their sources; `folder` holds intermediate files."""
     sources: set[str] = set()
     for part, every in PARTS.items():
         code, some = device_code(folder, part), [name for name in every if name in names]

@@ -1,6 +1,6 @@
-"""What a kernel takes and returns, from its annotations and its shapes (`conicoid._jit.decorators`).
+"""Arguments and results of a kernel, from its annotations and its shapes (`conicoid._jit.decorators`).
 
-An argument is a leaf, or a record (a tuple) of them; a signature lists leaves and brackets in the order in which both
+An argument is a leaf, or a record (a tuple) of them. A signature lists leaves and brackets in the order in which both
 Numba and the door flatten them.
 """
 
@@ -18,13 +18,13 @@ import numpy as np
 from conicoid.kernels.tables import Geometry, Tables
 
 MOST_ARRAYS, MOST_SLOTS, MOST_NAMES = 64, 512, 16
-"""Of one kernel: the door (native/door.c) has room for so many."""
+"""Limits of one kernel: the door (native/door.c) has room for so many."""
 TABLES = {name: number for number, name in enumerate(Tables._fields)}
 
 
 @dataclass(frozen=True)
 class Length:
-    """A number of the form constant + sum of times * name; `other` is another that will do as well."""
+    """A number of the form constant + sum of times * name; `other` is another length that is allowed."""
 
     constant: int
     names: tuple[tuple[str, int], ...] = ()
@@ -59,7 +59,7 @@ _TERM = re.compile(r"([+-]?)(?:(\d+)\*)?([a-z_]+)|([+-]?)(\d+)")
 
 
 def _sum(text: str) -> Length:
-    """A sum of terms."""
+    """Return a sum of terms."""
     constant, names, at = 0, [], 0
     while at < len(text):
         found = _TERM.match(text, at)
@@ -76,7 +76,7 @@ def _sum(text: str) -> Length:
 
 
 def _length(text: str) -> Length | None:
-    """A length; None for any."""
+    """Return a length, or None for any."""
     if text == "*":
         return None
     first, _, second = text.partition("|")
@@ -104,7 +104,7 @@ def _int(name: str, limits: str) -> Leaf:
 
 
 def _scalar_type(array: Any) -> type[Any]:
-    """The NumPy type in `NDArray[...]`."""
+    """Return the NumPy type in `NDArray[...]`."""
     for argument in typing.get_args(array):
         if isinstance(argument, type) and issubclass(argument, np.generic):
             return argument
@@ -115,7 +115,7 @@ def _scalar_type(array: Any) -> type[Any]:
 
 
 def _leaves(name: str, kind: Any, shape: str, written: bool, known: Mapping[str, Any]) -> Iterator[Leaf]:
-    """A parameter or field. `known` are types of fields that the record itself leaves open."""
+    """Return the leaves of a parameter or field. `known` are types of fields that the record itself leaves open."""
     extra: tuple[Any, ...] = ()
     if typing.get_origin(kind) is Annotated:
         kind, *rest = typing.get_args(kind)
@@ -159,7 +159,7 @@ def _result(kind: Any) -> str:
 
 
 def signature(function: Callable[..., Any], shapes: Mapping[str, str]) -> Signature:
-    """Of a function that `kernel(**shapes)` declares. Raises TypeError or ValueError where these do not say enough."""
+    """Return the signature of a function under `kernel(**shapes)`. TypeError or ValueError if these are incomplete."""
     hints = typing.get_type_hints(function, include_extras=True)
     names = function.__code__.co_varnames[: function.__code__.co_argcount]
     unknown = shapes.keys() - set(names)
@@ -173,21 +173,21 @@ def signature(function: Callable[..., Any], shapes: Mapping[str, str]) -> Signat
 
 
 def names_in(leaves: list[Leaf]) -> set[str]:
-    """The names that lengths and limits refer to."""
+    """Return the names that lengths and limits refer to."""
     sums = [length for leaf in leaves for length in leaf.lengths if length is not None]
     sums += [length.other for length in sums if length.other is not None]
     return {name for each in sums for name, _ in each.names}
 
 
-def _told(leaves: list[Leaf]) -> set[str]:
-    """The names that an argument gives a value: whole numbers, and lengths like `n` or `8*n`."""
+def _names_with_values(leaves: list[Leaf]) -> set[str]:
+    """Return the names that get a value from an argument: whole numbers, and lengths like `n` or `8*n`."""
     arrays = [length for leaf in leaves if leaf.kind == "array" for length in leaf.lengths if length is not None]
     lone = {each.names[0][0] for each in arrays if len(each.names) == 1 and not each.constant and each.other is None}
     return lone | {leaf.name for leaf in leaves if leaf.kind == "int"}
 
 
 def _check(name: str, leaves: list[Leaf]) -> None:
-    """ValueError where the door could not test a call: it has room for so much, and names need values."""
+    """ValueError where the door could not test a call: its room is limited, and names need values."""
     names, arrays = names_in(leaves), [leaf for leaf in leaves if leaf.kind == "array"]
     numbers = sum(leaf.kind in ("int", "float", "bool", "none") for leaf in leaves)
     slots = numbers + sum(5 + 2 * len(leaf.lengths) for leaf in arrays)
@@ -196,18 +196,18 @@ def _check(name: str, leaves: list[Leaf]) -> None:
     if len(arrays) > MOST_ARRAYS or slots > MOST_SLOTS or len(names - TABLES.keys()) > MOST_NAMES:
         raise ValueError(f"{name}: at most {MOST_ARRAYS} arrays, {MOST_SLOTS} slots and {MOST_NAMES} names are tested")
     tables = names & TABLES.keys()
-    missing = names - tables - _told(leaves) | (set() if any(map(is_geometry, leaves)) else tables)
+    missing = names - tables - _names_with_values(leaves) | (set() if any(map(is_geometry, leaves)) else tables)
     if missing:
         raise ValueError(f"{name}: no argument gives {', '.join(sorted(missing))}")
 
 
 def is_geometry(leaf: Leaf) -> bool:
-    """Does a geometry begin here?"""
+    """Return whether a geometry begins here."""
     return leaf.kind == "(" and leaf.record is Geometry
 
 
 def modules_with_kernels() -> list[str]:
-    """Those of the package that declare entry points, found by their text: some others need packages of extras."""
+    """Return the modules of the package with entry points, by their text: some others need packages of extras."""
     import conicoid
 
     package = Path(conicoid.__file__).parent
@@ -220,7 +220,7 @@ def modules_with_kernels() -> list[str]:
 
 
 def declared() -> list[Signature]:
-    """The signatures of all kernels, in order of their names."""
+    """Return the signatures of all kernels, in order of their names."""
     import importlib
 
     from conicoid._jit.decorators import DECLARED
@@ -235,7 +235,7 @@ def declared() -> list[Signature]:
 
 
 def on_device() -> dict[str, list[Signature]]:
-    """The signatures of the functions of a GPU's threads, in parts that are compiled apart.
+    """Return the signatures of the functions of a GPU's threads, in parts that compile separately.
 
     Queries are functions that are no kernels of the extension, then kernels.
     """

@@ -58,7 +58,7 @@ class _Symbols:
 
 
 def _format(dtype: np.dtype[Any]) -> str:
-    """Letters of `struct` that fit; of a record `|` and its whole description."""
+    """Return the letters of `struct` that fit; of a record `|` and its whole description."""
     if dtype.fields is None:
         return _FORMATS[dtype.str[1:]]
     return "|" + memoryview(np.zeros(1, dtype)).format
@@ -80,7 +80,7 @@ def _leaf(leaf: Leaf, symbols: _Symbols, referred: set[str]) -> str:
 
 
 def _top(leaves: list[Leaf]) -> int:
-    """How many arguments Python hands over."""
+    """Return how many arguments Python hands over."""
     depth = count = 0
     for leaf in leaves:
         count += depth == 0
@@ -116,7 +116,7 @@ def _lines(kernels: list[Signature], target: Target, sources: str) -> Iterator[s
 
 
 def tables(kernels: list[Signature], target: Target, sources: str) -> str:
-    """The C header. `sources` is the stamp of the kernels' sources; "" if they cannot change."""
+    """Return the C header. `sources` is the stamp of the kernels' sources; "" if they cannot change."""
     return "\n".join(_lines(kernels, target, sources)) + "\n"
 
 

@@ -1,4 +1,4 @@
-"""What machine code is made for."""
+"""Targets of machine code: platforms, and levels of their processors."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from dataclasses import dataclass, replace
 class Level:
     """A kind of processor, by LLVM's names."""
 
-    name: str  # as users see and choose it
+    name: str  # the name that users see and choose
     processor: str
     features: str = ""
-    needs: int = 0  # what `processor` of native/levels.h must find
+    needs: int = 0  # `processor` of native/levels.h must find this
 
     @property
     def prefix(self) -> str:
-        """How the symbols of its kernels begin."""
+        """The prefix of the symbols of its kernels."""
         return f"conicoid_{self.name.replace('-', '_')}_"
 
 
 @dataclass(frozen=True)
 class Target:
-    """A platform that wheels are made for, with the levels of its processors, the plainest first."""
+    """A platform of wheels, with the levels of its processors, the plainest first."""
 
     name: str
     triple: str  # LLVM's; both kinds of Linux have the same objects
@@ -36,7 +36,7 @@ class Target:
         return self.name.partition("-")[0]
 
     def only(self, names: str) -> Target:
-        """The target with some of its levels, by their names with commas between them; "" for all."""
+        """Return the target with some of its levels, by their names with commas between them; "" for all."""
         some = tuple(level for level in self.levels if not names or level.name in names.split(","))
         return replace(self, levels=some)
 
@@ -50,7 +50,8 @@ X86 = (
 ARM = (Level("arm64", "generic"),)
 APPLE = (Level("arm64", "apple-m1"),)
 
-# Vectors of 128 bits are as exact as scalars; relaxed ones, which are not, are left out. Browsers of since mid-2023.
+# Vectors of 128 bits are as exact as scalars. Relaxed ones, which are not, are left out. Browsers since mid-2023 have
+# them.
 _IN_BROWSERS = "+simd128,+bulk-memory,+bulk-memory-opt,+sign-ext,+nontrapping-fptoint,+mutable-globals,-extended-const"
 WASM = (Level("wasm32", "generic", _IN_BROWSERS),)
 

@@ -1,4 +1,4 @@
-"""What a WebAssembly module takes and offers."""
+"""Imports and exports of a WebAssembly module."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _FUNCTION, _TABLE, _MEMORY, _GLOBAL = range(4)
 
 @dataclass
 class Module:
-    """Names of what is taken, as (module, name), and of what is offered."""
+    """Names of imports, as (module, name), and of exports."""
 
     imports: set[tuple[str, str]] = field(default_factory=set)
     exports: set[str] = field(default_factory=set)
@@ -23,7 +23,7 @@ class _Reader:
         self.code, self.at = code, at
 
     def number(self) -> int:
-        """A number in LEB128."""
+        """Return a number in LEB128."""
         value = shift = 0
         while True:
             byte = self.code[self.at]
@@ -64,7 +64,7 @@ def _sections(code: bytes) -> Iterator[tuple[int, _Reader]]:
 
 
 def read(code: bytes) -> Module:
-    """What a module takes and offers. ValueError for what is no module."""
+    """Return the imports and exports of a module. ValueError for bytes that are no module."""
     if code[:8] != b"\0asm\1\0\0\0":
         raise ValueError("is no WebAssembly")
     found = Module()

@@ -1,8 +1,8 @@
 """Wheels with machine code, and the source archive, into `dist`: `python -m native.wheels [TARGET...]`.
 
-Without names for all targets; `host` is this machine's. Each wheel is made by hatchling and the hook (hook.py), as
-`pip wheel .` makes it; the kernels' LLVM code is made once for all. Each is inspected before it gets its name, and what
-is interrupted leaves nothing behind.
+Without names it makes those for all targets; `host` is this machine's. hatchling and the hook (hook.py) make each
+wheel, as for `pip wheel .`; the kernels' LLVM code is made once for all. Each is inspected before it gets its name, and
+a break leaves nothing behind.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from .inspection import ROOT, wrong_with_cuda_wheel, wrong_with_wheel
 from .targets import TARGETS, Target
 
 CUDA = "cuda"
-"""In place of a target: the wheel conicoid-cuda, the kernels for GPUs."""
+"""The name in place of a target for the wheel conicoid-cuda, the kernels for GPUs."""
 CUDA_PROJECT = """
 [project]
 name = "conicoid-cuda"
@@ -39,7 +39,7 @@ packages = ["conicoid_cuda"]
 
 
 def wheel(target: Target, folder: Path) -> Path:
-    """A wheel in the folder, where the hook uses what it finds. Raises ValueError if something is wrong with it."""
+    """Make a wheel in the folder, where the hook uses existing files. ValueError if the wheel has a fault."""
     builder = WheelBuilder(str(ROOT))
     hook = builder.raw_config["tool"]["hatch"]["build"]["targets"]["wheel"]["hooks"]["custom"]
     hook |= {"target": target.name, "folder": str(folder)}
@@ -51,7 +51,7 @@ def wheel(target: Target, folder: Path) -> Path:
 
 
 def cuda_wheel(folder: Path) -> Path:
-    """The wheel of kernels for GPUs, in the folder. Raises ValueError if something is wrong with it."""
+    """Make the wheel of kernels for GPUs in the folder. ValueError if it has a fault."""
     from . import ptx
 
     project = folder / "cuda"
@@ -70,12 +70,12 @@ def cuda_wheel(folder: Path) -> Path:
 
 
 def source_archive(folder: Path) -> Path:
-    """The source archive in the folder."""
+    """Make the source archive in the folder."""
     return Path(next(SdistBuilder(str(ROOT)).build(directory=str(folder), versions=["standard"])))
 
 
 def make(targets: list[Target | None], out: Path, scratch: Path, sources: bool) -> None:
-    """Build, inspect, and only then move into `out`; print what was made, and how it is installed."""
+    """Build, inspect, and only then move into `out`; print the names of the files, and how to install them."""
     begin, made = time.monotonic(), []
     for number, target in enumerate(targets, 1):
         print(f"Wheel {number} of {len(targets)}, for {target.name if target else CUDA}:", flush=True)

@@ -1,4 +1,4 @@
-"""An import library for Windows: what the extension takes from python3.dll, by the names in python.h."""
+"""An import library for Windows: the functions of python3.dll that the extension takes, by the names in python.h."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _FUNCTION = re.compile(r"(\w+)\(")
 
 
 def stable_names() -> tuple[set[str], set[str]]:
-    """The functions and the objects of Python's stable ABI that python.h declares."""
+    """Return the functions and the objects of Python's stable ABI that python.h declares."""
     functions, objects = set(), set()
     for declared in _DECLARED.findall(HEADER.read_text(encoding="utf-8")):
         found = _FUNCTION.search(declared)
@@ -25,7 +25,7 @@ def stable_names() -> tuple[set[str], set[str]]:
 
 
 def import_library(folder: Path) -> Path:
-    """The import library, made in a folder."""
+    """Make the import library in a folder."""
     functions, objects = stable_names()
     names = [*sorted(functions), *(f"{name} DATA" for name in sorted(objects))]
     definition, library = folder / "python3.def", folder / "python3.lib"
