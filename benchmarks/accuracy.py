@@ -49,14 +49,14 @@ def processor() -> str:
 
 @dataclass
 class Row:
-    """What one kind of shape adds up to."""
+    """The sums of one kind of shape."""
 
     rays: int = 0
     crossings: int = 0
     wrong: int = 0
     errors: list[float] = field(default_factory=list)
     cosines: list[float] = field(default_factory=list)
-    """Of the angles between rays and normals."""
+    """The angles between rays and normals."""
 
     def add(self, other: Row) -> None:
         for name, value in vars(other).items():
@@ -104,7 +104,7 @@ def measure(found: Row, compared: Comparison, good: np.ndarray, size: float) -> 
 
 
 def table(kinds: list[str], cases: int, rays_per_case: int) -> Iterator[str]:
-    """Lines of Markdown, each as soon as it is known; failures go to stderr."""
+    """Return lines of Markdown, each as soon as it is complete; failures go to stderr."""
     versions = ", ".join(f"{module.__name__} {module.__version__}" for module in (co, np, numba, flint))
     yield f"{datetime.date.today().isoformat()}, {processor()}, Python {platform.python_version()}, {versions}.\n"
     yield "| " + " | ".join(HEADINGS) + " |"

@@ -18,7 +18,7 @@ import numpy as np
 
 try:
     from .same_answers import solids
-except ImportError:  # run as a program, so that the installed package is asked and not the one beside this folder
+except ImportError:  # as a program it asks the installed package, and not the one beside this folder
     from same_answers import solids  # type: ignore[no-redef]
 
 KINDS = {

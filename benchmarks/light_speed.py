@@ -32,7 +32,7 @@ EYE, TARGET, ANGLE = (0.0, 0.0, -3.0), (0.0, 0.0, 0.0), math.degrees(2 * math.at
 LIGHT, GREY = (2.0, 3.0, -4.0), 0.7
 TURNS = 5
 SAMPLERS = ("independent", "ldsampler")
-"""Mitsuba's default, and the one whose points are evenly spread as ours are."""
+"""Mitsuba's default, and the one whose points are as evenly spread as ours."""
 
 
 class Timed(NamedTuple):
@@ -45,7 +45,7 @@ class Timed(NamedTuple):
 
 
 Render = Callable[[int], tuple[float, float, Any]]
-"""Of a seed: seconds of the wall, seconds of processors, and the pixels."""
+"""By seed: seconds of the wall, seconds of processors, and the pixels."""
 
 
 def main() -> None:

@@ -32,7 +32,7 @@ SHAPES = (
 
 
 def lattice(count: int) -> co.Scene:
-    """About so many bodies, at whole places from 0 on."""
+    """Return about so many bodies, at whole places from 0 on."""
     side = max(1, round(count ** (1 / 3)))
     places = np.stack(np.meshgrid(*[np.arange(side)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
     return co.Scene([
@@ -42,7 +42,7 @@ def lattice(count: int) -> co.Scene:
 
 
 def questions(side: float, count: int) -> dict[str, Any]:
-    """Points over the lattice, by how they come."""
+    """Return points over the lattice, by their order."""
     n, wide = max(8, round(count ** (1 / 3))), max(8, round(count**0.5))
     axis, long_axis = np.linspace(-0.5, side - 0.5, n), np.linspace(-0.5, side - 0.5, wide)
     grid = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1)

@@ -149,7 +149,7 @@ def bulk(name: str, rng: Any, count: int) -> Any:
 
 
 def shapes_of(name: str, rng: Any, count: int) -> list[Any]:
-    """So many bodies of a kind."""
+    """Return so many bodies of a kind."""
     if name in BULK:
         return [bulk(name, rng, count)]
     make = kinds()[name]

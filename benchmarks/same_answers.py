@@ -135,7 +135,7 @@ def answers(count: int) -> Iterator[tuple[str, str]]:
 
 
 def asked_of(tree: Path, count: int) -> dict[str, str]:
-    """The answers of a tree."""
+    """Return the answers of a tree."""
     environment = os.environ | {"PYTHONPATH": str(tree)}
     command = [sys.executable, str(Path(__file__).resolve()), "--worker", str(count)]
     run = subprocess.run(command, cwd=tree, env=environment, stdout=subprocess.PIPE, text=True, check=True)
@@ -144,7 +144,7 @@ def asked_of(tree: Path, count: int) -> dict[str, str]:
 
 
 def main() -> int:
-    """0 if nothing differs."""
+    """Return 0 if nothing differs."""
     if sys.argv[1:2] == ["--worker"]:
         print(json.dumps(dict(answers(int(sys.argv[2])))))
         return 0

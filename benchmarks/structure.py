@@ -41,7 +41,7 @@ WORDS = (
     *(r"\basked\b", r"\bof which\b", r"\bwhat (?:is|are)\b", r"\bthat there (?:is|are)\b", r"\bas ever\b"),
     *(r"\belsewhere\b", r"\bworked out\b", r"\b(?:let|lets) go of\b", r"\bwhat there (?:is|are)\b"),
 )
-"""Words that plain English does without."""
+"""Words to avoid in plain English."""
 
 
 class Module:
@@ -54,12 +54,12 @@ class Module:
 
     @property
     def lines(self) -> int:
-        """How many lines the file has."""
+        """The number of lines of the file."""
         return self.text.count("\n")
 
     @cached_property
     def every_statement(self) -> list[ast.stmt]:
-        """The statements of the file, docstrings among them. Expressions hold none, so they are passed over."""
+        """The statements of the file, docstrings among them. Expressions hold none, so the walk skips them."""
         found, waiting = [], [*self.tree.body]
         while waiting:
             node = waiting.pop()
@@ -78,12 +78,12 @@ class Module:
 
     @property
     def statements(self) -> int:
-        """How many statements there are, docstrings left out."""
+        """The number of statements, without docstrings."""
         return len(self.every_statement) - len(self.docstrings)
 
     @property
     def comments(self) -> int:
-        """How many lines hold a comment."""
+        """The number of lines with a comment."""
         tokens = tokenize.generate_tokens(io.StringIO(self.text).readline)
         return sum(token.type == tokenize.COMMENT for token in tokens)
 
@@ -203,21 +203,21 @@ def defining_file(found: Mapping[str, Module], function: str) -> str | None:
 
 
 def house_words(found: Mapping[str, Module]) -> list[tuple[str, str]]:
-    """(module, sentence) for every docstring's line with one of the words."""
+    """Return (module, sentence) for every line of a docstring with one of the words."""
     pattern = re.compile("|".join(WORDS), re.IGNORECASE)
     lines = ((name, line) for name, each in found.items() for text in each.docstrings for line in text.splitlines())
     return [(name, line.strip()) for name, line in lines if pattern.search(line)]
 
 
 def public_names(package: Path) -> int:
-    """How many names and packages the root offers."""
+    """Return how many names and packages the root offers."""
     tree = ast.parse((package / "__init__.py").read_text(encoding="utf-8"))
     block = next(node for node in tree.body if isinstance(node, ast.If))
     return sum(len(node.names) for node in block.body if isinstance(node, ast.ImportFrom))
 
 
 def class_doubles(found: Mapping[str, Module]) -> dict[str, int]:
-    """Classes of the same name, and how often there is one."""
+    """Return classes of the same name, and how often each occurs."""
     named = Counter(node.name for each in found.values() for node in each.tree.body if isinstance(node, ast.ClassDef))
     return {name: count for name, count in named.items() if count > 1}
 

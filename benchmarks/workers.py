@@ -49,7 +49,7 @@ def nested() -> Any:
 
 
 class Counted(co.parallel.Processes):
-    """Processes that count what is sent to them."""
+    """Processes that count the bytes of their messages."""
 
     sent = 0
 
@@ -134,7 +134,7 @@ def bytes_of_rays(scale: float) -> dict[str, Any]:
 
 
 def taken_in(pool: Any, count: int, size: int) -> float:
-    """Seconds in which a driver gets through so many tasks that do nothing, with answers of so many bytes."""
+    """Return seconds in which a driver completes so many tasks that do nothing, with answers of so many bytes."""
     workers = co.parallel.Workers(pool, window=WINDOW if size < 1000 else None)
     pieces = (ScheduledTask(k, k + 1, (size,)) for k in range(count))
     begin = time.perf_counter()
@@ -156,7 +156,7 @@ def driver(pool: Any, scale: float) -> dict[str, float]:
 
 
 def scene_in_bytes(count: int = 100_000) -> dict[str, float]:
-    """What a scene of so many bodies is, as it travels and as tables."""
+    """Return the size of a scene of so many bodies, in a message and as tables."""
     rng = np.random.default_rng(2)
     scene = co.Scene([co.Sphere(0.3, place) for place in rng.uniform(-50, 50, (count, 3))])
     recipe = shared_scene(scene)
@@ -170,7 +170,7 @@ def scene_in_bytes(count: int = 100_000) -> dict[str, float]:
 
 
 def model(figures: dict[str, Any], task: float = 1.0) -> dict[str, float]:
-    """How many workers of a thread each one scheduler and one driver keep busy, by what was measured."""
+    """Return how many workers of a thread one scheduler and one driver each keep busy, by the measurements."""
     driver, found = figures["driver"], {}
     found["tasks"] = driver["tasks_per_second"] * task
     print(f"model: tasks of {task:g} s keep {found['tasks']:,.0f} workers busy by their number")

@@ -25,7 +25,7 @@ COLORS = ["#b3261e", "#1f5f8b", "#6b8f3e", "#c98a1b", "#6d4c8d"]
 
 
 def scene() -> co.Scene:
-    """Two rows: what is round, behind it what is flat."""
+    """Two rows: round solids, and flat ones behind them."""
     bodies = []
     for row, shapes in enumerate(ROWS):
         for place, (shape, color) in enumerate(zip(shapes, COLORS, strict=True)):

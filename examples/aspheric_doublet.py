@@ -14,7 +14,7 @@ import numpy as np
 import conicoid as co
 
 RADII, THICKNESSES, INDICES = (62.8, -45.7, -128.2), (4.0, 2.5), (1.0, 1.5168, 1.6727, 1.0)
-"""Of N-BK7 and SF5 at 588 nm; lengths in mm."""
+"""Lenses of N-BK7 and SF5 at 588 nm; lengths in mm."""
 APERTURE, FIELDS, FOCUS = 12.0, (0.0, 0.2, 0.4), 97.1
 START = np.array([0.0, 0.0, 0.0, FOCUS])
 """Three conic constants, of spheres, and the distance of the film from the last vertex."""

@@ -22,7 +22,7 @@ def solid() -> co.Solid:
 
 
 def scene() -> co.Scene:
-    """The solid, and behind it what it is made of."""
+    """The solid, and its parts behind it."""
     parts = [
         (solid().rotate((0, 0, 1), 28).translate((0, 0, 1)), RED),
         (CUBE.rotate((0, 0, 1), 28).scale(0.5).translate((-2.2, 1.5, 0.5)), RED),

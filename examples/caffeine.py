@@ -20,7 +20,7 @@ RADII = {"C": 0.42, "H": 0.27, "N": 0.40, "O": 0.38}
 
 
 def molecule() -> co.scene.Molecule:
-    """It stands upright; what is bonded follows from the distances."""
+    """It stands upright; bonds follow from the distances."""
     places = np.array([[float(x) for x in ATOMS[k + 1 : k + 4]] for k in range(0, len(ATOMS), 4)])
     return co.molecule((places - (0.9, 1.2, 0))[:, [0, 2, 1]] + (0, 0, 3.8), ATOMS[::4])
 

@@ -14,7 +14,7 @@ LEVEL = 352.0
 
 
 def scene() -> co.Scene:
-    """All but the water, cut by a slanted plane; what is fuel is of darker clay."""
+    """All but the water, cut by a slanted plane; fuel is of darker clay."""
     assembly = openmc.read(ASSEMBLY, void=False)
     colors = {entry.material: entry.color for entry in assembly.legend}
     bottom, slope = co.HalfSpace((0, 0, -1), -LEVEL + 5), co.HalfSpace((0.5, -1.0, 1), LEVEL + 17)

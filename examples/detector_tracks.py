@@ -22,7 +22,7 @@ import detector
 
 BATCH = 1 << 21
 VERTEX = 0.003, 0.001, -0.002
-"""Of the collision: beside the walls of the quarter that is cut away, so that floats decide all tracks."""
+"""The place of the collision, beside the walls of the quarter that is cut away, so that floats decide all tracks."""
 
 
 def parts() -> co.Scene:

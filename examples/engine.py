@@ -101,7 +101,7 @@ def plug() -> co.Solid:
 
 
 def ceramic() -> co.Solid:
-    """What is seen of the plug's insulator."""
+    """The visible part of the plug's insulator."""
     return (
         upright(TOP + 0.22, TOP + 0.75, 0.12)
         | upright(DECK + 0.22, DECK + 0.3, 0.05)

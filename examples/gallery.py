@@ -94,7 +94,7 @@ LIGHT = {
     "clay_assembly": clay_assembly.picture,
     "detector": detector.picture,
 }
-"""By light transport, but for the first, in full."""
+"""Pictures in full quality: all but the first are by light transport."""
 
 
 DEMO = (

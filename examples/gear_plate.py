@@ -14,7 +14,7 @@ FIRST, LAST = 1.06, 2.42
 
 
 def gap() -> co.Solid:
-    """What is cut away between two teeth, a wedge about +x: |y| <= 0.06 + 0.3 (x - ROOT)."""
+    """The gap between two teeth, a wedge about +x: |y| <= 0.06 + 0.3 (x - ROOT)."""
     floor = ((-1, 0, 0), -ROOT)
     flanks = [((-0.3, y, 0), 0.06 - 0.3 * ROOT) for y in (-1, 1)]
     ends = [((1, 0, 0), 4.0), ((0, 0, 1), THICK), ((0, 0, -1), THICK)]

@@ -7,7 +7,7 @@ from studio import Progress
 
 
 def columns() -> list[co.Body]:
-    """Something to be seen through the balls, and upside down."""
+    """Columns that are visible through the balls, upside down."""
     bodies = []
     for i, color in enumerate(["#a62b2b", "#d29a35", "#2f7d5b", "#2b5f93", "#6d3a86"]):
         x, y = 2.3 * (i - 2), 5.5 - 0.35 * (i - 2) ** 2

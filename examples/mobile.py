@@ -8,11 +8,11 @@ import conicoid as co
 from studio import Progress, backdrop
 
 ARMS = [(3.35, 2.2, 202, 18), (2.65, 1.9, 325, -24), (1.95, 1.6, 55, 34), (1.25, 1.3, 250, -46)]
-"""Of each arm: its height, its length, where it stands, and by how many degrees it turns meanwhile."""
+"""Height, length, place and turn in degrees of each arm."""
 
 
 def arm(height: float, length: float, angle: float) -> tuple[co.Solid, co.Solid]:
-    """A rod with a ring about the post, and what hangs on its ends: a ball, and a cup for the counterweight."""
+    """A rod with a ring about the post, and a ball and a cup for the counterweight at its ends."""
     rod = co.Cylinder((-0.55 * length, 0, height), (length, 0, height), 0.035)
     hub = co.Cylinder((0, 0, height - 0.07), (0, 0, height + 0.07), 0.13)
     ball = co.Sphere(0.22 + 0.07 * length, (length, 0, height))

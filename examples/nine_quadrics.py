@@ -30,7 +30,7 @@ PAPER = "#e9e6e1"
 def sections(solid: co.Solid) -> list[co.Body]:
     """Thin slices of the solid about planes: listed first, they paint its surface."""
     planes = [((1, 0, 0), 0.0), ((0, 0, 1), -0.5), ((0, 0, 1), 0.5), ((0, 0, 1), 1.5)]
-    if not isinstance(solid, co.ParabolicCylinder):  # which y = 0 only touches
+    if not isinstance(solid, co.ParabolicCylinder):  # y = 0 only touches it
         planes.append(((0, 1, 0), 0.0))
     slices = []
     for normal, height in planes:

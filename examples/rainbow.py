@@ -17,7 +17,7 @@ COLORS = [
     (0.55, (0.45, 0.9, 0.02)), (0.53, (0.1, 0.85, 0.1)), (0.5, (0.0, 0.7, 0.4)), (0.48, (0.0, 0.42, 0.9)),
     (0.46, (0.04, 0.16, 1.0)), (0.44, (0.16, 0.05, 1.0)), (0.42, (0.34, 0.02, 0.85)),
 ]  # fmt: skip
-"""Wavelengths in μm, and what they look like."""
+"""Wavelengths in μm, and their colours."""
 THICK = 0.008
 WHITE = co.glow((1.6, 1.6, 1.55))
 
@@ -43,7 +43,7 @@ def threads(corners: list[np.ndarray], material: co.Material) -> list[co.Body]:
 
 
 def fan(solid: co.Solid, glass: str, start: np.ndarray, along: np.ndarray, mirrors: int) -> list[co.Body]:
-    """What one white ray becomes: a white thread up to the glass, one of each colour beyond."""
+    """The threads of one white ray: a white one up to the glass, one of each colour beyond."""
     bodies: list[co.Body] = []
     index = co.optics.glass(glass)
     for wavelength, color in COLORS:

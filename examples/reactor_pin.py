@@ -19,7 +19,7 @@ LEVEL = 352.0
 
 
 def scene() -> co.Scene:
-    """The upper part of the assembly without what the cutters take away, the water's level at z = 0."""
+    """The upper part of the assembly without the parts that the cutters take away, the water's level at z = 0."""
     assembly = openmc.read(ASSEMBLY, void=False)
     water = next(entry.color for entry in assembly.legend if entry.material == WATER)
     bottom = co.HalfSpace((0, 0, -1), -LEVEL + 4)

@@ -15,7 +15,7 @@ TRUE = [
     ((0.4, 0.8, 0.5), -40.0, (-1.0, -0.9, 0.4), 0.8),
     ((0.6, 0.35, 0.4), 70.0, (-0.3, 1.3, 0.1), -0.6),
 ]
-"""Half-axes, degrees about z, middle, density above that of what is around."""
+"""Half-axes, degrees about z, middle, density above that of the surroundings."""
 GUESS = [((0.6, 0.5, 0.6), 5.0, place, 1.0) for place in ((0.8, 0.4, 0.0), (-0.8, -0.6, 0.0), (-0.1, 1.0, 0.0))]
 BACKGROUND = 1.0
 SIZE, ANGLES = 20, np.arange(0, 180, 15)
@@ -82,7 +82,7 @@ def recovered(sinogram: np.ndarray, rays: co.Rays, steps: int = 25) -> tuple[co.
 
 
 def picture(scale: float = 1.0) -> co.Image:
-    """Views of what was scanned, of the guess, and of what was recovered, one above the other."""
+    """Views of the scanned, the guessed and the recovered ellipsoids, one above the other."""
     rays = scan()
     truth = scene(TRUE).line_integral(densities(TRUE), rays, overlaps="both")
     at, values, _ = recovered(truth, rays, steps=25 if scale > 0.5 else 2)

@@ -16,7 +16,7 @@ def crossed(count: int) -> list[co.Solid]:
 
 
 def scene() -> co.Scene:
-    """In front what they have in common, behind the cylinders themselves."""
+    """Their common part in front, and the cylinders themselves behind it."""
     bodies = []
     for count, x in ((2, -1.35), (3, 1.35)):
         rods = [rod.rotate((0, 0, 1), 35) for rod in crossed(count)]

@@ -9,7 +9,7 @@ import conicoid as co
 Progress = Callable[[int, int], None]
 _BEND = 6.0
 ROOM = co.Sky(zenith=(0.72, 0.76, 0.82), horizon=(0.6, 0.59, 0.57))
-"""What is behind the camera, for things that shine to reflect."""
+"""The surroundings behind the camera, for shiny things to reflect."""
 
 
 def backdrop(color: str = "#e9e6e1", wall: float = 9.0) -> list[co.Body]:
@@ -23,7 +23,7 @@ def backdrop(color: str = "#e9e6e1", wall: float = 9.0) -> list[co.Body]:
 
 
 def lights(camera: co.Camera) -> list[co.AmbientLight | co.PointLight]:
-    """A key light from the upper left, a weak one at the lens, whose shadows nobody sees, and the room's own."""
+    """A key light from the upper left, a weak one at the lens, whose shadows are invisible, and the room's own."""
     return [
         co.AmbientLight((0.24, 0.25, 0.27)),
         co.PointLight((-7, -9, 11), (0.75, 0.73, 0.69)),

@@ -16,7 +16,7 @@ def housing() -> co.Solid:
 
 
 def scene() -> co.Scene:
-    """The housing with what is in it."""
+    """The housing with its contents."""
     poppet = co.Cone((0, 0, -1.75), (0, 0, -0.75), 1.25, 2) & co.Sphere(2.2, (0, 0, -0.6))
     stem = co.Cylinder((0, 0, -1.2), (0, 0, 2.8), 0.35) | co.Ellipsoid((0.8, 0.8, 0.3), (0, 0, 2.8))
     return co.Scene([

@@ -15,7 +15,7 @@ import numpy as np
 import conicoid as co
 
 BESIDE = 1e-4
-"""So near a wall a walk has met it."""
+"""A walk ends this near a wall."""
 BORES = [
     co.Cylinder((-1.5, 0, -0.4), (-1.5, 0, 0.4), 0.55),
     co.Cylinder((0.35, -1, 0), (0.35, 1, 0), 0.25),

@@ -66,7 +66,7 @@ QUERIES: dict[str, tuple[str, int, Ask]] = {
 
 
 def _scan(width: int) -> Any:
-    """A scan with as many rays as a picture of a width, whose detector covers the balls."""
+    """Return a scan with as many rays as a picture of a width, whose detector covers the balls."""
     return parallel3d(np.linspace(0.0, 180.0, 16, endpoint=False), width // 4, width // 4, spacing=8.0 / width)
 
 
@@ -180,7 +180,7 @@ def serial(name: str) -> Callable[[Size], Measured]:
 
 
 def alone(name: str) -> Callable[[Size], Measured]:
-    """Measure what the main thread does while no other works, in percent: with two threads it else waits for them."""
+    """Measure the work of the main thread while no other works, in percent: with two threads it else waits for them."""
 
     def measure(size: Size) -> Measured:
         query, _ = _query(name, size)

@@ -23,7 +23,7 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 class Absent(Exception):
-    """A peer is not installed, or does not run; the message says what to do."""
+    """A peer is not installed, or does not run; the message names the remedy."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ QUICK = Size(128, 1 << 12, 2, 10_000)
 
 @dataclass(frozen=True)
 class Measured:
-    """Ours and the peer's figure, how many times better ours is, and a unit; `apart` says how they disagree."""
+    """Our figure and the peer's, how many times better ours is, and a unit; `apart` describes a disagreement."""
 
     ours: float
     theirs: float
@@ -83,7 +83,7 @@ class Measured:
 
 @dataclass(frozen=True)
 class BenchRow:
-    """A comparison: `floor` is asked for, `aim` wished for; 0 where nothing is."""
+    """A comparison: `floor` is required, `aim` is the goal; 0 stands for none."""
 
     name: str
     rays: str
@@ -94,14 +94,14 @@ class BenchRow:
     measure: Callable[[Size], Measured]
 
 
-# Running rows and saying what came out: as a table, as Markdown, as JSON.
+# Running rows and printing the results: as a table, as Markdown, as JSON.
 
 HEAD = ("rays", "scene", "peer", "ours", "peer's", "ratio", "floor", "aim")
 
 
 @dataclass(frozen=True)
 class RowOutcome:
-    """A row with what was measured, or why it was not."""
+    """A row with its measurement, or the reason for none."""
 
     row: BenchRow
     found: Measured | None
@@ -121,7 +121,7 @@ class RowOutcome:
 
 
 def run(rows: Iterable[BenchRow], size: Size, done: Callable[[RowOutcome], None]) -> list[RowOutcome]:
-    """Measure row after row; one whose peer is absent says so."""
+    """Measure row after row; a row whose peer is absent has the reason."""
     outcomes = []
     for row in rows:
         try:
@@ -135,7 +135,7 @@ def run(rows: Iterable[BenchRow], size: Size, done: Callable[[RowOutcome], None]
 
 
 def machine(peers: Iterable[Peer]) -> list[str]:
-    """Date, processor, versions: what figures mean nothing without."""
+    """Return date, processor and versions, without which figures mean nothing."""
     lines = [
         f"{datetime.date.today().isoformat()}, {processor()}, {thread_count()} threads, {platform.system()}, "
         f"Python {platform.python_version()}",

@@ -1,6 +1,6 @@
-"""What a user waits for around the rays, and memory: figures that have a limit of ours instead of a peer.
+"""The time of a user around the rays, and memory: figures that have a limit of ours instead of a peer.
 
-The ratio is the limit divided by what was measured: one or more is within it.
+The ratio is the limit divided by the measurement: one or more is within it.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ _IMPORT = "import time; begin = time.perf_counter(); import conicoid; print(time
 
 
 def _child(program: str, folder: str) -> float:
-    """The number that a program prints last, run by a new Python in a folder."""
+    """Return the last number that a program prints, run by a new Python in a folder."""
     package = str(Path(__file__).parents[2])
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, (package, os.environ.get("PYTHONPATH"))))}
     command = [sys.executable, "-c", program]
@@ -53,7 +53,7 @@ def _child(program: str, folder: str) -> float:
 
 
 def check_limit(limit: float, measured: float, unit: str) -> Measured:
-    """A figure against what is asked for."""
+    """Compare a figure with its limit."""
     return Measured(measured, limit, limit / measured, unit)
 
 
@@ -68,7 +68,10 @@ SINGLES: dict[str, Callable[[Scene], Any]] = {
 
 
 def microseconds(limit: float, ask: Callable[[Scene], Any], turns: int = 200) -> Callable[[Size], Measured]:
-    """A query on a scene that is prepared and has answered it before: the median of so many turns a run."""
+    """Return microseconds of a query on a prepared scene that has answered it before.
+
+    It is the median of so many turns a run.
+    """
 
     def measure(size: Size) -> Measured:
         scene, seconds = Scene(balls(1000).shapes()), []
@@ -89,7 +92,7 @@ def thousand_rays() -> Callable[[Scene], Any]:
 
 
 def in_new_process(limit: float, program: str) -> Callable[[Size], Measured]:
-    """Seconds that a program tells, the median of some runs after one that does not count."""
+    """Return the seconds that a program prints, the median of some runs after one that does not count."""
 
     def measure(size: Size) -> Measured:
         with tempfile.TemporaryDirectory(prefix="conicoid-bench-") as folder:
@@ -101,7 +104,7 @@ def in_new_process(limit: float, program: str) -> Callable[[Size], Measured]:
 
 
 def bytes_of_a_cell(size: Size) -> Measured:
-    """Of 24 GiB for ten million balls, what a ball's tables and its share of the tree take."""
+    """Return the bytes of a ball's tables and its share of the tree, of 24 GiB for ten million balls."""
     memory = Scene(balls(size.balls).shapes()).memory
     return check_limit(np.floor(24 * 2**30 / 1e7), (memory.tables + memory.tree) / memory.primitives, "bytes")
 

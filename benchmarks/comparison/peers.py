@@ -181,7 +181,7 @@ def find_llvm() -> Path:
 
 
 def _llvm_version(path: Path) -> int:
-    """libLLVM.so.19.1 and libLLVM-19.so are 19; 0 where neither the name nor what it points to tells."""
+    """Return 19 for libLLVM.so.19.1 and libLLVM-19.so, 0 where neither the name nor the link's target has a number."""
     for name in (path.name, path.resolve().name):
         numbers = re.search(r"libLLVM(?:-(\d+)|\.so\.(\d+)|\.(\d+)\.dylib)", name)
         if numbers:
@@ -223,17 +223,17 @@ class MitsubaScene:
         self._folder.cleanup()
 
     def seconds(self) -> float:
-        """The time of one run of all rays."""
+        """Return the time of one run of all rays."""
         assert self._process.stdin is not None
         try:
             self._process.stdin.write("run\n")
             self._process.stdin.flush()
         except BrokenPipeError:
-            pass  # _answer says why
+            pass  # _answer has the reason
         return float(self._answer())
 
     def distances(self) -> Floats:
-        """t (M,) of the last run, inf for a miss."""
+        """Return t (M,) of the last run, inf for a miss."""
         single: Singles = np.load(Path(self._folder.name) / "t.npy")
         return single.astype(float)
 

@@ -1,7 +1,7 @@
 """Programs of Conicoid and of peers that time themselves: from lists of numbers to a first hit, and one body moved.
 
-Each reads centers and radii from a file into lists, and prints its seconds and the t of the hit. What it imports, and
-the first small scene of its process, are not timed.
+Each reads centers and radii from a file into lists, and prints its seconds and the t of the hit. Its imports, and the
+first small scene of its process, are not timed.
 """
 
 from __future__ import annotations
@@ -121,10 +121,10 @@ for k in range(1, 9):
 print(sorted(times)[4], t)
 """,
 }
-"""One ball moved, to the next first hit: the median of eight, a ball each. Peers are told in their own way."""
+"""One ball moved, to the next first hit: the median of eight, a ball each. Peers have their own programs."""
 
 
-# What a user waits for before the rays: scene files to pictures, lists to first hits, an edit, a core that opens.
+# The time of a user before the rays: scene files to pictures, lists to first hits, an edit, a core that opens.
 
 _PICTURE = "picture.png"
 _FIELD_OF_VIEW = 2 * math.degrees(math.atan(0.5))
@@ -144,12 +144,12 @@ def in_picture(shapes: list[Shape]) -> Scene:
 
 
 def fewer(count: int, size: Size) -> int:
-    """How many bodies, where less is measured than usual."""
+    """Return how many bodies, fewer where a run is shorter than usual."""
     return max(10, count * size.balls // Size().balls)
 
 
 def file_to_picture(kind: str, shapes: Callable[[BallRows], list[Shape]], most: int) -> Callable[[Size], Measured]:
-    """Whole processes, from a scene file of so many bodies to a picture; both have run before."""
+    """Time whole processes, from a scene file of so many bodies to a picture; both have run before."""
 
     def measure(size: Size) -> Measured:
         each, side = balls(fewer(most, size)), str(size.width)
@@ -172,7 +172,7 @@ def file_to_picture(kind: str, shapes: Callable[[BallRows], list[Shape]], most: 
 
 
 def _lit(folder: Path) -> Any:
-    """Which pixels of a picture show anything."""
+    """Return which pixels of a picture are lit."""
     from PIL import Image
 
     with Image.open(folder / _PICTURE) as file:
@@ -180,7 +180,7 @@ def _lit(folder: Path) -> Any:
 
 
 def timed_programs(programs: dict[str, str], peer: str, count: int, tolerance: float) -> Callable[[Size], Measured]:
-    """Programs that read so many balls and print their seconds and t, in processes of their own, in turns."""
+    """Time programs that read so many balls and print their seconds and t, in processes of their own, in turns."""
 
     def measure(size: Size) -> Measured:
         each = balls(fewer(count, size))
@@ -200,7 +200,7 @@ def timed_programs(programs: dict[str, str], peer: str, count: int, tolerance: f
 
 
 def _seconds(where: Sandbox, program: str) -> tuple[float, float]:
-    """What a program prints: seconds, and t."""
+    """Return the output of a program: seconds, and t."""
     seconds, t = map(float, where.run([sys.executable, "-c", program])[1].split()[-2:])
     return seconds, t
 
@@ -234,7 +234,7 @@ def mixed(count: int) -> list[Shape]:
 
 
 def open_core(path: Path, most: int) -> Scene:
-    """The scene of an OpenMC file of so many bodies at most."""
+    """Return the scene of an OpenMC file of at most so many bodies."""
     try:
         parts = openmc.read(path, max_bodies=most)
         return Scene(parts.bodies, parts.lights, parts.camera, parts.background, parts.domain)

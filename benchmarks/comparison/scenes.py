@@ -96,7 +96,7 @@ def capped_quadrics(count: int, seed: int = 0) -> CappedQuadrics:
 
 
 def bored_blocks(each: BallRows) -> list[Shape]:
-    """For each ball, what is left of it in a box of 3/4 its size after three bores: five leaves."""
+    """Return for each ball its part in a box of 3/4 its size after three bores: five leaves."""
     block: Any = Sphere(1) & Box((-0.75, -0.75, -0.75), (0.75, 0.75, 0.75))
     for axis in np.eye(3):
         block = block - Cylinder(_vector(-axis), _vector(axis), 0.4)
@@ -158,10 +158,9 @@ def random_rays(count: int, seed: int = 1) -> tuple[Singles, Singles]:
     return (rng.random((count, 3)) * 2 - 1).astype(np.float32), directions.astype(np.float32)
 
 
-# A reactor core for OpenMC: assemblies of 17 x 17 pins within a vessel, as many as wanted.
-#
-# Radii and pitches are those of the BEAVRS benchmark (MIT CRPG, "Benchmark for Evaluation and Validation of Reactor
-# Simulations", rev. 2.0.2): pellet, cladding, guide tube, pin and assembly pitch, in cm.
+# A reactor core for OpenMC: any number of assemblies of 17 x 17 pins within a vessel. Radii and pitches are those of
+# the BEAVRS benchmark (MIT CRPG, "Benchmark for Evaluation and Validation of Reactor Simulations", rev. 2.0.2): pellet,
+# cladding, guide tube, pin and assembly pitch, in cm.
 
 PINS, PIN_PITCH, BETWEEN_ASSEMBLIES, HALF_HEIGHT = 17, 1.26, 0.08, 182.88
 PELLET, CLAD_INSIDE, CLAD, TUBE_INSIDE, TUBE = 0.39218, 0.40005, 0.45720, 0.56134, 0.60198
@@ -182,7 +181,7 @@ VIEWS = {
     "at 45 degrees": ((0.6, 0.45, 0.75), (0.0, 0.0, 1.0)),
     "at 20 degrees": ((0.8, 0.5, 0.34), (0.0, 0.0, 1.0)),
 }
-"""Cameras: where they stand, from the middle of the top, and what is up."""
+"""Cameras: their places, from the middle of the top, and their upward directions."""
 
 
 def core_xml(across: int, vessel: float | None = None, pins: int = PINS, turned: str = "") -> str:

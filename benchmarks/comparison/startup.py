@@ -47,7 +47,7 @@ scene = mi.load_dict({"type": "scene", "ball": {"type": "sphere"}})
 print(scene.ray_intersect(mi.Ray3f([0, 0, -3], [0, 0, 1])).t)
 """,
 }
-"""Each prints t. Embree has triangles: a box of twelve, whose wall is where the ball's is."""
+"""Each prints t. Embree has triangles: a box of twelve, whose wall is at the ball's place."""
 
 PICTURES = {
     OURS: """\
@@ -111,11 +111,11 @@ _PLACE = Path(sysconfig.get_path("stdlib"))
 _STANDARD = Path("bytecode", *_PLACE.parts[1:])  # the bytecode of Python's own library, in a folder
 
 Check = Callable[[str, Path], str]
-"""What is wrong with what a program says, or leaves in a folder; "" if nothing is."""
+"""Return the fault of a program's output, or of the files that it leaves in a folder; "" if there is none."""
 
 
 class Sandbox:
-    """A folder in which a user's programs run, and where they look for bytecode and caches."""
+    """A folder in which a user's programs run, and in which they look for bytecode and caches."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -126,7 +126,7 @@ class Sandbox:
         self._environment = own | there | {"PYTHONPATH": str(Path(__file__).parents[2])}
 
     def run(self, command: list[str]) -> tuple[float, str]:
-        """How long a process takes as a whole, and what it says. Raises Absent where it fails."""
+        """Return the time of a process as a whole, and its output. Raises Absent where it fails."""
         begin = time.perf_counter()
         done = subprocess.run(
             command, cwd=self.folder, env=self._environment, capture_output=True, text=True, check=False
@@ -139,7 +139,7 @@ class Sandbox:
 
     @contextmanager
     def anew(self) -> Iterator[Sandbox]:
-        """Another, which has of this one's bytecode the standard library's alone."""
+        """Return another one, which has of this one's bytecode the standard library's alone."""
         with open_sandbox() as new:
             if (self.folder / _STANDARD).exists():
                 packages = shutil.ignore_patterns("site-packages", "dist-packages")
@@ -147,31 +147,31 @@ class Sandbox:
             yield new
 
     def cold(self, command: list[str]) -> float:
-        """The seconds of a process where nothing has run before."""
+        """Return the seconds of a first process."""
         with self.anew() as new:
             return new.run(command)[0]
 
     def warm(self, command: list[str]) -> float:
-        """The seconds of a process where the same has run before."""
+        """Return the seconds of a process after an equal one."""
         return self.run(command)[0]
 
 
 @contextmanager
 def open_sandbox() -> Iterator[Sandbox]:
-    """One in which nothing has run."""
+    """Make a folder in which no program has run."""
     with tempfile.TemporaryDirectory(prefix="conicoid-bench-") as name:
         yield Sandbox(Path(name))
 
 
 def check_hit(said: str, folder: Path) -> str:
-    """What is wrong with a first hit."""
+    """Return the fault of a first hit."""
     del folder
     t = float(said.split()[-1])
     return "" if abs(t - 2.0) < 1e-5 else f"the hit is at {t}, not at 2"
 
 
 def check_picture(said: str, folder: Path) -> str:
-    """What is wrong with a picture: a ball is in its middle, and nothing in its corner."""
+    """Return the fault of a picture: a ball is in its middle, and nothing in its corner."""
     del said
     from PIL import Image
 
@@ -184,7 +184,7 @@ def check_picture(said: str, folder: Path) -> str:
 
 
 def compare_processes(ours: list[str], theirs: list[str], check: Check, cold: bool) -> Callable[[Size], Measured]:
-    """Seconds of two commands, in turns, after a first run of each that is checked."""
+    """Return seconds of two commands, in turns, after a first run of each whose output is checked."""
 
     def measure(size: Size) -> Measured:
         with open_sandbox() as mine, open_sandbox() as other:

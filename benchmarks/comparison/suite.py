@@ -1,8 +1,8 @@
-"""The rows of the benchmark: what is compared with whom, and which ratio is asked for.
+"""The rows of the benchmark: the comparisons, and their required ratios.
 
-Every row runs Conicoid and its peer in turn, five turns each, and compares medians; a ratio above one says
-that Conicoid is faster. Before that the two must agree on what is hit and where. The rows of `limits.py` have no
-peer: what is asked of them stands in its place.
+Every row runs Conicoid and its peer in turn, five turns each, and compares medians; a ratio above one means that
+Conicoid is faster. Before that the two must agree on hits and their places. The rows of `limits.py` have no peer: a
+limit stands in its place.
 """
 
 from __future__ import annotations
@@ -53,10 +53,10 @@ WARM = 0.1  # seconds
 
 
 def time_in_turn(ours: Callable[[], float], theirs: Callable[[], float], runs: int) -> tuple[float, float]:
-    """Medians of seconds, run alternately.
+    """Return medians of seconds, run alternately.
 
-    Every turn begins with runs that do not count, for a tenth of a second: the one that does finds the caches
-    as its own kind leaves them, and the other's threads at rest.
+    Every turn begins with runs that do not count, for a tenth of a second: the one that counts finds the caches as its
+    own kind leaves them, and the other's threads at rest.
     """
 
     def turn(run: Callable[[], float]) -> float:
@@ -71,7 +71,7 @@ def time_in_turn(ours: Callable[[], float], theirs: Callable[[], float], runs: i
 
 
 def check_agreement(ours: Floats, theirs: Floats) -> str:
-    """What is wrong with two sets of distances, one of them in single precision; nothing if they agree."""
+    """Return the fault of two sets of distances, one of them in single precision; nothing if they agree."""
     a, b = np.isfinite(ours), np.isfinite(theirs)
     if (a != b).mean() > 2e-3:
         return f"{100 * (a != b).mean():.2g} % of the rays hit for one only"
@@ -343,11 +343,11 @@ ROWS = (
 )
 
 
-# The command as a function: time the rows, write the file, hand back what is to be shown.
+# The command as a function: time the rows, write the file, return the report.
 
 
 class BenchSummary(NamedTuple):
-    """What a benchmark found, for a terminal and as Markdown, and lines about machine and versions."""
+    """The results of a benchmark, for a terminal and as Markdown, and lines about machine and versions."""
 
     table: Table
     markdown: str
@@ -355,7 +355,7 @@ class BenchSummary(NamedTuple):
 
 
 def measure(wanted: Sequence[str], quick: bool, figures: Path | None, tell: Callable[[str], None]) -> BenchSummary:
-    """`tell` hears each row as it is measured. Raises ValueError for an unknown row."""
+    """Measure, and call `tell` with each row as it comes. Raises ValueError for an unknown row."""
     chosen = select_rows(wanted)
     size = QUICK if quick else Size()
     outcomes = harness.run(chosen, size, lambda outcome: tell("  ".join(filter(None, outcome.cells()))))

@@ -1,1 +1,1 @@
-"""What makes the site out of the documentation: `make docs`."""
+"""Programs that make the site out of the documentation: `make docs`."""

@@ -96,7 +96,7 @@ def _met(edges: list[tuple[Point, Point]], x: float, y: float) -> list[tuple[flo
 
 
 def booleans(scale: float) -> co.Image:
-    """The spans of one ray in two solids and in what is made of them."""
+    """The spans of one ray in two solids and in their combinations."""
     a, b = co.Sphere(1, (-0.5, 0, 0)), co.Sphere(1, (0.5, 0, 0))
     bodies = []
     for k, solid in enumerate((a | b, a & b, a - b, b - a)):

@@ -1,7 +1,7 @@
 """The solids whose distances are measured: exact numbers for the reference, a shape for Conicoid.
 
-A body is, in exact numbers, (x, y, z, 1) Q (x, y, z, 1)ᵀ <= 0 between slabs low <= n·x <= high. All lengths are
-floats that the measured precision can hold, so that every system is told the same solid to the bit.
+A body is, in exact numbers, (x, y, z, 1) Q (x, y, z, 1)ᵀ <= 0 between slabs low <= n·x <= high. All lengths are floats
+in the measured precision, so that every system gets the same solid to the bit.
 """
 
 from __future__ import annotations
@@ -155,10 +155,9 @@ def _about(center: Row, square: list[list[Fraction]], linear: Row, constant: Fra
     return [*((*square[i], moved[i]) for i in range(3)), (*moved, rest)]
 
 
-# Random bodies to measure on, with what a generator of rays must know about each.
-#
-# Lengths that systems combine before they trace (ends of an axis, sides of a box) are drawn from a coarse grid, so
-# that sums and differences of them are exact in the measured precision too.
+# Random bodies to measure on, with the data that a generator of rays needs of each. Lengths that systems combine before
+# they trace (ends of an axis, sides of a box) are drawn from a coarse grid, so that sums and differences of them are
+# exact in the measured precision too.
 
 Random = np.random.Generator
 Points = Callable[[Random, int], tuple[Floats, Floats]]
@@ -166,7 +165,7 @@ Points = Callable[[Random, int], tuple[Floats, Floats]]
 
 @dataclass(frozen=True)
 class Precision:
-    """What the inputs are rounded to: all of them are such floats, for every system the same."""
+    """The precision of the inputs: all of them are such floats, the same for every system."""
 
     name: str
     dtype: npt.DTypeLike

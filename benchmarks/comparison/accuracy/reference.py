@@ -30,7 +30,7 @@ Number = int | float
 
 
 class Tie(Exception):
-    """The ray touches, meets an edge or starts on the surface: there systems differ by what they mean."""
+    """The ray touches, meets an edge or starts on the surface. There systems differ by definition."""
 
 
 @dataclass(frozen=True)
@@ -146,7 +146,7 @@ def _sign_and_roots(a: int, b: int, c: int) -> tuple[bool, list[int]]:
 
 
 def _less(a: Number, b: Number) -> bool:
-    """a < b; raises Tie where the bits kept do not tell, which is at 2^-300 and closer."""
+    """Return a < b; raise Tie where the bits do not decide, which is at 2^-300 and closer."""
     if math.isinf(a) or math.isinf(b):
         return a < b
     difference = int(b) - int(a)
@@ -173,7 +173,7 @@ def _whole(rows: list[tuple[Fraction, ...]]) -> list[tuple[int, ...]]:
 
 
 def _two_floats(t: int) -> tuple[float, float]:
-    """The nearest float64, and what is missing."""
+    """Return the nearest float64, and the remainder."""
     high = t / _ONE
     above, below = high.as_integer_ratio()
     return high, (t - above * (_ONE // below)) / _ONE
@@ -182,8 +182,9 @@ def _two_floats(t: int) -> tuple[float, float]:
 # Errors counted: wrong answers per million, the spread of the errors of t in units in the last place.
 
 EDGES = np.arange(-5, 55)
-"""Of the histogram, powers of two: an error of e ulps is in bin k where 2^EDGES[k] <= e < 2^EDGES[k + 1]; the first and
-the last bin take what is beyond."""
+"""Bins of the histogram, powers of two: an error of e ulps is in bin k where 2^EDGES[k] <= e < 2^EDGES[k + 1]. The
+first and the last bin take all beyond.
+"""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What is measured: shapes by families by inputs, each with every system that has the shape."""
+"""The measurements: shapes by families by inputs, each with every system that has the shape."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Case:
 
 @dataclass(frozen=True)
 class CaseOutcome:
-    """What a system made of a case, or of all families of a shape."""
+    """The results of a system for a case, or for all families of a shape."""
 
     shape: str
     family: str
@@ -53,7 +53,7 @@ def cases(wanted: Sequence[str] = ()) -> list[Case]:
             raise ValueError(f"bench: there are no rows {name!r}; there are {', '.join(known)}")
 
     def named(names: Iterable[str]) -> list[str]:
-        """Those that are wanted; all where none is."""
+        """Return the chosen ones, or all where there is no choice."""
         return [name for name in names if name in wanted] or list(names)
 
     return [
@@ -118,7 +118,7 @@ def merge_outcomes(outcomes: Iterable[CaseOutcome]) -> list[CaseOutcome]:
     return made
 
 
-# Saying what was measured: as a table, as Markdown, as JSON.
+# Reports of measurements: as a table, as Markdown, as JSON.
 
 HEAD = (
     "inputs",
@@ -230,7 +230,7 @@ def draw(outcomes: Iterable[CaseOutcome], file: Path) -> None:
 
 
 def _shares(histogram: list[int]) -> Floats:
-    """Percent in each bin up to the last that is drawn, which takes what is beyond."""
+    """Return percent in each bin up to the last of the picture, which takes all beyond."""
     counts, last = np.array(histogram, float), TOP - int(EDGES[0])
     counts[last - 1] += counts[last:].sum()
     return np.asarray(100 * counts[:last] / max(counts.sum(), 1))
@@ -275,13 +275,13 @@ def _legend(ax: Any, outcomes: list[CaseOutcome], title: str) -> None:
     ax.text(0, 0.82 - 0.11 * len(names), about, fontsize=7.5, color="0.3", va="top", transform=ax.transAxes)
 
 
-# The command as a function: measure, write the files, hand back what is to be shown.
+# The command as a function: measure, write the files, return the report.
 
 
 def measure(
     wanted: Sequence[str], rays: int, figures: Path | None, picture: Path | None, tell: Callable[[str], None]
 ) -> BenchSummary:
-    """`tell` hears each outcome as it comes.
+    """Measure, and call `tell` with each outcome as it comes.
 
     Raises ValueError for unknown rows, and for a picture without matplotlib.
     """
