@@ -1,4 +1,4 @@
-"""What derivatives cost beside the first hits they are of: python benchmarks/derivatives.py [rays] [repeats]
+"""The cost of derivatives beside that of their first hits: python benchmarks/derivatives.py [rays] [repeats]
 
 For each scene the least time of several runs, of all processors together: of first hits, of these with all fields, and
 with their `jvp` or `vjp` by all parameters and by the rays. The ratios are to first hits with all fields, in the same

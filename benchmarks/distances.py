@@ -1,4 +1,4 @@
-"""How far points are from walls, beside the closest points of fine meshes of the same bodies.
+"""Distances of points from walls, beside the closest points of fine meshes of the same bodies.
 
     python benchmarks/distances.py [points] [steps]
 

@@ -1,4 +1,4 @@
-"""What a processor can do at most: fused multiply-adds, copies, and how long memory takes to answer."""
+"""The limits of a processor: fused multiply-adds, copies, and the latency of memory."""
 
 from __future__ import annotations
 

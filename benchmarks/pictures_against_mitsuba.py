@@ -38,7 +38,7 @@ class Case(NamedTuple):
 
 
 def main() -> None:
-    """Render what is asked for."""
+    """Render the chosen pictures."""
     if len(sys.argv) > 1 and sys.argv[1] == "--worker":
         worker(json.loads(Path(sys.argv[2]).read_text(encoding="utf-8")), Path(sys.argv[3]))
         return

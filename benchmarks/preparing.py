@@ -1,4 +1,4 @@
-"""What comes before the first ray: preparing bodies of each kind, edits, whole processes from a file to a picture.
+"""The work before the first ray: preparing bodies of each kind, edits, whole processes from a file to a picture.
 
     python benchmarks/preparing.py [--many 100000] [--pictures | --edits | --bulk | --faceted]
     python benchmarks/preparing.py --linear [--memory 24]      # from 1,000 bodies to 1,000,000
@@ -176,10 +176,10 @@ def one_kind(name: str, count: int) -> dict[str, float]:
 
 
 def once(name: str, count: int) -> dict[str, float]:
-    """Microseconds for each body, prepared when some of the kind have been; the system's share; most memory taken.
+    """Return microseconds for each body, prepared after some of the kind; the system's share; the largest memory.
 
-    The system's is to hand out memory that is touched for the first time. Few bodies are prepared several times, and
-    the least is told.
+    The system's share is for memory that is touched for the first time. A few bodies are prepared several times, and
+    the least time counts.
     """
     import conicoid as co
 
@@ -198,7 +198,7 @@ def once(name: str, count: int) -> dict[str, float]:
 
 
 def linear(gib: float, names: tuple[str, ...] = LINEAR) -> None:
-    """Microseconds for each body (the system's share) in scenes of every size that there is memory for."""
+    """Return microseconds for each body (the system's share) in scenes of every size that memory holds."""
     print(
         "| a body | "
         + " | ".join(f"{count:,}" for count in COUNTS)

@@ -1,4 +1,4 @@
-"""What a ray costs, counted: operations and bytes, and which share of the processor's peak that makes.
+"""The cost of a ray by counts: operations and bytes, and the share of the processor's peak.
 
     python benchmarks/roofline.py [most balls]
 

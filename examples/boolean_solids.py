@@ -1,4 +1,4 @@
-"""A sheet of Boolean solids: the scenes of the other examples, side by side, with what they are made of."""
+"""A sheet of Boolean solids: the scenes of the other examples, side by side, with their operands."""
 
 from __future__ import annotations
 

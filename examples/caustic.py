@@ -1,4 +1,4 @@
-"""A glass ball and a glass ring on a table: what they gather of a small lamp's light are caustics."""
+"""A glass ball and a glass ring on a table gather a small lamp's light in caustics."""
 
 from __future__ import annotations
 

@@ -1,8 +1,9 @@
-"""The length of a message: at most a screen, so that its beginning stays readable."""
+"""Messages of errors: at most a screen, so that their beginning stays readable."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from typing import Any
 
 ROWS, COLUMNS = 22, 100
@@ -24,3 +25,11 @@ def is_ours(trace: Any) -> bool:
 def check(text: str) -> None:
     """Fail for a message that is longer than a screen."""
     assert rows_of(text) <= ROWS, f"a message of {rows_of(text)} lines: {text[:400]} ..."
+
+
+def outcome(call: Callable[[], Any]) -> Any:
+    """Return the result of a call, or the type and text of its error."""
+    try:
+        return call()
+    except Exception as error:
+        return type(error), str(error)

@@ -280,9 +280,9 @@ def test_variables_of_the_environment(command, variable, value, message, scene, 
 
 def test_a_picture_on_standard_output(scene, tmp_path):
     result = execute("render", scene, "-o", "-", *SMALL)
-    seen = np.asarray(PIL.Image.open(io.BytesIO(result.stdout_bytes)))
+    pixels = np.asarray(PIL.Image.open(io.BytesIO(result.stdout_bytes)))
     assert run("render", scene, "-o", tmp_path / "x.png", *SMALL).exit_code == 0
-    assert np.array_equal(seen, np.asarray(PIL.Image.open(tmp_path / "x.png")))
+    assert np.array_equal(pixels, np.asarray(PIL.Image.open(tmp_path / "x.png")))
     assert "standard output: 16 x 12 pixels" in result.stderr
     assert sorted(path.name for path in tmp_path.iterdir()) == ["scene.yaml", "x.png"]
 

@@ -16,6 +16,8 @@ import pytest
 import conicoid
 from conicoid._util.dataclass import dataclass
 
+from .messages import outcome
+
 SOURCE = """
 from __future__ import annotations
 from dataclasses import field
@@ -84,44 +86,36 @@ CALLS = [
 ]  # fmt: skip
 
 
-def observe(act):
-    """Return the result of an action, or the type and text of its error."""
-    try:
-        return act()
-    except Exception as error:
-        return type(error), str(error)
-
-
 @pytest.mark.parametrize("call", CALLS, ids=str)
 def test_classes_of_both_decorators_behave_alike(call):
     name, _, named = call
-    seen = []
+    values = []
     for module in MODULES.values():
         arguments = copy.deepcopy(call[1])
         kind = getattr(module, name)
-        one, two = (observe(lambda: kind(*arguments, **named)) for _ in range(2))  # noqa: B023
+        one, two = (outcome(lambda: kind(*arguments, **named)) for _ in range(2))  # noqa: B023
         found = [str(inspect.signature(kind)), kind.__match_args__, [f.name for f in dataclasses.fields(kind)]]
         found += [sorted(vars(kind)), repr(kind.__dataclass_params__)]
         found += [vars(kind)[method].__name__ for method in ("__eq__", "__hash__") if callable(vars(kind).get(method))]
         if not isinstance(one, kind):
-            seen.append((found, one))
+            values.append((found, one))
             continue
         if name == "Recursive":
             one.parts.append(one)
-            seen.append(repr(one))
+            values.append(repr(one))
             continue
-        found += [one == two, observe(lambda: hash(one) == hash(two)), observe(lambda: len({one, two}))]  # noqa: B023
-        found += [one == 1, observe(lambda: dataclasses.asdict(one))]  # noqa: B023
-        changed = observe(lambda: dataclasses.replace(one, x=9.0))  # noqa: B023
+        found += [one == two, outcome(lambda: hash(one) == hash(two)), outcome(lambda: len({one, two}))]  # noqa: B023
+        found += [one == 1, outcome(lambda: dataclasses.asdict(one))]  # noqa: B023
+        changed = outcome(lambda: dataclasses.replace(one, x=9.0))  # noqa: B023
         found += [
             repr(changed) if name != "Bare" else vars(changed),
             vars(pickle.loads(pickle.dumps(two))) == vars(two),
         ]
         found += [repr(one) if name != "Bare" else None]
         for act in (lambda: setattr(one, "x", 5.0), lambda: delattr(one, "x"), lambda: setattr(one, "other", 1)):  # noqa: B023
-            found.append(observe(act))
-        seen.append(found)
-    assert seen[0] == seen[1]
+            found.append(outcome(act))
+        values.append(found)
+    assert values[0] == values[1]
 
 
 def test_both_decorators_take_classes_of_the_other():

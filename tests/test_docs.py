@@ -115,7 +115,7 @@ def recipe(name: str) -> list[str]:
     return list(code_blocks(ROOT / "docs" / "dev" / f"{name}.md"))
 
 
-def loaded(monkeypatch: pytest.MonkeyPatch, name: str, code: str) -> ModuleType:
+def load_module(monkeypatch: pytest.MonkeyPatch, name: str, code: str) -> ModuleType:
     """Return a module of the package with an example's code."""
     spec = importlib.util.spec_from_loader(name, loader=None)
     assert spec is not None
@@ -139,7 +139,7 @@ def run_tests(code: str) -> None:
 
 def test_the_primitive_of_contributing_works(monkeypatch: pytest.MonkeyPatch) -> None:
     code, test = recipe("add-a-primitive")
-    module = loaded(monkeypatch, "conicoid.geometry.cooling_tower", code)
+    module = load_module(monkeypatch, "conicoid.geometry.cooling_tower", code)
     try:
         assert module.CoolingTower is REGISTRY["CoolingTower"]
         run_tests(test)
@@ -152,7 +152,7 @@ def test_the_primitive_of_contributing_works(monkeypatch: pytest.MonkeyPatch) ->
 def test_the_integrator_of_contributing_works(whole: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its name selects it. A kernel of pictures compiles with it."""
     code, line, test = recipe("add-an-integrator")
-    loaded(monkeypatch, "conicoid.render.integrators.curvature", code)
+    load_module(monkeypatch, "conicoid.render.integrators.curvature", code)
     (added,) = eval(line.strip(), {"Integrator": Integrator})
     monkeypatch.setitem(INTEGRATORS, added.name, added)
     with pytest.raises(ValueError, match="render: integrator must be one of .*, curvature, got 'photons'"):
@@ -166,7 +166,7 @@ def test_the_integrator_of_contributing_works(whole: bool, monkeypatch: pytest.M
 def test_the_query_of_contributing_works(whole: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     """It has its place and its name. A kernel of rays compiles with it."""
     code, method, line, test = recipe("add-a-query")
-    module = loaded(monkeypatch, "conicoid.queries.thickness", code)
+    module = load_module(monkeypatch, "conicoid.queries.thickness", code)
     monkeypatch.setattr(queries, "thickness", module, raising=False)
     namespace = dict(vars(scene_module))
     exec(compile(method, "docs/dev", "exec"), namespace)

@@ -42,17 +42,17 @@ def _same(a: co.Scene, b: co.Scene) -> None:
 
 
 @pytest.fixture
-def worked_out(monkeypatch):
+def computed_shapes(monkeypatch):
     """Return the shapes that are lowered one after the other, because there is no recording that could lower them together."""
     monkeypatch.setattr(recordings, "RECORDINGS", recordings.RecordingCache())
-    seen: list[co.Shape] = []
+    shapes: list[co.Shape] = []
     work = parts.compute_shape
 
     within = []
 
     def noted(shape):
         # The parts of a Boolean, which its box needs, are not bodies
-        seen.extend([shape] if not within else [])
+        shapes.extend([shape] if not within else [])
         within.append(shape)
         try:
             return work(shape)
@@ -60,20 +60,20 @@ def worked_out(monkeypatch):
             within.pop()
 
     monkeypatch.setattr(parts, "compute_shape", noted)
-    return seen
+    return shapes
 
 
-def test_only_new_bodies_are_lowered(worked_out):
+def test_only_new_bodies_are_lowered(computed_shapes):
     scene = co.Scene(_things())
     scene.prepare()
-    assert len(worked_out) == 6
+    assert len(computed_shapes) == 6
     moved = scene["drilled"].shape.rotate("x", 30)
     changed = scene.replace("drilled", moved)
-    assert worked_out.count(moved) == 0
+    assert computed_shapes.count(moved) == 0
     changed.prepare()
-    assert worked_out[6:] == [moved]
+    assert computed_shapes[6:] == [moved]
     co.Scene(reversed(scene.bodies)).prepare()
-    assert len(worked_out) == 7
+    assert len(computed_shapes) == 7
 
 
 def test_a_changed_scene_is_the_scene_made_anew():
@@ -110,7 +110,7 @@ def test_other_lights_and_cameras_prepare_nothing(monkeypatch):
     assert np.array_equal(pictures[1], scene.render(16, 12, samples=1).pixels)
 
 
-def test_bounds_are_worked_out_once_and_stay(monkeypatch):
+def test_bounds_are_computed_once_and_stay(monkeypatch):
     scene = co.Scene(_things())
     low = scene.bodies[0].shape.bounds[0]
     low -= 100
@@ -203,7 +203,7 @@ def test_a_slider_changes_one_number_of_one_body():
             assert changed._previous is scene._prepared
 
 
-def test_preparing_reports_progress(worked_out):
+def test_preparing_reports_progress(computed_shapes):
     calls: list[tuple[int, int]] = []
     scene = co.Scene(_things())
     scene.prepare(lambda done, count: calls.append((done, count)))

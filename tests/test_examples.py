@@ -44,16 +44,11 @@ def _is_seen(picture):
     return np.isfinite(pixels).all() and pixels.std() > 0.005
 
 
-def test_pictures_by_light_transport(load):
+@pytest.mark.parametrize("is_large", [False, deep(True)])
+def test_pictures_by_light_transport(load, is_large):
     """Each has a few pixels, with two samples. All of it is light, and some body is visible."""
     light = load("gallery").LIGHT
-    assert [name for name in light if name not in LARGE and not _is_seen(light[name])] == []
-
-
-@pytest.mark.deep
-def test_large_pictures_by_light_transport(load):
-    light = load("gallery").LIGHT
-    assert [name for name in LARGE if not _is_seen(light[name])] == []
+    assert [name for name in light if (name in LARGE) == is_large and not _is_seen(light[name])] == []
 
 
 def test_the_ball_lens_has_its_paraxial_focus(load):

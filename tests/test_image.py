@@ -23,12 +23,12 @@ def standard(linear: float) -> int:
 def test_png_holds_the_standards_values(tmp_path):
     ramp = np.linspace(0, 1, 300, dtype=np.float32)
     co.Image(np.stack([ramp, ramp**2, ramp**3], axis=-1)[None]).save(tmp_path / "ramp.png")
-    seen = np.asarray(PIL.Image.open(tmp_path / "ramp.png"))
-    assert seen.shape == (1, 300, 3)
-    assert seen.dtype == np.uint8
+    values = np.asarray(PIL.Image.open(tmp_path / "ramp.png"))
+    assert values.shape == (1, 300, 3)
+    assert values.dtype == np.uint8
     for i, value in enumerate(ramp):
         value = np.float32(value)
-        assert seen[0, i].tolist() == [standard(float(value)), standard(float(value**2)), standard(float(value**3))]
+        assert values[0, i].tolist() == [standard(float(value)), standard(float(value**2)), standard(float(value**3))]
 
 
 def test_bytes_survive_a_png():
@@ -44,8 +44,8 @@ def test_png_is_marked_as_srgb():
 
 def test_png_clips_light_beyond_white():
     pixels = np.array([[[-1, 2, math.nan], [math.inf, -math.inf, 1]]])
-    seen = np.asarray(PIL.Image.open(io.BytesIO(co.Image(pixels)._repr_png_())))
-    assert seen.tolist() == [[[0, 255, 0], [255, 0, 255]]]
+    values = np.asarray(PIL.Image.open(io.BytesIO(co.Image(pixels)._repr_png_())))
+    assert values.tolist() == [[[0, 255, 0], [255, 0, 255]]]
 
 
 @pytest.mark.parametrize(

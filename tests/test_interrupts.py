@@ -81,7 +81,18 @@ for name in sys.argv[1:]:
 """
 
 
-def _stopped_in_time(*names: str) -> None:
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("one tile", "spans", "integral"),
+        deep([
+            "one tile", "in order", "in no order", "doubtful", "occluded", "spans", "doubtful spans", "integral",
+            "crossings", "contains", "render", "measure", "check", "lower", "build",
+        ]),
+    ],
+)  # fmt: skip
+def test_long_work_stops_and_can_be_repeated(names):
+    """Each of the slow rays crosses six thousand surfaces of one body: many minutes, in chunks of many seconds."""
     with child(ASKED, *names) as running:
         for name in names:
             assert running.line() == name, running.end()
@@ -89,19 +100,6 @@ def _stopped_in_time(*names: str) -> None:
             running.interrupt()
             assert running.line(BOUND) == "stopped", name
         assert running.end(300) == (0, "", "")
-
-
-def test_queries_of_slow_rays_stop_and_can_be_repeated():
-    """Each of the rays crosses six thousand surfaces of one body: many minutes, in chunks of many seconds."""
-    _stopped_in_time("one tile", "spans", "integral")
-
-
-@pytest.mark.deep
-def test_long_work_stops_and_can_be_repeated():
-    _stopped_in_time(
-        "one tile", "in order", "in no order", "doubtful", "occluded", "spans", "doubtful spans", "integral", "crossings",
-        "contains", "render", "measure", "check", "lower", "build",
-    )  # fmt: skip
 
 
 # In the compiler ------------------------------------------------------------------------------------
@@ -177,7 +175,7 @@ finally:
 """
 
 
-def test_a_second_and_a_third_one_while_the_first_is_seen_to():
+def test_a_second_and_a_third_one_during_the_first():
     with child(THREE) as running:
         assert running.line() == "begun"
         running.interrupt()

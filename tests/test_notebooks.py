@@ -113,7 +113,7 @@ def test_one_hit_is_one_row():
     assert rows(SCENE.first_hit((0, 0, 5), (0, 0, -1)))[1][:3] == ["", "4", "0"]
 
 
-def test_long_tables_say_how_many_rows_they_leave_out():
+def test_long_tables_count_omitted_rows():
     text = SCENE.first_hit(np.tile((0.0, 0.0, 5.0), (1000, 1)), (0, 0, -1))._repr_html_()
     assert text.count("<tr>") == MOST_ROWS + 1
     assert text.endswith("<p>and 980 more</p>")

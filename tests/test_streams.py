@@ -262,7 +262,7 @@ def test_output_at_the_end_is_written() -> None:
     assert output_of("-c", LATE).endswith("late\n")
 
 
-def test_a_watcher_is_left_to_tell() -> None:
+def test_the_watcher_itself_reports_the_end() -> None:
     assert "watched to the end" in output_of("-c", WATCHED)
 
 

@@ -131,7 +131,7 @@ def test_bounds_of_exact_answers_have_no_ratio_and_stay_json():
 
 def shifted(offset):
     """A system whose t is the exact one plus an offset."""
-    return lambda made: [SystemAnswer(first_crossings(t.body, t.origins, t.directions).high + offset) for t in made]
+    return lambda cases: [SystemAnswer(first_crossings(t.body, t.origins, t.directions).high + offset) for t in cases]
 
 
 def _absent():
@@ -145,14 +145,14 @@ def test_systems_are_measured_by_the_queries_they_have(monkeypatch):
     single = systems.System(Peer("Single", "", lambda: ""), 24, 24, ("sphere", "box"), shifted(2.0**-20))
     absent = systems.System(Peer("Nobody", "", _absent), 53, 53, ("sphere",), shifted(0.0))
     monkeypatch.setattr(suite, "SYSTEMS", (SYSTEM, single, absent))
-    seen = []
-    outcomes, missing = suite.run(suite.cases(["near", "sphere", "box"]), 300, seen.append)
+    reports = []
+    outcomes, missing = suite.run(suite.cases(["near", "sphere", "box"]), 300, reports.append)
     names = [(o.inputs, o.shape, o.system.peer.name) for o in outcomes]
     assert names == [
         ("float32", "sphere", "Somebody"), ("float32", "sphere", "Single"), ("float32", "box", "Single"),
         ("float64", "sphere", "Somebody"),
     ]  # fmt: skip
-    assert seen == outcomes
+    assert reports == outcomes
     assert missing == ["Nobody: not installed: pip install somebody"]
     assert outcomes[0].tally.spread().largest <= 0.5
     # t is between 1 and 32, where an ulp is between 2^-52 and 2^-48
@@ -300,8 +300,8 @@ def test_first_crossings_are_those_of_the_reference(name, single):
     ids=lambda value: getattr(value, "name", value),
 )
 def test_the_measured_rays_have_the_answers_of_the_reference(shape, family, precision):
-    made = trials(shape, family, precision, 60)
-    assert sum(check(trial.body, trial.origins, trial.directions) for trial in made) > 10
+    cases = trials(shape, family, precision, 60)
+    assert sum(check(trial.body, trial.origins, trial.directions) for trial in cases) > 10
 
 
 @pytest.mark.parametrize(

@@ -14,8 +14,55 @@ import conicoid as co
 from ..reference.random_shapes import generator
 from ..reference.whole_items import tree
 from ..samples import deep
-from .intervals import same, table
-from .rays import grid_rays, mixed_rays
+
+# --- Rays at random and along a grid through faces, edges and corners; spans as arrays
+
+
+def random_rays(r: np.random.Generator, count: int, reach: float = 2.5) -> tuple[Any, Any]:
+    targets = r.uniform(-reach, reach, (count, 3))
+    directions = r.normal(size=(count, 3)) * 10 ** r.uniform(-1, 1, (count, 1))
+    origins = targets - r.uniform(0, 5, (count, 1)) * directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    return origins, directions
+
+
+def grid_rays(r: np.random.Generator, count: int, reach: int = 4) -> tuple[Any, Any]:
+    """Return rays between points with whole and half coordinates, which pass exactly through faces, edges and corners."""
+    targets = r.integers(-2 * reach, 2 * reach + 1, (count, 3)) / 2
+    directions = r.integers(-2, 3, (count, 3)).astype(float)
+    directions[(directions == 0).all(axis=1)] = (1, 1, 1)
+    return targets - 8 * directions, directions
+
+
+def mixed_rays(r: np.random.Generator, count: int) -> tuple[Any, Any]:
+    """Return random rays and grid rays, half of each, and rays from corner to corner with a small random turn."""
+    one, other, third = random_rays(r, count // 3), grid_rays(r, count // 3), grid_rays(r, count - 2 * (count // 3))
+    near = third[1] + r.normal(size=third[1].shape) * 10 ** r.uniform(-16, -1, (len(third[1]), 1))
+    return np.concatenate([one[0], other[0], third[0]]), np.concatenate([one[1], other[1], near])
+
+
+def table(spans: Any, body: int) -> tuple[Any, Any]:
+    """Return arrays (enter, exit) of one body, each (rays, most), with inf behind the last span."""
+    rays = len(spans.offsets) - 1
+    ray = np.repeat(np.arange(rays), np.diff(spans.offsets))
+    mine = spans.body == body
+    ray, enter, leave = ray[mine], spans.t_enter[mine], spans.t_exit[mine]
+    counts = np.bincount(ray, minlength=rays)
+    place = np.arange(len(ray)) - np.repeat(np.cumsum(counts) - counts, counts)
+    result = np.full((2, rays, max(1, counts.max(initial=0))), math.inf)
+    result[0, ray, place], result[1, ray, place] = enter, leave
+    return result[0], result[1]
+
+
+def same(one: tuple[Any, Any], other: tuple[Any, Any]) -> Any:
+    """Return, as (rays,) bool, whether spans are equal to the bit."""
+    most = max(one[0].shape[1], other[0].shape[1])
+    padded = [
+        np.pad(end, ((0, 0), (0, most - end.shape[1])), constant_values=math.inf)
+        for pair in (one, other)
+        for end in pair
+    ]
+    return ((padded[0] == padded[2]) & (padded[1] == padded[3])).all(axis=1)
+
 
 # --- Set algebra holds on every ray, to the bit
 

@@ -21,7 +21,7 @@ def of_kind(findings: list[co.checks.Finding], kind: str) -> list[co.checks.Find
     return [finding for finding in findings if finding.kind == kind]
 
 
-def shown(scene: co.Scene, finding: co.checks.Finding):
+def spans_of_finding(scene: co.Scene, finding: co.checks.Finding):
     return scene.spans(finding.origin, finding.direction)
 
 
@@ -61,7 +61,7 @@ def test_overlaps_of_balls():
     assert "bodies 0 (left) and 1 overlap" in finding.message
     rim = 2 * math.sqrt(1 - 0.75**2)
     assert 0.5 < finding.size <= rim
-    spans = shown(scene, finding)
+    spans = spans_of_finding(scene, finding)
     assert spans.body.tolist() in ([0, 1], [1, 0])
     assert min(spans.t_exit) - max(spans.t_enter) == pytest.approx(finding.size)
     assert str(finding).startswith("overlap: bodies 0 (left) and 1 overlap")
@@ -107,7 +107,7 @@ def test_instances_overlap_where_written_out_bodies_do(turned: bool, tmp_path: P
     for one, other in zip(found, expected, strict=True):
         if one.kind == "overlap":
             assert 0.3 * other.size < one.size < 3 * other.size
-        assert len(shown(scene, one).body) > 1
+        assert len(spans_of_finding(scene, one).body) > 1
 
 
 def test_a_body_within_another():

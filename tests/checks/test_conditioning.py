@@ -34,10 +34,10 @@ from ..shapes.catalogue import SAMPLES
 def test_a_ball_far_away(center, radius):
     """The surface moves by at most u (|c| + r), of its width 2 r."""
     expected = -math.log10(U * (np.linalg.norm(center) + radius) / (2 * radius))
-    assert kept(co.Sphere(radius, center)) == pytest.approx(expected, abs=1e-6)
-    assert kept(co.Spheres([center, (0, 0, 0)], radius)) == pytest.approx(expected, abs=1e-6)
+    assert remaining_digits(co.Sphere(radius, center)) == pytest.approx(expected, abs=1e-6)
+    assert remaining_digits(co.Spheres([center, (0, 0, 0)], radius)) == pytest.approx(expected, abs=1e-6)
     # Σ |n_k c_k| is |c| along n = c / |c|; the ellipsoid's extent counts as that of its box there, at most √3 times more
-    ellipsoid = kept(co.Ellipsoid((radius,) * 3, center))
+    ellipsoid = remaining_digits(co.Ellipsoid((radius,) * 3, center))
     assert expected - 0.1 <= ellipsoid <= expected + math.log10(math.sqrt(3)) + 0.1
     moved = only(co.Sphere(radius).translate(center))
     assert moved.digits == pytest.approx(expected, abs=1e-6)
@@ -52,7 +52,7 @@ def test_a_cone_by_coefficients_loses_half_at_its_apex():
     assert found.digits == pytest.approx(-math.log10(math.sqrt(46 * U / (3 * 12**2))), abs=0.01)
     np.testing.assert_allclose(found.point, (1, 2, 3), atol=1e-6)
     assert "double point" in found.reason
-    assert kept(co.EllipticCone(1, 1, 1, z_range=(-1, 1)).translate((1, 2, 3))) > 15
+    assert remaining_digits(co.EllipticCone(1, 1, 1, z_range=(-1, 1)).translate((1, 2, 3))) > 15
     # (x - 1)² = 0, from -3 to 3: F = u (1 + 2 + 1)
     double = only(co.Quadric(coefficients=dict(xx=1, x=-2, constant=1)), co.Box())
     assert double.digits == pytest.approx(-math.log10(math.sqrt(4 * U / 6**2)), abs=0.01)
@@ -61,15 +61,15 @@ def test_a_cone_by_coefficients_loses_half_at_its_apex():
 def test_needles_lose_when_they_are_turned_only():
     # 30° times u at a distance of 1e12 of one end, against a thickness of 1 to √2
     box = co.Box((0, 0, 0), (1, 1, 1e12))
-    assert kept(box) == ALL
+    assert remaining_digits(box) == ALL
     turned = only(box.rotate((1, 0, 0), 30))
     swing = 1e12 * math.radians(30) * U
     assert -math.log10(2 * swing) <= turned.digits <= -math.log10(swing / math.sqrt(2))
     assert turned.number == "move[0].rotate.degrees"
     assert "as long as thick" in turned.reason
-    assert kept(co.Ellipsoid((1, 1, 1e12))) == ALL
-    assert kept(co.Ellipsoid((1, 1, 1e12)).rotate((1, 2, 3), 30)) < 6
-    assert kept(co.Cylinder((0, 0, 0), (1e8, 2e8, 3e8), 1)) < 8.5
+    assert remaining_digits(co.Ellipsoid((1, 1, 1e12))) == ALL
+    assert remaining_digits(co.Ellipsoid((1, 1, 1e12)).rotate((1, 2, 3), 30)) < 6
+    assert remaining_digits(co.Cylinder((0, 0, 0), (1e8, 2e8, 3e8), 1)) < 8.5
 
 
 def test_nearly_singular_motions():
@@ -79,7 +79,7 @@ def test_nearly_singular_motions():
         found = only(shape.transform(shear))
         assert 5 < found.digits < 7
         assert "nearly singular, of condition number 4.0e+10" in found.reason
-    assert kept(co.Sphere().scale((1, 1, 1e-12))) == ALL
+    assert remaining_digits(co.Sphere().scale((1, 1, 1e-12))) == ALL
 
 
 @pytest.mark.parametrize("altitude", [1e-3, 1e-8, 1e-12])
@@ -88,8 +88,8 @@ def test_slivers(altitude):
     flat = ((0, 0, 1), (1, 0, 1), (0.5, altitude, 1))
     expected = -math.log10(U / altitude)
     for shape in (co.Triangle(*flat), co.Polygon(flat)):
-        assert expected - 0.5 <= kept(shape) <= expected + 0.5
-    assert kept(co.Triangle((0, 0, 1), (1, 0, 1), (0.5, 1, 1))) > 15
+        assert expected - 0.5 <= remaining_digits(shape) <= expected + 0.5
+    assert remaining_digits(co.Triangle((0, 0, 1), (1, 0, 1), (0.5, 1, 1))) > 15
 
 
 def test_an_anchor_far_from_the_origin():
@@ -109,9 +109,11 @@ def test_an_anchor_far_from_the_origin():
 
 @pytest.mark.parametrize("sample", SAMPLES, ids=lambda sample: sample.name)
 def test_ordinary_shapes_keep_their_digits(sample):
-    assert np.nan_to_num(kept(sample.shape), nan=ALL) > 7.8  # half of them where surfaces touch or have an apex
+    assert (
+        np.nan_to_num(remaining_digits(sample.shape), nan=ALL) > 7.8
+    )  # half of them where surfaces touch or have an apex
     if type(sample.shape) not in (co.Quadric, co.HyperbolicParaboloid, co.ParabolicCylinder, co.HyperbolicCylinder):
-        assert kept(sample.shape) > 12
+        assert remaining_digits(sample.shape) > 12
 
 
 @settings(max_examples=15, deadline=None)
@@ -127,7 +129,7 @@ def test_digits_have_no_unit_of_length(exponent, kind):
         "box": lambda k: co.Box((100 * k, k, k), (101 * k, 2 * k, 2 * k)).rotate((1, 2, 3), 40),
         "triangle": lambda k: co.Triangle((k, k, k), (2 * k, k, 1.5 * k), (k, 30 * k, k)),
     }[kind]
-    assert kept(shape(k)) == pytest.approx(kept(shape(1.0)), abs=1e-3)
+    assert remaining_digits(shape(k)) == pytest.approx(remaining_digits(shape(1.0)), abs=1e-3)
 
 
 def test_the_worst_part_speaks_for_its_body():
@@ -138,7 +140,7 @@ def test_the_worst_part_speaks_for_its_body():
         ~far,
         co.Disc((0, 0, 0), (0, 0, 1), 1) - far,
     ):
-        assert only(body).digits == pytest.approx(kept(far), abs=1e-3)
+        assert only(body).digits == pytest.approx(remaining_digits(far), abs=1e-3)
     inside = (co.Box() - co.Sphere(0.5)).translate((1e10, 0, 0))
     assert only(inside).number == "move[0].translate[0]"
 
@@ -153,8 +155,8 @@ def test_bodies_without_anything_to_look_at_are_missing():
 
 
 def test_endless_bodies_are_measured_by_their_finite_walls():
-    assert kept(co.HalfSpace((1, 2, 3), 5)) > 14
-    assert kept(co.Plane((0, 0, 1), 1e9)) > 14
+    assert remaining_digits(co.HalfSpace((1, 2, 3), 5)) > 14
+    assert remaining_digits(co.Plane((0, 0, 1), 1e9)) > 14
     tube = co.Quadric(coefficients=dict(xx=1, yy=1, x=-2e5, constant=1e10 - 1))  # (x - 1e5)² + y² <= 1
     assert 4.5 < only(tube, co.Box((1e5, 0, 0), (1e5 + 1, 1, 1))).digits < 6.5  # u D² / 1, some of them
 
@@ -208,9 +210,9 @@ def test_level_edges_of_a_profile_stay_level(radius):
     """One decimal stands at both ends of such an edge. So the end moves by u |z|, of a length of 2 |z|."""
     corners = ((0, -20.7), (radius, -20.7), (radius, 20.7), (0, 20.7))
     tube = co.Revolution(corners)
-    assert kept(tube) > 14.5
-    assert kept(tube.scale((10.1, 14.3, 1))) == pytest.approx(
-        kept(co.Cylinder((0, 0, -20.7), (0, 0, 20.7), 1)), abs=1.2
+    assert remaining_digits(tube) > 14.5
+    assert remaining_digits(tube.scale((10.1, 14.3, 1))) == pytest.approx(
+        remaining_digits(co.Cylinder((0, 0, -20.7), (0, 0, 20.7), 1)), abs=1.2
     )
     # A body that is thin beside its distance from the origin loses these digits: from 1e6 to 1e6 + 1, u (2e6 + 1) of 1
     far = only(co.Revolution(tuple((r, 1e6 + (z > 0)) for r, z in corners)))
@@ -266,7 +268,7 @@ def test_nearly_parallel_planes_move_their_edge():
     assert found.number in ("normals[0][2]", "normals[1][2]", "offsets[0]", "offsets[1]")
 
 
-# --- What the conditioning report says of one shape
+# --- The conditioning report of one shape
 
 U = 2.0**-53
 ALL = 53 * math.log10(2)
@@ -278,7 +280,7 @@ def only(shape: co.Shape, *others: co.Shape) -> Conditioning:
     return found[0]
 
 
-def kept(shape: co.Shape) -> float:
+def remaining_digits(shape: co.Shape) -> float:
     return float(digits(co.Scene([shape]))[0])
 
 

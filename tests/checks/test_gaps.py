@@ -139,7 +139,7 @@ def test_any_scene_may_name_the_region_to_be_filled():
         co.Scene([], domain=co.Disc((0, 0, 0), (0, 0, 1), 1))
 
 
-def test_the_domain_is_kept(tmp_path):
+def test_copies_keep_the_domain(tmp_path):
     scene = co.load_openmc(model(tmp_path, gap=0.45, reach=3.0))
     for again in (copy.copy(scene), copy.deepcopy(scene), pickle.loads(pickle.dumps(scene))):
         assert again == scene
@@ -227,7 +227,7 @@ def test_thin_gaps_are_one_region(thin):
     assert len(undefined_findings(co.Scene([box - hole, co.Cone((5, 5, 1), (5, 5, 9), 3, 0.5)], domain=box))) <= 2
 
 
-def test_a_region_that_no_point_has_met_has_a_limit_and_no_volume():
+def test_a_region_without_a_point_has_a_limit_and_no_volume():
     """None of n points in a box was in the region: at 95 % its volume is below 3 / n of the box, but need not be 0."""
     thin, turn = 1e-6, lambda shape: shape.rotate((1, 2, 3), 17)
     boxes = co.Box((0, 0, 0), (10, 10, 5)), co.Box((0, 0, 5 + thin), (10, 10, 10))

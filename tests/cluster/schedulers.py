@@ -42,11 +42,11 @@ class PersistentWorker:
 @contextlib.contextmanager
 def workers(*addresses):
     """Run a worker for each address until the block ends."""
-    kept = [PersistentWorker(address) for address in addresses]
+    processes = [PersistentWorker(address) for address in addresses]
     try:
-        yield kept
+        yield processes
     finally:
-        for one in kept:
+        for one in processes:
             one.ends.set()
-        for one in kept:
+        for one in processes:
             one.thread.join(60)

@@ -196,13 +196,13 @@ def test_damaged_parts_are_done_again(tmp_path):
 
 @pytest.mark.skipif(sys.platform != "linux", reason="/dev/full is Linux's")
 def test_a_full_disk_is_named():
-    kept = object.__new__(Checkpoint)
-    kept.path, kept.file = "/dev/full", open("/dev/full", "wb")  # noqa: SIM115
+    checkpoint = object.__new__(Checkpoint)
+    checkpoint.path, checkpoint.file = "/dev/full", open("/dev/full", "wb")  # noqa: SIM115
     with pytest.raises(OSError, match="No space left") as caught:
-        kept.add(0, 1, b"data")
+        checkpoint.add(0, 1, b"data")
     assert (caught.value.errno, caught.value.filename) == (errno.ENOSPC, "/dev/full")
     with pytest.raises(OSError, match="No space left"):
-        kept.close()
+        checkpoint.close()
 
 
 DRIVER = """

@@ -31,7 +31,7 @@ def folder(tmp_path, rays):
     return tmp_path
 
 
-def refused(folder, rays, output, *options):
+def failure_of_trace(folder, rays, output, *options):
     result = run("trace", folder / "scene.yaml", folder / rays, "-o", folder / output, *options)
     assert result.exit_code == 2, result.stderr
     return result.stderr
@@ -96,20 +96,24 @@ def test_options_of_chunks(folder, options):
 
 def test_mistakes_in_streamed_files(folder, rays):
     with_ends(folder, rays)
-    assert "holds t_max of each ray, so one t_max for all, 3, cannot be given" in refused(
+    assert "holds t_max of each ray, so one t_max for all, 3, cannot be given" in failure_of_trace(
         folder, "ends.npz", "x.csv", "--chunk", 9, "--t-max", 3
     )
     directions = rays.directions.copy()
     directions[211] = 0
     np.savez_compressed(folder / "zero.npz", origins=rays.origins, directions=directions)
-    assert "ray 211: direction must not be zero" in refused(folder, "zero.npz", "x.csv", "--chunk", 50)
+    assert "ray 211: direction must not be zero" in failure_of_trace(folder, "zero.npz", "x.csv", "--chunk", 50)
     np.savez(folder / "lacking.npz", origins=rays.origins)
-    assert "must hold the arrays origins and directions" in refused(folder, "lacking.npz", "y.csv", "--chunk", 50)
+    assert "must hold the arrays origins and directions" in failure_of_trace(
+        folder, "lacking.npz", "y.csv", "--chunk", 50
+    )
     data = bytearray((folder / "packed.npz").read_bytes())
     data[len(data) // 4] ^= 0xFF
     (folder / "damaged.npz").write_bytes(data)
-    assert "damaged.npz: origins is not an array of numbers (" in refused(folder, "damaged.npz", "z.csv", "--chunk", 50)
-    assert "--errors goes with .csv" in refused(folder, "rays.npy", "x.npz", "--chunk", 9, "--errors")
+    assert "damaged.npz: origins is not an array of numbers (" in failure_of_trace(
+        folder, "damaged.npz", "z.csv", "--chunk", 50
+    )
+    assert "--errors goes with .csv" in failure_of_trace(folder, "rays.npy", "x.npz", "--chunk", 9, "--errors")
 
 
 def test_streams_of_file_names(folder, rays):
@@ -200,14 +204,14 @@ def test_parquet(folder, rays):
     limited = parquet.read_table(traced(folder, "ends.parquet", "limited.parquet"))
     assert np.array_equal(limited["t"].to_numpy(), subject.scene().first_hit(rays, None, 0, ends(COUNT)).t)
     parquet.write_table(arrow.table({"x": [1.0], "y": [2.0]}), folder / "other.parquet")
-    assert "must have the columns ox, oy, oz, dx, dy, dz" in refused(folder, "other.parquet", "x.csv")
+    assert "must have the columns ox, oy, oz, dx, dy, dz" in failure_of_trace(folder, "other.parquet", "x.csv")
     parquet.write_table(arrow.table(columns | {"dz": ["up"] * COUNT}), folder / "texts.parquet")
-    assert "column 'dz' must hold numbers, got string" in refused(folder, "texts.parquet", "x.csv")
+    assert "column 'dz' must hold numbers, got string" in failure_of_trace(folder, "texts.parquet", "x.csv")
     holes = [None, *rays.origins[1:, 0].tolist()]
     parquet.write_table(arrow.table(columns | {"ox": holes}), folder / "holes.parquet")
-    assert "column 'ox' has 1 empty places" in refused(folder, "holes.parquet", "h.csv")
+    assert "column 'ox' has 1 empty places" in failure_of_trace(folder, "holes.parquet", "h.csv")
     (folder / "damaged.parquet").write_bytes(b"PAR1" + bytes(100))
-    assert "damaged.parquet: is not a Parquet file" in refused(folder, "damaged.parquet", "x.csv")
+    assert "damaged.parquet: is not a Parquet file" in failure_of_trace(folder, "damaged.parquet", "x.csv")
 
 
 def test_zarr(folder, rays):
@@ -238,12 +242,12 @@ def test_zarr(folder, rays):
     limited = list(scene.stream(folder / "ends.zarr", chunk=70))
     assert np.array_equal(np.concatenate([part.t for part in limited]), scene.first_hit(rays, None, 0, ends(COUNT)).t)
     opened = zarr.open_array(str(folder / "rays.zarr"), mode="r")
-    assert "is a directory" in refused(folder, "rays.npy", "found1.zarr")
+    assert "is a directory" in failure_of_trace(folder, "rays.npy", "found1.zarr")
     assert opened.shape == (20, 25, 6)
     (folder / "empty.zarr").mkdir()
-    assert "empty.zarr: is not a folder of zarr" in refused(folder, "empty.zarr", "x.csv")
+    assert "empty.zarr: is not a folder of zarr" in failure_of_trace(folder, "empty.zarr", "x.csv")
     next(path for path in (folder / "ends.zarr" / "origins").rglob("0") if path.is_file()).write_bytes(b"\xff" * 30)
-    assert "ends.zarr: array origins has a chunk that cannot be read" in refused(folder, "ends.zarr", "y.csv")
+    assert "ends.zarr: array origins has a chunk that cannot be read" in failure_of_trace(folder, "ends.zarr", "y.csv")
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes")

@@ -11,7 +11,7 @@ import pytest
 import conicoid as co
 
 from ..children import child
-from ..samples import sampled
+from ..samples import deep, sampled
 
 # --- The X-ray projection of the Shepp-Logan head against its closed form in extended precision
 # A parallel beam through ellipsoids of densities ρ that add up: the pixel is Σ ρ · chord, and the
@@ -119,19 +119,14 @@ def check(view, pixels):
     return picture
 
 
+@pytest.mark.parametrize("pixels", [128, deep(512)])
 @pytest.mark.parametrize("view", VIEWS)
-def test_projection(view):
-    picture = check(view, 128)
-    origins, direction = beam(view, 128)
+def test_projection(view, pixels):
+    picture = check(view, pixels)
+    origins, direction = beam(view, pixels)
     for row, column in ((64, 64), (20, 64), (64, 100), (90, 30), (40, 70), (1, 1)):
         exact = exact_pixel(origins[row, column], direction)
         assert abs(mpmath.mpf(float(picture[row, column])) - exact) <= 1e-12
-
-
-@pytest.mark.deep
-@pytest.mark.parametrize("view", VIEWS)
-def test_projection_at_full_size(view):
-    check(view, 512)
 
 
 def test_middle_pixel_by_hand():
@@ -182,9 +177,9 @@ def test_energies_files_and_lazy_arrays(tmp_path):
     calls = []
     with co.parallel.Processes(1) as pool:
         executor = co.parallel.Workers(pool, chunk=77)
-        kept = co.ct.project(head(), scan, values, executor=executor, out=tmp_path / "sinogram.npy",
+        sinogram = co.ct.project(head(), scan, values, executor=executor, out=tmp_path / "sinogram.npy",
                              progress=lambda *step: calls.append(step))  # fmt: skip
-    assert np.array_equal(kept, local)
+    assert np.array_equal(sinogram, local)
     assert np.array_equal(np.load(tmp_path / "sinogram.npy"), local)
     assert calls[-1] == (local.size // 2, local.size // 2)
     da = pytest.importorskip("dask.array")

@@ -17,7 +17,7 @@ from conicoid.geometry.surface import PlaneSurface, QuadricSurface
 from conicoid.numerics import bigfloat as ex
 
 from ..contract.examples import MOTIONS, every_example
-from ..samples import sampled
+from ..samples import deeper, marked, sampled
 
 # --- Derivatives of hits by every number of every shape, against differences of first hits of changed shapes
 
@@ -93,18 +93,15 @@ def wrong(name: str, motion: str, numbers: int) -> tuple[list[str], int]:
     return found, compared
 
 
-@pytest.mark.parametrize("name", sampled(EXAMPLES, 4))
-def test_by_some_numbers(name):
-    found, compared = wrong(name, sorted(MOTIONS)[len(name) % len(MOTIONS)], 2)
-    assert not found
-    assert compared or name.startswith(tuple(OPEN))
-
-
-@pytest.mark.deep
-@pytest.mark.parametrize("motion", MOTIONS)
-@pytest.mark.parametrize("name", EXAMPLES)
-def test_by_every_number(name, motion):
-    found, compared = wrong(name, motion, 1000)
+@pytest.mark.parametrize(
+    ("name", "motion", "numbers"),
+    [
+        *marked(((name, sorted(MOTIONS)[len(name) % len(MOTIONS)], 2), k % 4 == 0) for k, name in enumerate(EXAMPLES)),
+        *deeper((name, motion, 1000) for name in EXAMPLES for motion in MOTIONS),
+    ],
+)
+def test_by_numbers(name, motion, numbers):
+    found, compared = wrong(name, motion, numbers)
     assert not found
     assert compared or name.startswith(tuple(OPEN))
 

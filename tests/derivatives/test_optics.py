@@ -43,7 +43,7 @@ def column(values):
 
 
 @pytest.fixture(scope="module")
-def some():
+def vectors():
     random = np.random.default_rng(0)
     vectors = random.normal(size=(5, 60, 3))
     return *vectors, random.uniform(0.5, 1.9, 60), random.normal(size=60)
@@ -56,8 +56,8 @@ def check_differences(found, moved, rel):
         assert own == pytest.approx([float(x) for x in difference], rel=rel, abs=rel)
 
 
-def test_reflection(some):
-    d, n, dd, dn, w, _, _ = some
+def test_reflection(vectors):
+    d, n, dd, dn, w, _, _ = vectors
     found = reflect_jvp(d, n, dd, dn)
 
     def moved(i, s):
@@ -68,8 +68,8 @@ def test_reflection(some):
     assert (of_d * dd + of_n * dn).sum() == pytest.approx((w * found).sum(), rel=1e-12)
 
 
-def test_refraction(some):
-    d, n, dd, dn, w, eta, de = some
+def test_refraction(vectors):
+    d, n, dd, dn, w, eta, de = vectors
     found = refract_jvp(d, n, eta, dd, dn, de)
     _, total = co.refract(d, n, eta)
     assert 5 < total.sum() < 50

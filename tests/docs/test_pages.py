@@ -197,7 +197,7 @@ def apply(diff: str, root: Path) -> None:
         file.write_text(text, encoding="utf-8")
 
 
-def written_in_a_copy(tmp_path: Path) -> None:
+def edited_copy(tmp_path: Path) -> None:
     """Apply the edits of the page to a copy of the package and of the tests of surfaces."""
     for folder in ("conicoid", "tests/scattering"):
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__", "_kernels*"))
@@ -215,7 +215,7 @@ def written_in_a_copy(tmp_path: Path) -> None:
 
 def test_the_recipe_for_a_material_fits_the_package(tmp_path: Path) -> None:
     """The diffs of the page apply, and their result is Python."""
-    written_in_a_copy(tmp_path)
+    edited_copy(tmp_path)
     changed = [file for file in (tmp_path / "conicoid").rglob("*.py") if "dust" in file.read_text(encoding="utf-8")]
     assert len(changed) > 3
     for file in changed:
@@ -227,7 +227,7 @@ def test_the_recipe_for_a_material_fits_the_package(tmp_path: Path) -> None:
 @pytest.mark.parametrize("chosen", ["albedo or reciprocity", "picture"])
 def test_the_recipe_for_a_material_works(tmp_path: Path, chosen: str) -> None:
     """The short tests of the page pass, and so do its pictures."""
-    written_in_a_copy(tmp_path)
+    edited_copy(tmp_path)
     command = [
         sys.executable,
         "-m",
@@ -251,14 +251,14 @@ INTERNAL: set[str] = set()
 COMPLETE = "Scene Rays Hits Spans Crossings BodiesAt Distances Image optics.Paths section.Slice section.Voxels".split()
 
 
-def listed() -> list[reference.Entry]:
+def reference_entries() -> list[reference.Entry]:
     """Return the entries of all pages."""
     return [entry for page in PAGES for entry in reference.entries(page.read_text(encoding="utf-8"))]
 
 
 def names(prefix: str) -> Counter[str]:
     """Return how often each name directly below a prefix is listed."""
-    below = [entry.name.removeprefix(prefix) for entry in listed() if entry.name.startswith(prefix)]
+    below = [entry.name.removeprefix(prefix) for entry in reference_entries() if entry.name.startswith(prefix)]
     return Counter(name for name in below if "." not in name)
 
 
@@ -277,11 +277,16 @@ def test_public_packages_are_in_the_reference(package: str):
 
 def test_nothing_else_is_in_the_reference_and_nothing_twice():
     assert set(names("co.")) <= set(co.__all__)
-    assert set(Counter(entry.name for entry in listed()).values()) == {1}
+    assert set(Counter(entry.name for entry in reference_entries()).values()) == {1}
 
 
 def test_members_that_are_listed_are_there():
-    missing = [f"{entry.name}.{name}" for entry in listed() for name in entry.members if not _has(entry.target, name)]
+    missing = [
+        f"{entry.name}.{name}"
+        for entry in reference_entries()
+        for name in entry.members
+        if not _has(entry.target, name)
+    ]
     assert not missing
 
 
@@ -299,7 +304,7 @@ def test_lines_of_the_reference_are_those_of_the_docstrings(page: Path):
 
 @pytest.mark.parametrize("name", COMPLETE)
 def test_all_members_of_a_class_are_listed(name: str):
-    (entry,) = (entry for entry in listed() if entry.name == f"co.{name}")
+    (entry,) = (entry for entry in reference_entries() if entry.name == f"co.{name}")
     missing = reference.members_of(entry.target) - INTERNAL - set(entry.members)
     assert not missing, f"add below co.{name}: {', '.join(sorted(missing))}"
 

@@ -74,11 +74,11 @@ def test_directions_have_the_stated_density():
     edges = np.cos(np.linspace(0, np.pi, HEIGHT + 1))
     angle = (edges[:-1] - edges[1:])[row] * 2 * np.pi / WIDTH
     pixel = row * WIDTH + column
-    seen = np.bincount(pixel, minlength=HEIGHT * WIDTH)
+    counts = np.bincount(pixel, minlength=HEIGHT * WIDTH)
     share = np.zeros(HEIGHT * WIDTH)
     share[pixel] = out[:, 3] * angle
     assert share.sum() == pytest.approx(1, rel=1e-9)
-    square = ((seen - count * share) ** 2 / (count * share)).sum()
+    square = ((counts - count * share) ** 2 / (count * share)).sum()
     assert square < HEIGHT * WIDTH + 5 * np.sqrt(2 * HEIGHT * WIDTH)
 
 

@@ -77,7 +77,7 @@ def leaves(scene):
     return found
 
 
-def written_anew(scene):
+def rewritten_leaves(scene):
     """Return `leaves` after all leaves have been written."""
     before = leaves(scene)
     copy = scene._prepared.geometry._replace(floats=scene._prepared.geometry.floats.copy())
@@ -88,11 +88,11 @@ def written_anew(scene):
     return before, after
 
 
-def checked(scene):
+def check_scene(scene):
     """Check the scene, its trees and the items of their leaves against the scene from the beginning."""
     same(scene)
     Nodes(scene).check()
-    before, after = written_anew(scene)
+    before, after = rewritten_leaves(scene)
     assert before == after
 
 
@@ -294,7 +294,7 @@ def boxes_in_contact(rng, count, axis):
         boxes.append((low, low + size))
         balls.append(low if not balls or rng.random() < 0.5 else balls[rng.integers(0, number)])
     shapes = [co.Box(low.tolist(), high.tolist()) for low, high in boxes]
-    return shapes, [co.Sphere(0.125, balls[which].tolist()) for which in rng.permutation(count).tolist()]
+    return shapes, [co.Sphere(0.125, balls[index].tolist()) for index in rng.permutation(count).tolist()]
 
 
 def _exchanged_group(rng, group, kinds):
@@ -380,9 +380,9 @@ def chain(name: str, seed: int, edits: int, count: int) -> int:
     rng = np.random.default_rng(seed)
     scene, change = world(name, seed, count, rng)
     scene.prepare()
-    held, merged = [(scene, content(scene))] if seed % 2 else [], []
+    scenes, merged = [(scene, content(scene))] if seed % 2 else [], []
     for number in range(edits):
-        before = held[rng.integers(0, len(held))][0] if held and rng.random() < 0.15 else scene
+        before = scenes[rng.integers(0, len(scenes))][0] if scenes and rng.random() < 0.15 else scene
         scene = change(before, rng)
         if rng.random() < 0.3:  # two at once
             scene = change(scene, rng)
@@ -391,12 +391,12 @@ def chain(name: str, seed: int, edits: int, count: int) -> int:
         answer = (
             scene.first_hit((0, 0, 9), (0, 0.1, -1)) if number % 7 == 0 else None
         )  # which is held until the next edit
-        checked(scene)
+        check_scene(scene)
         if seed % 2 and rng.random() < 0.3:
-            held = [*held[-2:], (scene, content(scene))]
-        assert all(content(one) == numbers for one, numbers in held)
+            scenes = [*scenes[-2:], (scene, content(scene))]
+        assert all(content(one) == numbers for one, numbers in scenes)
         if number % 10 == 0:
-            for one in (scene, *(one for one, _ in held)):
+            for one in (scene, *(one for one, _ in scenes)):
                 same_answers(one, co.Scene(one.bodies), rng, 60)
         ids = scene._prepared.lowered.layout.ids
         merged.append(0 if ids is None else len(ids) - len(np.unique(ids)))

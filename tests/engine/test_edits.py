@@ -10,7 +10,7 @@ from conicoid.prepare.edits import column_splice as columns, in_place as exchang
 from conicoid.prepare.edits.scene_splice import find_runs
 
 from ..samples import in_turn, many, sampled
-from .edits import KINDS, UNIT, WORLDS, chain, checked, content, note_memory_taken, same_answers, same_tables
+from .edits import KINDS, UNIT, WORLDS, chain, check_scene, content, note_memory_taken, same_answers, same_tables
 from .nodes import Nodes
 
 # --- An edited scene and the scene prepared from the beginning: the same tables to the bit, and the same answers
@@ -105,15 +105,15 @@ def test_a_body_under_a_motion_of_its_own_is_lowered_as_those_like_it(monkeypatc
 
 
 @pytest.fixture
-def taken(monkeypatch):
+def reuses(monkeypatch):
     """Return whether each exchange takes the memory of another scene."""
     return note_memory_taken(monkeypatch)
 
 
 @pytest.mark.parametrize(("name", "seed"), in_turn(WORLDS, range(2)))
-def test_a_chain_of_edits(name, seed, taken):
+def test_a_chain_of_edits(name, seed, reuses):
     merged = chain(name, seed, 14, 22)
-    assert sum(taken) > 2 or name == "on a grid"
+    assert sum(reuses) > 2 or name == "on a grid"
     assert merged > 2 or name == "of all kinds"
 
 
@@ -128,10 +128,10 @@ def test_a_chain_of_edits_whose_tree_is_patched(name):
     chain(name, 7, 8, 280)
 
 
-def test_a_chain_of_edits_that_write_all_rows(taken, monkeypatch):
+def test_a_chain_of_edits_that_write_all_rows(reuses, monkeypatch):
     monkeypatch.setattr(exchange, "_MOST", 0)
     chain("of all kinds", 6, 14, 30)
-    assert sum(taken) > 2
+    assert sum(reuses) > 2
 
 
 @pytest.mark.deep
@@ -159,7 +159,7 @@ STEPS = [
 
 
 @pytest.fixture
-def exchanged(monkeypatch):
+def exchanges(monkeypatch):
     """Return one entry for each exchange; no edit may merge all surfaces again."""
     monkeypatch.setattr(scene_edit, "SpliceEdit", None)
     return note_memory_taken(monkeypatch)
@@ -169,7 +169,7 @@ def named(shapes):
     return co.Scene([co.Body(shape, name=str(number)) for number, shape in enumerate(shapes)])
 
 
-def steps(shapes, which, motions, turn=lambda s: s):
+def steps(shapes, index, motions, turn=lambda s: s):
     """Return scenes, each with one shape moved from the one before, checked, and with rays. All are turned."""
     scene = named([turn(shape) for shape in shapes])
     scene.prepare()
@@ -177,44 +177,44 @@ def steps(shapes, which, motions, turn=lambda s: s):
     at = np.zeros(3)
     for motion in motions:
         at = at + motion
-        scene = scene.replace(str(which), turn(shapes[which].translate(at.tolist())))
-        checked(scene)
+        scene = scene.replace(str(index), turn(shapes[index].translate(at.tolist())))
+        check_scene(scene)
         same_answers(scene, co.Scene(scene.bodies), rng, 60)
     assert content(first) == numbers
 
 
-@pytest.mark.parametrize(("which", "turn"), sampled([(which, turn) for which in range(5) for turn in TURNED], 4))
-def test_a_box_on_a_floor(turn, which, exchanged):
+@pytest.mark.parametrize(("index", "turn"), sampled([(index, turn) for index in range(5) for turn in TURNED], 4))
+def test_a_box_on_a_floor(turn, index, exchanges):
     """At first the record of one box stands for the floor, and later that of another may."""
     boxes = [co.Box((2 * k, -k, 0), (2 * k + 1, 1 - k, high)) for k, high in enumerate((1, 2, 1, 3, 3))]
-    steps([*boxes, co.HalfSpace((0, 0, 1), -1)], which, STEPS, turn)
-    assert len(exchanged) == len(STEPS)
-    assert sum(exchanged) > 4
+    steps([*boxes, co.HalfSpace((0, 0, 1), -1)], index, STEPS, turn)
+    assert len(exchanges) == len(STEPS)
+    assert sum(exchanges) > 4
 
 
-def test_a_wall_of_three(exchanged):
+def test_a_wall_of_three(exchanges):
     """Two boxes stand on a third, for which the wall faces the other way."""
     shapes = [UNIT, UNIT.translate((3, 0.5, 0)), co.Box((6, 0.25, -1), (7, 2, 0)), co.Sphere(0.5, (9, 9, 9)),
               co.Sphere(0.5, (9, 7, 9)), UNIT.translate((20, 0.125, 7))]  # fmt: skip
-    for which in range(3):
-        steps(shapes, which, [(0.5, 0.75, 0), (0, 0, 4), (0, 0, -4), (-12, -3, 0), (0, 0, -4)])
-    assert len(exchanged) == 15
+    for index in range(3):
+        steps(shapes, index, [(0.5, 0.75, 0), (0, 0, 4), (0, 0, -4), (-12, -3, 0), (0, 0, -4)])
+    assert len(exchanges) == 15
 
 
-@pytest.mark.parametrize("which", [0, 1])
-def test_a_wall_that_reaches_farther_since_another_came(which, exchanged):
+@pytest.mark.parametrize("index", [0, 1])
+def test_a_wall_that_reaches_farther_since_another_came(index, exchanges):
     """A wide box comes to stand beside one that stays, and its record may stand for both. Then others move."""
     turn = TURNED[1]
-    two = [co.Box((-3, -3, 5), (30, 40, 6)), co.Box((0, 0, 0), (1, 1, 2)).translate((0, -50 if which else 50, 0))]
+    two = [co.Box((-3, -3, 5), (30, 40, 6)), co.Box((0, 0, 0), (1, 1, 2)).translate((0, -50 if index else 50, 0))]
     shapes = [*two, *(co.Sphere(1, (k, 0, 9)) for k in range(9))]
     scene, memory = named([turn(shape) for shape in shapes]), []
     scene.prepare()
     for name, up in ((4, 3), (5, 3), (0, -5), (6, 3), (7, 3), (0, 0), (8, 3), (9, 3)):
         scene = scene.replace(str(name), turn(shapes[name].translate((0, 0, up))))
-        checked(scene)
+        check_scene(scene)
         memory.append(scene._prepared.lowered.layout.first is None)
     assert memory == [True, True, False, False, False, True, True, True]
-    assert exchanged == 8 * [True]
+    assert exchanges == 8 * [True]
 
 
 def pin_in_a_block(at):
@@ -222,15 +222,15 @@ def pin_in_a_block(at):
     return [(UNIT - pin).translate(at), pin.translate(at)]
 
 
-@pytest.mark.parametrize(("which", "turn"), sampled([(which, turn) for which in range(4) for turn in TURNED], 4))
-def test_a_pin_in_a_block(turn, which):
+@pytest.mark.parametrize(("index", "turn"), sampled([(index, turn) for index in range(4) for turn in TURNED], 4))
+def test_a_pin_in_a_block(turn, index):
     """The pin's wall is the bore's, from the other side, and its ends are the block's."""
     shapes = [shape for k in range(3) for shape in pin_in_a_block((1.5 * k, 0.25 * k, 0))]
-    steps(shapes, which, [(0, 0, 0.5), (0, 0, -0.5), (0.75, 0, 0), (-0.75, 0, 0.25), (0, 0, -0.25)], turn)
+    steps(shapes, index, [(0, 0, 0.5), (0, 0, -0.5), (0.75, 0, 0), (-0.75, 0, 0.25), (0, 0, -0.25)], turn)
 
 
-@pytest.mark.parametrize("which", [1, 5])
-def test_balls_that_are_one_and_part(which, exchanged):
+@pytest.mark.parametrize("index", [1, 5])
+def test_balls_that_are_one_and_part(index, exchanges):
     """Kernels trace balls without their cell, by the number of their surface.
 
     After each merge or split all later numbers change.
@@ -238,8 +238,8 @@ def test_balls_that_are_one_and_part(which, exchanged):
     ball = co.Sphere(0.5, (1, 1, 1))
     many = co.Spheres([(1, 1, 1), (2, 2, 2), (4, 4, 4)], 0.5)
     shapes = [co.Sphere(0.5, (7, 7, 7)), ball, UNIT - ball, many, co.Sphere(0.5, (5, 5, 5)), ball, UNIT]
-    steps(shapes, which, [(1, 1, 1), (1, 1, 1), (1, 1, 1), (1, 1, 1), (-4, -4, -4), (0.5, 0, 0)])
-    assert len(exchanged) == 6
+    steps(shapes, index, [(1, 1, 1), (1, 1, 1), (1, 1, 1), (1, 1, 1), (-4, -4, -4), (0.5, 0, 0)])
+    assert len(exchanges) == 6
 
 
 def test_walls_whose_records_are_turned_over():
@@ -255,11 +255,11 @@ def test_walls_whose_records_are_turned_over():
         [quadric(-1, **ball), co.Sphere(0.5)], [~quadric(-1, **ball), quadric(-1, **ball)],
     ):  # fmt: skip
         for shapes in (first, first[::-1]):
-            for which in (0, 1):
-                steps([*shapes, *others], which, [(3, 0, 0), (0.5, 0, 0), (-3.5, 0, 0), (0, 0, 0.5)])
+            for index in (0, 1):
+                steps([*shapes, *others], index, [(3, 0, 0), (0.5, 0, 0), (-3.5, 0, 0), (0, 0, 0.5)])
 
 
-def test_items_of_leaves_in_a_tree_that_stays(exchanged):
+def test_items_of_leaves_in_a_tree_that_stays(exchanges):
     """Coaxial pins share the wall of one of them, and three balls each are one. The items of leaves show both."""
     rng, count = np.random.default_rng(7), many(8, 24)
     shapes = []
@@ -274,8 +274,8 @@ def test_items_of_leaves_in_a_tree_that_stays(exchanged):
     for number in rng.permutation(300)[:count].tolist():
         step = (0.0, 0.0, float(rng.uniform(-1, 1))) if number % 3 < 2 else (0.0, 0.5, 0.0)
         scene = scene.replace(str(number), TURNED[1](shapes[number].translate(step)))
-        checked(scene)
-    assert len(exchanged) == count
+        check_scene(scene)
+    assert len(exchanges) == count
 
 
 def test_walls_that_are_all_in_one_oblique_plane_stay_one():
@@ -300,7 +300,7 @@ def test_walls_of_many_added_bodies_stay_apart_where_floats_do_not_show_it():
     scene = co.Scene(rest)
     scene.prepare()
     edited = scene.added(near)
-    checked(edited)
+    check_scene(edited)
     # Across x, y and z; those at x = 1 and x = 2 are in both rows
     assert len(edited._prepared.lowered.tables.surface_kind) == (400 + 2 + 2) + (80 + 41 + 2) - 2
 

@@ -206,7 +206,7 @@ def test_overlaps_are_looked_for_in_some_rays_until_one_is_reported(monkeypatch,
     assert len(calls) == 2
 
 
-def test_pickled_spans_know_materials_that_no_ray_met():
+def test_pickled_spans_know_materials_without_a_ray():
     spans = PENCIL.spans([ALONG[0], (-5, 0, 0.6)], ALONG[1])
     for again in (
         pickle.loads(pickle.dumps(spans)),

@@ -25,40 +25,40 @@ from conicoid.prepare.edits.buffer_pool import BufferPool, EditState, FullEditSt
 from conicoid.prepare.edits.scene_edit import prepare_edit
 
 from ..samples import deep, deeper, many
-from .edits import bodies, content, moved, note_memory_taken, same_answers, same_tables, slid, written_anew
+from .edits import bodies, content, moved, note_memory_taken, rewritten_leaves, same_answers, same_tables, slid
 from .nodes import Nodes
 
 # --- The memory that an edited scene takes: no thread, fork, answer or file may still read it
 
 
 @pytest.fixture
-def taken(monkeypatch):
+def reuses(monkeypatch):
     return note_memory_taken(monkeypatch)
 
 
-def test_the_memory_of_a_deleted_scene_is_reused(taken):
+def test_the_memory_of_a_deleted_scene_is_reused(reuses):
     scene = bodies(30)
     places, hits = [scene._prepared.geometry.floats.ctypes.data], None
     for number in range(6):  # nobody else has it, so each takes its memory
         scene = scene.moved(str(number), (0, 0.1, 0))
         places.append(scene._prepared.geometry.floats.ctypes.data)
-    assert taken == 6 * [True]
+    assert reuses == 6 * [True]
     assert len(set(places)) == 1
-    taken.clear()
+    reuses.clear()
     for number in range(6):  # answers hold it until there are others: two take turns
         hits = scene.first_hit((0, 0, 9), (0, 0, -1))
         scene = scene.moved(str(number), (0, 0.1, 0))
         places.append(scene._prepared.geometry.floats.ctypes.data)
     del hits
-    assert taken == [False, True, True, True, True, True]
+    assert reuses == [False, True, True, True, True, True]
     assert len(set(places)) == 2
     first = bodies(30)
     first.prepare()
-    taken.clear()
+    reuses.clear()
     for number in range(5):  # as a slider does: each from the same scene
         now = first.moved("3", (0, 0.1 * number, 0))
         same_tables(now, co.Scene(now.bodies))
-    assert taken == [False, True, True, True, True]
+    assert reuses == [False, True, True, True, True]
 
 
 @pytest.mark.parametrize("holder", [
@@ -74,13 +74,13 @@ def test_any_part_of_a_scene_keeps_its_memory(holder):
     scene = first.moved("1", (0, 0, 0.1)).moved("2", (0, 0, 0.1))
     scene.prepare()
     numbers, floats = content(scene), scene._prepared.geometry.floats.ctypes.data
-    held = holder(scene)
+    reference = holder(scene)
     scene = scene.moved("3", (0.1, 0, 0))
     scene.prepare()
     for number in range(4, 12):
         scene = scene.moved(str(number), (0.1, 0, 0))
         assert scene._prepared.geometry.floats.ctypes.data != floats
-    del held
+    del reference
     again = first.moved("1", (0, 0, 0.1)).moved("2", (0, 0, 0.1))
     assert content(again)[:30] == numbers[:30]
 
@@ -155,9 +155,9 @@ def test_pickles_and_copies_have_stamps_of_their_own(monkeypatch):
 
 def edited(prepared, name):
     """Return the tables with one body moved, without a scene."""
-    made = prepare_edit([prepared], co.Scene(list(prepared.entries)).moved(name, (0.2, 0.1, 0)).bodies)
-    assert isinstance(made.edit_state, FullEditState)
-    return made
+    edit = prepare_edit([prepared], co.Scene(list(prepared.entries)).moved(name, (0.2, 0.1, 0)).bodies)
+    assert isinstance(edit.edit_state, FullEditState)
+    return edit
 
 
 def of(prepared):
@@ -167,27 +167,27 @@ def of(prepared):
     return scene
 
 
-def test_equal_edits_have_equal_numbers_in_any_memory(taken):
+def test_equal_edits_have_equal_numbers_in_any_memory(reuses):
     """Numbers between tables, behind them and at places in no leaf are equal too, because they go into files."""
     first = bodies(300, 3, (co.Plane((0, 0, 1), -3), co.HalfSpace((1, 0, 0), -20)))
     first.prepare()
     alone, gaps = [], 0
     for holds in (False, True):
-        taken.clear()
-        held, scene, tables = [], first, None
+        reuses.clear()
+        scenes, scene, tables = [], first, None
         for number in range(40):
             scene = scene.moved(str(number % 25), (0.1, 0, 0.01 * number))
             scene.prepare()
-            held += [scene] if holds else []
+            scenes += [scene] if holds else []
             alone += [] if holds else [[part.tobytes() for part in scene._prepared.geometry]]
             tables = scene._prepared.lowered.tables
             of_no_leaf = tables.tree_order[int(scene._prepared.woods.places[-1]) :] < 0
             assert not tables.leaf_items.reshape(-1, ROWS)[of_no_leaf].any()
             gaps += of_no_leaf.sum()
-        assert sum(taken[1:]) > 20 or holds
-        assert not any(taken[1:]) or not holds
+        assert sum(reuses[1:]) > 20 or holds
+        assert not any(reuses[1:]) or not holds
     assert gaps > 100
-    for scene, numbers in zip(held, alone, strict=True):
+    for scene, numbers in zip(scenes, alone, strict=True):
         assert [part.tobytes() for part in scene._prepared.geometry] == numbers
 
 
@@ -249,14 +249,14 @@ def test_memory_is_given_up_with_the_last_scene(monkeypatch):
     assert alive[1] == []
 
 
-def test_much_memory_is_not_kept(monkeypatch, taken):
+def test_much_memory_is_not_kept(monkeypatch, reuses):
     monkeypatch.setattr(stores, "MOST", 1000)
     scene = bodies(30)
     for number in range(5):
         scene = scene.moved(str(number), (0, 0.1, 0))
         scene.prepare()
     same_tables(scene, co.Scene(scene.bodies))
-    assert taken == []  # the scene before left nothing
+    assert reuses == []  # the scene before left nothing
 
 
 # --- A new scene overwrites a scene that nobody holds: the same tables, to the bit
@@ -286,13 +286,13 @@ def test_trees_that_grow_out_of_the_memory(monkeypatch, holds):
         anew = co.Scene(scene.bodies)
         same_tables(scene, anew)
         Nodes(scene).check()
-        before, after = written_anew(scene)
+        before, after = rewritten_leaves(scene)
         assert before == after
     same_answers(scene, anew, rng)
     assert sum(grown) > 3
 
 
-def test_an_endless_body_in_reused_memory(taken):
+def test_an_endless_body_in_reused_memory(reuses):
     """The limits of an endless body depend on the size of the scene, though other bodies move."""
     ball, valley = co.Ellipsoid((1, 2, 3)), co.Quadric(np.diag([1.0, 2, -1, -1]))
     assert np.isinf(valley.bounds).any()
@@ -306,7 +306,7 @@ def test_an_endless_body_in_reused_memory(taken):
         anew = co.Scene(scene.bodies)
         same_tables(scene, anew)
         limits.append(anew._prepared.lowered.tables.quadric_limits.tobytes())
-    assert taken == len(changes) * [True]
+    assert reuses == len(changes) * [True]
     first, larger, as_large, smaller = limits[:4]
     assert first != larger
     assert larger == as_large
@@ -344,7 +344,7 @@ def scene_after(moves: int) -> co.Scene:
     return scene
 
 
-def broken_off(scene: co.Scene, line: int) -> bool:
+def breaks_off(scene: co.Scene, line: int) -> bool:
     """Prepare a scene until so many lines of the package have run; return whether that broke it off."""
     left = line
 
@@ -379,7 +379,7 @@ def check_breaks(moves: int, held: bool, every: int) -> None:
         keep = scene if held else None
         edited = scene.moved(*MOVES[moves - 1])
         del scene
-        was_broken = broken_off(edited, line)
+        was_broken = breaks_off(edited, line)
         assert content(edited) == expected, line
         assert keep is None or content(keep) == parent, line
         line += every
@@ -400,15 +400,15 @@ def test_threads_that_trace_see_the_scene_that_they_took():
     current = [(co.Scene(boxes), np.full(COUNT, 0.5))]
 
     def trace(seed: int) -> int:
-        rng, seen = np.random.default_rng(seed), 0
+        rng, count = np.random.default_rng(seed), 0
         for _ in range(200):
             scene, heights = current[0]
             hits = scene.first_hit(ABOVE, DOWN)
             if rng.random() < 0.5:  # an answer outlives its scene
                 del scene
-            seen += int(np.array_equal(ABOVE[:, 2] - hits.t, heights))
+            count += int(np.array_equal(ABOVE[:, 2] - hits.t, heights))
             assert (np.asarray(hits.normal) == [0, 0, 1]).all()
-        return seen
+        return count
 
     switching = sys.getswitchinterval()
     sys.setswitchinterval(1e-5)
@@ -432,8 +432,8 @@ def test_memory_is_taken_by_its_own_name_alone():
     first, second = (SceneBuffer(np.zeros(1, np.int32), np.zeros(1)) for _ in range(2))
     stores.give(first)
     assert stores.take(second) is None
-    taken = stores.take(first)
-    assert taken is not None
+    reuses = stores.take(first)
+    assert reuses is not None
     assert stores.take(first) is None
 
 

@@ -90,7 +90,7 @@ def is_met(origin, direction, ball):
 
 
 @pytest.mark.parametrize("far", [1.0, 1e3, 1e7])
-def test_balls_that_rays_of_one_origin_graze_are_met(far):
+def test_rays_of_one_origin_hit_balls_that_they_graze(far):
     """The radius of each ball is the distance of one of the rays, but for some last digits."""
     rng, hits, left_out, count = np.random.default_rng(8), 0, 0, many(40, 150)
     for _ in range(count):

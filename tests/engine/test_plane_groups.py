@@ -58,14 +58,14 @@ def test_groups_hold_each_plane_once_and_bound_its_values(name: str) -> None:
     seen: list[int] = []
     for group in range(FIRST_GROUPS, len(sizes)):
         leaves = [k for k in range(group, group + sizes[group]) if sizes[k] == 1]
-        held = tables.group_planes[leaves, :4]
-        held = held[held >= 0]
-        seen += held.tolist() if sizes[group] == 1 else []
-        assert len(held)
-        assert set(tables.group_planes[group, :4].tolist()) <= {-1, *held.tolist()}
+        members = tables.group_planes[leaves, :4]
+        members = members[members >= 0]
+        seen += members.tolist() if sizes[group] == 1 else []
+        assert len(members)
+        assert set(tables.group_planes[group, :4].tolist()) <= {-1, *members.tolist()}
         middle, width, anchor, most = np.split(tables.group_bounds[group], [3, 6, 9])
         away = points - anchor
-        assert (away @ middle + abs(away) @ width + most >= (values * scale)[:, held].max(axis=1)).all()
+        assert (away @ middle + abs(away) @ width + most >= (values * scale)[:, members].max(axis=1)).all()
     assert sorted(seen) == list(range(count))
     first = tables.group_planes[:FIRST_GROUPS, :4].ravel().tolist()
     assert len(set(first)) == FIRST_CUTS

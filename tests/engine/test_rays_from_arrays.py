@@ -175,11 +175,11 @@ def test_memory_that_was_left_is_taken_again():
 
     for count in (1 << 16, 1 << 20, 1 << 22):
         assert address(count) == address(count)
-    held = [empty_array(3 << 20, np.float64) for _ in range(12)]  # 288 MiB
-    assert len({array.ctypes.data for array in held}) == 12
-    for array in held:
+    arrays = [empty_array(3 << 20, np.float64) for _ in range(12)]  # 288 MiB
+    assert len({array.ctypes.data for array in arrays}) == 12
+    for array in arrays:
         array[...] = 1.0
-    del array, held
+    del array, arrays
     assert empty_array((3, 1 << 20), np.float64).shape == (3, 1 << 20)
     with pytest.raises(MemoryError):
         empty_array(1 << 58, np.float64)

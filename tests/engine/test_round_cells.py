@@ -60,8 +60,8 @@ def test_a_ball_around_a_cell_holds_it_and_is_tight(shape, radius, turned):
     assert len(points) > 1000
     assert np.linalg.norm(points - center, axis=1).max() <= found * (1 + 1e-12)
     half = (high - low) / 2
-    seen = 2 * (half[0] * half[1] + half[1] * half[2] + half[2] * half[0])
-    assert preferred == (math.pi * found**2 <= seen)
+    area = 2 * (half[0] * half[1] + half[1] * half[2] + half[2] * half[0])
+    assert preferred == (math.pi * found**2 <= area)
 
 
 @pytest.mark.parametrize(

@@ -426,8 +426,8 @@ def test_hits_are_the_same_where_a_tile_sees_further_than_the_one_before():
     together, apart = scene.first_hit(rays), scene.first_hit(rays[np.unravel_index(order, rays.shape)])
     for field in ("t", "body", "face", "surface", "entering"):
         assert np.array_equal(getattr(together, field).ravel()[order], getattr(apart, field)), field
-    seen = np.isin(np.arange(32_001), together.body)
-    assert seen[:-1].sum() > 300, "balls through the slots"
+    visible = np.isin(np.arange(32_001), together.body)
+    assert visible[:-1].sum() > 300, "balls through the slots"
     assert 0.5 < (together.body == 32_000).mean() < 0.95
 
 

@@ -103,9 +103,9 @@ def every_answer(rows, whole):
     """Return pairs of found and expected values."""
     some, mask = np.array([3, 0, 5]), np.arange(len(whole)) % 3 == 1
     for a, b in ((0, whole.shape[1]), (2, 5), (4, 4), (-5, -2), (None, 7), (6, None), (0, 0)):
-        for which in (slice(None), slice(1, 4), slice(0, 0), some, mask):
-            yield rows[which, a:b], whole[which, a:b]
-            yield rows[which][:, a:b], whole[which][:, a:b]
+        for index in (slice(None), slice(1, 4), slice(0, 0), some, mask):
+            yield rows[index, a:b], whole[index, a:b]
+            yield rows[index][:, a:b], whole[index][:, a:b]
     for column in (0, 7, -1):
         yield rows[:, column], whole[:, column]
 

@@ -52,7 +52,7 @@ def few_threads(monkeypatch, most: int) -> list[threading.Thread]:
 
 
 @pytest.mark.parametrize("most", [0, 1, 2])
-def test_work_goes_on_with_the_threads_that_there_are(four_threads, monkeypatch, most):
+def test_work_continues_with_fewer_threads(four_threads, monkeypatch, most):
     begun, done = few_threads(monkeypatch, most), []
     threads.run_chunks(lambda a, b: done.extend(range(a, b)), 1000, 7)
     assert sorted(done) == list(range(1000))
@@ -145,12 +145,12 @@ def test_an_interrupt_between_any_two_lines_ends_the_wait(first):
 @pytest.mark.parametrize("progress", [None, lambda done, count: None])
 @pytest.mark.parametrize("count", [1, 2, 999, 1000])
 def test_every_chunk_once(four_threads, count, progress):
-    seen = []
-    threads.run_on(SCENE._prepared.geometry, lambda geometry, a, b: seen.append((a, b)), count, 100, 1, progress)
-    ends = sorted(seen)
+    ranges = []
+    threads.run_on(SCENE._prepared.geometry, lambda geometry, a, b: ranges.append((a, b)), count, 100, 1, progress)
+    ends = sorted(ranges)
     assert [ends[0][0], ends[-1][1]] == [0, count]
     assert all(before[1] == after[0] for before, after in itertools.pairwise(ends))
-    assert max(b - a for a, b in seen) <= 100
+    assert max(b - a for a, b in ranges) <= 100
 
 
 # The threads of the extension
@@ -247,10 +247,10 @@ def test_a_stop_ends_the_pieces_of_all_threads():
     while not pieces.wait(100):
         assert time.monotonic() < last
     assert pieces.done < 5
-    held = sys.getrefcount(geometry.places)
+    references = sys.getrefcount(geometry.places)
     del pieces
     released = sys.getrefcount(geometry.places)
-    assert released < held
+    assert released < references
 
 
 @needs_machine_code
@@ -286,7 +286,7 @@ def test_an_interrupt_while_the_extension_works_keeps_its_memory(monkeypatch):
 
 
 @needs_machine_code
-def test_two_hundred_threads_of_python_ask_one_scene_at_once(four_threads):
+def test_two_hundred_threads_of_python_query_one_scene_at_once(four_threads):
     """The first thread prepares the scene, and all share the threads of the extension."""
     random = np.random.default_rng(8)
     origins, directions = random.uniform(-3, 3, (4000, 3)), random.normal(size=(4000, 3))
@@ -415,7 +415,7 @@ def test_memory_of_a_thread_is_for_the_largest_body():
     assert most(scene.replace("one", three)) == [5, 3]
 
 
-def test_bodies_of_a_scene_with_many_gates_are_met_in_turn():
+def test_bodies_of_a_scene_with_many_gates_are_traced_in_turn():
     """There are more bodies than are counted together. Each body's counts begin anew for each ray."""
     square = co.Union([co.Sphere(0.4, (x, y, 0)) - co.Sphere(0.2, (x, y, 0)) for x in range(16) for y in range(16)])
     many = [square.translate((16 * k, 0, 0)) for k in range(130)]

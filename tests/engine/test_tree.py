@@ -235,7 +235,7 @@ def test_long_thin_bodies_across_each_other():
 
 
 def test_bodies_of_many_leaves_have_trees_of_their_own():
-    """A union of balls is met where the balls are."""
+    """A ray meets a union of balls where the balls are."""
     centers, radii = balls(60)
     union = co.Sphere(radii[0], tuple(centers[0]))
     for center, radius in zip(centers[1:], radii[1:], strict=True):

@@ -246,7 +246,7 @@ def test_limits_of_canonical_quadrics_lie_within_their_memory() -> None:
     assert 49_304 + 2 * forms <= size
 
 
-AT_A_THIRD = {  # what a ray from (1, -1, -2) to (1, 2, 4) crosses and touches at t = 1/3, and (t, entering) of its hit
+AT_A_THIRD = {  # walls that a ray from (1, -1, -2) to (1, 2, 4) meets at t = 1/3, and (t, entering) of its hit
     "an edge": ([co.Box((0, 0, 0), (2, 1, 1))], (1 / 3, True)),
     "past two edges": ([co.Box((0, 0, -9), (2, 1, 0)), co.Box((0, -9, 0), (2, 0, 1))], (math.inf, False)),
     "two balls that touch": ([co.Sphere(), co.Sphere(1, (2, 0, 0))], (math.inf, False)),
@@ -341,7 +341,7 @@ def check(items, origin, direction) -> Any:
 
 
 @pytest.mark.parametrize("degrees", [0, 15, 16, 30, 45, 75, 105, 165])
-def test_a_cone_is_met_through_its_rim(degrees):
+def test_a_ray_through_the_rim_hits_a_cone(degrees):
     found = co.Scene([co.Cone((0, 0, -1), (0, 0, 1), 2, 1).rotate((0, 0, 1), degrees)]).crossings(
         (2, 3, 3), (-2, -2, -2), t_min=-9
     )

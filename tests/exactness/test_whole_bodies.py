@@ -48,7 +48,7 @@ def test_scenes_turned_by_any_angle(kind, numbers):
     score.check()
 
 
-def test_the_body_listed_first_is_met_first() -> None:
+def test_the_first_body_of_the_list_is_hit_first() -> None:
     """One box stands there twice, in both orders. The walls are one surface, and the first body answers."""
     box = co.Box((0, 0, 0), (1, 1, 1))
     for scene in (co.Scene([box, box]), co.Scene([co.Box((0, 0, 0), (1, 2, 1)), box])):

@@ -90,7 +90,7 @@ def test_a_ray_through_an_edge_is_decided_by_ranks():
     assert abs(near[0].rank - near[1].rank) <= 1
 
 
-def test_cancelling_terms_are_worked_out_again():
+def test_cancelling_terms_are_computed_again():
     """The ray is nearly a ruling of a cone: a = 1 − slope² is 2^-20 of its terms, so two floats compute it, halved."""
     slope = 1 + 2.0**-20
     step = co.Scene([co.EllipticCone(1, 1, 1)]).explain((0.5, 0, 0), (1, 0, slope), t_min=-10).surfaces[0]

@@ -23,7 +23,7 @@ from ..thread_counts import on_threads
 # --- Films: tone curves, filters, functions by sums and products alone, denoising
 
 
-# --- Tone curves and exposure: formulas evaluated here one number at a time; files that hold what is shown
+# --- Tone curves and exposure: formulas evaluated here one number at a time; files of displayed values
 
 LIGHT = [0.0, 1e-4, 0.01, 0.18, 0.5, 1.0, 3.9, 12.3]
 

@@ -91,7 +91,7 @@ def test_ctrl_c_loses_no_whole_sample(whole, tmp_path, at):
     assert (image.pixels == whole.pixels).all()
 
 
-def test_a_cut_file_is_gone_on_with(whole, tmp_path):
+def test_a_cut_file_continues(whole, tmp_path):
     file = tmp_path / "file"
     scene().render(WIDTH, HEIGHT, 24, NAME, resume=file)
     data = file.read_bytes()
@@ -166,11 +166,11 @@ def test_noise_ends_where_it_is_low(tmp_path):
 
 
 def test_previews_become_the_picture(whole):
-    seen = []
-    image = scene().render(WIDTH, HEIGHT, 40, NAME, preview=seen.append)
-    assert len(seen) > 4
-    assert (seen[-1].pixels == image.pixels).all()
-    differences = [np.abs(each.pixels - image.pixels).mean() for each in seen]
+    previews = []
+    image = scene().render(WIDTH, HEIGHT, 40, NAME, preview=previews.append)
+    assert len(previews) > 4
+    assert (previews[-1].pixels == image.pixels).all()
+    differences = [np.abs(each.pixels - image.pixels).mean() for each in previews]
     assert differences[0] > 3 * differences[-2] > 0
 
 

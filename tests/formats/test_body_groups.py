@@ -475,8 +475,8 @@ def test_limits_hold(monkeypatch):
 
 
 def test_progress_rises():
-    text, seen = scene(FLOW, rows(9000)), []
-    body_patterns.parse_patterned_document(text, seen.append)
-    assert seen == sorted(seen)
-    assert len(seen) > 2
-    assert seen[-1] <= len(text)
+    text, steps = scene(FLOW, rows(9000)), []
+    body_patterns.parse_patterned_document(text, steps.append)
+    assert steps == sorted(steps)
+    assert len(steps) > 2
+    assert steps[-1] <= len(text)

@@ -31,7 +31,7 @@ def plain(kind: str = "<f8", shape: str = "(5, 6)", data: bytes = b"") -> bytes:
     return npy(f"{{'descr': '{kind}', 'fortran_order': False, 'shape': {shape}, }}\n", data)
 
 
-def packed(compression: int = zipfile.ZIP_DEFLATED, **members: bytes) -> bytes:
+def archive_of(compression: int = zipfile.ZIP_DEFLATED, **members: bytes) -> bytes:
     file = io.BytesIO()
     with zipfile.ZipFile(file, "w", compression) as archive:
         for name, data in members.items():
@@ -39,7 +39,7 @@ def packed(compression: int = zipfile.ZIP_DEFLATED, **members: bytes) -> bytes:
     return file.getvalue()
 
 
-def patched(data: bytes, **fields: int) -> bytes:
+def archive_with(data: bytes, **fields: int) -> bytes:
     """Return an archive with fields of its first member changed, in the directory and before the member itself."""
     result = bytearray(data)
     places = {
@@ -69,7 +69,7 @@ def refusal(path: Path, content: bytes) -> str:
 
 
 GOOD = plain(shape="(5, 3)", data=RAYS[:, :3].tobytes())
-ZIP = packed(origins=GOOD, directions=GOOD)
+ZIP = archive_of(origins=GOOD, directions=GOOD)
 
 ARRAYS = {
     "nothing": (b"", "ends too early"),
@@ -99,22 +99,22 @@ ARRAYS = {
 }  # fmt: skip
 
 ARCHIVES = {
-    "encrypted": (patched(ZIP, flags=1), "origins is not an array of numbers (it is encrypted)"),
-    "compressed in an unknown way": (patched(ZIP, kind=97), "compressed in a way"),
-    "bzip2": (packed(zipfile.ZIP_BZIP2, origins=GOOD, directions=GOOD), "compressed in a way"),
-    "lzma": (packed(zipfile.ZIP_LZMA, origins=GOOD, directions=GOOD), "compressed in a way"),
-    "a wrong checksum": (patched(ZIP, crc=1), "origins is not an array of numbers (Bad CRC-32"),
-    "a wrong size": (patched(ZIP, size=200), "announces"),
-    "no such compressed data": (patched(packed(zipfile.ZIP_STORED, origins=GOOD, directions=GOOD), kind=8), "origins is not an array of numbers"),
-    "objects": (packed(origins=plain("|O", "(5, 3)"), directions=GOOD), "Python objects"),
-    "more numbers than declared": (packed(origins=GOOD + b"x", directions=GOOD), "announces"),
-    "fewer numbers than declared": (packed(origins=GOOD[:-1], directions=GOOD), "announces"),
-    "no arrays": (packed(other=GOOD), "must hold the arrays origins and directions"),
-    "names that drive a terminal": (packed(**{"\x1b[31m": GOOD}), "got \\x1b[31m"),
-    "rays that do not fit together": (packed(origins=GOOD, directions=plain(shape="(4, 3)", data=bytes(96))), "do not broadcast"),
-    "points of two": (packed(origins=plain(shape="(5, 2)", data=bytes(80)), directions=GOOD), "origins must have shape (..., 3)"),
-    "intervals of too many": (packed(origins=GOOD, directions=GOOD, t_max=plain(shape="(4,)", data=bytes(32))), "t_min and t_max must broadcast"),
-    "an interval to nowhere": (packed(origins=GOOD, directions=GOOD, t_max=plain(shape="()", data=struct.pack("<d", np.nan))), "t_max must not be NaN"),
+    "encrypted": (archive_with(ZIP, flags=1), "origins is not an array of numbers (it is encrypted)"),
+    "compressed in an unknown way": (archive_with(ZIP, kind=97), "compressed in a way"),
+    "bzip2": (archive_of(zipfile.ZIP_BZIP2, origins=GOOD, directions=GOOD), "compressed in a way"),
+    "lzma": (archive_of(zipfile.ZIP_LZMA, origins=GOOD, directions=GOOD), "compressed in a way"),
+    "a wrong checksum": (archive_with(ZIP, crc=1), "origins is not an array of numbers (Bad CRC-32"),
+    "a wrong size": (archive_with(ZIP, size=200), "announces"),
+    "no such compressed data": (archive_with(archive_of(zipfile.ZIP_STORED, origins=GOOD, directions=GOOD), kind=8), "origins is not an array of numbers"),
+    "objects": (archive_of(origins=plain("|O", "(5, 3)"), directions=GOOD), "Python objects"),
+    "more numbers than declared": (archive_of(origins=GOOD + b"x", directions=GOOD), "announces"),
+    "fewer numbers than declared": (archive_of(origins=GOOD[:-1], directions=GOOD), "announces"),
+    "no arrays": (archive_of(other=GOOD), "must hold the arrays origins and directions"),
+    "names that drive a terminal": (archive_of(**{"\x1b[31m": GOOD}), "got \\x1b[31m"),
+    "rays that do not fit together": (archive_of(origins=GOOD, directions=plain(shape="(4, 3)", data=bytes(96))), "do not broadcast"),
+    "points of two": (archive_of(origins=plain(shape="(5, 2)", data=bytes(80)), directions=GOOD), "origins must have shape (..., 3)"),
+    "intervals of too many": (archive_of(origins=GOOD, directions=GOOD, t_max=plain(shape="(4,)", data=bytes(32))), "t_min and t_max must broadcast"),
+    "an interval to nowhere": (archive_of(origins=GOOD, directions=GOOD, t_max=plain(shape="()", data=struct.pack("<d", np.nan))), "t_max must not be NaN"),
 }  # fmt: skip
 
 
@@ -143,7 +143,7 @@ def test_archives(name, tmp_path):
 
 @pytest.mark.parametrize("name", ARRAYS)
 def test_arrays_in_archives(name, tmp_path):
-    assert "origins" in refusal(tmp_path / "rays.npz", packed(origins=ARRAYS[name][0], directions=GOOD))
+    assert "origins" in refusal(tmp_path / "rays.npz", archive_of(origins=ARRAYS[name][0], directions=GOOD))
 
 
 def test_arrays_of_numpy_are_read(tmp_path):
@@ -168,18 +168,18 @@ def test_small_files_do_not_unpack_to_large_ones(tmp_path, monkeypatch):
     """An honest archive of equal numbers has a thousandth of its unpacked size. The test makes the limits small for it."""
     zeros = plain(shape="(100000, 3)", data=bytes(2_400_000))
     ones = plain(shape="(100000, 3)", data=np.ones(300_000).tobytes())
-    (tmp_path / "rays.npz").write_bytes(packed(origins=zeros, directions=ones))
+    (tmp_path / "rays.npz").write_bytes(archive_of(origins=zeros, directions=ones))
     assert len(RayFile(tmp_path / "rays.npz", whole=True).read().rays) == 100_000
     monkeypatch.setattr(npz, "FREE_BYTES", 3 * MB)
     monkeypatch.setattr(npz, "MAX_COMPRESSION", 10)
-    assert "unpacks to" in refusal(tmp_path / "rays.npz", packed(origins=zeros, directions=ones))
+    assert "unpacks to" in refusal(tmp_path / "rays.npz", archive_of(origins=zeros, directions=ones))
 
 
 def test_announced_sizes_are_refused_before_memory_is_taken(tmp_path):
     """The archive, the header and the sizes of the member all announce 24 GB."""
     claim = plain(shape="(1000000000, 3)")
     tracemalloc.start()
-    content = patched(packed(origins=claim + bytes(3 * MB), directions=GOOD), size=0xFFFFFFFF)
+    content = archive_with(archive_of(origins=claim + bytes(3 * MB), directions=GOOD), size=0xFFFFFFFF)
     assert "unpacks to 22.4 GiB" in refusal(tmp_path / "rays.npz", content)
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
@@ -190,7 +190,7 @@ def test_rays_that_multiply_are_refused(tmp_path):
     """A megabyte of origins times a megabyte of directions is two billion rays."""
     column = plain(shape="(50000, 1, 3)", data=bytes(1_200_000))
     row = plain(shape="(1, 50000, 3)", data=np.ones(150_000).tobytes())
-    assert "2,500,000,000 rays" in refusal(tmp_path / "rays.npz", packed(origins=column, directions=row))
+    assert "2,500,000,000 rays" in refusal(tmp_path / "rays.npz", archive_of(origins=column, directions=row))
 
 
 def test_sparse_files_take_no_memory(tmp_path):
@@ -207,7 +207,7 @@ def test_sparse_files_take_no_memory(tmp_path):
 
 
 def test_a_directory_without_end_is_not_read(tmp_path):
-    content = bytearray(packed(origins=GOOD, directions=GOOD) + bytes(6 * MB))
+    content = bytearray(archive_of(origins=GOOD, directions=GOOD) + bytes(6 * MB))
     end = content.index(b"PK\x05\x06")
     content[-22:] = content[end : end + 22]
     struct.pack_into("<I", content, len(content) - 10, 5 * MB)

@@ -113,8 +113,8 @@ def test_bytes_are_the_formula_rounded():
 
 def test_each_byte_begins_at_the_threshold_of_the_formula():
     _, thresholds = _srgb_table()
-    wanted = np.arange(256)[1:] - 0.5  # rounding turns up there
-    assert np.abs(by_formula(thresholds[:-1]) - wanted).max() < 1e-9
+    middles = np.arange(256)[1:] - 0.5  # rounding turns up there
+    assert np.abs(by_formula(thresholds[:-1]) - middles).max() < 1e-9
     assert srgb_bytes(thresholds[:-1]).tolist() == list(range(1, 256))
     assert srgb_bytes(np.nextafter(thresholds[:-1], 0)).tolist() == list(range(255))
 

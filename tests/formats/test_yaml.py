@@ -187,15 +187,15 @@ def test_everything_stands_where_it_stands():
 
 def values_of(root: Node) -> int:
     """Return the number of values in a tree, keys among them, without aliases."""
-    seen: dict[int, Node] = {}
+    nodes: dict[int, Node] = {}
     pending = [root]
     while pending:
         node = pending.pop()
-        if id(node) not in seen:
-            seen[id(node)] = node
+        if id(node) not in nodes:
+            nodes[id(node)] = node
             pending += node.items if isinstance(node, SequenceNode) else []
             pending += [*node.heads, *node.entries.values()] if isinstance(node, MappingNode) else []
-    return len(seen)
+    return len(nodes)
 
 
 def test_values_are_counted_once():
@@ -229,7 +229,7 @@ def test_a_hundred_thousand_bodies(tmp_path):
     assert scene["body 99999"].shape == co.Sphere(2, (99_999, 2, 3))
 
 
-# What is around it
+# Around the tree: the garbage collector, and progress
 
 
 def test_the_collector_is_as_it_was(tmp_path):

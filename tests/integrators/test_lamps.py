@@ -57,8 +57,8 @@ def test_the_penumbra_of_a_disc(share):
     s = min(1.0, max(-1.0, share))
     part = 0.5 + (s * math.sqrt(1 - s * s) + math.asin(s)) / math.pi
     full = 1000 * radius**2 / (radius**2 + height**2)
-    seen = color([lamp, hides], at(share * radius), samples=4096)
-    assert seen == pytest.approx([part * full] * 3, abs=4e-3 * full)
+    radiance = color([lamp, hides], at(share * radius), samples=4096)
+    assert radiance == pytest.approx([part * full] * 3, abs=4e-3 * full)
 
 
 def test_many_lamps_add_up():
@@ -73,19 +73,19 @@ def test_many_lamps_add_up():
 def test_lamps_and_lights_add_up():
     lamp = co.Body(co.Sphere(1, (0, 0, 2)), co.glow(1))
     light = co.PointLight((3, 0, 4), 2)
-    seen = color([lamp], samples=2048, lights=[light, co.AmbientLight(0.1)])
-    assert seen == pytest.approx([0.25 + 2 * 0.8 + 0.1] * 3, rel=3e-3)
+    radiance = color([lamp], samples=2048, lights=[light, co.AmbientLight(0.1)])
+    assert radiance == pytest.approx([0.25 + 2 * 0.8 + 0.1] * 3, rel=3e-3)
 
 
-def test_lamps_in_mirrors_are_seen_and_light_mirrored_bodies():
+def test_lamps_in_mirrors_are_visible_and_light_mirrored_bodies():
     """A mirror stands at 45° over the camera's ray. Beyond it is a wall, which a disc lights as it does the floor."""
     wall = co.Body(co.Plane((-1, 0, 0), -2), co.matte(WHITE))
     mirror = co.Body(co.Disc((0, 0, 5), (1, 0, -1), 0.01), co.mirror(1.0))
     lamp = co.Body(co.Disc((0, 0, 5), (1, 0, 0), 1).translate((-0.5, 0, 0)), co.glow(1))
     view = co.OrthographicCamera((0, 0, 4.9), (0, 0, 5), up=(0, 1, 0), height=1e-9)
-    seen = co.Scene([wall, mirror, lamp], NO_LIGHT, view, BLACK).render(1, 1, 4096).pixels[0, 0]
+    radiance = co.Scene([wall, mirror, lamp], NO_LIGHT, view, BLACK).render(1, 1, 4096).pixels[0, 0]
     whole = 1 / (1 + 2.5**2)  # less the part behind the mirror: a disc of 0.01 at a distance of 2, aslant
-    assert seen == pytest.approx([whole] * 3, rel=5e-3)
+    assert radiance == pytest.approx([whole] * 3, rel=5e-3)
 
 
 def test_a_pane_dims_a_lamp_as_it_does_a_light():
@@ -190,5 +190,5 @@ def test_a_point_over_a_floor_and_its_shadow():
         camera = co.OrthographicCamera((x, y, 0.01), (x, y, 0), up=(0, 1, 0), height=1e-6)
         square = (x - 4) ** 2 + y**2 + 9
         light = shade * 2 * 3 / math.sqrt(square) / square
-        seen = scene.render(1, 1, 1, "direct", camera=camera).pixels[0, 0].tolist()
-        assert seen == pytest.approx([0.5 * light, 0.25 * light, light], rel=1e-5)
+        radiance = scene.render(1, 1, 1, "direct", camera=camera).pixels[0, 0].tolist()
+        assert radiance == pytest.approx([0.5 * light, 0.25 * light, light], rel=1e-5)

@@ -54,9 +54,9 @@ def test_lights_without_extent_are_as_bright_as_in_whitteds_pictures(light):
 def test_several_lights_add_up():
     lights = [co.PointLight((k, 1, 3), 1 + k) for k in range(20)]
     few, many = color([floor()], lights[:5], samples=1 << 12), color([floor()], lights, samples=1 << 14)
-    for seen, count in ((few, 5), (many, 20)):
+    for radiance, count in ((few, 5), (many, 20)):
         expected = sum((1 + k) * 3 / math.sqrt(k * k + 1 + 9) for k in range(count))
-        assert seen == pytest.approx([expected] * 3, rel=0.01)
+        assert radiance == pytest.approx([expected] * 3, rel=0.01)
 
 
 # Lamps: radiance L and a form factor F give L F
@@ -65,15 +65,15 @@ def test_several_lights_add_up():
 @pytest.mark.parametrize("distance", [1.001, 2, 30])
 def test_a_ball_overhead(distance):
     """F = R² / d² (a ball that is all above the horizon)."""
-    seen = color([floor(), co.Body(co.Sphere(1, (0, 0, distance)), co.glow(3))])
-    assert seen == pytest.approx([3 / distance**2] * 3, rel=1e-3)
+    radiance = color([floor(), co.Body(co.Sphere(1, (0, 0, distance)), co.glow(3))])
+    assert radiance == pytest.approx([3 / distance**2] * 3, rel=1e-3)
 
 
 @pytest.mark.parametrize(("radius", "height"), [(1, 1), (2, 1), (0.1, 3)])
 def test_a_disc_overhead(radius, height):
     """F = R² / (R² + h²)."""
-    seen = color([floor(), co.Body(co.Disc((0, 0, height), (0, 0, 1), radius), co.glow((2, 1, 0)))])
-    assert seen == pytest.approx(np.array((2, 1, 0)) * radius**2 / (radius**2 + height**2), rel=2e-3)
+    radiance = color([floor(), co.Body(co.Disc((0, 0, height), (0, 0, 1), radius), co.glow((2, 1, 0)))])
+    assert radiance == pytest.approx(np.array((2, 1, 0)) * radius**2 / (radius**2 + height**2), rel=2e-3)
 
 
 SQUARE = [(-1.5, -1.5, 1), (1.5, -1.5, 1), (1.5, 1.5, 1), (-1.5, 1.5, 1)]
@@ -123,8 +123,8 @@ def test_lamps_that_are_drawn_are_as_bright_as_those_that_paths_find(lamp):
 def test_within_a_lamp_all_is_as_bright_as_its_colour(lamp):
     inside = co.OrthographicCamera((0, 0, 1.5), (0, 0, 0), up=(0, 1, 0), height=1e-6)
     ball = co.Body(co.Sphere(1), co.matte((0.5, 0.5, 0.5)))
-    seen = color([co.Body(lamp, co.glow(1)), ball], camera=inside, depth=1, samples=4096)
-    assert seen == pytest.approx([0.5] * 3, rel=2e-3)
+    radiance = color([co.Body(lamp, co.glow(1)), ball], camera=inside, depth=1, samples=4096)
+    assert radiance == pytest.approx([0.5] * 3, rel=2e-3)
 
 
 def test_a_lamp_flush_with_a_ceiling_gives_light_where_it_is_listed_first():
@@ -177,8 +177,8 @@ def test_surroundings_of_an_image():
     z, turn = np.sqrt(u), 2 * np.pi * v
     r = np.sqrt(1 - u)
     expected = bilinear(pixels, np.stack([r * np.cos(turn), r * np.sin(turn), z], axis=1)).mean(axis=0)
-    seen = color([floor()], background=co.Environment(pixels, intensity=2), samples=1 << 14, depth=1)
-    assert seen == pytest.approx(2 * expected, rel=5e-3)
+    radiance = color([floor()], background=co.Environment(pixels, intensity=2), samples=1 << 14, depth=1)
+    assert radiance == pytest.approx(2 * expected, rel=5e-3)
 
 
 def test_a_bright_spot_of_an_image_is_aimed_at():
@@ -212,7 +212,7 @@ def test_walls_that_abut_leak_nothing():
         (co.glass(1.5, dispersion=0.01), None, 1024, 50, 0.02),
     ],
 )
-def test_a_ball_that_absorbs_nothing_is_not_seen_in_a_furnace(look, core, samples, depth, rel):
+def test_a_ball_without_absorption_is_invisible_in_a_furnace(look, core, samples, depth, rel):
     bodies = (
         [co.Body(co.Sphere(1), look)] if core is None else [co.Body(co.Sphere(0.5), core), co.Body(co.Sphere(1), look)]
     )
@@ -226,8 +226,8 @@ def test_absorption_by_beers_law():
     """The slab has index 1 and is 2 thick along the axis: exp(-2 σ) of the background."""
     slab = co.Body(co.Box((-5, -5, -2), (5, 5, 0)), co.Material(transparency=1, absorption=(0.1, 0.5, 2)))
     down = co.OrthographicCamera((0, 0, 5), (0, 0, 0), up=(0, 1, 0), height=1e-6)
-    seen = color([slab], background=WHITE, camera=down, samples=4)
-    assert seen == pytest.approx(np.exp(-2 * np.array((0.1, 0.5, 2))), rel=1e-6)
+    radiance = color([slab], background=WHITE, camera=down, samples=4)
+    assert radiance == pytest.approx(np.exp(-2 * np.array((0.1, 0.5, 2))), rel=1e-6)
 
 
 def test_light_scattered_once():
@@ -242,11 +242,11 @@ def test_light_scattered_once():
     expected = np.mean(sigma * np.exp(-sigma * (s + across))) * 2 / (4 * np.pi) * np.pi
     down = co.OrthographicCamera((0, 0, 5), (0, 0, 0), up=(0, 1, 0), height=1e-6)
     ball = co.Body(co.Sphere(1), co.fog(sigma))
-    seen = color([ball], [co.DirectionalLight((1, 0, 0))], camera=down, samples=1 << 14, depth=1)
-    assert seen == pytest.approx([expected] * 3, rel=0.01)
+    radiance = color([ball], [co.DirectionalLight((1, 0, 0))], camera=down, samples=1 << 14, depth=1)
+    assert radiance == pytest.approx([expected] * 3, rel=0.01)
 
 
-def test_a_pane_lets_light_of_a_lamp_through_as_it_shows_it():
+def test_a_pane_transmits_as_much_light_of_a_lamp_as_it_shows():
     """A thin pane transmits 1 - 2 F / (1 + F), F = 0.04 at normal incidence, nearly so for a lamp far above."""
     lamp, pane = (
         co.Body(co.Disc((0, 0, 20), (0, 0, 1), 0.5), co.glow(1000)),
@@ -264,8 +264,8 @@ def test_depth_counts_scatterings():
     room = co.Body(co.Sphere(3), co.glow(1, (0.5, 0.5, 0.5)))
     inside = co.OrthographicCamera((0, 0, 1.5), (0, 0, 0), up=(0, 1, 0), height=1e-6)
     for depth in (0, 1, 2, 5):
-        seen = color([room], camera=inside, depth=depth, samples=2048)
-        assert seen == pytest.approx([2 - 0.5**depth] * 3, rel=0.01)
+        radiance = color([room], camera=inside, depth=depth, samples=2048)
+        assert radiance == pytest.approx([2 - 0.5**depth] * 3, rel=0.01)
 
 
 def test_direct_light_is_a_path_of_one_scattering():

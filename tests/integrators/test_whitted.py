@@ -29,8 +29,8 @@ def floor(material):
 def test_lamberts_law(tilt):
     angle = math.radians(tilt)
     light = co.DirectionalLight((math.sin(angle), 0, -math.cos(angle)), (0.5, 1, 2))
-    seen = color([floor(co.matte((0.2, 0.4, 0.8)))], [light])
-    assert seen == pytest.approx(np.array((0.1, 0.4, 1.6)) * math.cos(angle), rel=1e-6)
+    radiance = color([floor(co.matte((0.2, 0.4, 0.8)))], [light])
+    assert radiance == pytest.approx(np.array((0.1, 0.4, 1.6)) * math.cos(angle), rel=1e-6)
 
 
 def test_light_from_below_does_not_count():
@@ -38,8 +38,10 @@ def test_light_from_below_does_not_count():
 
 
 def test_ambient_light_adds_up():
-    seen = color([floor(co.matte((0.5, 0.5, 1), ambient=0.5))], [co.AmbientLight(0.2), co.AmbientLight((0.1, 0, 0))])
-    assert seen == pytest.approx((0.075, 0.05, 0.1), rel=1e-6)
+    radiance = color(
+        [floor(co.matte((0.5, 0.5, 1), ambient=0.5))], [co.AmbientLight(0.2), co.AmbientLight((0.1, 0, 0))]
+    )
+    assert radiance == pytest.approx((0.075, 0.05, 0.1), rel=1e-6)
 
 
 def test_inverse_square():
@@ -61,7 +63,7 @@ def test_spot_and_its_soft_edge(aim, share):
 # Lamps
 
 
-def test_glowing_bodies_are_seen():
+def test_glowing_bodies_are_visible():
     """The ray sees the body's emission under any light. The body lights nothing here."""
     lamp = co.Body(co.Box((-1, -1, 0), (1, 1, 1)), co.glow((3, 2, 0.5)))
     assert color([lamp]).tolist() == [3, 2, 0.5]
@@ -89,8 +91,8 @@ def test_light_through_a_pane_of_glass():
     glass = co.Body(co.Box((-9, 2.5, -9), (9, 3, 9)), co.glass(1.5, absorption=(0, 1, 2), specular=0))
     wall = co.Body(co.Box((-9, -1, -9), (9, 0, 9)), co.matte(WHITE))
     camera = co.OrthographicCamera((0, 2, 0), (0, 0, 0), height=1e-3)
-    seen = color([wall, glass], [co.DirectionalLight((0, -1, 0))], camera=camera)
-    assert seen == pytest.approx(0.96**2 * np.exp([0, -0.5, -1]), rel=1e-6)
+    radiance = color([wall, glass], [co.DirectionalLight((0, -1, 0))], camera=camera)
+    assert radiance == pytest.approx(0.96**2 * np.exp([0, -0.5, -1]), rel=1e-6)
 
 
 def test_light_at_an_angle_through_a_pane():
@@ -98,8 +100,8 @@ def test_light_at_an_angle_through_a_pane():
     glass = co.Body(co.Box((-99, -99, 2), (99, 99, 2.5)), co.glass(math.sqrt(3), absorption=0.7, specular=0))
     camera = co.OrthographicCamera((0, 0, 1), (0, 0, 0), up=(0, 1, 0), height=1e-3)
     light = co.DirectionalLight((math.sqrt(3), 0, -1))
-    seen = color([floor(co.matte(WHITE)), glass], [light], camera=camera)
-    assert seen == pytest.approx([0.5 * 0.875**2 * math.exp(-0.7)] * 3, rel=1e-6)
+    radiance = color([floor(co.matte(WHITE)), glass], [light], camera=camera)
+    assert radiance == pytest.approx([0.5 * 0.875**2 * math.exp(-0.7)] * 3, rel=1e-6)
 
 
 # Reflection and refraction
@@ -136,8 +138,8 @@ def test_beers_law_through_a_slab(index):
     below = co.OrthographicCamera((0, 0, 0.5), (0, 0, 5), up=(0, 1, 0), height=1e-3)
     sky = co.Sky((1, 1, 1), (1, 1, 1), (0, 0, 0))
     r = ((index - 1) / (index + 1)) ** 2
-    kept = np.exp(-2 * np.array((0, 0.3, 1)))
-    expected = (1 - r) ** 2 * kept / (1 - r**2 * kept**2)
+    transmittance = np.exp(-2 * np.array((0, 0.3, 1)))
+    expected = (1 - r) ** 2 * transmittance / (1 - r**2 * transmittance**2)
     assert color([slab, black], background=sky, camera=below) == pytest.approx(expected, abs=4 * FAINT)
 
 
@@ -177,12 +179,12 @@ def test_total_reflection_in_a_prism():
     prism = co.Polyhedron([(0, -1, 0), (0, 0, -1), (0, 1, 1), (1, 0, 0), (-1, 0, 0)], [0, 0, 1, 1, 1])
     camera = co.OrthographicCamera((0, -5, 0.5), (0, 0, 0.5), height=1e-3)
     sky = co.Sky((1, 1, 1), (1, 1, 1), (0, 0.5, 1))  # straight down is where it leaves
-    seen = color([co.Body(prism, co.glass(specular=0))], background=sky, camera=camera)
+    radiance = color([co.Body(prism, co.glass(specular=0))], background=sky, camera=camera)
     r = (0.52 / 2.52) ** 2
     once = (1 - r) ** 2 * np.array((0, 0.5, 1))
     # a part is reflected at the exit, turned again, and leaves by the entry: horizon, white; so is R at the entry
     back = r + (1 - r) ** 2 * r
-    assert seen == pytest.approx(once + back, abs=0.01)
+    assert radiance == pytest.approx(once + back, abs=0.01)
 
 
 def test_a_transparent_sheet_is_a_thin_pane():
@@ -245,16 +247,16 @@ def test_air_in_glass_and_glass_around_air():
     assert np.abs(with_body - with_hole).max() < 1e-6
 
 
-def test_bodies_that_touch_glass_are_seen_through_it():
+def test_bodies_that_touch_glass_are_visible_through_it():
     """A wall of glass touches an opaque wall at one t. Either may come first in the list."""
     plate = co.Body(co.Box((-1, -1, -1), (1, 1, -0.5)), GREEN)
     first = co.Scene([plate, GROUND], lights=LIGHTS, camera=CAMERA).render(72, 54, 2).pixels
     last = co.Scene([GROUND, plate], lights=LIGHTS, camera=CAMERA).render(72, 54, 2).pixels
     assert (first == last).all()
-    seen = color(
+    radiance = color(
         [co.Body(co.Box((-9, -9, 0), (9, 9, 2)), co.glass(1, absorption=0.5, specular=0)), floor(co.matte(WHITE))]
     )
-    assert seen == pytest.approx([math.exp(-1)] * 3, rel=1e-6)
+    assert radiance == pytest.approx([math.exp(-1)] * 3, rel=1e-6)
 
 
 def test_a_camera_may_stand_in_water():
@@ -263,8 +265,8 @@ def test_a_camera_may_stand_in_water():
         co.Box((-90, -90, 0), (90, 90, 12)), co.glass(co.materials.WATER, absorption=(0.5, 0.1, 0), specular=0)
     )
     camera = co.OrthographicCamera((0, 0, 4), (0, 0, 0), up=(0, 1, 0), height=1e-3)
-    seen = color([sea, floor(co.matte(WHITE))], camera=camera)
-    assert seen == pytest.approx(np.exp([-2, -0.4, 0]), rel=1e-6)
+    radiance = color([sea, floor(co.matte(WHITE))], camera=camera)
+    assert radiance == pytest.approx(np.exp([-2, -0.4, 0]), rel=1e-6)
     endless = co.Body(co.HalfSpace((0, 0, 1), 12), co.glass(co.materials.WATER, absorption=(0.5, 0.1, 0), specular=0))
     assert color([endless], camera=camera) == pytest.approx((0, 0, 1), abs=1e-6)
 

@@ -450,7 +450,7 @@ REFUSED = [
         TypeError,
         "^line_integral: values come before the rays, got Rays first$",
     ),
-    # errors of queries name what they got
+    # errors of queries show the value
     (lambda: SCENE.first_hit(HITS), TypeError, "^first_hit: origins must be a Rays, or an array .*, got Hits alone$"),
     (lambda: SCENE.contains((0, 0, np.nan)), ValueError, "^contains: points must be finite"),
     (lambda: SCENE.first_hit(), TypeError, r"^Scene\.first_hit\(\) missing"),
@@ -479,7 +479,7 @@ REFUSED = [
         )
         for options in (dict(vmin=0), dict(vmax=1), dict(colormap="dusk"), dict(colormap="grey"))
     ),
-    # box tells a number from three
+    # box distinguishes a number from three
     (lambda: co.Box(low=2, high=(3, 3, 3)), ValueError, "low must be 3 numbers, got the number 2$"),
     # scene items refused
     (

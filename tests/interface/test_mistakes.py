@@ -364,7 +364,7 @@ def test_every_public_function_is_in_the_table():
         (lambda: co.Sky(intensity=-1), "Sky: intensity must be >= 0, got -1"),
     ],
 )  # fmt: skip
-def test_told_apart(call, message):
+def test_values_of_other_meanings_are_refused(call, message):
     with pytest.raises((TypeError, ValueError, IndexError), match=message):
         call()
 

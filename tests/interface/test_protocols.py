@@ -109,8 +109,8 @@ def test_photos(tmp_path, suffix, most):
     path = tmp_path / f"x{suffix}"
     image.save(path)
     with PIL.Image.open(path) as file:
-        seen = np.asarray(file.convert("RGB")).astype(int)
-    assert np.abs(seen - np.asarray(image)).max() <= most
+        pixels = np.asarray(file.convert("RGB")).astype(int)
+    assert np.abs(pixels - np.asarray(image)).max() <= most
     with pytest.raises(ValueError, match=r"Image: .*wide\.webp cannot be written as WEBP"):
         co.Image(np.zeros((1, 20_000))).save(tmp_path / "wide.webp")
     assert [file.name for file in tmp_path.iterdir()] == [path.name]

@@ -220,7 +220,7 @@ def test_answers():
 # --- Solids with flat faces have closed forms: against formulas, fractions, and counts of unit cubes
 
 
-def closed_form(shape: co.Solid) -> co.Measures:
+def closed_form(shape: co.Solid) -> co.measures.Measures:
     """Return measures, which must come from no ray."""
     found = co.measure(shape)
     assert (found.rays, found.volume_error, found.area_error) == (0, 0, 0)

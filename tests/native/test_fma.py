@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from ..samples import many
+from ..samples import deep, many
 
 SOURCE = Path(__file__).resolve().parents[2] / "native" / "fma.c"
 LEAST, SMALLEST_NORMAL, LARGEST = 2.0**-1074, 2.0**-1022, math.ldexp(2 - 2.0**-52, 1023)
@@ -132,10 +132,6 @@ def test_special_values(fma):
     assert not wrong(fma, itertools.islice(itertools.product(SPECIAL, repeat=3), 0, None, many(5, 1)))
 
 
-def test_hard_and_random_cases(fma):
-    assert not wrong(fma, hard(20_000, 1))
-
-
-@pytest.mark.deep
-def test_a_million_cases(fma):
-    assert not wrong(fma, hard(1_000_000, 2))
+@pytest.mark.parametrize(("count", "seed"), [(20_000, 1), deep((1_000_000, 2))])
+def test_hard_and_random_cases(fma, count, seed):
+    assert not wrong(fma, hard(count, seed))

@@ -73,6 +73,6 @@ def test_no_compiler_is_imported(tmp_path: Path):
     with child(PROGRAM, BARREL, tmp_path) as running:
         code, out, errors = running.end(120)
     assert code == 0, errors
-    seen = json.loads(out.splitlines()[-1])
-    assert len(seen) == 9
-    assert {after: names for after, names in seen.items() if names} == {}
+    modules = json.loads(out.splitlines()[-1])
+    assert len(modules) == 9
+    assert {after: names for after, names in modules.items() if names} == {}

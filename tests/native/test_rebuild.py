@@ -111,11 +111,11 @@ def test_files_are_made_again_that_hold_a_function_or_a_copy_of_it(edited: str, 
     assert {name for name in before if before[name] != after[name]} == files
 
 
-def test_the_order_in_which_functions_are_seen_changes_nothing() -> None:
+def test_the_order_of_functions_changes_nothing() -> None:
     assert groups_of(FUNCTIONS) == groups_of(dict(reversed(FUNCTIONS.items())))
 
 
-def test_symbols_that_other_files_call_are_seen() -> None:
+def test_symbols_that_other_files_call_are_visible() -> None:
     found = groups_of(FUNCTIONS)
     assert {name: group.seen for name, group in found.items()} == {
         "top": [],

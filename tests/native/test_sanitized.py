@@ -23,7 +23,7 @@ pytestmark = [
 
 
 @pytest.fixture(scope="module")
-def checked(tmp_path_factory):
+def checked_copy(tmp_path_factory):
     """Return a copy of the package with a checked extension, and its environment."""
     folder = tmp_path_factory.mktemp("checked")
     runtime = subprocess.run(["gcc", "-print-file-name=libasan.so"], capture_output=True, text=True).stdout.strip()
@@ -58,8 +58,8 @@ def test_threads_of_the_pool(tmp_path, checks):
     "words",
     [("pytest", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", *SAMPLE), ("tests.native.fuzz", "20000", "7")],
 )
-def test_queries_and_wrong_arguments(checked, words):
-    folder, environment = checked
+def test_queries_and_wrong_arguments(checked_copy, words):
+    folder, environment = checked_copy
     command = [sys.executable, "-m", *words]
     run = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=3000)
     assert run.returncode == 0, (run.stdout + run.stderr)[-3000:]

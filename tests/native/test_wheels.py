@@ -25,28 +25,28 @@ def run(monkeypatch, tmp_path: Path, build, *targets: str) -> int:
     return wheels.main()
 
 
-def made(target, folder: Path) -> Path:
+def letters_as_wheel(target, folder: Path) -> Path:
     path = folder / f"{target.name}.whl"
     path.write_text(target.tag)
     return path
 
 
-def left(tmp_path: Path) -> set[str]:
+def files_left(tmp_path: Path) -> set[str]:
     return {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*") if path.is_file()}
 
 
 def test_all_arrive_with_the_source_archive(monkeypatch, tmp_path, capsys):
-    assert run(monkeypatch, tmp_path, made) == 0
+    assert run(monkeypatch, tmp_path, letters_as_wheel) == 0
     names = [*TARGETS, "cuda"]
-    assert left(tmp_path) == {*(f"dist/{name}.whl" for name in names), f"dist/conicoid-{co.__version__}.tar.gz"}
+    assert files_left(tmp_path) == {*(f"dist/{name}.whl" for name in names), f"dist/conicoid-{co.__version__}.tar.gz"}
     lines = capsys.readouterr().out.splitlines()
     assert "Wheel 2 of 9, for linux-aarch64:" in lines
     assert lines[-1] == f"To install it: pip install --find-links {tmp_path / 'dist'} conicoid"
 
 
 def test_some_arrive_alone(monkeypatch, tmp_path, capsys):
-    assert run(monkeypatch, tmp_path, made, "macos-arm64") == 0
-    assert left(tmp_path) == {"dist/macos-arm64.whl"}
+    assert run(monkeypatch, tmp_path, letters_as_wheel, "macos-arm64") == 0
+    assert files_left(tmp_path) == {"dist/macos-arm64.whl"}
     last = capsys.readouterr().out.splitlines()[-1]
     assert last == f"To install it: pip install {tmp_path / 'dist' / 'macos-arm64.whl'}"
 
@@ -58,16 +58,16 @@ def test_an_interrupted_or_faulty_wheel_withholds_all(error, status, monkeypatch
     def faulty(target, folder: Path) -> Path:
         if target.name == "windows-x86_64":
             raise error
-        return made(target, folder)
+        return letters_as_wheel(target, folder)
 
     assert run(monkeypatch, tmp_path, faulty) == status
-    assert left(tmp_path) == set()
+    assert files_left(tmp_path) == set()
     assert capsys.readouterr().err == f"{error}\n"
 
 
 def test_unknown_targets_are_refused(monkeypatch, tmp_path, capsys):
     with pytest.raises(SystemExit):
-        run(monkeypatch, tmp_path, made, "amiga")
+        run(monkeypatch, tmp_path, letters_as_wheel, "amiga")
     assert "there is no target amiga" in capsys.readouterr().err
 
 

@@ -635,7 +635,7 @@ def test_a_wrong_distance_is_found(monkeypatch):
         *deeper((name, seed, 200, 8) for name in BODIES for seed in range(4)),
     ],
 )
-def test_distances_are_within_the_bound_that_they_tell(name, seed, count, forced):
+def test_distances_are_within_their_bounds(name, seed, count, forced):
     assert list(faults(name, np.random.default_rng(seed), count, forced)) == []
 
 

@@ -1,7 +1,6 @@
 """The elementary functions without a compiler: each operation by Python's floats, fused ones by exact fractions.
 
-What is computed this way depends on nothing but IEEE arithmetic, so compiled code that gives the same bits does not
-either.
+Results depend on nothing but IEEE arithmetic, so compiled code that gives the same bits does not either.
 """
 
 from __future__ import annotations
@@ -42,7 +41,7 @@ def float_from_bits(number: int) -> float:
 
 
 @contextmanager
-def interpreted() -> Iterator[None]:
+def without_compiler() -> Iterator[None]:
     """Within the block, inner functions that are called from Python work by these."""
     with pytest.MonkeyPatch.context() as patch:
         for module in MODULES:

@@ -52,7 +52,7 @@ def test_a_glass_has_no_index_outside_of_its_range():
         co.optics.glass("N-BK7")(-1)
 
 
-def test_names_that_there_are_not():
+def test_unknown_names():
     for call, error, message in (
         (lambda: co.optics.glass("BK7"), ValueError, "got 'BK7' .did you mean 'N-BK7'"),
         (lambda: co.optics.glasses["N-SF-11"], KeyError, "did you mean 'N-SF11'"),
@@ -184,7 +184,7 @@ def test_total_reflection_is_exact():
 
 
 @pytest.mark.parametrize(("n1", "n2"), [(1.0, 1.5), (1.5, 1.0), (1.33, 2.2), (1.5, 0.2 + 3.4j), (1.0, 4 + 0.01j)])
-def test_energy_is_kept(n1, n2):
+def test_energy_is_conserved(n1, n2):
     found = co.optics.fresnel(COS, n1, n2)
     for r, t in (
         (found.reflectance_s, found.transmittance_s),
@@ -362,9 +362,9 @@ def test_a_transparent_body_counts_before_an_opaque_one():
     assert hits.before.tolist() == [0, 0, 2, -1]
     assert hits.after.tolist() == [0, 2, 2, -1]
     assert (int(hits[1].before), int(hits[1].after)) == (0, 2)
-    kept = hits.detached()
-    assert kept == hits
-    assert (kept[1:].after == hits.after[1:]).all()
+    detached = hits.detached()
+    assert detached == hits
+    assert (detached[1:].after == hits.after[1:]).all()
     walls = scene.crossings([(0, 0, 4), (9, 9, 9)], (0, 0, -1))
     assert walls.before.tolist() == [0, 0, 2, 2, 2, 0]
     assert (walls.detached()[0].after == walls.after[:6]).all()

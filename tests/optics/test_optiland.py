@@ -49,10 +49,10 @@ def places_on_screen(result):
     return np.column_stack([np.asarray(rays.x), np.asarray(rays.y)])[order], np.asarray(rays.flux)[order]
 
 
-def simulate(made, **options):
+def simulate(simulation, **options):
     """Run one simulation, with its random numbers, by Optiland alone and by Conicoid."""
-    theirs = made.trace(RAYS, seed=7, backend=NumpyBackend(seed=7), **options)
-    ours = made.trace(RAYS, seed=7, backend=co.optics.OptilandBackend(seed=7), **options)
+    theirs = simulation.trace(RAYS, seed=7, backend=NumpyBackend(seed=7), **options)
+    ours = simulation.trace(RAYS, seed=7, backend=co.optics.OptilandBackend(seed=7), **options)
     return theirs, ours
 
 
@@ -76,20 +76,22 @@ def same(theirs, ours):
 
 @pytest.mark.parametrize("conics", [(0.0, 0.0), (-0.6, -2.0)])
 def test_a_lens_of_optilands_is_traced_alike(conics):
-    made = scene(50)
-    made.add_lens(
+    simulation = scene(50)
+    simulation.add_lens(
         "lens", CoordinateSystem(z=3, rx=0.05), LensConfig(50, -60, 6, "N-BK7", 10, conic1=conics[0], conic2=conics[1])
     )
-    same(*simulate(made))
+    same(*simulate(simulation))
 
 
 def test_a_doublet_and_a_mirror_of_optilands_are_traced_alike():
-    made = scene(-5, detector=300)
-    made.add_doublet("doublet", CoordinateSystem(z=0), DoubletConfig(61.5, -44.6, -130, 6, 2.5, "N-BK7", "N-SF5", 12))
-    made.add_mirror(
+    simulation = scene(-5, detector=300)
+    simulation.add_doublet(
+        "doublet", CoordinateSystem(z=0), DoubletConfig(61.5, -44.6, -130, 6, 2.5, "N-BK7", "N-SF5", 12)
+    )
+    simulation.add_mirror(
         "mirror", CoordinateSystem(z=40), MirrorConfig(radius=-80, conic=-1, aperture_radius=15, reflectance=0.9)
     )
-    same(*simulate(made))
+    same(*simulate(simulation))
 
 
 def test_a_lens_written_for_optiland_is_equal():
@@ -115,7 +117,9 @@ def test_booleans_that_optiland_refuses():
     bore = co.Cylinder((0, 0, -12), (0, 0, 12), 2)
     ball.add_component("ball", co.optics.optiland_component(co.Sphere(10), glass))
     bored.add_component("ball", co.optics.optiland_component(co.Sphere(10) - bore, glass))
-    whole, pierced = (made.trace(RAYS, seed=3, backend=co.optics.OptilandBackend(seed=3)) for made in (ball, bored))
+    whole, pierced = (
+        simulation.trace(RAYS, seed=3, backend=co.optics.OptilandBackend(seed=3)) for simulation in (ball, bored)
+    )
     alone = bored.trace(RAYS, seed=3, backend=NumpyBackend(seed=3))
     assert pierced.total_flux_detected == pytest.approx(alone.total_flux_detected, rel=1e-9)
     assert pierced.flux_conservation_error < 1e-12
@@ -131,12 +135,12 @@ def test_booleans_that_optiland_refuses():
 
 def test_no_light_leaks_between_three_touching_parts():
     """Half a ball stands on a plate, flush. Their union is one body, and the shared wall is not a surface."""
-    made = scene(30, radius=3, detector=200)
+    simulation = scene(30, radius=3, detector=200)
     dome = (co.Sphere(6) & co.HalfSpace((0, 0, 1), 0)) | co.Cylinder((0, 0, 0), (0, 0, 2), 6)
-    made.add_component("dome", co.optics.optiland_component(dome, "N-BK7"))
+    simulation.add_component("dome", co.optics.optiland_component(dome, "N-BK7"))
     lens = scene(30, radius=3, detector=200)
     lens.add_component("dome", co.optics.optiland_component(co.Lens(6, np.inf, 8, 12).translate((0, 0, -6)), "N-BK7"))
-    one, other = (each.trace(RAYS, seed=5, backend=co.optics.OptilandBackend(seed=5)) for each in (made, lens))
+    one, other = (each.trace(RAYS, seed=5, backend=co.optics.OptilandBackend(seed=5)) for each in (simulation, lens))
     same(other, one)
 
 

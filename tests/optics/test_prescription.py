@@ -168,7 +168,7 @@ def test_a_ball_in_the_way_of_followed_rays():
     assert co.optics.focal_length(afocal) == INF
 
 
-def test_followed_rays_are_absorbed_reflected_and_let_through():
+def test_light_paths_are_absorbed_reflected_and_transmitted():
     scene = co.Scene(
         [
             co.Body(co.Disc((0, 0, 5), (0, 0, 1), 1), "black"),
@@ -187,11 +187,11 @@ def test_a_prescription_is_a_value():
     """Prescriptions are equal by their contents, can be pickled, and their scenes saved."""
     import pickle
 
-    made = [
+    systems = [
         co.optics.prescription([(50, 6, (1.5168, 64.17), 20), (-50, 45, 1, 20)], 10, fields=(0, 5)) for _ in range(2)
     ]
-    assert made[0] == made[1] == pickle.loads(pickle.dumps(made[0]))
-    assert made[0] != co.optics.prescription(SINGLET, 10)
+    assert systems[0] == systems[1] == pickle.loads(pickle.dumps(systems[0]))
+    assert systems[0] != co.optics.prescription(SINGLET, 10)
     none = co.optics.follow(co.Scene([co.Sphere(1)]), co.Rays([(0, 0, -5), (9, 0, 0)], (0, 0, 1)))
     assert none.arrived.tolist() == [False, True]  # a body without a material is opaque
 

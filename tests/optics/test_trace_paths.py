@@ -140,10 +140,10 @@ def test_no_light_is_lost_over_twelve_levels_of_splitting():
     assert len(paths) > 10_000
     check_balance(paths)
     # and at each wall by itself
-    kept = np.zeros(len(paths))
-    np.add.at(kept, paths.parent[paths.parent >= 0], paths.weight[paths.parent >= 0])
+    shares = np.zeros(len(paths))
+    np.add.at(shares, paths.parent[paths.parent >= 0], paths.weight[paths.parent >= 0])
     ends = ~paths.escaped
-    left = paths.arriving - kept - paths.deposited - paths.lost
+    left = paths.arriving - shares - paths.deposited - paths.lost
     assert np.abs(left[ends]).max() < 1e-15
     # children begin where their parents end
     child = np.flatnonzero(paths.parent >= 0)

@@ -27,7 +27,7 @@ SIZE = dict(width=240, height=180, samples=1)
 PLAIN = SCENE.render(**SIZE).pixels
 
 
-def _changed(**options: bool) -> np.ndarray:
+def _drawn_pixels(**options: bool) -> np.ndarray:
     """Return, as (height, width), which pixels the overlay covers, and check that the others are the same to the bit."""
     drawn = SCENE.render(**SIZE, **options).pixels
     assert drawn.dtype == np.float32
@@ -35,8 +35,8 @@ def _changed(**options: bool) -> np.ndarray:
 
 
 def test_an_empty_overlay_changes_no_pixel():
-    assert not _changed().any()
-    assert not _changed(axes=False, labels=False, normals=False).any()
+    assert not _drawn_pixels().any()
+    assert not _drawn_pixels(axes=False, labels=False, normals=False).any()
 
 
 def test_axes_are_where_the_camera_projects_them():
@@ -45,13 +45,13 @@ def test_axes_are_where_the_camera_projects_them():
     x, y = drawn[90, 120:165], drawn[62:90, 120]
     assert (x.argmax(axis=1) == 0).mean() > 0.8  # the number at 1 is beside the axis
     assert (y.argmax(axis=1) == 1).mean() > 0.8
-    changed = _changed(axes=True)
+    changed = _drawn_pixels(axes=True)
     assert not changed[:, :100].any()
     assert not changed[130:].any()
 
 
 def test_a_name_lies_on_its_body():
-    changed = _changed(labels=True)
+    changed = _drawn_pixels(labels=True)
     rows, columns = np.nonzero(changed)
     for half, middle in ((columns < 120, 75), (columns >= 120, 165)):
         assert abs(columns[half].mean() - middle) < 3

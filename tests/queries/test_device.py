@@ -159,10 +159,10 @@ def test_llvm_optimises_for_a_gpu(monkeypatch):
     names = "shorten_nodes_each", "first_hits_few", "any_hits_few", "list_rows_few"
 
     def optimize() -> bytes:
-        whole, kept = llvm.parse_bitcode(module), [ptx.PREFIX + name for name in names]
+        whole, names_of_kernels = llvm.parse_bitcode(module), [ptx.PREFIX + name for name in names]
         for each in (*whole.functions, *whole.global_variables):
             if not each.is_declaration:
-                each.linkage = "external" if each.name in kept else "internal"
+                each.linkage = "external" if each.name in names_of_kernels else "internal"
         objects.optimize(whole, target, is_short=True)
         return whole.as_bitcode()
 
@@ -731,7 +731,7 @@ def test_the_calls_of_the_driver(nvidia, ptx_files, kernels):
     assert bindings.contexts == ["of another library"]
 
 
-def test_memory_is_kept_for_the_next_array_of_its_size(nvidia, ptx_files, kernels, monkeypatch):
+def test_memory_stays_for_the_next_array_of_its_size(nvidia, ptx_files, kernels, monkeypatch):
     bindings = Driver(Card(kernels))
     nvidia(bindings)
     driver = nvidia_driver.NvidiaDriver()

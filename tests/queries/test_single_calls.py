@@ -13,12 +13,13 @@ from conicoid.kernels import threads
 
 from ..engine.test_routes import crowded_scene
 from ..machine_code import needs_machine_code
+from ..messages import outcome
 
 RAYS = "first_hit", "occluded", "spans", "crossings"
 POINTS = "contains", "body_at", "distance"
 
 
-def ready_scene():
+def scene_with_calls():
     """Return blocks that touch, a hole, a ball that touches a block, and a sheet, with a call for every query."""
     scene = co.Scene([
         co.Box((-1, -1, -1), (0, 1, 1)), co.Box((0, -1, -1), (1, 1, 1)) - co.Sphere(0.5, (1, 0, 0)), co.Disc((0, 0, 2), (0, 0, 1), 1),
@@ -41,12 +42,12 @@ def same(one, other):
 
 @needs_machine_code
 def test_a_scene_keeps_a_call_for_every_query():
-    assert ready_scene()._prepared.single_calls.keys() == {*RAYS, *POINTS}
+    assert scene_with_calls()._prepared.single_calls.keys() == {*RAYS, *POINTS}
 
 
 def test_rays_have_the_answers_of_arrays():
-    rng, kept = np.random.default_rng(3), 0
-    for scene, size in ((ready_scene(), 3.0), (crowded_scene(), 1.5)):
+    rng, single = np.random.default_rng(3), 0
+    for scene, size in ((scene_with_calls(), 3.0), (crowded_scene(), 1.5)):
         for k in range(200):
             o, d = rng.uniform(-size, size, (2, 3))
             if k % 4 == 0:  # on edges and tangents
@@ -55,13 +56,18 @@ def test_rays_have_the_answers_of_arrays():
             ray = [(o, d), (tuple(o), d.tolist()), (o.tolist(), tuple(d))][k % 3]
             for query in RAYS:
                 one, other = getattr(scene, query)(*ray, **limits), getattr(scene, query)(rays, **limits)
-                kept += "_single" in getattr(one, "__dict__", {})
+                single += "_single" in getattr(one, "__dict__", {})
                 assert same(one, other), (query, o, d)
-    assert kept > 250 or not scene._prepared.single_calls
+    assert single > 250 or not scene._prepared.single_calls
 
 
 def test_a_ray_spawned_on_a_wall_has_the_answers_of_arrays():
-    rng, kept, scene, other = np.random.default_rng(5), 0, ready_scene(), ready_scene().added(co.Sphere(0.1, (0, 0, 3)))
+    rng, single, scene, other = (
+        np.random.default_rng(5),
+        0,
+        scene_with_calls(),
+        scene_with_calls().added(co.Sphere(0.1, (0, 0, 3))),
+    )
     for k in range(150):
         o, d = rng.uniform(-3, 3, (2, 3))
         hit = scene.first_hit(tuple(o), tuple(np.round(d) + (0, 0, 10) if k % 4 == 0 else 0.2 * d - o))
@@ -71,7 +77,7 @@ def test_a_ray_spawned_on_a_wall_has_the_answers_of_arrays():
         for one in (scene, other):
             for query in RAYS:
                 found, expected = getattr(one, query)(ray, **limits), getattr(one, query)(two, **limits)[0]
-                kept += "_single" in getattr(found, "__dict__", {})
+                single += "_single" in getattr(found, "__dict__", {})
                 if query in ("spans", "crossings"):  # one of many is a list of one
                     assert all(np.array_equal(getattr(found, name), getattr(expected, name)) for name in found._columns)
                 elif query == "first_hit":
@@ -79,11 +85,11 @@ def test_a_ray_spawned_on_a_wall_has_the_answers_of_arrays():
                     assert found.rays == ray
                 else:
                     assert found == expected
-    assert kept > 100 or not scene._prepared.single_calls
+    assert single > 100 or not scene._prepared.single_calls
 
 
 def test_lists_of_a_single_ray_are_as_complete_as_others():
-    scene = ready_scene()
+    scene = scene_with_calls()
     for query in ("spans", "crossings"):
         one = getattr(scene, query)((0.5, 0.25, -5), (0, 0, 1))
         other = getattr(scene, query)(co.Rays((0.5, 0.25, -5), (0, 0, 1)))
@@ -102,7 +108,7 @@ def test_lists_of_a_single_ray_are_as_complete_as_others():
 
 def test_points_have_the_answers_of_arrays():
     rng = np.random.default_rng(4)
-    for scene, size in ((ready_scene(), 2.0), (crowded_scene(), 1.2)):
+    for scene, size in ((scene_with_calls(), 2.0), (crowded_scene(), 1.2)):
         for k in range(200):
             point = rng.uniform(-size, size, 3) if k % 3 else np.round(rng.uniform(-size, size, 3))
             for query in POINTS:
@@ -113,7 +119,7 @@ def test_points_have_the_answers_of_arrays():
 
 
 def test_a_single_hit_is_as_complete_as_others():
-    scene = ready_scene()
+    scene = scene_with_calls()
     hit, ray = scene.first_hit((0.5, 0.25, -5), (0, 0, 1)), co.Rays((0.5, 0.25, -5), (0, 0, 1))
     other = scene.first_hit(ray)
     assert hit
@@ -158,7 +164,7 @@ def test_few_rays_have_the_answers_of_many(count):
 
 @pytest.mark.parametrize("bad", [(np.nan, 0, 0), (0, np.inf, 0), (0, 0, 1e-200), (0, 1e101, 1), (0, 0, 0)])
 def test_one_wrong_ray_among_few_is_named(bad):
-    scene = ready_scene()
+    scene = scene_with_calls()
     scene.first_hit(np.ones((2, 3)), (0, 0, 1))
     for part in (0, 1):
         arrays = [np.ones((50, 3)), np.ones((50, 3))]
@@ -182,14 +188,6 @@ VECTORS = [
 ]  # fmt: skip
 
 
-def outcome(call):
-    """Return the answer, or the kind and text of the error."""
-    try:
-        return call()
-    except Exception as error:
-        return type(error), str(error)
-
-
 def outcome_in_arrays(scene, call):
     """Return the same from the query itself."""
     calls = dict(scene._prepared.single_calls)
@@ -200,7 +198,7 @@ def outcome_in_arrays(scene, call):
 
 
 def test_odd_arguments_are_answered_or_refused_as_in_arrays():
-    scene = ready_scene()
+    scene = scene_with_calls()
     for odd in VECTORS:
         cases = [(query, arguments) for query in RAYS for arguments in ((odd, (0, 0.5, 1)), ((0.5, 0.2, -9), odd))]
         for query, arguments in (*cases, *((query, (odd,)) for query in POINTS)):
@@ -213,7 +211,7 @@ def test_odd_arguments_are_answered_or_refused_as_in_arrays():
     "limit", [None, "1", np.nan, True, 3, np.float32(3), [3.0], [3.0, 4.0], np.array(3.0), -1, np.inf]
 )
 def test_limits_of_every_kind(limit):
-    scene = ready_scene()
+    scene = scene_with_calls()
     for query in RAYS:
         for limits in ((0.0, limit), (limit, np.inf)):
             call = functools.partial(getattr(scene, query), (0.5, 0.2, -9), (0, 0, 1), *limits)
@@ -221,7 +219,7 @@ def test_limits_of_every_kind(limit):
 
 
 def test_edited_scenes_and_those_before_have_their_own_answers():
-    scene = ready_scene()
+    scene = scene_with_calls()
     moved = scene.moved(3, (0, 0, -1))
     assert moved.first_hit((0, 0, -9), (0, 0, 1)).t == 6.5
     assert moved.first_hit((0, 0, -9), (0, 0, 1)).t == 6.5
@@ -234,8 +232,8 @@ def test_edited_scenes_and_those_before_have_their_own_answers():
     assert hit.normal.tolist() == [0, 0, -1]
 
 
-def test_python_threads_ask_at_once():
-    scene = ready_scene()
+def test_python_threads_query_at_once():
+    scene = scene_with_calls()
 
     def ask(k):
         x = 0.25 + k / 1000
@@ -248,4 +246,4 @@ def test_python_threads_ask_at_once():
 
 def test_rays_of_many_steps_are_watched_for_ctrl_c(monkeypatch):
     monkeypatch.setattr(threads, "_AT_ONCE", 0)
-    assert not ready_scene()._prepared.single_calls
+    assert not scene_with_calls()._prepared.single_calls

@@ -109,7 +109,7 @@ class Aim:
         return np.where(size > 0, g / np.where(size > 0, size, 1), directions(self.random, len(index)))
 
 
-def _seen(aim: Aim, places: Array, d: Array, away: Array) -> Pair:
+def _from_afar(aim: Aim, places: Array, d: Array, away: Array) -> Pair:
     """Return rays from so many sizes before the places."""
     return aim.world(places - d * away[:, None]), d
 
@@ -121,7 +121,7 @@ def _distance(aim: Aim, count: int, decades: float = 1.0) -> Array:
 def aimed(aim: Aim, count: int) -> Pair:
     places, _ = aim.pick(aim.boundary, count)
     spread = directions(aim.random, count) * 10 ** aim.random.uniform(-4, 0, (count, 1))
-    return _seen(
+    return _from_afar(
         aim,
         places + spread * aim.random.integers(0, 2, (count, 1)),
         directions(aim.random, count),
@@ -132,7 +132,7 @@ def aimed(aim: Aim, count: int) -> Pair:
 def far(aim: Aim, count: int) -> Pair:
     places, _ = aim.pick(aim.boundary, count)
     d = directions(aim.random, count)
-    return _seen(aim, places + 0.3 * directions(aim.random, count), d, _distance(aim, count, 8.0))
+    return _from_afar(aim, places + 0.3 * directions(aim.random, count), d, _distance(aim, count, 8.0))
 
 
 def grazing(aim: Aim, count: int) -> Pair:
@@ -144,7 +144,7 @@ def grazing(aim: Aim, count: int) -> Pair:
     k = aim.random.integers(1, 61, count)
     offset = np.where(aim.random.random(count) < 0.1, 0.0, aim.random.choice([-1.0, 1.0], count) * 2.0**-k)
     decades = 8.0 if aim.random.random() < 0.3 else 1.0
-    return _seen(aim, places + normals * offset[:, None], tangent, _distance(aim, count, decades))
+    return _from_afar(aim, places + normals * offset[:, None], tangent, _distance(aim, count, decades))
 
 
 def edges(aim: Aim, count: int) -> Pair:
@@ -158,7 +158,7 @@ def edges(aim: Aim, count: int) -> Pair:
     chord = along - places
     size = np.linalg.norm(chord, axis=1, keepdims=True)
     between = (aim.random.random((count, 1)) < 0.2) & (size > 1e-9)
-    return _seen(aim, places, np.where(between, chord / np.where(size > 0, size, 1), d), _distance(aim, count))
+    return _from_afar(aim, places, np.where(between, chord / np.where(size > 0, size, 1), d), _distance(aim, count))
 
 
 def parallel(aim: Aim, count: int) -> Pair:
@@ -173,7 +173,7 @@ def parallel(aim: Aim, count: int) -> Pair:
     d = kinds[aim.random.integers(len(kinds), size=count), np.arange(count)]
     d = d / np.linalg.norm(d, axis=1, keepdims=True)
     beside = directions(aim.random, count) * 10 ** aim.random.uniform(-9, -1, (count, 1))
-    return _seen(aim, places + beside * aim.random.integers(0, 2, (count, 1)), d, _distance(aim, count))
+    return _from_afar(aim, places + beside * aim.random.integers(0, 2, (count, 1)), d, _distance(aim, count))
 
 
 def asymptotic(aim: Aim, count: int) -> Pair:
@@ -188,7 +188,7 @@ def asymptotic(aim: Aim, count: int) -> Pair:
         size = np.linalg.norm(d, axis=1, keepdims=True)
         d = np.where(np.isfinite(size) & (size > 1e-6), d / size, directions(aim.random, count))
     beside = directions(aim.random, count) * 10 ** aim.random.uniform(-9, -1, (count, 1))
-    return _seen(aim, places + beside * aim.random.integers(0, 2, (count, 1)), d, _distance(aim, count))
+    return _from_afar(aim, places + beside * aim.random.integers(0, 2, (count, 1)), d, _distance(aim, count))
 
 
 def starting(aim: Aim, count: int) -> Pair:

@@ -155,10 +155,10 @@ class Comparison:
         known = self._held.get(row)
         if known is not None and known[0] == t and known[1] <= error:
             return True
-        held = holds(self.exact.roots[row], t, error)
-        if held:
+        is_right = holds(self.exact.roots[row], t, error)
+        if is_right:
             self._held[row] = t, error
-        return held
+        return is_right
 
     def first(self) -> Any:
         """Compare `first_hit` and `occluded` from the origin on, all fields; return the hits."""

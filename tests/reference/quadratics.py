@@ -72,7 +72,7 @@ class Table:
         found = []
         for form, parts in zip(self.forms, self.parts, strict=True):
             rows = zip(*(_times(v, parts) for v in values), strict=True)
-            found.append(list(rows) if form.exact else _settled(parts[1], sizes, rows))
+            found.append(list(rows) if form.exact else _put_zeros(parts[1], sizes, rows))
         return zip(*found, strict=True)
 
 
@@ -109,7 +109,7 @@ def _products(o: list[fmpz], d: list[fmpz], w: fmpz) -> tuple[list[fmpz], ...]:
     )
 
 
-def _settled(k: list[fmpz], sizes: Sequence[tuple[int, ...]], rows: Iterable[Quadratic]) -> list[Quadratic]:
+def _put_zeros(k: list[fmpz], sizes: Sequence[tuple[int, ...]], rows: Iterable[Quadratic]) -> list[Quadratic]:
     """Put zero where rounded terms cancel. `sizes` are the bits of each ray's O, D and W."""
     m, n, last = (max(x.height_bits() for x in part) for part in (k[:6], k[6:9], k[9:]))
     found = []

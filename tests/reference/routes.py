@@ -60,27 +60,27 @@ class Routes:
         comparison.fail("routes: first_hit or exact methods", np.flatnonzero(self.flat.t != t))
         comparison.fail("routes: doubtful or a tie", np.flatnonzero(self.flat.doubtful != tied))
 
-    def of(self, which: Any) -> tuple[Any, ...]:
+    def of(self, rows: Any) -> tuple[Any, ...]:
         if self.rays is not None:
-            return (self.rays[which],)
-        return self.comparison.origins[which], self.comparison.directions[which]
+            return (self.rays[rows],)
+        return self.comparison.origins[rows], self.comparison.directions[rows]
 
-    def within(self, which: Any) -> dict[str, Any]:
-        return {} if self.limits is None else {"t_min": self.limits[0][which], "t_max": self.limits[1][which]}
+    def within(self, rows: Any) -> dict[str, Any]:
+        return {} if self.limits is None else {"t_min": self.limits[0][rows], "t_max": self.limits[1][rows]}
 
-    def hits(self, which: Any) -> Any:
-        return self.scene.first_hit(*self.of(which), **self.within(which))
+    def hits(self, rows: Any) -> Any:
+        return self.scene.first_hit(*self.of(rows), **self.within(rows))
 
-    def same(self, route: str, which: Array, hits: Any) -> None:
+    def same(self, route: str, rows: Array, hits: Any) -> None:
         """Check that the hits of rays `which`, in any shape, are those of the flat array."""
-        self.comparison.score.queries += which.size
+        self.comparison.score.queries += rows.size
         for name in FIELDS:
-            expected, found = getattr(self.flat, name)[which], getattr(hits, name)
+            expected, found = getattr(self.flat, name)[rows], getattr(hits, name)
             differ = ~((expected == found) | ((expected != expected) & (found != found)))
-            wrong = np.asarray(which)[differ.reshape(*which.shape, -1).any(axis=-1)]
+            wrong = np.asarray(rows)[differ.reshape(*rows.shape, -1).any(axis=-1)]
             self.comparison.fail(f"routes: {name} {route}", wrong, "compare with the same rays in one flat array")
-        hidden = self.scene.occluded(*self.of(which), **self.within(which))
-        wrong = np.asarray(which)[hidden != np.isfinite(self.flat.t[which])]
+        hidden = self.scene.occluded(*self.of(rows), **self.within(rows))
+        wrong = np.asarray(rows)[hidden != np.isfinite(self.flat.t[rows])]
         self.comparison.fail(f"routes: occluded {route}", wrong, "occluded is not first_hit.t < inf")
 
     def shuffled(self, r: Random) -> None:
@@ -97,10 +97,10 @@ class Routes:
             self.same("alone", np.array(i), self.hits(i))
             self._lists("alone", np.array([i]), i)
 
-    def picture(self, which: Array) -> None:
+    def picture(self, rows: Array) -> None:
         """Check the picture of rays `which` (height, width)."""
-        self.same("in a picture", which, self.hits(which))
-        self._lists("in a picture", which.ravel(), which)
+        self.same("in a picture", rows, self.hits(rows))
+        self._lists("in a picture", rows.ravel(), rows)
 
     def _lists(self, route: str, which: Array, shape: Any = None) -> None:
         every = np.arange(self.comparison.count)

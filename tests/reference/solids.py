@@ -262,12 +262,12 @@ def body(item: Item, first_face: int = 0) -> Body:
     elif item.operands:
         found = _boolean(item, first_face)
     else:
-        made = PLAIN[item.kind](**item.parameters)
-        if isinstance(made, Sheet):
-            found = Body(None, made, 1)
+        primitive = PLAIN[item.kind](**item.parameters)
+        if isinstance(primitive, Sheet):
+            found = Body(None, primitive, 1)
         else:
-            count = 1 + max(f.face for f in forms_of(made))
-            found = Body(mapped(made, lambda f: f.numbered(first_face)), None, count)
+            count = 1 + max(f.face for f in forms_of(primitive))
+            found = Body(mapped(primitive, lambda f: f.numbered(first_face)), None, count)
     return found.moved(chain(item.exact_steps)) if item.steps else found
 
 

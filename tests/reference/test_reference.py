@@ -133,7 +133,7 @@ def trace(items, *rays, start=None):
     return Trace(Table(bodies(items)), origins, directions, start)
 
 
-def found(item, origin, direction):
+def crossings_of(item, origin, direction):
     c = trace([item], (origin, direction)).crossings
     return list(zip(c.t.tolist(), c.entering.tolist(), c.face.tolist(), strict=True))
 
@@ -190,7 +190,7 @@ CHORDS = {
 @pytest.mark.parametrize("name", CHORDS)
 def test_chords(name):
     item, origin, direction, times, faces = CHORDS[name]
-    answer = found(item, origin, direction)
+    answer = crossings_of(item, origin, direction)
     assert [t for t, _, _ in answer] == pytest.approx(times, rel=1e-15)
     assert [(entering, face) for _, entering, face in answer] == list(zip([True, False], faces, strict=False))
 
@@ -213,19 +213,19 @@ def test_chords(name):
     ],
 )  # fmt: skip
 def test_misses_and_touches(item, origin, direction):
-    assert found(item, origin, direction) == []
+    assert crossings_of(item, origin, direction) == []
 
 
 def test_sheets_give_the_side_that_was_hit():
     sheet = Item("Plane", {"normal": (0, 0, 2), "offset": 4})
-    assert found(sheet, (0, 0, 0), (0, 0, 1)) == [(2, False, 0)]
-    assert found(sheet.moved(("scale", -1)), (0, 0, 0), (0, 0, -1)) == [(2, False, 0)]
-    assert found(sheet.moved(("scale", -1)), (0, 0, -5), (0, 0, 1)) == [(3, True, 0)]
+    assert crossings_of(sheet, (0, 0, 0), (0, 0, 1)) == [(2, False, 0)]
+    assert crossings_of(sheet.moved(("scale", -1)), (0, 0, 0), (0, 0, -1)) == [(2, False, 0)]
+    assert crossings_of(sheet.moved(("scale", -1)), (0, 0, -5), (0, 0, 1)) == [(3, True, 0)]
     patch = Item(
         "CylinderPatch",
         {"start": UP[0], "end": UP[1], "radius": 1, "start_angle": 0, "end_angle": 90, "reference": (1, 0, 0)},
     )
-    assert found(patch, (-3, 0.6, 0.5), (1, 0, 0)) == [(pytest.approx(3.8), False, 0)]
+    assert crossings_of(patch, (-3, 0.6, 0.5), (1, 0, 0)) == [(pytest.approx(3.8), False, 0)]
 
 
 def test_faces_of_a_wedge():
@@ -234,7 +234,7 @@ def test_faces_of_a_wedge():
         "Cylinder",
         {"start": UP[0], "end": UP[1], "radius": 2, "start_angle": 15, "end_angle": 75, "reference": (1, 0, 0)},
     )
-    assert found(wedge, (0, 0, 0.5), (1, 1, 0)) == [(0, True, 3), (pytest.approx(S2), False, 0)]
+    assert crossings_of(wedge, (0, 0, 0.5), (1, 1, 0)) == [(0, True, 3), (pytest.approx(S2), False, 0)]
 
 
 def test_roots_that_agree_to_many_digits_are_parted():

@@ -235,12 +235,12 @@ class Loop:
         dx, dy, dz = map(abs, d)
         longest = 2 if dz >= dx and dz >= dy else 0 if dx >= dy else 1
         iu, iv, iw = ((1, 2, 0), (2, 0, 1), (0, 1, 2))[longest]
-        seen = []
+        corners = []
         for point in self.points:
             x = [c * w - self.common * p for c, p in zip(point, o, strict=True)]
-            seen.append((d[iw] * x[iu] - d[iu] * x[iw], d[iw] * x[iv] - d[iv] * x[iw]))
+            corners.append((d[iw] * x[iu] - d[iu] * x[iw], d[iw] * x[iv] - d[iv] * x[iw]))
         odd = False
-        for (ua, va), (ub, vb) in itertools.pairwise([seen[-1], *seen]):
+        for (ua, va), (ub, vb) in itertools.pairwise([corners[-1], *corners]):
             below = sign(va) < 0
             if below != (sign(vb) < 0):
                 odd ^= sign(ua * vb - ub * va) == (1 if below else -1)

@@ -192,8 +192,8 @@ def joined(r: Random, items: list[Item], depth: int = 0) -> Item:
     if depth < 2 and len(items) > 2:
         cut = int(r.integers(1, len(items)))
         items = [joined(r, items[:cut], depth + 1), joined(r, items[cut:], depth + 1)]
-    made = combined(pick(r, ("Union", "Intersection", "Difference")), *items)
-    return made.moved(turn(r)) if r.random() < 0.1 else made
+    body = combined(pick(r, ("Union", "Intersection", "Difference")), *items)
+    return body.moved(turn(r)) if r.random() < 0.1 else body
 
 
 def boolean(r: Random) -> Item:

@@ -212,10 +212,10 @@ def test_a_fisheye_is_its_formula(projection, distance, field):
     u, v = (x - 25) / 25, (25 - y) / 25
     far = np.hypot(u, v)
     angle = np.arctan2(np.hypot(directions[..., 0], directions[..., 2]), directions[..., 1])
-    seen = far <= 1
-    assert np.abs(distance(angle, math.radians(field / 2)) - far)[seen].max() < 1e-12
+    visible = far <= 1
+    assert np.abs(distance(angle, math.radians(field / 2)) - far)[visible].max() < 1e-12
     along = np.arctan2(directions[..., 2], directions[..., 0]) - np.arctan2(v, u)
-    assert np.abs(np.sin(along))[seen].max() < 1e-12
+    assert np.abs(np.sin(along))[visible].max() < 1e-12
 
 
 def test_around_the_circle_of_a_fisheye_it_is_black():
@@ -250,8 +250,8 @@ def test_project_is_the_way_back(camera, width, height):
     x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
     found = camera.project(origins + t * directions, width, height)
     far = np.hypot(2 * x - width, height - 2 * y) / min(width, height)
-    seen = far <= 1 if isinstance(camera, co.FisheyeCamera) else far > -1
-    assert np.abs(found - np.stack([x, y], axis=-1))[seen].max() < (1e-7 if camera in FLAT_CAMERAS else 1e-10)
+    visible = far <= 1 if isinstance(camera, co.FisheyeCamera) else far > -1
+    assert np.abs(found - np.stack([x, y], axis=-1))[visible].max() < (1e-7 if camera in FLAT_CAMERAS else 1e-10)
 
 
 @pytest.mark.parametrize("camera", CAMERAS, ids=repr)

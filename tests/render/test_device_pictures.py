@@ -165,12 +165,12 @@ def test_cameras_and_filters(card, view):
 
 
 def test_passes_layers_and_groups(card):
-    scene, seen, steps = lamps(), [], []
+    scene, images, steps = lamps(), [], []
     found = same_pictures(
         card, scene, "path", 40, noise=0.08, layers=["albedo", "samples", "error"], groups={"sky": ["background"]},
-        preview=lambda image: seen.append(image.noise), progress=lambda *step: steps.append(step),
+        preview=lambda image: images.append(image.noise), progress=lambda *step: steps.append(step),
     )  # fmt: skip
-    assert len(seen) > 3
+    assert len(images) > 3
     assert steps[0][0] > 0
     assert steps[-1] == (steps[-1][1] // 40 * found.layers["samples"].max(), steps[-1][1])
     assert {name for name, _ in card.launches} == {"render_path_few", "render_albedo_few"}
@@ -213,7 +213,7 @@ def test_ctrl_c_loses_no_whole_sample(card, monkeypatch, tmp_path, at):
     assert found.pixels.tobytes() == expected.pixels.tobytes()
 
 
-def test_progress_may_ask_the_card(card):
+def test_progress_may_query_the_card(card):
     """The card is free between two pieces."""
     answers = []
 

@@ -199,14 +199,14 @@ def test_groups_are_layers_of_an_exr(tmp_path):
 
 
 def test_previews_report_their_noise():
-    seen = []
-    image = LIT.render(16, 12, 32, "path", preview=seen.append, layers="error")
-    noises = [one.noise for one in seen]
+    previews = []
+    image = LIT.render(16, 12, 32, "path", preview=previews.append, layers="error")
+    noises = [one.noise for one in previews]
     assert len(noises) >= 5
     assert noises[0] == np.inf
     assert (np.diff(noises[1:]) < 0).all()
     assert noises[-1] == pytest.approx(np.sqrt((image.layers["error"].astype(float) ** 2).mean()), rel=1e-6)
-    assert (seen[-1].pixels == image.pixels).all()
+    assert (previews[-1].pixels == image.pixels).all()
 
 
 def test_previews_in_a_notebook(monkeypatch):

@@ -209,7 +209,7 @@ ROUND = 70  # samples, of 14 moments five each: the fewest that are 64 or more
 UNTIL = dict(width=70, height=40, integrator="path", shutter=(0, 1), times=14, noise=0.02)
 
 
-def test_noise_is_judged_when_all_moments_are_seen():
+def test_noise_is_measured_after_all_moments():
     """One round is enough where all moments are alike.
 
     A pixel in the ball's way is black or white, depending on the moment.
@@ -248,7 +248,7 @@ def test_noise_that_ends_the_work_leaves_the_mean_of_the_moments():
     assert np.sqrt(((np.sqrt(until) - np.sqrt(every)) ** 2).mean()) < 0.03
 
 
-def test_less_noise_goes_on_where_more_was_enough(tmp_path):
+def test_a_lower_limit_of_noise_continues_a_picture(tmp_path):
     from conicoid.parallel.workers import inline_workers
 
     scene, workers = moving_ball(), inline_workers()
@@ -289,7 +289,7 @@ def test_a_light_that_moves_away():
     for time, height in ((-1, 1), (0.5, 1.5), (3, 2)):
         assert scene.at(time).lights[0].position == pytest.approx((0, 0, height))
         assert scene.at(time).render(1, 1, 1).pixels[0, 0] == pytest.approx([1 / height**2] * 3, rel=1e-6)
-    seen = scene.render(1, 1, 128, shutter=(0, 1), times=128).pixels[0, 0]
-    assert seen == pytest.approx([0.5] * 3, rel=2e-5)  # 128 moments: (f'(2) - f'(1)) / (24 · 128²) is 4.5e-6
+    radiance = scene.render(1, 1, 128, shutter=(0, 1), times=128).pixels[0, 0]
+    assert radiance == pytest.approx([0.5] * 3, rel=2e-5)  # 128 moments: (f'(2) - f'(1)) / (24 · 128²) is 4.5e-6
     brighter = scene.replace(animation=co.scene.LightTrack(0, (0, 1), intensity=(1, 3)))
     assert brighter.at(0.5).render(1, 1, 1).pixels[0, 0] == pytest.approx([2] * 3, rel=1e-6)

@@ -41,10 +41,10 @@ def sampled(pixels, u, v, wraps=("repeat", "clamp")):
     return total
 
 
-def compared(found, hits, expected, most=2e-6):
-    seen = np.asarray(hits.hit)
-    assert seen.sum() > 200
-    assert np.abs(found - expected)[seen].max() < most
+def compare(found, hits, expected, most=2e-6):
+    hit = np.asarray(hits.hit)
+    assert hit.sum() > 200
+    assert np.abs(found - expected)[hit].max() < most
 
 
 @pytest.mark.parametrize("wrap", ["repeat", "clamp", "mirror"])
@@ -67,7 +67,7 @@ def test_bytes_are_srgb_and_data_are_not(tmp_path):
     ):
         texture = co.materials.ImageTexture(tmp_path / "flat.png", data=data)
         found, hits = colors(co.Body(ball, co.matte(texture)))
-        compared(found, hits, np.broadcast_to(expected, found.shape), 1e-6)
+        compare(found, hits, np.broadcast_to(expected, found.shape), 1e-6)
 
 
 def test_a_map_of_the_earth_is_laid_by_longitude_and_latitude():
@@ -85,8 +85,8 @@ def test_a_map_of_the_earth_is_laid_by_longitude_and_latitude():
         expected = (1 + np.asarray(hits.normal)) / 2
         at_pole = np.abs(np.nan_to_num(np.asarray(hits.normal)[..., 2])) > np.cos(np.radians(3))
         # texels are 2 degrees: 1 - cos 1° of interpolation; a pixel over a pole is a mean over sin 2° and more of (1 + x) / 2
-        compared(np.where(at_pole[..., None], expected, found), hits, expected, 2.5e-3)
-        compared(found, hits, expected, 0.0175)
+        compare(np.where(at_pole[..., None], expected, found), hits, expected, 2.5e-3)
+        compare(found, hits, expected, 0.0175)
 
 
 def test_a_seam_is_no_line():
@@ -117,20 +117,18 @@ def test_far_textures_are_read_from_smaller_levels():
 # ---- Textures by formulas ----
 
 
-@pytest.mark.parametrize(("along", "axis"), [("x", 0), ("y", 1), ("z", 2)])
-def test_a_gradient_in_the_world(along, axis):
-    texture = co.materials.Gradient((0.1, 0.2, 0.3), (0.9, 0.8, 0.1), along, length=1.5, offset=-0.5)
+@pytest.mark.parametrize(
+    ("along", "field", "axis", "length", "offset"),
+    [
+        *((along, "point", axis, 1.5, -0.5) for axis, along in enumerate("xyz")),
+        *((along, "uv", axis, 0.25, 0.5) for axis, along in enumerate("uv")),
+    ],
+)
+def test_a_gradient_in_the_world_or_on_the_surface(along, field, axis, length, offset):
+    texture = co.materials.Gradient((0.1, 0.2, 0.3), (0.9, 0.8, 0.1), along, length=length, offset=offset)
     found, hits = colors(co.Body(co.Sphere(2), co.matte(texture)))
-    share = np.clip((np.asarray(hits.point)[..., axis] + 0.5) / 1.5, 0, 1)[..., None]
-    compared(found, hits, (1 - share) * (0.1, 0.2, 0.3) + share * (0.9, 0.8, 0.1))
-
-
-@pytest.mark.parametrize(("along", "axis"), [("u", 0), ("v", 1)])
-def test_a_gradient_on_the_surface(along, axis):
-    texture = co.materials.Gradient("black", "white", along, length=0.25, offset=0.5)
-    found, hits = colors(co.Body(co.Sphere(2), co.matte(texture)))
-    share = np.clip((np.asarray(hits.uv)[..., axis] - 0.5) / 0.25, 0, 1)[..., None]
-    compared(found, hits, np.repeat(share, 3, axis=-1))
+    share = np.clip((np.asarray(getattr(hits, field))[..., axis] - offset) / length, 0, 1)[..., None]
+    compare(found, hits, (1 - share) * (0.1, 0.2, 0.3) + share * (0.9, 0.8, 0.1))
 
 
 def lattice(x, y, z):
@@ -194,7 +192,7 @@ def test_bricks_in_running_bond(position):
     along = u / 0.8 + 0.5 * np.mod(course, 2)
     is_brick = (np.mod(along, 1) * 0.8 >= 0.05) & (np.mod(v / 0.3, 1) * 0.3 >= 0.05)
     assert 0.2 < is_brick.mean() < 1
-    compared(found, hits, np.where(is_brick[..., None], (0.5, 0.2, 0.1), (0.9, 0.9, 0.9)))
+    compare(found, hits, np.where(is_brick[..., None], (0.5, 0.2, 0.1), (0.9, 0.9, 0.9)))
 
 
 def test_bricks_may_be_of_wood_and_differ():
@@ -213,13 +211,13 @@ def test_wood_lies_between_its_colours():
     early, late = np.array([0.6, 0.4, 0.2]), np.array([0.2, 0.1, 0.05])
     found, hits = colors(co.Body(co.Sphere(2), co.matte(co.materials.Wood(early, late, ring=0.3, roughness=0))))
     share = (found - early) / (late - early)
-    seen = np.asarray(hits.hit)
-    assert np.ptp(share[seen], axis=-1).max() < 1e-5
-    assert share[seen].min() > -1e-6
-    assert share[seen].max() < 1 + 1e-6
+    hit = np.asarray(hits.hit)
+    assert np.ptp(share[hit], axis=-1).max() < 1e-5
+    assert share[hit].min() > -1e-6
+    assert share[hit].max() < 1 + 1e-6
     radius = np.linalg.norm(np.asarray(hits.point)[..., :2], axis=-1)
     year = np.mod(radius / 0.3, 1)
-    assert share[..., 0][seen & (year > 0.8) & (year < 0.9)].min() > share[..., 0][seen & (year < 0.3)].max()
+    assert share[..., 0][hit & (year > 0.8) & (year < 0.9)].min() > share[..., 0][hit & (year < 0.3)].max()
 
 
 # ---- Files ----

@@ -64,8 +64,8 @@ class Bench:
     def energy(self, o: Any, count: int, seed: int = 0) -> tuple[Any, Any]:
         """Return (the share of light that is sent on, rgb, its standard error), without the square of the index."""
         draws = self.draw(o, count, seed)
-        kept = draws.weight / np.where(draws.i[:, 2:] < 0, self.eta**2, 1.0)
-        return kept.mean(axis=0), kept.std(axis=0) / np.sqrt(count)
+        weights = draws.weight / np.where(draws.i[:, 2:] < 0, self.eta**2, 1.0)
+        return weights.mean(axis=0), weights.std(axis=0) / np.sqrt(count)
 
 
 def towards(cosine: float, turn: float = 0.1) -> Any:

@@ -46,7 +46,7 @@ SPREADING = [name for name in ALL if name not in ("mirror", "metal", "glass", "g
 
 
 @pytest.mark.parametrize(("name", "cosine"), in_turn(LOSSLESS, (0.05, 0.4, 0.9)))
-def test_in_a_white_furnace_nothing_is_seen(name, cosine):
+def test_a_white_furnace_hides_every_surface(name, cosine):
     """All light is sent on: to 5 standard errors and a quarter of a percent, which tables may be off by."""
     energy, error = Bench(*LOSSLESS[name]).energy(towards(cosine), 1 << 14)
     assert np.abs(energy - 1).max() < 5 * error.max() + 2.5e-3
@@ -90,10 +90,10 @@ def chi_square(name, o, count, rows=10, columns=12, fine=16):
     i = draws.i[draws.how == 0]
     row = np.minimum(rows - 1, ((i[:, 2] + 1) / 2 * rows).astype(int))
     column = np.minimum(columns - 1, (np.arctan2(i[:, 1], i[:, 0]) / (2 * np.pi) % 1 * columns).astype(int))
-    seen = np.bincount(row * columns + column, minlength=rows * columns).reshape(rows, columns)
+    counts = np.bincount(row * columns + column, minlength=rows * columns).reshape(rows, columns)
     expected = cells * count
     many = expected > 20
-    square = ((seen - expected)[many] ** 2 / expected[many]).sum()
+    square = ((counts - expected)[many] ** 2 / expected[many]).sum()
     return square, int(many.sum()), len(i) / count, cells.sum()
 
 

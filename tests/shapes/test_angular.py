@@ -213,7 +213,7 @@ def test_bounds_of_parts_end_where_the_parts_do():
         assert np.allclose(np.array(shape.bounds), (low, high), rtol=1e-15, atol=1e-15), shape
 
 
-def measured(shape):
+def volume_and_area(shape):
     found = co.measure(shape)
     assert found.volume_error == found.area_error == 0
     return found.volume, found.area
@@ -238,13 +238,13 @@ def test_volumes_and_areas_of_textbooks():
         (co.Pyramid(4, math.sqrt(8), (0, 1), math.sqrt(2)), (16 + 8 + 4) / 3, 20 + 12 * math.sqrt(2)),
     ]  # fmt: skip
     for shape, volume, area in cases:
-        assert measured(shape) == pytest.approx((volume, area), rel=1e-13), shape
+        assert volume_and_area(shape) == pytest.approx((volume, area), rel=1e-13), shape
 
 
 def test_the_volume_of_a_parallelepiped_is_the_triple_product():
     a, b, c = np.array([(2, 0, 0), (1, 3, 0), (1, 1, -4)], float)
     faces = 2 * sum(np.linalg.norm(np.cross(u, v)) for u, v in ((a, b), (b, c), (c, a)))
-    assert measured(co.Parallelepiped((5, 5, 5), a, b, c)) == pytest.approx((24, faces), rel=1e-13)
+    assert volume_and_area(co.Parallelepiped((5, 5, 5), a, b, c)) == pytest.approx((24, faces), rel=1e-13)
 
 
 @pytest.mark.parametrize(

@@ -529,7 +529,7 @@ def test_floats_show_that_a_body_has_no_end(name: str, monkeypatch: Any) -> None
     np.testing.assert_array_equal(boxes - np.tile(shifts, 2), np.tile([*low, *high], (8, 1)))
 
 
-def test_planes_along_one_axis_bound_what_floats_leave_open() -> None:
+def test_planes_along_one_axis_bound_bodies_that_floats_do_not() -> None:
     """x + y <= 1 and x - y <= 1 give x <= 1 for all z."""
     bars = [co.HalfSpace((1, 1, 0), 1) & co.HalfSpace((1, -1, 0), 1 + k) for k in range(8)]
     boxes = co.Scene(bars)._prepared.lowered.boxes

@@ -203,10 +203,10 @@ def test_polyhedra_together_have_the_numbers_and_the_boxes_of_each(kind: str, mo
             own = getattr(step, "matrix", None)
             own = np.diag([*getattr(step, "factors", (1.0,) * 3), 1.0]) if own is None else np.array(own)
             own[:3, 3] += getattr(step, "offset", (0.0,) * 3)
-            given = [[Fraction(x) for x in row] for row in own.tolist()]
+            fractions = [[Fraction(x) for x in row] for row in own.tolist()]
             matrix = [
                 [sum(a * b for a, b in zip(row, column, strict=True)) for column in zip(*matrix, strict=True)]
-                for row in given
+                for row in fractions
             ]
         moved = [
             [sum(m * x for m, x in zip(row, (*point, 1), strict=True)) for row in matrix[:3]]

@@ -59,7 +59,7 @@ REFUSED = [
     (lambda: co.AmbientLight("reddish"), ValueError, "AmbientLight: intensity must be"),
     (lambda: co.Sky(zenith=(-1, 0, 0)), ValueError, r"Sky: zenith\[0\] must be >= 0"),
     (lambda: as_background("reddish"), ValueError, "Scene: background must be"),
-    # what is no light or background is a type error
+    # another object as a light or background is a type error
     (
         lambda: as_lights([co.AmbientLight(), "sun"]),
         TypeError,

@@ -142,14 +142,14 @@ def checked(motion: Motion) -> bool:
 
 
 def check_verdicts(seeds: Iterable[int]) -> set[bool]:
-    seen = set()
+    verdicts = set()
     for seed in seeds:
         motion = random_motion(np.random.default_rng([seed, 17]), 90)
         expected = verdict(motion)
         assert checked(motion) == expected, motion
         assert checked(Motion(motion.steps)) == expected, motion
-        seen.add(expected)
-    return seen
+        verdicts.add(expected)
+    return verdicts
 
 
 @pytest.mark.parametrize("seeds", [range(60), deep(drawn(range(60, 10_000), 500))])
@@ -199,7 +199,7 @@ def test_no_entry_is_beyond_the_bounds(seed):
     assert np.abs(motion.matrix[:3, 3]).max() <= reach.shift
 
 
-def test_moving_asks_for_no_exact_arithmetic():
+def test_moving_needs_no_exact_arithmetic():
     moved = (
         co.Sphere(2).rotate((1, 2, 3), 40).translate((1, 2, 3)).scale((1, 2, 3)).transform(FIVE_TIMES).rotate("x", 5)
     )

@@ -201,11 +201,11 @@ def test_single_faces_are_painted(count):
         scene = co.Scene([co.Body(shape.translate((40 * k, 0, 0)), "white") for k in range(count)], light)
         for direction, colour in zip(directions, colours, strict=True):
             up, at = (0, 0, 1) if direction[2] == 0 else (0, 1, 0), np.array([40 * (count - 1), 0, 0])
-            seen, plain = (
+            painted_pixels, plain = (
                 one.replace(camera=co.OrthographicCamera(at - 3 * direction, at, up=up, height=0.1)).render(1, 1).pixels
                 for one in (scene, co.Scene([co.Body(box.translate(at), colour)], light))
             )
-            assert seen.tolist() == plain.tolist(), (shape, direction)
+            assert painted_pixels.tolist() == plain.tolist(), (shape, direction)
 
 
 def test_faces_to_paint_are_checked():

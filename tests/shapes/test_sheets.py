@@ -102,7 +102,7 @@ def test_coplanar_polygons_share_their_plane() -> None:
     assert s == t == -u
 
 
-def test_one_sidedness_is_kept() -> None:
+def test_sheets_stay_one_sided() -> None:
     sheet = Plane(Z, 1, one_sided=True).scale((1, 1, -1))
     lowered = sheet.sheet(sheet.under())
     assert lowered.one_sided

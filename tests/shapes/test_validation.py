@@ -234,9 +234,9 @@ def check_alike(value: Any) -> None:
 
 def test_vectors_of_odd_numbers():
     for x, y in itertools.product(ODD, ODD):
-        for made in (list, tuple):
-            check_alike(made((x, y, 1.5)))
-            check_alike(made((1.5, x, y)))
+        for sequence in (list, tuple):
+            check_alike(sequence((x, y, 1.5)))
+            check_alike(sequence((1.5, x, y)))
     assert outcome((0.0, -0.0, 0.0), True)[0] == "refused"
 
 
@@ -281,7 +281,7 @@ def test_flat_triangles_are_refused_and_no_others():
     assert 100 < taken < 900
 
 
-def test_a_colour_is_worked_out_once_and_refused_each_time():
+def test_a_color_is_computed_once_and_refused_each_time():
     assert co.Body(co.Sphere(), "red").material is co.Body(co.Box(), "red").material
     for _ in range(2):
         with pytest.raises(ValueError, match="Body: material must be three linear numbers"):

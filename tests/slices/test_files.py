@@ -183,8 +183,8 @@ def overlap_pixels(tmp_path, other, origin):
     scene = co.Scene([ONE, other])
     cut = scene.slice(origin=origin, u=(2, 0, 0), v=(0, 1, 0), pixels=(25, 15))
     cut.save(tmp_path / "cut.svg", problems=True)
-    held = int((scene.bodies_at(cut._window.rows(0, 15)).counts > 1).sum())
-    return held, int(cut.overlapping.sum()), "overlapping" in (tmp_path / "cut.svg").read_text(encoding="utf-8")
+    overlaps = int((scene.bodies_at(cut._window.rows(0, 15)).counts > 1).sum())
+    return overlaps, int(cut.overlapping.sum()), "overlapping" in (tmp_path / "cut.svg").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(
@@ -317,8 +317,8 @@ def test_an_oblique_slice_as_a_picture(scene, tmp_path):
     pixels = np.asarray(Image.open(plain))
     assert pixels.shape == (100, 141, 3)
     # the ball is a circle of radius 1 of a window that is 5.66 x 4
-    seen = np.unique(pixels.reshape(-1, 3), axis=0, return_counts=True)[1]
-    assert np.pi / (4 * np.sqrt(32)) == pytest.approx(min(seen, key=lambda n: abs(n - 1957)) / 14100, abs=0.01)
+    counts = np.unique(pixels.reshape(-1, 3), axis=0, return_counts=True)[1]
+    assert np.pi / (4 * np.sqrt(32)) == pytest.approx(min(counts, key=lambda n: abs(n - 1957)) / 14100, abs=0.01)
 
 
 def test_invalid_options_are_refused(scene, tmp_path):

@@ -32,20 +32,20 @@ def path(request, tmp_path):
     return tmp_path / f"voxels{request.param}"
 
 
-def same_voxels(stored, kept):
-    return np.array_equal(np.asarray(stored[...]), kept)
+def same_voxels(stored, in_memory):
+    return np.array_equal(np.asarray(stored[...]), in_memory)
 
 
 @pytest.mark.parametrize("side", [4, 1])
 def test_boxes_hold_each_voxel_once(side):
     for counts in (SHAPE, (1, 1, 1), (40, 1, 3), (3, 50, 2), (2, 3, 130), (9, 13, 10), (5, 65, 2), (3, 2, 200)):
-        seen = np.zeros(counts, int)
+        visits = np.zeros(counts, int)
         for box in voxel_blocks.block_boxes(counts, 130, side):
-            assert seen[box].size <= 130
+            assert visits[box].size <= 130
             assert all(part.start % side == 0 for part in box)
-            assert side > 1 or seen[box].flags.c_contiguous
-            seen[box] += 1
-        assert (seen == 1).all()
+            assert side > 1 or visits[box].flags.c_contiguous
+            visits[box] += 1
+        assert (visits == 1).all()
 
 
 def test_rows_are_whole_or_parts_of_one():
@@ -57,16 +57,16 @@ def test_rows_are_whole_or_parts_of_one():
 
 
 def test_ids_are_those_in_memory(path):
-    seen = []
-    stored = SCENE.voxels(WINDOW, SHAPE, path=path, progress=lambda done, count: seen.append((done, count)))
-    kept = SCENE.voxels(WINDOW, SHAPE)
-    x, y, z = kept.centers
-    assert (kept.body == SCENE.body_at(np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1))).all()
-    assert same_voxels(stored.body, kept.body)
-    assert same_voxels(stored.material, kept.material)
+    calls = []
+    stored = SCENE.voxels(WINDOW, SHAPE, path=path, progress=lambda done, count: calls.append((done, count)))
+    in_memory = SCENE.voxels(WINDOW, SHAPE)
+    x, y, z = in_memory.centers
+    assert (in_memory.body == SCENE.body_at(np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1))).all()
+    assert same_voxels(stored.body, in_memory.body)
+    assert same_voxels(stored.material, in_memory.material)
     assert not stored.body[:1].flags.owndata or path.suffix == ".zarr"
-    assert len(seen) > 5
-    assert seen[-1] == (11 * 13 * 9, 11 * 13 * 9)
+    assert len(calls) > 5
+    assert calls[-1] == (11 * 13 * 9, 11 * 13 * 9)
     assert [each.name for each in path.parent.iterdir()] == [path.name]
 
 
@@ -75,15 +75,15 @@ def test_ids_are_those_in_memory(path):
 def test_fractions_are_those_in_memory(path, axis, room, monkeypatch):
     monkeypatch.setattr(voxels, "_BYTES", room)
     options = dict(fractions="material", samples=2, axis=axis)
-    stored, kept = SCENE.voxels(WINDOW, SHAPE, path=path, **options), SCENE.voxels(WINDOW, SHAPE, **options)
-    assert same_voxels(stored.fractions, kept.fractions)
-    assert same_voxels(stored.bounds, kept.bounds)
+    stored, in_memory = SCENE.voxels(WINDOW, SHAPE, path=path, **options), SCENE.voxels(WINDOW, SHAPE, **options)
+    assert same_voxels(stored.fractions, in_memory.fractions)
+    assert same_voxels(stored.bounds, in_memory.bounds)
     (ring, box), (off, edge) = stored.volumes()
     # a ball with a bore keeps 4/3 π h³ for the half height h of its wall
     assert abs(ring - 4 / 3 * math.pi * 0.75**1.5) <= off
     assert abs(box - 0.7 * 2 * 1.5) <= edge
     monkeypatch.setattr(voxels, "_BYTES", 1 << 27)
-    assert same_voxels(kept.fractions, SCENE.voxels(WINDOW, SHAPE, **options).fractions)
+    assert same_voxels(in_memory.fractions, SCENE.voxels(WINDOW, SHAPE, **options).fractions)
 
 
 def test_files_hold_their_window(path):

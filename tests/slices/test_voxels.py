@@ -139,13 +139,13 @@ def test_ids_are_those_of_the_centres():
 
 def test_parts_computed_by_workers_are_equal_to_the_bit():
     scene = co.Scene([CLOSED["bored across"][0], co.Body(BALL, name="ball")])
-    seen = []
-    here = scene.voxels(WINDOW, 20, fractions="body", progress=lambda done, count: seen.append((done, count)))
+    calls = []
+    here = scene.voxels(WINDOW, 20, fractions="body", progress=lambda done, count: calls.append((done, count)))
     with ThreadPoolExecutor(2) as executor:
         there = scene.voxels(WINDOW, 20, fractions="body", executor=executor)
     assert (here.fractions == there.fractions).all()
     assert (here.bounds == there.bounds).all()
-    assert seen[-1][0] == seen[-1][1]
+    assert calls[-1][0] == calls[-1][1]
     assert here.names == ("body 0", "ball")
 
 

@@ -87,10 +87,10 @@ def test_a_fitting_camera_keeps_all_in_view_all_around():
     """The corners of the box are visible in every frame, and some nearly touch the edge."""
     scene = co.Scene(co.Box((0, 0, 0), (9, 1, 2)))
     corners = np.array([(x, y, z) for x in (0, 9) for y in (0, 1) for z in (0, 2)], float)
-    seen = np.array([view.project(corners, 80, 60) for view in _views(scene, None, 24, 80 / 60)]) / (80, 60)
-    assert seen.min() > 0
-    assert seen.max() < 1
-    assert max(seen.max(), 1 - seen.min()) > 0.9
+    places = np.array([view.project(corners, 80, 60) for view in _views(scene, None, 24, 80 / 60)]) / (80, 60)
+    assert places.min() > 0
+    assert places.max() < 1
+    assert max(places.max(), 1 - places.min()) > 0.9
 
 
 def test_frames_that_are_there_are_taken(tmp_path):

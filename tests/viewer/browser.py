@@ -118,7 +118,7 @@ class Page:
         return str(self.page.locator(selector).inner_text())
 
 
-def opened(browser: Any, scene: co.Scene, folder: Path, viewport: dict[str, int], **context: Any) -> Page:
+def open_exported(browser: Any, scene: co.Scene, folder: Path, viewport: dict[str, int], **context: Any) -> Page:
     """Open the exported page of a scene."""
     path = folder / "scene.html"
     export(scene, path)
@@ -126,7 +126,7 @@ def opened(browser: Any, scene: co.Scene, folder: Path, viewport: dict[str, int]
 
 
 @contextmanager
-def served(session: Session) -> Iterator[Server]:
+def serve(session: Session) -> Iterator[Server]:
     """Run a server of a session in a thread."""
     with Server(session) as server:
         thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.05})

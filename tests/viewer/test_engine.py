@@ -25,7 +25,7 @@ from conicoid.viewer.scene_data import pack_scene
 
 from ..reference.routes import in_doubt
 from ..samples import deep
-from .browser import WIDE, Page, needs_browser, opened
+from .browser import WIDE, Page, needs_browser, open_exported
 
 NODE = shutil.which("node")
 needs_node = pytest.mark.skipif(NODE is None, reason="needs node")
@@ -218,7 +218,7 @@ HIT = ".found:not([hidden]) table.hit"
 @needs_browser
 @needs_engine
 def test_a_click_in_a_file_shows_the_desktops_numbers(browser, tmp_path):
-    with opened(browser, SCENE, tmp_path, WIDE) as page:
+    with open_exported(browser, SCENE, tmp_path, WIDE) as page:
         for x in (0.33, 0.62):
             page.page.mouse.click(*page.at(x))
             page.page.wait_for_selector(HIT)
@@ -237,7 +237,7 @@ def test_a_click_in_a_file_shows_the_desktops_numbers(browser, tmp_path):
 @needs_engine
 def test_a_ray_is_typed(browser, tmp_path):
     """From x = -1 along y the ball is at -0.8. Enter and the button trace, and a text that is not a ray is refused."""
-    with opened(browser, SCENE, tmp_path, WIDE) as page:
+    with open_exported(browser, SCENE, tmp_path, WIDE) as page:
         page.page.get_by_label("Origin", exact=True).fill("[-1, -5, 0]")
         page.page.get_by_label("Direction", exact=True).fill("0 2.0 0")
         page.page.get_by_label("Direction", exact=True).press("Enter")
@@ -260,7 +260,7 @@ def test_a_ray_is_typed(browser, tmp_path):
 @needs_engine
 def test_a_browser_has_the_bits_of_the_desktop(browser, tmp_path):
     """The rays go through places of the picture, as clicks do."""
-    with opened(browser, SCENE, tmp_path, WIDE) as page:
+    with open_exported(browser, SCENE, tmp_path, WIDE) as page:
         page.page.mouse.click(*page.at(0.33))
         page.page.wait_for_selector(HIT)
         lines = [page.ray(x / 16, y / 8) for x in range(16) for y in range(8)]
@@ -288,7 +288,7 @@ def test_a_blocked_engine_is_reported(browser, tmp_path):
 @needs_engine
 def test_undecided_answers_are_shown(browser, tmp_path):
     """Without an answer of the engine the page shows the shader's, with the reason."""
-    with opened(browser, SCENE, tmp_path, WIDE) as page:
+    with open_exported(browser, SCENE, tmp_path, WIDE) as page:
         page.ask(
             "(() => { conicoid.geometry.exact_crossings = Promise.reject(new Error('No room here.')); conicoid.exact.catch(() => 0); })()"
         )
@@ -302,7 +302,7 @@ def test_undecided_answers_are_shown(browser, tmp_path):
 def test_undecided_bounds_are_shown(browser, tmp_path):
     """The bound of a distance along an asymptote is undecided. The page shows all other parts of the answer."""
     without = "const answer = exact.pick(...asked); answer.found.t_error = null; return answer;"
-    with opened(browser, SCENE, tmp_path, WIDE) as page:
+    with open_exported(browser, SCENE, tmp_path, WIDE) as page:
         page.page.mouse.click(*page.at(0.62))
         page.page.wait_for_selector(HIT)
         assert "left open" not in page.text(".found")
@@ -317,7 +317,7 @@ def test_undecided_bounds_are_shown(browser, tmp_path):
 
 @needs_browser
 def test_a_page_without_an_engine_is_answered_by_the_shader(browser, tmp_path, no_engine):
-    with opened(browser, SCENE, tmp_path, WIDE) as page:
+    with open_exported(browser, SCENE, tmp_path, WIDE) as page:
         page.page.mouse.click(*page.at(0.33))
         page.page.wait_for_selector(HIT)
         assert page.text(".how") == "Computed by the shader, in single precision."

@@ -14,7 +14,7 @@ from conicoid.viewer.html import PREVIEW_BYTES, preview_of
 from conicoid.viewer.scene_data import expand_tables
 
 from ..command_line import execute, failure
-from .browser import NARROW, launch, needs_browser, opened
+from .browser import NARROW, launch, needs_browser, open_exported
 
 # --- The exported page: small, alone, safe; and its message where it cannot draw
 
@@ -41,8 +41,8 @@ def test_the_policy_of_a_page_leaves_nothing_open(tmp_path):
 
 
 @needs_browser
-def test_the_page_asks_for_nothing(browser, tmp_path):
-    with opened(browser, co.load(BARREL), tmp_path, NARROW) as shown:
+def test_the_page_loads_nothing(browser, tmp_path):
+    with open_exported(browser, co.load(BARREL), tmp_path, NARROW) as shown:
         shown.settle()
         assert shown.requests == [(tmp_path / "scene.html").as_uri()]
         assert shown.errors == []
@@ -52,7 +52,7 @@ def test_the_page_asks_for_nothing(browser, tmp_path):
 def test_a_picture_replaces_missing_webgl(playwright_tool, tmp_path):
     browser = launch(playwright_tool, "--disable-gpu", "--disable-software-rasterizer", "--disable-3d-apis")
     size = "(async () => { const i = document.querySelector('img'); await i.decode(); return i.naturalWidth; })()"
-    with opened(browser, co.Scene([co.Sphere()]), tmp_path, NARROW) as shown:
+    with open_exported(browser, co.Scene([co.Sphere()]), tmp_path, NARROW) as shown:
         assert "This browser offers no WebGL 2." in shown.text("[role=alert]")
         assert shown.ask(size) >= 200
     browser.close()

@@ -10,7 +10,7 @@ import conicoid as co
 from conicoid.viewer.playground import quadrics_scene
 from conicoid.viewer.session import Session
 
-from .browser import NARROW, WIDE, Page, needs_browser, opened, served
+from .browser import NARROW, WIDE, Page, needs_browser, open_exported, serve
 
 pytestmark = needs_browser
 CAMERA = co.Camera((0, -8, 0), (0, 0, 0), field_of_view=30)
@@ -31,7 +31,7 @@ def shared_page(browser, tmp_path_factory):
     """Return one page for all tests that only look and select. Compiling its shader takes most of the time of a page."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("conicoid.viewer.html.read_engine", lambda: None)
-        with opened(browser, SCENE, tmp_path_factory.mktemp("hands"), WIDE) as found:
+        with open_exported(browser, SCENE, tmp_path_factory.mktemp("hands"), WIDE) as found:
             yield found
 
 
@@ -69,7 +69,7 @@ def test_a_page_forgets_the_selection(page):
 def engine_page(browser, tmp_path):
     path = tmp_path / "scene.yaml"
     co.save(SCENE, path)
-    with served(Session(co.load(path), "scene", path)) as server, Page(browser, server.url, WIDE) as found:
+    with serve(Session(co.load(path), "scene", path)) as server, Page(browser, server.url, WIDE) as found:
         found.path = path
         yield found
 
@@ -82,7 +82,7 @@ COLORS = """(() => {
 })()"""
 
 
-def covered(pixels):
+def body_mask(pixels):
     return pixels[..., 3] > 0.5
 
 
@@ -90,26 +90,26 @@ def test_dragging_turns_the_scene(page):
     before = page.pixels()
     page.drag(page.at(), page.at(0.9))
     after = page.pixels()
-    assert (covered(before) != covered(after)).mean() > 0.02
+    assert (body_mask(before) != body_mask(after)).mean() > 0.02
     # The page's picture is that of the engine from the page's new camera
     camera = page.ask("conicoid.state.camera")
     height, width = after.shape[:2]
     turned = co.Camera(camera["position"], camera["look_at"], camera["up"], camera["field_of_view"])
     assert np.linalg.norm(camera["position"]) == pytest.approx(8)
-    assert (covered(after) == SCENE.occluded(turned.rays(width, height))).mean() >= 0.999
+    assert (body_mask(after) == SCENE.occluded(turned.rays(width, height))).mean() >= 0.999
 
 
 def test_keys_match_the_mouse(page):
     page.page.locator("canvas").focus()
-    before = covered(page.pixels())
+    before = body_mask(page.pixels())
     for _ in range(4):
         page.page.keyboard.press("ArrowLeft")
-    turned = covered(page.pixels())
+    turned = body_mask(page.pixels())
     assert (turned != before).mean() > 0.01
     page.page.keyboard.press("+")
-    assert covered(page.pixels()).sum() > turned.sum()
+    assert body_mask(page.pixels()).sum() > turned.sum()
     page.page.keyboard.press("h")
-    assert (covered(page.pixels()) == before).all()
+    assert (body_mask(page.pixels()) == before).all()
     page.page.keyboard.press("3")  # from above
     assert page.ask("conicoid.state.camera.position[2]") > 2
 
@@ -122,12 +122,12 @@ def test_the_wheel_zooms_to_the_pointer(page):
         page.page.mouse.wheel(0, -120)
     after = page.pixels()
     assert page.ask("conicoid.firstAt({}, {})[0].body".format(*page.place(0.33, 0.5))) == before
-    assert covered(after).mean() > 0.3
+    assert body_mask(after).mean() > 0.3
 
 
 def test_fingers_turn_and_zoom(browser, tmp_path):
-    with opened(browser, SCENE, tmp_path, NARROW, has_touch=True) as page:
-        before = covered(page.pixels())
+    with open_exported(browser, SCENE, tmp_path, NARROW, has_touch=True) as page:
+        before = body_mask(page.pixels())
         fingers = """([kind, points]) => {
             for (const [id, x, y] of points) conicoid.canvas.dispatchEvent(new PointerEvent(kind, {
                 pointerId: id, pointerType: "touch", clientX: x, clientY: y, bubbles: true, isPrimary: id === 1 }));
@@ -135,7 +135,7 @@ def test_fingers_turn_and_zoom(browser, tmp_path):
         page.page.evaluate(fingers, ["pointerdown", [[1, 60, 60], [2, 100, 60]]])
         page.page.evaluate(fingers, ["pointermove", [[1, 40, 60], [2, 120, 60]]])
         page.page.evaluate(fingers, ["pointerup", [[1, 40, 60], [2, 120, 60]]])
-        assert covered(page.pixels()).sum() > 1.5 * before.sum()
+        assert body_mask(page.pixels()).sum() > 1.5 * before.sum()
 
 
 def test_hiding_isolating_and_tinting(page):
@@ -143,15 +143,15 @@ def test_hiding_isolating_and_tinting(page):
     page.page.locator("[data-item='0'] input[type=checkbox]").uncheck()
     hidden = page.pixels()
     width = before.shape[1]
-    assert covered(before)[:, : width // 2].any()
-    assert not covered(hidden)[:, : width // 2].any()
+    assert body_mask(before)[:, : width // 2].any()
+    assert not body_mask(hidden)[:, : width // 2].any()
     assert np.array_equal(hidden[:, width // 2 :], before[:, width // 2 :])
     page.page.get_by_role("button", name="Show all").click()
     page.page.locator("[data-item='0'] button:has-text('Only')").click()
-    assert not covered(page.pixels())[:, width // 2 :].any()
+    assert not body_mask(page.pixels())[:, width // 2 :].any()
     page.page.get_by_role("button", name="Show all").click()
     page.page.locator("[data-item='0'] input[type=color]").fill("#00ff00")
-    green = page.pixels()[:, : width // 2][covered(before)[:, : width // 2]]
+    green = page.pixels()[:, : width // 2][body_mask(before)[:, : width // 2]]
     assert (green[:, 1] > 5 * green[:, 0]).mean() > 0.9
 
 
@@ -160,15 +160,15 @@ def test_the_section_plane_cuts_and_is_dragged(page):
     page.page.get_by_role("button", name="x", exact=True).click()
     before = page.pixels()
     width = before.shape[1]
-    assert not covered(before)[:, width // 2 + 12 :].any()  # x > 0 is cut away
+    assert not body_mask(before)[:, width // 2 + 12 :].any()  # x > 0 is cut away
     handle = page.page.locator(".handle").bounding_box()
     start = handle["x"] + handle["width"] / 2, handle["y"] + handle["height"] / 2
     page.drag(start, (start[0] + 60, start[1]))
     after = page.pixels()
-    assert covered(after).sum() > covered(before).sum()
+    assert body_mask(after).sum() > body_mask(before).sum()
     assert page.ask("conicoid.state.section.offset") > 0.3
     page.page.get_by_role("button", name="flip").click()
-    assert not covered(page.pixels())[:, : width // 4].any()
+    assert not body_mask(page.pixels())[:, : width // 4].any()
     # Towards the eye the plane shows the section, flat and in the body's own color
     page.page.get_by_role("button", name="y", exact=True).click()
     picture = page.pixels()[..., :3]
@@ -222,26 +222,26 @@ def test_x_rays_are_chords(page):
 
 def test_sliders_change_the_body_and_keep_the_camera(engine_page):
     engine_page.drag(engine_page.at(), engine_page.at(0.55))
-    before, camera = covered(engine_page.pixels()), engine_page.ask("conicoid.state.camera.position")
+    before, camera = body_mask(engine_page.pixels()), engine_page.ask("conicoid.state.camera.position")
     engine_page.page.locator("[data-item='0'] button:has-text('Edit')").click()
     engine_page.page.get_by_label("radius, as a number").fill("0.4")
     engine_page.page.get_by_label("radius, as a number").press("Enter")
     engine_page.wait("conicoid.scene.bounds[0][0] > -1.5")
-    after = covered(engine_page.pixels())
+    after = body_mask(engine_page.pixels())
     assert 0 < after.sum() < 0.9 * before.sum()
     assert engine_page.ask("conicoid.state.camera.position") == camera
 
 
 def test_the_file_is_followed_and_its_mistakes_are_shown(engine_page):
-    before = covered(engine_page.pixels())
+    before = body_mask(engine_page.pixels())
     text = engine_page.path.read_text()
     engine_page.path.write_text(text.replace("Sphere", "Spere"))
     engine_page.page.wait_for_selector(".trouble:not([hidden]):has-text('Spere')")  # not of a half-written file
     assert "line" in engine_page.text(".trouble") or ":" in engine_page.text(".trouble")
-    assert (covered(engine_page.pixels()) == before).all()
+    assert (body_mask(engine_page.pixels()) == before).all()
     co.save(co.Scene([co.Body(co.Sphere(0.3), RED)], lights=LIGHTS, camera=CAMERA), engine_page.path)
     engine_page.page.wait_for_selector(".trouble", state="hidden")
-    assert 0 < covered(engine_page.pixels()).sum() < 0.5 * before.sum()
+    assert 0 < body_mask(engine_page.pixels()).sum() < 0.5 * before.sum()
 
 
 def test_a_picture_is_saved(page):
@@ -257,7 +257,7 @@ def test_a_picture_is_saved(page):
 
 
 def test_the_camera_is_copied_as_a_scene_file_has_it(browser, tmp_path):
-    with opened(browser, SCENE, tmp_path, WIDE) as page:
+    with open_exported(browser, SCENE, tmp_path, WIDE) as page:
         page.context.grant_permissions(["clipboard-read", "clipboard-write"])
         page.page.get_by_role("button", name="Copy camera").click()
         page.page.wait_for_selector(".toast:not([hidden])")
@@ -312,18 +312,18 @@ def test_everything_is_named_and_reachable(page):
 
 def test_keys_on_the_panel_keep_their_place(page):
     page.page.locator("[data-item='1'] input[type=checkbox]").focus()
-    before = covered(page.pixels())
+    before = body_mask(page.pixels())
     page.page.keyboard.press("Space")
-    assert covered(page.pixels()).sum() < before.sum()
+    assert body_mask(page.pixels()).sum() < before.sum()
     assert page.ask("document.activeElement.ariaLabel") == "Show blue block"
     page.page.keyboard.press("Space")
-    assert (covered(page.pixels()) == before).all()
+    assert (body_mask(page.pixels()) == before).all()
 
 
 def test_the_playground_of_quadrics_is_played_with(browser):
     """A cross term that is zero at first bends the ellipsoid."""
     with (
-        served(Session(quadrics_scene(), "Nine quadrics", select=0)) as server,
+        serve(Session(quadrics_scene(), "Nine quadrics", select=0)) as server,
         Page(browser, server.url, WIDE) as page,
     ):
         page.page.wait_for_selector(".sliders .number")
@@ -340,7 +340,7 @@ def test_the_playground_of_quadrics_is_played_with(browser):
 
 @pytest.mark.parametrize("scheme", ["dark", "light"])
 def test_a_phone_shows_it_all_without_sideways_scrolling(browser, tmp_path, scheme):
-    with opened(browser, SCENE, tmp_path, {"width": 400, "height": 700}, color_scheme=scheme) as page:
+    with open_exported(browser, SCENE, tmp_path, {"width": 400, "height": 700}, color_scheme=scheme) as page:
         assert page.ask("document.documentElement.scrollWidth") <= 400
         for name in ("Front", "Right", "Top", "Back", "Left", "Bottom", "Fit", "Home", "Panel"):
             box = page.page.get_by_role("button", name=name, exact=True).bounding_box()

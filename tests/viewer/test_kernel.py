@@ -39,7 +39,7 @@ class Kernel:
         return found
 
 
-def opened(browser, tmp_path, kernel):
+def open_widget(browser, tmp_path, kernel):
     widget = SCENE.view(height=300)
     text = host(widget, 760)
     start = text.index("const model = {")
@@ -101,7 +101,7 @@ def test_why_is_the_working_of_the_ray_with_the_body():
 @needs_browser
 def test_a_pick_explains_itself(browser, tmp_path):
     """The ball's front is where t² − 16 t + 63 = 0 for a ray through its middle; here beside it."""
-    page, _ = opened(browser, tmp_path, "alive")
+    page, _ = open_widget(browser, tmp_path, "alive")
     click(page)
     assert page.locator("pre.why").is_visible() is False
     page.locator(".reasons summary").click()
@@ -114,7 +114,7 @@ def test_a_pick_explains_itself(browser, tmp_path):
 
 @needs_browser
 def test_the_shader_gives_no_reasons(browser, tmp_path):
-    page, _ = opened(browser, tmp_path, None)
+    page, _ = open_widget(browser, tmp_path, None)
     click(page)
     assert page.locator(".reasons").count() == 0
     page.context.close()
@@ -122,7 +122,7 @@ def test_the_shader_gives_no_reasons(browser, tmp_path):
 
 @needs_browser
 def test_a_click_is_answered_by_the_kernel(browser, tmp_path):
-    page, _ = opened(browser, tmp_path, "alive")
+    page, _ = open_widget(browser, tmp_path, "alive")
     rows = click(page)
     assert page.locator(".how").first.inner_text() == "Computed by the exact engine."
     assert rows["Body"] == "ball"
@@ -136,7 +136,7 @@ def test_a_click_is_answered_by_the_kernel(browser, tmp_path):
 @needs_browser
 def test_the_shader_answers_without_a_kernel_and_is_named(browser, tmp_path):
     """A notebook as HTML has the model, but no program receives its messages."""
-    page, _ = opened(browser, tmp_path, None)
+    page, _ = open_widget(browser, tmp_path, None)
     rows = click(page)
     text = page.locator(".how").first.inner_text()
     assert text == "Computed by the shader, in single precision. No kernel has answered: it is busy, or there is none."
@@ -148,7 +148,7 @@ def test_the_shader_answers_without_a_kernel_and_is_named(browser, tmp_path):
 
 @needs_browser
 def test_a_busy_kernels_answer_takes_the_place_of_the_shaders(browser, tmp_path):
-    page, kernel = opened(browser, tmp_path, "busy")
+    page, kernel = open_widget(browser, tmp_path, "busy")
     page.locator("[name=measure]").check()
     click(page)
     assert "by the shader" in page.locator(".how").first.inner_text()

@@ -89,7 +89,7 @@ def test_programs_are_distinguished_from_people(monkeypatch, content, environmen
     assert run_by_a_program() is expected
 
 
-def test_no_question_is_asked_outside_of_notebooks(monkeypatch):
+def test_no_message_is_sent_outside_of_notebooks(monkeypatch):
     monkeypatch.delitem(sys.modules, "IPython", raising=False)
     assert run_by_a_program() is False
 

@@ -11,7 +11,7 @@ import conicoid as co
 from conicoid.materials.color import srgb_encode
 from conicoid.viewer.playground import quadrics_scene
 
-from .browser import NARROW, needs_browser, opened
+from .browser import NARROW, needs_browser, open_exported
 
 pytestmark = needs_browser
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
@@ -37,7 +37,7 @@ def gallery_scene(name, monkeypatch):
 
 
 def assert_agrees(browser, scene, folder):
-    with opened(browser, scene, folder, NARROW) as page:
+    with open_exported(browser, scene, folder, NARROW) as page:
         drawn = page.pixels()
         assert page.errors == []
         assert page.ask("conicoid.film.shown.samples") == 1
@@ -107,7 +107,7 @@ def test_coincident_crossings_are_listed_as_the_engine_lists_them(browser, tmp_p
     camera = co.Camera((0.1, -9, 0.2), (0.1, 0, 0.2), field_of_view=30)
     bodies = [co.Body(block, material=co.glass()), co.Body(block, material=co.matte("#b02018"))]
     scene = co.Scene(bodies, camera=camera, lights=[co.AmbientLight(1)])
-    with opened(browser, scene, tmp_path, NARROW) as page:
+    with open_exported(browser, scene, tmp_path, NARROW) as page:
         width, height = page.size()
         found = page.ask(
             f"conicoid.picker.at({{ camera: conicoid.state.camera, section: null }}, {width / 2}, {height / 2}, {width}, {height}, 64)"
@@ -116,3 +116,32 @@ def test_coincident_crossings_are_listed_as_the_engine_lists_them(browser, tmp_p
         assert [hit["body"] for hit in found] == expected.body.tolist() == [0, 1, 0, 1]
         red, _, blue = page.pixels()[height // 2, width // 2, :3]
         assert red > 3 * blue
+
+
+# --- The picture at rest: samples add up to smooth edges and soft shadows
+
+
+@pytest.mark.deep
+def test_at_rest_edges_become_smooth_and_shadows_soft(browser, tmp_path):
+    floor = co.Body(co.Disc((0, 0, -1), (0, 0, 1), 6), co.matte("#c03028"))
+    scene = co.Scene(
+        [co.Sphere(0.7), floor], [co.PointLight((0, 0, 5))], co.Camera((0, -6, 4), (0, 0, -0.5), field_of_view=40)
+    )
+    with open_exported(browser, scene, tmp_path, NARROW) as page:
+        sharp = page.pixels()[..., 0]
+        page.ask("(() => { conicoid.film.most = 8; conicoid.film.wake(); })()")
+        page.ask("conicoid.film.settled(8)")
+        many = "(() => Array.from(conicoid.film.read().values))()"
+        smooth = np.array(page.ask(many)).reshape(*sharp.shape, 4)[::-1][..., 0]
+        page.page.get_by_label("Softness of shadows").focus()
+        page.page.keyboard.press("End")
+        page.ask("conicoid.film.settled(8)")
+        soft = np.array(page.ask(many)).reshape(*sharp.shape, 4)[::-1][..., 0]
+        assert page.ask("conicoid.state.softness") == 0.1
+        page.page.keyboard.press("Home")
+        page.ask("conicoid.film.settled(8)")
+        again = np.array(page.ask(many)).reshape(*sharp.shape, 4)[::-1][..., 0]
+    edges = np.abs(np.diff(sharp, axis=1)) > 0.1
+    assert np.abs(np.diff(smooth, axis=1))[edges].mean() < 0.8 * np.abs(np.diff(sharp, axis=1))[edges].mean()
+    assert (np.abs(soft - smooth) > 0.05).mean() > 0.004  # the half-shadow
+    assert np.array_equal(again, smooth)

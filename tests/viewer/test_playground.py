@@ -13,7 +13,7 @@ import conicoid as co
 from conicoid.viewer.picks import pick
 from conicoid.viewer.playground import Playground, TextScenes, examples, in_page, page, scene_of
 
-from .browser import Page, needs_browser, served
+from .browser import Page, needs_browser, serve
 from .test_engine import bits
 from .test_server import ask
 
@@ -127,7 +127,7 @@ def test_python_in_a_page_speaks_json():
 
 
 def test_a_served_playground_serves_its_files_alone():
-    with served(Playground()) as server:
+    with serve(Playground()) as server:
         status, text = ask(server, "GET", "")
         assert (status, b'name="scene"' in text) == (200, True)
         assert json.loads(ask(server, "POST", "typed", json.dumps({"text": WRONG}))[1])["count"] == 2
@@ -156,14 +156,14 @@ def test_a_page_with_python_names_its_address():
 
 
 @pytest.fixture(scope="module")
-def playing():
-    with served(Playground()) as server:
+def playground_server():
+    with serve(Playground()) as server:
         yield server
 
 
 @needs_browser
-def test_the_bits_of_the_engine_are_in_the_page(browser, playing):
-    with Page(browser, playing.url, WIDE) as found:
+def test_the_bits_of_the_engine_are_in_the_page(browser, playground_server):
+    with Page(browser, playground_server.url, WIDE) as found:
         found.wait("window.playground && playground.brain.number > 0")
         for example in examples():
             for ray in rays_of(example, 3):
@@ -177,21 +177,21 @@ def test_the_bits_of_the_engine_are_in_the_page(browser, playing):
 
 
 @needs_browser
-def test_a_scene_that_had_to_wait_is_shown_when_its_promise_is_kept(browser, playing):
+def test_a_promise_of_a_scene_that_waits_ends_when_it_is_drawn(browser, playground_server):
     """Of three scenes the first is pending, and the third replaces the second. All that wait, wait for the third."""
-    with Page(browser, playing.url, WIDE) as found:
+    with Page(browser, playground_server.url, WIDE) as found:
         found.wait("window.playground && playground.brain.number > 0")
-        for which, last in enumerate((0.5, 0.25, 0.75)):
+        for index, last in enumerate((0.5, 0.25, 0.75)):
             texts = [BALL.replace("1}", f"{radius}}}") for radius in (1, 2, last)]
             takes = ", ".join(f"playground.take({json.dumps(text)}, '0 0 3 0 0 -1')" for text in texts)
-            assert found.ask(f"[{takes}][{which}].then(() => conicoid.state.found.t)") == 3 - last
+            assert found.ask(f"[{takes}][{index}].then(() => conicoid.state.found.t)") == 3 - last
         assert found.errors == []
 
 
 @needs_browser
-def test_a_change_is_read_and_the_ray_traced_again(browser, playing):
+def test_a_change_is_read_and_the_ray_traced_again(browser, playground_server):
     """A ray from 3 meets the ball of radius 1 at 2, and of radius 0.5 at 2.5. A mistake keeps the last good scene."""
-    with Page(browser, playing.url, WIDE) as found:
+    with Page(browser, playground_server.url, WIDE) as found:
         found.wait("window.playground && playground.brain.number > 0")
         found.ask(f"playground.take({json.dumps(BALL)}, '0 0 3 0 0 -1')")
         found.page.wait_for_selector(HIT)
@@ -216,8 +216,8 @@ def test_a_change_is_read_and_the_ray_traced_again(browser, playing):
 
 
 @needs_browser
-def test_the_table_has_every_crossing_with_its_bound_and_normal(browser, playing):
-    with Page(browser, playing.url, WIDE) as found:
+def test_the_table_has_every_crossing_with_its_bound_and_normal(browser, playground_server):
+    with Page(browser, playground_server.url, WIDE) as found:
         found.page.wait_for_selector(HIT)
         first = examples()[0]
         expected = answer(first["text"], rays_of(first, 1)[0])["found"]
@@ -235,8 +235,8 @@ def test_the_table_has_every_crossing_with_its_bound_and_normal(browser, playing
 
 
 @needs_browser
-def test_a_link_holds_the_scene_and_the_ray(browser, playing):
-    with Page(browser, playing.url, WIDE) as found:
+def test_a_link_holds_the_scene_and_the_ray(browser, playground_server):
+    with Page(browser, playground_server.url, WIDE) as found:
         found.wait("window.playground && playground.brain.number > 0")
         found.ask(f"playground.take({json.dumps(BALL + '# über')}, '0 0 3 0 0 -0.1')")
         found.wait("location.hash.endsWith('-0.1')")
@@ -245,14 +245,14 @@ def test_a_link_holds_the_scene_and_the_ray(browser, playing):
         found.page.wait_for_selector(HIT)
         assert found.ask("playground.text.value") == BALL + "# über"
         assert found.ask("conicoid.state.found.t") == co.Scene([co.Sphere(1)]).first_hit((0, 0, 3), (0, 0, -0.1)).t
-    with Page(browser, playing.url + "#scene=nothing", WIDE) as found:
+    with Page(browser, playground_server.url + "#scene=nothing", WIDE) as found:
         found.wait("document.querySelector('.toast').textContent === 'The link holds no scene that can be read.'")
 
 
 @needs_browser
-def test_it_fits_a_phone_and_the_keyboard(browser, playing):
+def test_it_fits_a_phone_and_the_keyboard(browser, playground_server):
     """Nothing is wider than 400 pixels. Tab goes from the examples to the link, the text, the picture and the ray."""
-    with Page(browser, playing.url, NARROW) as found:
+    with Page(browser, playground_server.url, NARROW) as found:
         found.page.wait_for_selector(HIT)
         assert found.ask("document.documentElement.scrollWidth") == 400
         assert found.ask("document.querySelector('.conicoid').scrollWidth") <= 400

@@ -22,7 +22,7 @@ from conicoid.viewer.picks import pick
 from conicoid.viewer.server import Server
 from conicoid.viewer.session import Session, stamp_of
 
-from .browser import served
+from .browser import serve
 
 # --- The page's server: this machine only, its own page only, the scene's data only
 
@@ -34,7 +34,7 @@ RAY = {"origin": [-5.0, 0.1, 0.2], "direction": [1.0, 0.01, 0.003]}
 
 @pytest.fixture(scope="module")
 def server():
-    with served(Session(SCENE, "two")) as found:
+    with serve(Session(SCENE, "two")) as found:
         yield found
 
 
@@ -129,7 +129,7 @@ def test_numbers_can_be_edited(server):
     numbers = json.loads(ask(server, "POST", "numbers", json.dumps({"item": 0}))[1])
     radius = next(row for row in numbers if row["label"] == "radius")
     assert radius["value"] == 1.0
-    with served(Session(SCENE, "two")) as other:
+    with serve(Session(SCENE, "two")) as other:
         status, _ = ask(other, "POST", "edit", json.dumps({"path": radius["path"], "value": 0.5}))
         assert status == 200
         assert json.loads(ask(other, "POST", "pick", json.dumps(RAY))[1])["found"]["t"] > 4.4
@@ -240,7 +240,7 @@ def test_missing_files_of_a_scene_are_awaited(tmp_path, monkeypatch):
     assert session.scene()["item_count"] == 1
 
 
-def test_a_change_while_the_scene_is_first_read_is_seen(tmp_path):
+def test_a_change_during_the_first_read_is_noticed(tmp_path):
     path = tmp_path / "scene.yaml"
     co.save(SCENE, path)
     stamp, first = stamp_of(path), co.load(path)

@@ -14,7 +14,7 @@ import conicoid as co
 from conicoid.viewer import export, html, page, session
 from conicoid.viewer.session import Session
 
-from .browser import SOFTWARE_GL, WIDE, Page, needs_browser, served, until
+from .browser import SOFTWARE_GL, WIDE, Page, needs_browser, serve, until
 
 CAMERA = co.Camera((0, -8, 0), (0, 0, 0), field_of_view=30)
 BALL = co.Scene([co.Body(co.Sphere(1), co.matte("#d03020"))], lights=[co.AmbientLight(1)], camera=CAMERA)
@@ -45,10 +45,10 @@ def open_page(browser, url, script):
     return found
 
 
-def reddish(found):
+def share_of_red(found):
     """Return the share of the stage's middle row, without words and buttons, that has the ball's color."""
-    seen = np.asarray(Image.open(io.BytesIO(found.locator(".stage").screenshot())).convert("RGB"), float)
-    row = seen[len(seen) // 2]
+    pixels = np.asarray(Image.open(io.BytesIO(found.locator(".stage").screenshot())).convert("RGB"), float)
+    row = pixels[len(pixels) // 2]
     return ((row[:, 0] > 120) & (row[:, 1] < 80) & (row[:, 2] < 80)).mean()
 
 
@@ -56,7 +56,7 @@ def reddish(found):
 @pytest.mark.parametrize("kind", ["exported", "served"])
 def test_the_engines_picture_and_a_line_stand_there_while_the_driver_compiles(browser, tmp_path, kind):
     export(BALL, tmp_path / "scene.html")
-    with served(Session(BALL, "scene")) as server:
+    with serve(Session(BALL, "scene")) as server:
         url = server.url if kind == "served" else (tmp_path / "scene.html").as_uri()
         found = open_page(browser, url, SLOW)
         until(found, "window.conicoid.film?.compiling > 0")
@@ -67,13 +67,13 @@ def test_the_engines_picture_and_a_line_stand_there_while_the_driver_compiles(br
         # A ball of radius 1 in a picture 2 · 8 · tan 15° high, as wide as the stage
         width, height = found.evaluate("[conicoid.canvas.clientWidth, conicoid.canvas.clientHeight]")
         radius = height * np.tan(np.arcsin(1 / 8)) / (2 * np.tan(np.radians(15)))
-        assert reddish(found) == pytest.approx(2 * radius / width, rel=0.05)
+        assert share_of_red(found) == pytest.approx(2 * radius / width, rel=0.05)
         assert found.evaluate("conicoid.film.samples") == 0
         found.evaluate("window.compiled = true")
         until(found, "document.querySelector('.waiting').hidden")
         assert found.evaluate("conicoid.film.samples") >= 1
         assert not words.is_visible()
-        assert reddish(found) == pytest.approx(2 * radius / width, rel=0.05)
+        assert share_of_red(found) == pytest.approx(2 * radius / width, rel=0.05)
         found.context.close()
 
 
@@ -109,7 +109,7 @@ def test_a_changed_scene_whose_shader_fails_leaves_the_last_picture(browser, tmp
     """More parts need a shader of other sizes, which compiles anew."""
     path = tmp_path / "scene.yaml"
     co.save(BALL, path)
-    with served(Session(co.load(path), "scene", path)) as server, Page(browser, server.url, WIDE) as found:
+    with serve(Session(co.load(path), "scene", path)) as server, Page(browser, server.url, WIDE) as found:
         found.wait("document.querySelector('.waiting').hidden")
         found.ask(f"(() => {{ {BROKEN} }})()")
         parts = co.Box() | co.Sphere(1.2) | co.Cylinder((0, 0, -2), (0, 0, 2), 0.3)
@@ -130,7 +130,7 @@ def test_without_scripts_the_picture_and_a_line_are_there(playwright_tool, tmp_p
     found.goto((tmp_path / "scene.html").as_uri())
     assert found.locator("noscript").inner_text() == "To walk around in this scene, allow JavaScript."
     assert not found.locator(".waiting > p").is_visible()
-    assert reddish(found) > 0.05
+    assert share_of_red(found) > 0.05
     browser.close()
 
 
@@ -154,7 +154,7 @@ def test_the_small_picture_is_made_once_without_waiting(monkeypatch):
         return b"picture"
 
     monkeypatch.setattr(session, "preview_of", slowly)
-    with served(Session(BALL, "ball")) as server:
+    with serve(Session(BALL, "ball")) as server:
         answers = []
 
         def ask(name):

@@ -51,7 +51,7 @@ def some_steps(rng: random.Random, count: int) -> list[tuple[str, int, int]]:
     ]  # fmt: skip
 
 
-def worked(steps: list[tuple[str, int, int]], values: list[Any]) -> list[Any]:
+def results_of(steps: list[tuple[str, int, int]], values: list[Any]) -> list[Any]:
     """Return the results of steps, each of which uses any before it, as numbers of any kind."""
     values = [exact(each) for each in values]
     for operation, a, b in steps:
@@ -70,12 +70,12 @@ def worked(steps: list[tuple[str, int, int]], values: list[Any]) -> list[Any]:
 
 def check(seed: int, tapes: int, bodies: int = 30) -> tuple[int, int]:
     """Return how many bodies held, and how many stayed undecided."""
-    rng, held, opened = random.Random(seed), 0, 0
+    rng, valid, opened = random.Random(seed), 0, 0
     for _ in range(tapes):
         steps, first = some_steps(rng, 10), [some_float(rng) for _ in range(4)]
         tape = Tape()
         try:
-            results = worked(steps, [tape.input(x) for x in first])
+            results = results_of(steps, [tape.input(x) for x in first])
         except ZeroDivisionError:
             continue
         for result in results:
@@ -83,23 +83,23 @@ def check(seed: int, tapes: int, bodies: int = 30) -> tuple[int, int]:
             tape.write(number.rounded(result))
         inputs = np.array([first] + [[some_float(rng) for _ in range(4)] for _ in range(bodies)])
         played = play(tape, inputs)
-        held += int((played.state == STATE_VALID).sum())
+        valid += int((played.state == STATE_VALID).sum())
         opened += int((played.state == STATE_UNDECIDED).sum())
         for row in np.flatnonzero(played.state == STATE_VALID).tolist():
             try:
-                truth = worked(steps, inputs[row].tolist())
+                truth = results_of(steps, inputs[row].tolist())
             except ZeroDivisionError:  # 3,000 bits do not distinguish (a / b) b from a, nor their difference from zero
                 continue
             for k, one in enumerate(truth):
                 got = played.fours[row, k]
                 assert abs(sum_of(got) - fraction(one)) <= error_of(got) + one.off * Fraction(2) ** one.exponent
                 assert played.floats[row, k] == float(one)
-    return held, opened
+    return valid, opened
 
 
 def test_they_are_within_their_bounds_and_rounded_alike():
-    held, opened = check(5, 40)
-    assert held > BITS // 25 * opened
+    valid, opened = check(5, 40)
+    assert valid > BITS // 25 * opened
 
 
 @pytest.mark.deep

@@ -626,8 +626,8 @@ def test_a_scene_keeps_its_unit(tmp_path):
         assert co.load(path).unit == "in"
     assert co.load(path) != co.Scene(scene.bodies)
     edits = scene.moved("ball", (1, 0, 0)), scene.added(co.Box()), scene.without("ball"), scene.replace(lights=())
-    for kept in (*edits, pickle.loads(pickle.dumps(scene)), copy.copy(scene)):
-        assert kept.unit == "in"
+    for scene_with_unit in (*edits, pickle.loads(pickle.dumps(scene)), copy.copy(scene)):
+        assert scene_with_unit.unit == "in"
     assert scene.replace(unit=None).unit is None
     with pytest.raises(ValueError, match="Scene: unit must be one of angstrom, nm.* got 'inch'"):
         co.Scene([], unit="inch")

@@ -78,16 +78,16 @@ def mutated_case(seed: int, folder: Path) -> bool:
     """Damage the bytes, the text or the tree of a good scene file; return whether it loads."""
     random = Random(seed)
     texts, trees, pool = sources()
-    which = random.choice([0, 0, 0, random.randrange(len(texts))])
+    kind = random.choice([0, 0, 0, random.randrange(len(texts))])
     match random.randrange(3):
         case 0:
-            data = bytes_damaged(random, texts[which].encode())
+            data = bytes_damaged(random, texts[kind].encode())
         case 1:
-            data = text_damaged(random, texts[which]).encode("utf-8", "surrogatepass")
+            data = text_damaged(random, texts[kind]).encode("utf-8", "surrogatepass")
         case _:
-            tree = trees[which]
+            tree = trees[kind]
             bodies = random.sample(tree["bodies"], random.randint(1, len(tree["bodies"])))
-            data = written(random, tree_damaged(random, {**tree, "bodies": bodies}, pool))
+            data = text_of(random, tree_damaged(random, {**tree, "bodies": bodies}, pool))
     return check(data, folder)
 
 
@@ -95,7 +95,7 @@ def schema_case(seed: int, folder: Path) -> bool:
     """Make a scene that the schema allows; return whether it loads."""
     random = Random(seed)
     schema = _schema()
-    return check(written(random, Generator(random, schema).value(schema)), folder)
+    return check(text_of(random, Generator(random, schema).value(schema)), folder)
 
 
 @functools.cache
@@ -103,7 +103,7 @@ def _schema() -> dict[str, Any]:
     return scene_schema()
 
 
-def written(random: Random, tree: Any) -> bytes:
+def text_of(random: Random, tree: Any) -> bytes:
     """Return a tree as YAML or JSON."""
     if not isinstance(tree, dict) or random.random() < 0.3:
         return json.dumps(tree).replace("-Infinity", "-.inf").replace("Infinity", ".inf").encode()

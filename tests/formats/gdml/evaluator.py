@@ -122,13 +122,13 @@ class Evaluator:
         self.fill(self.world, np.asarray(points, float), np.arange(len(points)), found)
         return found
 
-    def fill(self, name, p, which, found):
+    def fill(self, name, p, indices, found):
         volume = self.volumes[name]
         if volume.tag == "volume":
             here = self.inside(volume.find("solidref").get("ref"), p)
-            p, which = p[here], which[here]
-            found[which] = name
+            p, indices = p[here], indices[here]
+            found[indices] = name
         for one in volume.findall("physvol"):
             q = (p - self.vector(one, "position")) @ rotation(*self.vector(one, "rotation")).T
             if len(q):
-                self.fill(one.find("volumeref").get("ref"), q, which, found)
+                self.fill(one.find("volumeref").get("ref"), q, indices, found)

@@ -121,11 +121,11 @@ def test_points_are_in_their_slices(tmp_path, name):
     names = [body.name for body in scene.bodies]
     slices = [names.index(f"world/m/part[{k}]") for k in range(count)]
     p = np.random.default_rng(8).uniform(-9, 9, (20_000, 3))
-    held = inside(p)
+    within = inside(p)
     at = np.floor(coordinate(p)).astype(int)
     other = names.index("world/m") if "world/m" in names else -1
-    expected = np.where(held, np.where(at >= 0, np.array(slices)[np.clip(at, 0, count - 1)], other), 0)
-    assert held.sum() > 300
+    expected = np.where(within, np.where(at >= 0, np.array(slices)[np.clip(at, 0, count - 1)], other), 0)
+    assert within.sum() > 300
     assert np.array_equal(np.asarray(scene.body_at(p)), expected)
 
 

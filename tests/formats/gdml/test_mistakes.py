@@ -181,7 +181,7 @@ def test_a_document_type_without_entities_is_harmless(tmp_path):
 SOLIDS = '<box name="w" x="9" y="9" z="9"/>'
 
 
-def written(folder, declarations, materials="&parts;"):
+def gdml_file(folder, declarations, materials="&parts;"):
     text = text_of(SOLIDS, volume("world", "w"), materials=materials)
     path = folder / "a.gdml"
     path.write_text(text.replace("<gdml", f"<!DOCTYPE gdml [{declarations}]>\n<gdml", 1))
@@ -191,7 +191,7 @@ def written(folder, declarations, materials="&parts;"):
 def test_files_in_the_folder_are_read_on_request(tmp_path):
     (tmp_path / "materials.xml").write_text(MATERIALS.replace("<materials>", "<materials>&more;"))
     (tmp_path / "more.xml").write_text('<?xml version="1.0" encoding="utf-8"?><!-- none -->')
-    path = written(tmp_path, '<!ENTITY parts SYSTEM "./materials.xml"><!ENTITY more SYSTEM "more.xml">')
+    path = gdml_file(tmp_path, '<!ENTITY parts SYSTEM "./materials.xml"><!ENTITY more SYSTEM "more.xml">')
     with pytest.raises(SceneFileError, match=r"declares an entity.*entities=True \(--entities\)"):
         co.load(path)
     scene = co.load(path, entities=True)
@@ -226,7 +226,7 @@ def test_other_entities_are_refused(tmp_path, declarations, message):
     (tmp_path / "often.xml").write_text("<materials>" + "&none;" * 300 + "</materials>")
     (tmp_path / "link.xml").symlink_to("/etc/passwd")
     with pytest.raises(SceneFileError) as error:
-        co.load(written(tmp_path, declarations), entities=True)
+        co.load(gdml_file(tmp_path, declarations), entities=True)
     assert message in str(error.value)
     assert "root:" not in str(error.value)
 

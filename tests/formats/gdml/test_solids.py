@@ -563,8 +563,8 @@ def test_random_solids_equal_their_formulas(tmp_path, kind, seed):
         f'<scaledSolid name="s"><solidref ref="c"/><scale name="k" {z}/></scaledSolid>'
     )
     scene = solid_scene(tmp_path, text, "s")
-    held = p[inside(p)]
-    low, high = held[g.integers(len(held), size=500)], p[~inside(p)][:500]
+    points_inside = p[inside(p)]
+    low, high = points_inside[g.integers(len(points_inside), size=500)], p[~inside(p)][:500]
     step = high - low
     for _ in range(50):
         middle = (low + high) / 2

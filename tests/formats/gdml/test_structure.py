@@ -122,9 +122,9 @@ def test_motions_are_not_known_by_ids_of_before_a_pickle():
     def found():
         return [place_solid(template, place, shift) for place in places]
 
-    expected, held = found(), template.held
-    assert len(held) == 2
-    held.update(zip(held, list(held.values())[::-1], strict=True))
+    expected, places_by_motion = found(), template.held
+    assert len(places_by_motion) == 2
+    places_by_motion.update(zip(places_by_motion, list(places_by_motion.values())[::-1], strict=True))
     assert found() == expected
 
 
@@ -148,12 +148,12 @@ def test_a_daughter_displaces_its_mother(tmp_path):
 
 def test_a_solid_is_made_once_for_each_height(tmp_path, monkeypatch):
     """As in a detector of wires, five places have one turn, in a mother that loses all five."""
-    made, check = [], co.Revolution.__post_init__
-    monkeypatch.setattr(co.Revolution, "__post_init__", lambda self: made.append(self) or check(self))
+    outlines, check = [], co.Revolution.__post_init__
+    monkeypatch.setattr(co.Revolution, "__post_init__", lambda self: outlines.append(self) or check(self))
     wires = "".join(placed("p", f'<position x="{k}" y="{-k}" z="0"/><rotation x="30" unit="deg"/>') for k in range(5))
     text = text_of(WORLD + '<tube name="p" rmax="0.2" z="6"/>', volume("p", "p") + volume("world", "w", wires))
     world, *rest = (body.shape for body in scene_of(tmp_path, text).bodies)
-    assert len(made) == 1
+    assert len(outlines) == 1
     assert [id(shape) for shape in world.operands[1:]] == list(map(id, rest))
 
 

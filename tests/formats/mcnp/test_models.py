@@ -132,7 +132,7 @@ def test_cells_of_a_mesh_are_left_out_by_name(tmp_path: Path) -> None:
     assert "surface 0 stands for a mesh (EMBED): cell 1 left out" in scene.notes
 
 
-def test_facets_that_there_are_not(tmp_path: Path) -> None:
+def test_unknown_facets(tmp_path: Path) -> None:
     for card, region in (("rcc 0 0 0 0 0 1 1", "-7.4"), ("so 1", "-7.1"), ("ell 0 0 0 0 0 2 -1", "7.1")):
         with pytest.raises(ValueError, match=r":2:1: cell 1: region: surface 7 has .*facets"):
             load_deck(tmp_path, f"title\n1 0 {region}\n\n7 {card}\n")

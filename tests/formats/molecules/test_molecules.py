@@ -229,7 +229,7 @@ def test_a_crystal_whose_sites_exclude_one_another(tmp_path):
     extra = "\n_atom_site_disorder_group\n_atom_site_occupancy\n"
     head = SALT.replace("F m -3 m", "P 1").rstrip("\n").rpartition("_atom_site_fract_z")[0] + "_atom_site_fract_z"
     rows = "C1 C 0 0 0 . 1\nO1 O .12 0 0 2 .6\nO1 O .09 .06 0 1 .4\nN1 N .5 .5 .5 -1 .5\nQ1 Q .1 .2 .3 . 1\n"
-    found = co.molecule(written(tmp_path, head + extra + rows, "a.cif"))
+    found = co.molecule(text_file(tmp_path, head + extra + rows, "a.cif"))
     assert (found.symbols, found.positions[1, 1]) == (["C", "O", "N"], 0)
     assert found.remarks == (
         "1 site without an element left out", "1 site of other disorder groups than 2 left out",
@@ -247,10 +247,10 @@ def test_a_crystal_whose_sites_exclude_one_another(tmp_path):
         ("_space_group_name_Schoenflies O_h^5", 2),
     ],
 )
-def test_the_symmetry_of_a_crystal_is_known_or_told(stated, count, tmp_path):
+def test_an_unknown_symmetry_of_a_crystal_is_reported(stated, count, tmp_path):
     pytest.importorskip("gemmi")
     text = SALT.replace("_symmetry_space_group_name_H-M 'F m -3 m'", stated)
-    found = co.molecule(written(tmp_path, text, "a.cif"))
+    found = co.molecule(text_file(tmp_path, text, "a.cif"))
     note = "the symmetry that the file states is unknown: only the sites that it lists are shown"
     assert (len(found), found.remarks) == (count, () if count == 8 else (note,))
 
@@ -260,7 +260,7 @@ def test_a_crystal_without_its_numbers(old, new, tmp_path):
     """Places in Å of a crystal's CIF came out as 0, and fractions without a cell as Å."""
     pytest.importorskip("gemmi")
     with pytest.raises(co.SceneFileError, match="sites must have places as fractions of a cell: _.*must be there"):
-        co.molecule(written(tmp_path, SALT.replace(old, new), "a.cif"))
+        co.molecule(text_file(tmp_path, SALT.replace(old, new), "a.cif"))
 
 
 def test_a_component_and_a_file_without_atoms(tmp_path):
@@ -410,14 +410,14 @@ Cl1 Cl 0.5 0.5 0.5
 """
 
 
-def written(folder, text, name="a.txt"):
+def text_file(folder, text, name="a.txt"):
     path = folder / name
     path.write_text(text)
     return path
 
 
 def test_xyz(tmp_path):
-    found = co.molecule(written(tmp_path, XYZ))
+    found = co.molecule(text_file(tmp_path, XYZ))
     assert found.symbols == ["O", "H", "H"]
     assert found.positions[1].tolist() == [0.0, 0.7572, -0.4692]
     assert len(found.bonds) == 2
@@ -426,7 +426,7 @@ def test_xyz(tmp_path):
 
 def test_extended_xyz_has_a_cell_and_frames(tmp_path):
     frame = XYZ.replace("water, from its angle and bond", 'Lattice="9 0 0 0 8 0 1 0 7" Properties=species:S:1:pos:R:3')
-    found = co.molecule(written(tmp_path, frame + frame))
+    found = co.molecule(text_file(tmp_path, frame + frame))
     assert found.cell.tolist() == [[9, 0, 0], [0, 8, 0], [1, 0, 7]]
     assert found.remarks == ("the first of several frames is read",)
 
@@ -439,27 +439,27 @@ def test_extended_xyz_has_a_cell_and_frames(tmp_path):
         ('"id:I:1:Z:I:1:pos:R:3"', "7 8 {1} {2} {3}"),
     ],
 )
-def test_extended_xyz_says_what_its_columns_are(columns, line, tmp_path):
+def test_extended_xyz_describes_its_columns(columns, line, tmp_path):
     """libAtoms, https://github.com/libAtoms/extxyz, describes the format: name, type and number of columns."""
     text = f"2\nProperties={columns}\n{line.format('O', 1, 2, 3)}\n{line.format('O', 4, 5, 6)}\n"
-    found = co.molecule(written(tmp_path, text, "a.xyz"))
+    found = co.molecule(text_file(tmp_path, text, "a.xyz"))
     assert (found.symbols, found.positions.tolist()) == (["O", "O"], [[1, 2, 3], [4, 5, 6]])
     with pytest.raises(co.SceneFileError, match=r"a.xyz:2:1: .*Properties must have species \(or Z\) and pos, got"):
-        co.molecule(written(tmp_path, text.lower().replace("pos:", "place:"), "a.xyz"))
+        co.molecule(text_file(tmp_path, text.lower().replace("pos:", "place:"), "a.xyz"))
     with pytest.raises(co.SceneFileError, match="must be a symbol and three numbers, got 'O 1'"):
-        co.molecule(written(tmp_path, f"1\nProperties={columns}\nO 1\n", "a.xyz"))
+        co.molecule(text_file(tmp_path, f"1\nProperties={columns}\nO 1\n", "a.xyz"))
 
 
 @pytest.mark.parametrize("text", ["XYZ", "PDB"])
 def test_a_byte_order_mark_takes_no_atom(text, tmp_path):
     text = {"XYZ": XYZ, "PDB": "".join(line for line in PDB.splitlines(True) if line.startswith(("ATOM", "HET")))}[text]
-    plain, marked = written(tmp_path, text), tmp_path / "b.txt"
+    plain, marked = text_file(tmp_path, text), tmp_path / "b.txt"
     marked.write_bytes(b"\xef\xbb\xbf" + text.encode())
     assert co.molecule(marked).symbols == co.molecule(plain).symbols
 
 
 def test_pdb(tmp_path):
-    found = co.molecule(written(tmp_path, PDB))
+    found = co.molecule(text_file(tmp_path, PDB))
     assert found.symbols == ["N", "C", "C", "Ca", "O"]
     assert found.labels == ("N GLY 12 A", "CA GLY 12 A", "C GLY 12 A", "CA CA 101 A", "O HOH 201 A")
     assert found.positions[1].tolist() == [11.639, 6.071, -5.147]
@@ -468,7 +468,7 @@ def test_pdb(tmp_path):
     expected = [(10, 0, 0), (0, 20, 0), (30 * math.cos(math.radians(100)), 0, 30 * math.sin(math.radians(100)))]
     assert np.allclose(found.cell, expected, rtol=0, atol=1e-14)
     # From the second atom alone, to one that is too far for a bond by distance
-    far = co.molecule(written(tmp_path, PDB.replace("CONECT    5    6", "CONECT    6    4")))
+    far = co.molecule(text_file(tmp_path, PDB.replace("CONECT    5    6", "CONECT    6    4")))
     assert far.bonds.tolist() == [[0, 1, 1], [1, 2, 1], [2, 4, 2]]
 
 
@@ -478,14 +478,14 @@ def test_the_first_model_of_a_pdb(tmp_path):
     without_end = [line for line in models if line != "ENDMDL\n"]
     frames = [lines[2], "END\n", lines[5], "END\n"]  # as programs for moving molecules write them
     for text in (models, without_end, frames):
-        found = co.molecule(written(tmp_path, "".join(text)))
+        found = co.molecule(text_file(tmp_path, "".join(text)))
         assert found.symbols == ["N"]
         assert found.remarks == ("the first of several models is read",)
 
 
 def test_mmcif(tmp_path):
     pytest.importorskip("gemmi")
-    found = co.molecule(written(tmp_path, CIF))
+    found = co.molecule(text_file(tmp_path, CIF))
     assert found.symbols == ["C", "O"]
     assert found.labels == ("C5' DA 1 A", "O1 DA 1 A")
     assert found.cell.tolist() == [[10, 0, 0], [0, 20, 0], [0, 0, 30]]
@@ -494,7 +494,7 @@ def test_mmcif(tmp_path):
 
 def test_a_crystal_has_all_sites_of_its_cell(tmp_path):
     pytest.importorskip("gemmi")
-    found = co.molecule(written(tmp_path, SALT))
+    found = co.molecule(text_file(tmp_path, SALT))
     assert found.formula == "Cl4Na4"
     assert np.allclose(np.sort(found.positions[:, 0]), [0, 0, 0, 0, 2.82, 2.82, 2.82, 2.82])
 
@@ -502,14 +502,14 @@ def test_a_crystal_has_all_sites_of_its_cell(tmp_path):
 @pytest.mark.parametrize("serial", ["    1", "A0000", "a0000", "*****"])
 def test_files_of_many_atoms_are_known(serial, tmp_path):
     """Hybrid-36 numbers an atom after 99,999 with letters, and other programs write stars."""
-    found = detect_format(written(tmp_path, f"ATOM  {serial}  CA  ALA A   1       1.000   2.000   3.000\n", "a"))
+    found = detect_format(text_file(tmp_path, f"ATOM  {serial}  CA  ALA A   1       1.000   2.000   3.000\n", "a"))
     assert found is not None
     assert found.name.startswith("molecules")
 
 
 @pytest.mark.parametrize(("text", "kind"), [(XYZ, 3), (PDB, 5)])
 def test_files_are_scenes_like_others(text, kind, tmp_path):
-    path = written(tmp_path, text, "a.yaml")
+    path = text_file(tmp_path, text, "a.yaml")
     found = detect_format(path)
     assert found is not None
     assert found.name.startswith("molecules")
@@ -538,7 +538,7 @@ def test_files_are_scenes_like_others(text, kind, tmp_path):
     ],
 )  # fmt: skip
 def test_mistakes_have_lines(text, message, tmp_path):
-    path = written(tmp_path, text)
+    path = text_file(tmp_path, text)
     with pytest.raises(co.SceneFileError) as error:
         co.molecule(path)
     assert str(error.value).startswith(f"{path}{message}")
@@ -546,7 +546,7 @@ def test_mistakes_have_lines(text, message, tmp_path):
 
 def test_files_of_other_kinds(tmp_path):
     with pytest.raises(ValueError, match="is no XYZ, PDB, mmCIF or CIF file"):
-        co.molecule(written(tmp_path, "conicoid: 1"))
+        co.molecule(text_file(tmp_path, "conicoid: 1"))
     with pytest.raises(FileNotFoundError):
         co.molecule(tmp_path / "none.xyz")
 

@@ -250,7 +250,7 @@ def test_bodies_are_exchanged_in_the_tables_of_others(tmp_path: Path, monkeypatc
     fresh, work = [], prepared_scene.lowering.lower
     monkeypatch.setattr(prepared_scene.lowering, "lower", lambda *of: fresh.append(1) or work(*of))
     scene.prepare()
-    held, random = [], np.random.default_rng(3)
+    scenes, random = [], np.random.default_rng(3)
     for step in range(14):
         number = inside(scene) if step % 2 else int(random.integers(len(scene.bodies)))
         middle = np.mean(scene.bodies[number].shape.bounds, axis=0)
@@ -259,7 +259,7 @@ def test_bodies_are_exchanged_in_the_tables_of_others(tmp_path: Path, monkeypatc
             lambda _, at=middle: co.Sphere(0.4, at), lambda shape: shape.rotate("z", 20),
         ][step % 4]  # fmt: skip
         scene = scene.moved(number, new)
-        held += [scene] * (step % 3 == 0)
+        scenes += [scene] * (step % 3 == 0)
         same = co.Scene(scene.bodies)
         count = len(fresh)
         assert bits_of_answers(scene) == bits_of_answers(same)
@@ -267,4 +267,4 @@ def test_bodies_are_exchanged_in_the_tables_of_others(tmp_path: Path, monkeypatc
     assert len(fresh) < 2 * step
     assert str(co.check(scene, rays=300)) == str(co.check(co.Scene(scene.bodies), rays=300))
     assert bits_of_answers(scene) == bits_of_answers(same)
-    assert bits_of_answers(held[0]) == bits_of_answers(co.Scene(held[0].bodies))
+    assert bits_of_answers(scenes[0]) == bits_of_answers(co.Scene(scenes[0].bodies))

@@ -167,7 +167,7 @@ MESHES = """
 
 def test_cells_with_tori_and_meshes_are_left_out_by_name(tmp_path: Path) -> None:
     """These may be the only cells of a universe and of the root, whose fillings do not become roots instead."""
-    path = put(tmp_path, model=MESHES)
+    path = model_folder(tmp_path, model=MESHES)
     scene = co.load(path)
     assert [body.name for body in scene.bodies] == ["cell 1", "cell 7 @ cell 9, lattice 50 outer"]
     notes = (
@@ -178,7 +178,7 @@ def test_cells_with_tori_and_meshes_are_left_out_by_name(tmp_path: Path) -> None
     assert scene.notes[3:6] == notes
     with pytest.raises(ValueError, match=r"strict is set:\nuniverse 30 is a mesh"):
         co.load(path, strict=True)
-    alone = put(tmp_path, model="<geometry><dagmc_universe id='3'/></geometry>")
+    alone = model_folder(tmp_path, model="<geometry><dagmc_universe id='3'/></geometry>")
     assert co.load(alone).bodies == ()
 
 
@@ -191,18 +191,18 @@ THREE_CELLS = """<model><materials>{}</materials><geometry>
 </geometry></model>"""
 
 
-def put(tmp_path: Path, *materials: str, model: str = THREE_CELLS) -> Path:
+def model_folder(tmp_path: Path, *materials: str, model: str = THREE_CELLS) -> Path:
     path = tmp_path / "model.xml"
     path.write_text(model.format("".join(materials)), encoding="utf-8")
     return path
 
 
-def named(number: int, name: str, density: float = 1.0) -> str:
+def material_xml(number: int, name: str, density: float = 1.0) -> str:
     return f'<material id="{number}" name="{name}"><density units="g/cm3" value="{density}"/></material>'
 
 
 def test_materials_of_one_name_are_kept_apart(tmp_path: Path) -> None:
-    path = put(tmp_path, named(1, "steel", 8), named(2, "water"), named(7, "steel", 7))
+    path = model_folder(tmp_path, material_xml(1, "steel", 8), material_xml(2, "water"), material_xml(7, "steel", 7))
     scene, imported = co.load_openmc(path), openmc.read(path)
     assert [m.name for m in scene.materials] == ["steel (material 1)", "water", "steel (material 7)"]
     rays = co.Rays((-9, 0, 0), (1, 0, 0))
@@ -227,7 +227,7 @@ def test_materials_of_one_name_are_kept_apart(tmp_path: Path) -> None:
     (("a", "b", "c", "a"), ["a", "b", "c"]),  # no cell has the last material
 ])  # fmt: skip
 def test_no_two_names_are_alike(names: tuple[str, ...], expected: list[str], tmp_path: Path) -> None:
-    scene = co.load_openmc(put(tmp_path, *map(named, (1, 2, 7, 9), names)))
+    scene = co.load_openmc(model_folder(tmp_path, *map(material_xml, (1, 2, 7, 9), names)))
     assert [m.name for m in scene.materials] == expected
 
 
@@ -235,7 +235,13 @@ def test_misspelt_words_are_reported(tmp_path: Path) -> None:
     model = THREE_CELLS.replace("boundary", "boundry").replace('<cell id="1"', '<cell id="1" temprature="600"')
     model = model.replace("<surface id=\"1\"", "<serface/><surface id=\"1\" ID=\"4\"").replace("region=\"1 -2\"/>", "region=\"1 -2\"><Volume>3</Volume></cell>")  # fmt: skip
     notes = openmc.read(
-        put(tmp_path, named(1, "a").replace("units", 'unit="x" units'), named(2, "b"), named(7, "c"), model=model)
+        model_folder(
+            tmp_path,
+            material_xml(1, "a").replace("units", 'unit="x" units'),
+            material_xml(2, "b"),
+            material_xml(7, "c"),
+            model=model,
+        )
     ).notes
     assert [note for note in notes if "is not read" in note] == [
         "line 2: <geometry>: 'serface' is not read (did you mean 'surface'?)",
@@ -261,13 +267,22 @@ def test_every_word_of_the_examples_is_known(name: str) -> None:
 def test_densities_that_are_sums(shares: str, found: dict[str, float], tmp_path: Path) -> None:
     """OpenMC, "Materials": shares are then densities, in atom/b-cm or g/cm3, and the total is their sum."""
     material = f'<material id="1"><density units="sum"/>{shares}</material>'
-    properties = co.load_openmc(put(tmp_path, material, named(2, "b"), named(7, "c"))).bodies[0].material.properties
+    properties = (
+        co.load_openmc(model_folder(tmp_path, material, material_xml(2, "b"), material_xml(7, "c")))
+        .bodies[0]
+        .material.properties
+    )
     assert {key: properties[key] for key in ("density", "atom_density") if key in properties} == found
 
 
 def test_sums_of_two_kinds_are_mistakes(tmp_path: Path) -> None:
     shares = '<nuclide name="H1" ao="0.1"/><nuclide name="O16" wo="0.2"/>'
-    path = put(tmp_path, f'<material id="1"><density units="sum"/>{shares}</material>', named(2, "b"), named(7, "c"))
+    path = model_folder(
+        tmp_path,
+        f'<material id="1"><density units="sum"/>{shares}</material>',
+        material_xml(2, "b"),
+        material_xml(7, "c"),
+    )
     with pytest.raises(co.SceneFileError, match="material 1: density: units sum needs either ao or wo of all nuclides"):
         co.load_openmc(path)
 
@@ -283,7 +298,9 @@ def test_sums_of_two_kinds_are_mistakes(tmp_path: Path) -> None:
      ["undefined regions (points in no cell) can be looked for in filled cells only: boundary conditions do not enclose the model"]),
 ])  # fmt: skip
 def test_an_import_reports_where_undefined_regions_are_not_searched(spoil, void, message, tmp_path: Path) -> None:
-    path = put(tmp_path, named(1, "a"), named(2, "b"), named(7, "c"), model=spoil(THREE_CELLS))
+    path = model_folder(
+        tmp_path, material_xml(1, "a"), material_xml(2, "b"), material_xml(7, "c"), model=spoil(THREE_CELLS)
+    )
     assert [note for note in openmc.read(path, void=void).notes if note.startswith("undefined")] == message
 
 

@@ -35,7 +35,7 @@ from ...samples import deep, marked
 from .evaluator import Evaluator, same_place
 from .models import NAMES, load_model, model_file
 
-# --- Lattices: the order of their universes, their elements without gaps, and what they cover together
+# --- Lattices: the order of their universes, their elements without gaps, and their common region
 
 
 def rectangular(shape: str = "2 3") -> RectangularLattice:

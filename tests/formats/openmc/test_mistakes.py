@@ -22,7 +22,7 @@ from .models import geometry_file
 # --- Mistakes in a file are errors with line and name, and nothing else happens
 
 
-def refused(path: Path, **options: object) -> co.SceneFileError:
+def import_error(path: Path, **options: object) -> co.SceneFileError:
     with pytest.raises(co.SceneFileError) as caught:
         co.load_openmc(path, **options)  # type: ignore[arg-type]
     return caught.value
@@ -32,7 +32,7 @@ def refused(path: Path, **options: object) -> co.SceneFileError:
 def test_mistakes_are_found_where_they_are(name: str, tmp_path: Path) -> None:
     content, line, phrases = CASES[name]
     path = geometry_file(content, tmp_path)
-    error = refused(path)
+    error = import_error(path)
     for phrase in phrases:
         assert phrase in str(error)
     assert str(error).startswith(f"{path}:{line}:" if line else f"{path}: ")
@@ -49,14 +49,14 @@ def test_all_mistakes_are_listed_in_the_order_of_the_file(tmp_path: Path) -> Non
         ),
         tmp_path,
     )
-    assert [(problem.line, problem.where) for problem in refused(path).problems] == [
+    assert [(problem.line, problem.where) for problem in import_error(path).problems] == [
         (3, "surface 8"), (4, "surface 9"), (5, "cell 1"), (6, "cell 2"),
     ]  # fmt: skip
 
 
 def problems_of(text: str, path: Path) -> list[tuple[int, str]]:
     path.write_text(text, encoding="utf-8")
-    return [(problem.line, problem.message) for problem in refused(path).problems]
+    return [(problem.line, problem.message) for problem in import_error(path).problems]
 
 
 def test_independent_mistakes_of_all_stages_are_reported(tmp_path: Path) -> None:
@@ -95,7 +95,7 @@ def test_several_mistakes_in_one_element_are_reported(tmp_path: Path) -> None:
 def test_mistakes_beside_a_broken_list_of_materials_are_reported(tmp_path: Path) -> None:
     (tmp_path / "materials.xml").write_text("<materials>\n<material/>\n<material id='x'/></materials>")
     path = geometry_file(geometry("<cell id='1' material='3' region='77'/>"), tmp_path)
-    assert str(refused(path)).splitlines() == [
+    assert str(import_error(path)).splitlines() == [
         f"{path}: materials.xml:2:1: material: needs the attribute or element 'id'",
         f"{path}: materials.xml:3:1: material: id must be an integer, got 'x'",
         f"{path}:3:1: cell 1: region refers to unknown surface 77",
@@ -121,9 +121,9 @@ def test_materials_are_checked_against_their_list(tmp_path: Path) -> None:
     path = geometry_file(geometry("<cell id='1' material='void 3 4' region='-1'/>"), tmp_path)
     co.load_openmc(path)
     (tmp_path / "materials.xml").write_text("<materials>\n<material id='3'/></materials>")
-    assert "cell 1: material 4 is not in the list of materials" in str(refused(path))
+    assert "cell 1: material 4 is not in the list of materials" in str(import_error(path))
     (tmp_path / "materials.xml").write_text("<materials>\n<material id='3'/><material id='3'/></materials>")
-    error = refused(path)
+    error = import_error(path)
     assert str(error).startswith(f"{tmp_path / 'materials.xml'}:2:")
     assert "id 3 is taken by another material" in str(error)
 
@@ -145,18 +145,18 @@ HOSTILE = {
 def test_document_types_and_entities_are_refused(name: str, file: str, tmp_path: Path) -> None:
     path = geometry_file(geometry("<cell id='1' material='1'/>"), tmp_path)
     (tmp_path / file).write_text(HOSTILE[name])
-    assert "is refused: it declares a document type (DOCTYPE)" in str(refused(path))
+    assert "is refused: it declares a document type (DOCTYPE)" in str(import_error(path))
 
 
 def test_size_depth_and_number_are_limited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = geometry_file("<a>" * 100_000, tmp_path)
-    assert f"deeper than {xml_builder.MAX_DEPTH} levels" in str(refused(path))
+    assert f"deeper than {xml_builder.MAX_DEPTH} levels" in str(import_error(path))
     monkeypatch.setattr(xml_builder, "MAX_ELEMENTS", 1000)
     path.write_text("<geometry>" + "<cell/>" * 2000 + "</geometry>")
-    assert "more than 1,000 elements" in str(refused(path))
+    assert "more than 1,000 elements" in str(import_error(path))
     monkeypatch.setattr(xml_tree, "MAX_XML_BYTES", 1 << 20)
     path.write_text("<geometry>" + " " * (1 << 20) + "</geometry>")
-    assert "is too large: at most 1 MB are read" in str(refused(path))
+    assert "is too large: at most 1 MB are read" in str(import_error(path))
 
 
 @pytest.mark.parametrize(("path", "reason"), [
@@ -164,15 +164,15 @@ def test_size_depth_and_number_are_limited(tmp_path: Path, monkeypatch: pytest.M
     ("a\0b", "a path cannot hold a zero character"),
 ])  # fmt: skip
 def test_only_files_are_read(path: str, reason: str, tmp_path: Path) -> None:
-    assert f"cannot be read: {reason}" in str(refused(Path(path.format(tmp_path))))
+    assert f"cannot be read: {reason}" in str(import_error(Path(path.format(tmp_path))))
 
 
 def test_bytes_that_are_no_text(tmp_path: Path) -> None:
     path = tmp_path / "geometry.xml"
     path.write_bytes(bytes(range(256)) * 10)
-    assert "is not XML" in str(refused(path))
+    assert "is not XML" in str(import_error(path))
     path.write_bytes("<geometry><cell id='1' material='1' name='é'/></geometry>".encode("latin-1"))
-    assert "is not XML" in str(refused(path))
+    assert "is not XML" in str(import_error(path))
     path.write_bytes(
         "<?xml version='1.0' encoding='latin-1'?><geometry><cell id='1' material='1' name='é'/></geometry>".encode(
             "latin-1"
@@ -216,7 +216,7 @@ WHOLE = {  # a file, options, and a part of the message
 def test_impossible_geometries_are_refused(name: str, tmp_path: Path) -> None:
     text, options_, phrase = WHOLE[name]
     path = geometry_file(text, tmp_path)
-    assert phrase in str(refused(path, **options_))
+    assert phrase in str(import_error(path, **options_))
 
 
 @pytest.mark.parametrize(("text", "count"), [(chain(MAX_NESTING - 1), 1), (chain(3, copies=2), 8)])
@@ -358,14 +358,14 @@ def test_bodies_beyond_scene_files_are_refused_before_they_are_made(
     """A cylinder in a lattice is two primitives, each with its motion: four parts at least."""
     write_core(tmp_path / "geometry.xml", 15)
     scene = co.load_openmc(tmp_path / "geometry.xml")
-    made, kind = [], type(scene.bodies)
+    lists, kind = [], type(scene.bodies)
     work = kind.shape_at
-    monkeypatch.setattr(kind, "shape_at", lambda *of: made.append(of[1]) or work(*of))
+    monkeypatch.setattr(kind, "shape_at", lambda *of: lists.append(of[1]) or work(*of))
     with pytest.raises(
         ValueError, match=r"scene.yaml: a scene file may have 1,000,000 parts .* has about [12],\d{3},\d{3}"
     ):
         scene.save(tmp_path / "scene.yaml")
-    assert len(made) < 100 < scene.body_count / 1000
+    assert len(lists) < 100 < scene.body_count / 1000
 
 
 @pytest.mark.deep

@@ -1,4 +1,4 @@
-"""Placement of OpenMC's cells: motions, what a place omits, what it narrows."""
+"""Placement of OpenMC's cells: motions, omitted cells, narrowed cells."""
 
 from __future__ import annotations
 
@@ -228,18 +228,18 @@ def planes(axis: int, low: str, high: str) -> list[SurfaceSide]:
     ]  # type: ignore[arg-type]
 
 
-def kept(*parts: RegionPart) -> set[tuple[object, bool]] | None:
+def remaining_parts(*parts: RegionPart) -> set[tuple[object, bool]] | None:
     found = Conjunction().and_(parts)
     return None if found is None else {(s.surface, s.positive) for s in found.parts if isinstance(s, SurfaceSide)}
 
 
 def test_a_vessel_around_an_element_vanishes_and_one_that_cuts_it_stays() -> None:
     walls = [*planes(0, "-1", "1"), *planes(1, "-1", "1")]
-    assert len(kept(*walls, SurfaceSide(cylinder("1.5"), False)) or ()) == 4
-    assert len(kept(*walls, SurfaceSide(cylinder("1.4"), False)) or ()) == 5
-    assert kept(*walls, SurfaceSide(cylinder("1.5"), True)) is None
-    assert kept(*walls, SurfaceSide(cylinder("0.5", "1.6"), False)) is None
-    assert len(kept(*walls, SurfaceSide(cylinder("0.5", "1.6"), True)) or ()) == 4
+    assert len(remaining_parts(*walls, SurfaceSide(cylinder("1.5"), False)) or ()) == 4
+    assert len(remaining_parts(*walls, SurfaceSide(cylinder("1.4"), False)) or ()) == 5
+    assert remaining_parts(*walls, SurfaceSide(cylinder("1.5"), True)) is None
+    assert remaining_parts(*walls, SurfaceSide(cylinder("0.5", "1.6"), False)) is None
+    assert len(remaining_parts(*walls, SurfaceSide(cylinder("0.5", "1.6"), True)) or ()) == 4
 
 
 def test_round_solids_beside_planes_are_as_fractions_say() -> None:

@@ -58,11 +58,11 @@ def test_copies_are_lowered_without_a_shape_for_each_place(tmp_path: Path, monke
     """A pin of 81 assemblies has 153 places along each axis. A few of its shapes show the effect of a shift."""
     bodies = co.load_openmc(geometry_file(core_xml(9), tmp_path), void=False).bodies
     assert isinstance(bodies, InstanceList)
-    made, work = [], type(bodies).shape_at
-    monkeypatch.setattr(type(bodies), "shape_at", lambda self, *place: made.append(place) or work(self, *place))
+    shapes, work = [], type(bodies).shape_at
+    monkeypatch.setattr(type(bodies), "shape_at", lambda self, *place: shapes.append(place) or work(self, *place))
     lower(bodies)
     assert len(bodies.shifts.values[0]) >= 153
-    assert len(made) <= 12 * len(bodies.members)
+    assert len(shapes) <= 12 * len(bodies.members)
 
 
 def test_boxes_are_made_again_as_they_were(scene: co.Scene) -> None:

@@ -230,16 +230,16 @@ EVENTS_TRIED, EVENTS_KEPT = 24, 8
 
 def put_event(world, scratch, x, out):
     """Put the events after a t and key, in order: the first ones' keys."""
-    count, kept = 0, 0
+    count, number = 0, 0
     for k in range(EVENTS_TRIED):
         count = engine.put_event(scratch, count, x[4 + k], k, k, 1)
     engine.sort_events(scratch, count)
     for k in range(count):
         t, leaf = scratch.time[TIME * k], scratch.event[EVENT * k + LEAF]
-        if kept < EVENTS_KEPT and (t > x[0] or (t == x[0] and 4 * leaf > x[1])):
-            out[1 + kept] = leaf
-            kept += 1
-    out[0] = kept
+        if number < EVENTS_KEPT and (t > x[0] or (t == x[0] and 4 * leaf > x[1])):
+            out[1 + number] = leaf
+            number += 1
+    out[0] = number
 
 
 PUT_EVENT_GLSL = f"""taken_t = given(0).x; taken_key = int(given(0).y); event_count = 0;

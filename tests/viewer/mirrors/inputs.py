@@ -79,8 +79,8 @@ def diagonal_rays(rng: Any, count: int) -> Any:
     return [o, d, start]
 
 
-def starting(rng: Any, given: Any, surfaces: Any) -> Any:
+def starting(rng: Any, some_rays: Any, surfaces: Any) -> Any:
     """Return the rays, a third of them with a surface to start on."""
-    count = len(given[2])
+    count = len(some_rays[2])
     start = np.where(rng.random(count) < 0.34, surfaces, NO_SURFACE)
-    return [given[0], given[1], start[:, None].astype(float)]
+    return [some_rays[0], some_rays[1], start[:, None].astype(float)]

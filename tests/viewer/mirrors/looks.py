@@ -8,16 +8,13 @@ import numpy as np
 
 from . import table as engine
 from .case import Case
+from .cells import tables_of
 from .inputs import COUNT, FEW, directions, records
 from .worlds import LENS
 
 SIZE = (640, 480)
 _DEEPER = 2.0**-13 - 2.0**-20
 """The depth below a surface at which the shader reads patterns in space, as a share of a cube's side."""
-
-
-def _tables(scene: Any) -> Any:
-    return scene.scene._prepared.lowered.tables
 
 
 def _materials(scene: Any) -> Any:
@@ -51,7 +48,7 @@ def _short_angles(scene: Any, rng: Any) -> Any:
 
 def _faces(scene: Any, rng: Any) -> Any:
     """Return (body, face, surface), a face of each body; the surface is the ball's where the body is one of many."""
-    tables = _tables(scene)
+    tables = tables_of(scene)
     body = rng.integers(0, len(tables.body_face), COUNT)
     firsts = np.append(np.unique(tables.body_face[tables.body_face >= 0]), len(tables.face_maps))
     first = tables.body_face[body]

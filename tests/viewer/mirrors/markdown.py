@@ -14,7 +14,7 @@ BEGIN, END = "<!-- mirrors: written by tests.viewer.mirrors.markdown -->\n", "<!
 
 
 def tables() -> str:
-    """Return which function of which piece mirrors which, and which none."""
+    """Return the mirrors of each function in each piece, and the functions without one."""
     pieces = {name: asset(f"shaders/{name}.glsl") for name in shaders()["pieces"]}
     place = {name: piece for piece, text in pieces.items() for name in re.findall(r"^\w+ (\w+)\(", text, re.MULTILINE)}
     rows = []
