@@ -1,7 +1,5 @@
 """Processes that tests start, send Ctrl-C and wait for."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """Helpers for tests of the command line: a scene file, and commands that succeed or fail."""
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
 from unittest.mock import patch

@@ -3,8 +3,6 @@
 Where there is no compiler, as beside a wheel, pytest skips the tests of the compiler and of the build.
 """
 
-from __future__ import annotations
-
 import gc
 import re
 from collections import defaultdict

@@ -1,7 +1,5 @@
 """Messages of errors: at most a screen, so that their beginning stays readable."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,5 @@
 """Every public name: those of the root, and those one level down that are for special purposes."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import conicoid as co

@@ -4,8 +4,6 @@ A deep run takes a part of the cases that differ in chance alone, by a seed that
 runs take other parts. `DEEP_SEED=7 make deep` repeats a run; `DEEP_SEED=all` takes all, for hours.
 """
 
-from __future__ import annotations
-
 import os
 import random
 import secrets

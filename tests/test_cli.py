@@ -1,7 +1,5 @@
 """The command line: help, messages, exit codes, plain commands, options that go together, progress bars."""
 
-from __future__ import annotations
-
 import inspect
 import io
 import os

@@ -1,7 +1,5 @@
 """The output, the measures and the errors of commands."""
 
-from __future__ import annotations
-
 import csv
 import io
 import json

@@ -1,7 +1,5 @@
 """The package's `dataclass` against the standard library's: a class by either behaves alike."""
 
-from __future__ import annotations
-
 import copy
 import dataclasses
 import inspect

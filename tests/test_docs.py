@@ -1,7 +1,5 @@
 """The documentation is true: its code runs, its links have targets, every shape is in the table."""
 
-from __future__ import annotations
-
 import functools
 import importlib.util
 import inspect

@@ -1,7 +1,5 @@
 """Scenes from scenes: other cameras, lights, bodies. Unchanged parts are not computed again."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The examples: every picture of the gallery, small, and the lens against paraxial theory."""
 
-from __future__ import annotations
-
 import importlib
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Images: sRGB on output, color maps, complete files, and refusals."""
 
-from __future__ import annotations
-
 import io
 import math
 

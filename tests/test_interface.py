@@ -1,7 +1,5 @@
 """The public face of the package: small, explicit, documented, and light to import."""
 
-from __future__ import annotations
-
 import importlib
 import inspect
 import subprocess

@@ -1,7 +1,5 @@
 """Files and folders in the text of README, CONTRIBUTING, pages for developers and comments exist."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from itertools import takewhile

@@ -1,7 +1,5 @@
 """Messages: their length, their suggestions, and the names of other programs."""
 
-from __future__ import annotations
-
 import difflib
 import inspect
 import re

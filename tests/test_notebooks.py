@@ -1,7 +1,5 @@
 """Results in notebooks: pictures, tables."""
 
-from __future__ import annotations
-
 import json
 import re
 import sys

@@ -1,7 +1,5 @@
 """Scenes go to other processes by every start method, and their answers come back."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """Files of scenes, of rays and of OpenMC as users write them: accepted forms, and errors."""
 
-from __future__ import annotations
-
 import copy
 import logging
 import pickle

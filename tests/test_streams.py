@@ -1,7 +1,5 @@
 """Every command with streams that are closed, full or without a reader, and how a command ends."""
 
-from __future__ import annotations
-
 import errno
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """The structure of the code base is within the limits of `benchmarks/structure.py`."""
 
-from __future__ import annotations
-
 import gc
 import importlib.util
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`conicoid info --system` prints all that a report of a problem needs."""
 
-from __future__ import annotations
-
 import platform
 from importlib import metadata
 

@@ -1,7 +1,5 @@
 """The bench: rows, commands, and fresh processes."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Random bodies of every kind: leaves of all shapes, Booleans of them, sheets that are clipped, chains of motions."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

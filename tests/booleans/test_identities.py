@@ -1,7 +1,5 @@
 """Set algebra holds on every ray, to the bit; flush cuts leave nothing and lose nothing, at any scale."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from typing import Any

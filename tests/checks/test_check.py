@@ -1,7 +1,5 @@
 """Checks of scenes with known flaws: the findings, their sizes, and the rays that show them."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import threading

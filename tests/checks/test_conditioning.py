@@ -1,7 +1,5 @@
 """How well rays and points are conditioned: by formulas, and by force."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from fractions import Fraction

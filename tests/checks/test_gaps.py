@@ -1,7 +1,5 @@
 """Undefined regions: points of a model that are in no cell."""
 
-from __future__ import annotations
-
 import copy
 import math
 import pickle

@@ -1,7 +1,5 @@
 """Every registered shape, unmoved and moved, as a `subject`; `solid` and `sheet` are parts of them."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import pytest

@@ -4,8 +4,6 @@ A new shape whose fields have the usual names needs no entry here: `FIELDS` deri
 Any other shape needs a line in `LISTED`.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """Wrong values for every parameter of every public function, and the answers or errors that must follow."""
 
-from __future__ import annotations
-
 import inspect
 import math
 from collections.abc import Callable, Iterator

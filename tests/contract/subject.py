@@ -1,7 +1,5 @@
 """A shape under test with suitable rays."""
 
-from __future__ import annotations
-
 import math
 import zlib
 from functools import cached_property

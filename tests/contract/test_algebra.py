@@ -1,7 +1,5 @@
 """Boolean identities on rays, and motions, for every registered shape."""
 
-from __future__ import annotations
-
 import math
 from functools import cache
 

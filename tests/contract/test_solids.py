@@ -1,7 +1,5 @@
 """Spans and insides of every solid."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Strange arguments for every parameter: an error by name or an answer, and no warning, for every `np.errstate`."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from typing import Any
 

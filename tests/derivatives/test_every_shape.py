@@ -1,7 +1,5 @@
 """Derivatives of hits by every number of every shape, of one face as an open surface, and of a user's own shapes."""
 
-from __future__ import annotations
-
 import zlib
 from dataclasses import dataclass
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """The pages of the docs: recipes, figures, links, the reference."""
 
-from __future__ import annotations
-
 import ast
 import inspect
 import os

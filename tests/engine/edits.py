@@ -3,8 +3,6 @@
 An edited scene has the tables of the scene from the beginning, to the bit, and its answers.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable
 from typing import Any

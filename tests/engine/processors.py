@@ -3,8 +3,6 @@
 Each runs in a process of its own, because LLVM ends the process where it has no code for an operation.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess

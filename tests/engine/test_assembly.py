@@ -1,7 +1,5 @@
 """The lane loops are vectors in the machine code, at every level of a wheel that has vectors, on any processor."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

@@ -1,7 +1,5 @@
 """Which walls are one surface: by exact names, before turns in common, for many shapes at once."""
 
-from __future__ import annotations
-
 import math
 import random
 from fractions import Fraction

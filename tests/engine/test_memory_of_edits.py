@@ -1,7 +1,5 @@
 """The memory that an edited scene takes: no thread, fork, answer or file may still read it."""
 
-from __future__ import annotations
-
 import copy
 import gc
 import itertools

@@ -1,7 +1,5 @@
 """Groups of planes of cells with many planes, against half-spaces in fractions."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 

@@ -1,7 +1,5 @@
 """Points in lanes: neither route nor order changes an answer."""
 
-from __future__ import annotations
-
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Python's calls around the kernel for one ray, and the scene that the rays of an answer know."""
 
-from __future__ import annotations
-
 import gc
 import sys
 import weakref

@@ -4,8 +4,6 @@ NumPy, its BLAS and the C library have code of their own for each generation of 
 the code of an older one.
 """
 
-from __future__ import annotations
-
 import json
 import platform
 

@@ -1,7 +1,5 @@
 """Memory of the system: errors where it has none, and systems that take none back."""
 
-from __future__ import annotations
-
 import mmap
 import sys
 

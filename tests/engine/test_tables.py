@@ -1,7 +1,5 @@
 """The tables of a scene: rows, maps, limits and bytes of bodies that are lowered alone and together."""
 
-from __future__ import annotations
-
 import math
 import pickle
 import random

@@ -1,7 +1,5 @@
 """Chunks of work on threads: every one once, whatever their sizes and however many threads there are."""
 
-from __future__ import annotations
-
 import gc
 import itertools
 import sys

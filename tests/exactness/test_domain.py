@@ -1,7 +1,5 @@
 """The documented domain, 0 and magnitudes from 1e-100 to 1e100: refusals outside of it; bodies that are far or thin."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Hits that depend on a tie, the reach of doubt, and rays whose answers were once wrong."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from typing import Any

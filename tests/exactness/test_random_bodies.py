@@ -4,8 +4,6 @@ Shapes have ordinary scales or sizes towards the ends of the documented domain. 
 corners, along axes, rulings and asymptotes, start on surfaces and far away.
 """
 
-from __future__ import annotations
-
 import pytest
 
 from ..reference.random_items import KINDS, extreme, ordinary

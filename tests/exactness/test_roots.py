@@ -1,7 +1,5 @@
 """Roots of integer quadratics in order: exact coefficients against mpmath, rounded ones against known numbers."""
 
-from __future__ import annotations
-
 import itertools
 from fractions import Fraction
 from math import isqrt

@@ -1,7 +1,5 @@
 """Rays that start on a surface: a thousand bounces, and along it."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable
 from fractions import Fraction

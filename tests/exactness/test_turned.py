@@ -1,7 +1,5 @@
 """Motions by irrational numbers that leave a surface rational, and differences below the resolution of float64."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 

@@ -1,7 +1,5 @@
 """Every query on small whole numbers: bodies of all kinds under all motions, rays through their corners, edges, axes and walls."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Explanations: their numbers are the kernels' own; which formulas decided; the surfaces that they name."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Explanations of the exercises of the source documents, line by line: their numbers, or hand algebra."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction as F
 from typing import Any

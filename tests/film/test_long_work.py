@@ -1,7 +1,5 @@
 """Pictures that continue: to more samples, to less noise, after Ctrl-C and after a kill; always to the same bits."""
 
-from __future__ import annotations
-
 import signal
 import subprocess
 import sys

@@ -4,8 +4,6 @@ The kinds that scene files know draw arguments. A class with more rules than its
 shape with fields of the usual kinds needs nothing here.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from typing import Any

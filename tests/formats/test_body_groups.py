@@ -1,7 +1,5 @@
 """Groups and patterns of bodies in scene files."""
 
-from __future__ import annotations
-
 import random
 import re
 import warnings

@@ -1,7 +1,5 @@
 """Broken scene files: mistakes with their places, and the schema."""
 
-from __future__ import annotations
-
 import json
 import math
 import re

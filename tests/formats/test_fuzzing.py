@@ -1,7 +1,5 @@
 """Damaged and random files by the thousand: a clear refusal or a scene, no traceback, within limits of time and memory."""
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

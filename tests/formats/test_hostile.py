@@ -1,7 +1,5 @@
 """Files made to hurt: a clear error in seconds and bounded memory, without execution, without other files."""
 
-from __future__ import annotations
-
 import difflib
 import os
 import struct

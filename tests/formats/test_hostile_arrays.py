@@ -1,7 +1,5 @@
 """Files of numbers made to hurt: refusals in one line that names them, before memory is taken, and without waiting."""
 
-from __future__ import annotations
-
 import io
 import os
 import resource

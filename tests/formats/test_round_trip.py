@@ -1,7 +1,5 @@
 """Scenes come back equal from files: values to the bit, steps of motions, order, names, materials."""
 
-from __future__ import annotations
-
 import json
 import math
 import tempfile

@@ -3,8 +3,6 @@
 The oracle is the same file with each body written out, its numbers in their places.
 """
 
-from __future__ import annotations
-
 import itertools
 import re
 import warnings

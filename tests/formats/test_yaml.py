@@ -1,7 +1,5 @@
 """YAML: its readers against PyYAML, and the tree with its lines."""
 
-from __future__ import annotations
-
 import gc
 import math
 

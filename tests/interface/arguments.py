@@ -1,7 +1,5 @@
 """Every public constructor and function with good arguments, and objects that fit no argument."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Answers and rays as values: read-only, compared as a whole, joined, kept in files; plain numbers, and names as objects."""
 
-from __future__ import annotations
-
 import copy
 import pickle
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """A user's program, without regard to type hints: mypy reports nothing (`make check` runs it)."""
 
-from __future__ import annotations
-
 import numpy as np
 import numpy.typing as npt
 

@@ -3,8 +3,6 @@
 Most are Boolean, so that rays measure them. Moved ones are askew on purpose.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any

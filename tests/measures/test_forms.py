@@ -1,7 +1,5 @@
 """Exact measures, against formulas and against rays: closed forms, flat faces."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from dataclasses import replace

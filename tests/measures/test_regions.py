@@ -1,7 +1,5 @@
 """Measures by regions and by samples."""
 
-from __future__ import annotations
-
 import importlib
 import math
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The fused multiply-add for processors without the instruction, against rational arithmetic."""
 
-from __future__ import annotations
-
 import ctypes
 import itertools
 import math

@@ -1,7 +1,5 @@
 """The results of `pip wheel .`: requirements of each kind of build, CONICOID_KERNELS, tags; no test builds a kernel."""
 
-from __future__ import annotations
-
 import importlib.util
 import subprocess
 import sys

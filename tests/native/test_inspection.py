@@ -1,7 +1,5 @@
 """The inspection of a wheel before it gets its name: it finds each fault in a small extension."""
 
-from __future__ import annotations
-
 import shutil
 import struct
 import subprocess

@@ -1,7 +1,5 @@
 """Where the package has machine code, no call loads a compiler into the process."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A build of the checkout after an edit makes the functions that it changes again, and the files that copy them."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import sqlite3

@@ -1,7 +1,5 @@
 """Imports of a process before its first answer, where the package has machine code: only necessary ones."""
 
-from __future__ import annotations
-
 import pytest
 
 from ..children import ROOT, child

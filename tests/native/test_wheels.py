@@ -1,7 +1,5 @@
 """Making wheels: a break or a fault leaves no wheel behind, and a finished wheel is whole."""
 
-from __future__ import annotations
-
 import sys
 import tempfile
 import tomllib

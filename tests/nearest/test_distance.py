@@ -1,7 +1,5 @@
 """Distances from walls, by formulas and against force in extended precision; lower bounds; walks on spheres."""
 
-from __future__ import annotations
-
 import concurrent.futures
 import importlib.util
 import math

@@ -1,7 +1,5 @@
 """The polynomials of the elementary functions: through the values at Chebyshev's nodes, whose error is near the least."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

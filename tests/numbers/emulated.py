@@ -3,8 +3,6 @@
 Results depend on nothing but IEEE arithmetic, so compiled code that gives the same bits does not either.
 """
 
-from __future__ import annotations
-
 import math
 import struct
 from collections.abc import Iterator

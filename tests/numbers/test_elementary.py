@@ -1,7 +1,5 @@
 """exp, power, acos, atan2 and hypot of the kernels against mpmath and C's special values; bits and quotients against Python's own."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Callable

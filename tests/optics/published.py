@@ -3,8 +3,6 @@
 Rows: radius, thickness, refractive index behind it (1 is air, "mirror" reflects), and for conics the constant.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from typing import Any

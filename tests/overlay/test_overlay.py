@@ -1,7 +1,5 @@
 """Overlays are at the right places in pictures, and leave all other pixels."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Queries on an emulated GPU: the same bits as on the CPU, from NumPy arrays in chunks, and clear refusals."""
 
-from __future__ import annotations
-
 import copy
 import ctypes
 import gc

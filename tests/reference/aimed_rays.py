@@ -3,8 +3,6 @@
 Places are found in floats and in bulk, because many hard places matter more than exact ones (`whole_rays` has those).
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Callable

@@ -3,8 +3,6 @@
 An end at 0 is the origin itself; other ends are compared with the t of the answer.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

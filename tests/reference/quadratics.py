@@ -5,8 +5,6 @@ quadratics share a root if their resultant (A1 C2 - A2 C1)² - (A1 B2 - A2 B1)(B
 not zero then, that root is -(A1 C2 - A2 C1) / (A1 B2 - A2 B1).
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterable, Iterator, Sequence

@@ -1,7 +1,5 @@
 """Random solids, sheets and Booleans over the whole documented domain, with random motions."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Shapes of every kind with random parameters: floats of any scale, or small whole numbers."""
 
-from __future__ import annotations
-
 import math
 import zlib
 from collections.abc import Callable, Sequence

@@ -1,7 +1,5 @@
 """The same rays one at a time, in order, in no order, in streams and as a picture: equal to the bit."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

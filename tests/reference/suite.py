@@ -1,7 +1,5 @@
 """Scenes with the answers of every query about their rays, in the amounts of a suite."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Bodies of small whole numbers, under angles with irrational sines, and scenes in which they share walls and apexes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

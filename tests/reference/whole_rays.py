@@ -1,7 +1,5 @@
 """Rays of small whole numbers, towards the corners, edges, axes and centers of bodies."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Pictures: reproducible to the bit, true to the geometry; samples in a pixel; light by groups."""
 
-from __future__ import annotations
-
 import io
 
 import numpy as np

@@ -4,8 +4,6 @@
 a cube around the origin that holds the places of samples.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Trees of cells and uv maps at points, in plain NumPy, without the package's own kernels."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

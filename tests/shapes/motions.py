@@ -1,7 +1,5 @@
 """Motions for tests: a few plain ones and random affine ones, mirrors and shears among them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

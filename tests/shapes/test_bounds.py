@@ -1,7 +1,5 @@
 """Bounds of solids: they hold them under every motion, and touch them; closed forms, and random cuts."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import time

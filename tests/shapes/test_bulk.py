@@ -1,7 +1,5 @@
 """Many bodies in one entry: the same, to the bit, as the single shapes written out one after the other."""
 
-from __future__ import annotations
-
 import pickle
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The class of a quadric: all affine classes, under rational congruences, with known centers, axes and semi-axes."""
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 

@@ -1,7 +1,5 @@
 """Lenses, mirrors, prisms and corner cubes: by the sag formula, and by the paths of light."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Faces of shapes: numbers, uv, normals; and the names of their surfaces."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The support of half-spaces against polyhedra with known vertices, and boxes of preparation around them."""
 
-from __future__ import annotations
-
 import decimal
 import itertools
 import math

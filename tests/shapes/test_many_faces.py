@@ -1,7 +1,5 @@
 """Polyhedra of many faces: bounds and rays against exact half-spaces, and rows against those of single faces."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """Materials, textures, lights, colours, the clear sky; materials by index of many bodies."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 import pickle

@@ -1,7 +1,5 @@
 """Motions: the inverse is that of their steps, and verdicts in floats are those of exact arithmetic."""
 
-from __future__ import annotations
-
 import copy
 import dataclasses
 import math

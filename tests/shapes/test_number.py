@@ -1,7 +1,5 @@
 """Numbers with error bounds: against Arb's intervals of twice the digits, and the rules for undecided intervals."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import random

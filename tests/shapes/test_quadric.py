@@ -1,7 +1,5 @@
 """The general quadric: principal axes, anchors, degenerate ones, and the values of its fields."""
 
-from __future__ import annotations
-
 import copy
 import json
 import pickle

@@ -1,7 +1,5 @@
 """Sheets: uv, normals and bounds at known places, and common planes."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

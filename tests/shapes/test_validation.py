@@ -1,7 +1,5 @@
 """Senseless parameters are refused; arrays of callers; quick checks of plain vectors and triangles."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """Slices and voxels in files, and the commands that write them."""
 
-from __future__ import annotations
-
 import importlib
 import math
 import re

@@ -1,7 +1,5 @@
 """Outlines of slices: through the roots of rays in the plane, with the bodies on both sides, of the right kinds."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

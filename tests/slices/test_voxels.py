@@ -1,7 +1,5 @@
 """Voxels: shares sum to closed volumes within their bounds, and each is the mean of dense points in it."""
 
-from __future__ import annotations
-
 import math
 from concurrent.futures import ThreadPoolExecutor
 

@@ -1,7 +1,5 @@
 """Turntables and movies, in one process and on workers."""
 
-from __future__ import annotations
-
 import io
 import os
 import signal

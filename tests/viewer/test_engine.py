@@ -1,7 +1,5 @@
 """The engine in exported pages: every bit is the desktop's, in node and in a page from a disk."""
 
-from __future__ import annotations
-
 import json
 import math
 import shutil

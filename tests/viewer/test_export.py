@@ -1,7 +1,5 @@
 """Pages in files: their contents and their size."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

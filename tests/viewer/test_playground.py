@@ -1,7 +1,5 @@
 """The playground: it reads the text, every answer is the engine's to the bit, and mistakes have their places."""
 
-from __future__ import annotations
-
 import json
 import math
 import re

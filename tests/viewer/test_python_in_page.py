@@ -3,8 +3,6 @@
 It needs the files of such a page in PLAYGROUND_FILES. `.ci/pyodide.py` makes them where NumPy for Pyodide is available.
 """
 
-from __future__ import annotations
-
 import functools
 import json
 import os

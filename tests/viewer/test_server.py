@@ -1,7 +1,5 @@
 """The page's server: this machine only, its own page only, the scene's data only; picks of visible bodies."""
 
-from __future__ import annotations
-
 import http.client
 import json
 import os

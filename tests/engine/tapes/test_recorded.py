@@ -1,7 +1,5 @@
 """Bodies lowered together have the bits of each alone: patterns, numbers, rounding bounds, boxes."""
 
-from __future__ import annotations
-
 import math
 import random
 from typing import Any

@@ -1,7 +1,5 @@
 """Tapes played in four floats, and the numbers of motions, beside numbers of 3,000 bits and fractions."""
 
-from __future__ import annotations
-
 import math
 import random
 from fractions import Fraction

@@ -3,8 +3,6 @@
 Line 0 stands for the file as a whole. Contents that are not text are bytes.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

@@ -1,7 +1,5 @@
 """Comparisons of scenes that must answer alike, to the last bit."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Files of other programs that use every part of a format that an export can write."""
 
-from __future__ import annotations
-
 from ..gdml.files import placed, text_of, volume
 
 _ALL = 'deltaphi="360" aunit="deg" lunit="mm"'

@@ -1,7 +1,5 @@
 """Scenes in the files of other programs: every solid, round trips, refusals, one assembly in three formats."""
 
-from __future__ import annotations
-
 import copy
 import functools
 import itertools

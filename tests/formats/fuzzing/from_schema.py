@@ -1,7 +1,5 @@
 """Values that a JSON Schema allows, for the keywords of the published schema of scene files, without the library."""
 
-from __future__ import annotations
-
 from random import Random
 from typing import Any
 

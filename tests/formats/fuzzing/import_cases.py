@@ -1,7 +1,5 @@
 """Files of other programs, damaged in words, numbers, lines, elements and bytes: readers take them, or refuse by name."""
 
-from __future__ import annotations
-
 import importlib
 import re
 from collections.abc import Sequence

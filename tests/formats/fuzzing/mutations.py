@@ -1,7 +1,5 @@
 """Damage to bytes, to lines and words of texts, and to trees of values."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from random import Random

@@ -1,7 +1,5 @@
 """Files of rays and of balls, damaged: readers accept them, or refuse them in one line that names the file."""
 
-from __future__ import annotations
-
 import functools
 import io
 import struct

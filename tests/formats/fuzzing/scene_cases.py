@@ -1,7 +1,5 @@
 """Scene files: damaged ones, and ones from the published schema. They load, or errors name their lines."""
 
-from __future__ import annotations
-
 import functools
 import json
 import os

@@ -5,8 +5,6 @@ Every failure is a line of JSON. After the failures of a kind a line gives the n
 accepted, and the largest memory of the process so far.
 """
 
-from __future__ import annotations
-
 import faulthandler
 import json
 import resource

@@ -1,7 +1,5 @@
 """GDML texts, and scenes of them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import conicoid as co

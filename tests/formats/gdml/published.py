@@ -8,8 +8,6 @@ Left out: rays that lie in a wall; edges, where a normal is a choice; and the ca
 prints, which are not the solid's: n tan(δ / 2) ∫ (R² - r²) dz stands for the first.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """GDML: published numbers, whole files, shared volumes, pickles, and colors."""
 
-from __future__ import annotations
-
 import copy
 import importlib
 import pickle

@@ -1,7 +1,5 @@
 """The decks of a test, and the cells at points of them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -3,8 +3,6 @@
 A model has everything twice: `text` is the deck, and the other fields are for this evaluator, written by hand.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Decks with all parts of a geometry, and their meanings."""
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np

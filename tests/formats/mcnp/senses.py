@@ -1,7 +1,5 @@
 """MCNP's surfaces at points, by the formulas of its manual, in floats: whether a point is on the positive side."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

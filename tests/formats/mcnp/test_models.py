@@ -1,7 +1,5 @@
 """Decks: surfaces by MCNP's manual, whole decks by an evaluator, by OpenMC, and voids around parts from CAD."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Cards, shortcuts, mistakes with their lines, materials, importances, and how the importer recognizes a deck."""
 
-from __future__ import annotations
-
 import re
 from fractions import Fraction
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Geometries with mistakes: name -> (content, line, phrases that the message must hold). Line 0 is no line."""
 
-from __future__ import annotations
-
 PLANES = '<surface id="1" type="x-plane" coeffs="0"/><surface id="2" type="sphere" coeffs="0 0 0 1"/>'
 
 

@@ -5,8 +5,6 @@ translation, times the rotation matrix; into the element of a rectangular lattic
 one by the nearest center. The cells and elements on the way in name a place.
 """
 
-from __future__ import annotations
-
 import functools
 import re
 import xml.etree.ElementTree as ElementTree

@@ -1,7 +1,5 @@
 """Small geometries in OpenMC's format, each for a part that an importer can get wrong."""
 
-from __future__ import annotations
-
 import functools
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Models in which most bodies are moved copies: lattices along the axes, turned, and cut."""
 
-from __future__ import annotations
-
 from benchmarks.comparison.scenes import core_xml
 
 BALL = '<surface id="1" type="sphere" coeffs="0.1 0 0 0.3"/>'

@@ -1,7 +1,5 @@
 """Edits of imported models keep their lattices: only new bodies get shapes of their own."""
 
-from __future__ import annotations
-
 import dataclasses
 import pickle
 from pathlib import Path

@@ -1,7 +1,5 @@
 """OpenMC geometry as bodies: the command, notes, names and materials."""
 
-from __future__ import annotations
-
 import functools
 import math
 from pathlib import Path

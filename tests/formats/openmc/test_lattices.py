@@ -1,7 +1,5 @@
 """OpenMC's lattices and whole models, against an evaluator."""
 
-from __future__ import annotations
-
 import functools
 import itertools
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """OpenMC: mistakes with their lines, and limits of the expansion of a file."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import tracemalloc

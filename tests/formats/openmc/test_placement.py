@@ -1,7 +1,5 @@
 """Placement of OpenMC's cells: motions, omitted cells, narrowed cells."""
 
-from __future__ import annotations
-
 import itertools
 import re
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """Bodies in many elements of a lattice are computed once, and equal those that are written out."""
 
-from __future__ import annotations
-
 import pickle
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """OpenMC's surfaces and regions, and regions without an end."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import xml.etree.ElementTree as ElementTree
