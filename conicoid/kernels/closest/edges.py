@@ -36,9 +36,10 @@ from .neighbourhood import (
     is_flat,
     limit,
 )
+from .point_sides import sheet_around, sides_around
 from .projection import TANGENT, project_point
 from .stationary import rounding_share, try_conic
-from .walls import CERTAIN_WALL, WallCandidate, candidate, sheet_around, sides_around, try_point
+from .walls import CERTAIN_WALL, WallCandidate, candidate, try_point
 
 _ZERO_SHARE = 2.0**-44
 """Size, as a share of its terms, below which a coefficient counts as zero."""

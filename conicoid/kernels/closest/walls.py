@@ -1,7 +1,8 @@
 """The test of a wall: whether a candidate point on some surfaces is a wall of the current body; the nearest is kept.
 
 `try_point` is the one place that decides this. A point is on a wall if the body differs between the sides of the
-surfaces through it. The sides of clipped polygons come last. `projection.py` has the points on surfaces and polygons.
+surfaces through it. The sides of clipped polygons come last. `point_sides.py` has the sides of surfaces around a point,
+`projection.py` the points on surfaces and polygons.
 """
 
 from __future__ import annotations
@@ -13,8 +14,7 @@ from ..._jit.decorators import helper, inline
 from .. import tables as table
 from ..body.cell import NO_PLACE, place_face, quadric_place
 from ..numbers.vectors import dot
-from ..programs import hold_program, leaf_decides, root_value, sense_of, turn_leaf
-from ..surface.quadric import QuadricRecord
+from ..programs import hold_program, leaf_decides, sense_of, turn_leaf
 from ..surface.records import anchor_of, load_plane, load_quadric
 from ..tables import PLANE, QUADRIC, Geometry, integer, whole
 from .form import bend_times, form_at, length_of
@@ -45,6 +45,18 @@ from .neighbourhood import (
     WallQuery,
     limit,
 )
+from .point_sides import (
+    holds,
+    is_leaf_on,
+    is_wholly,
+    put_sides,
+    put_signs,
+    row_of_quadric,
+    sheet_around,
+    sides_around,
+    straddles_wall,
+    turning_sides,
+)
 from .projection import TANGENT, corner, is_within, nearest_of_side, project_point, slant
 
 # Test of a wall: a point of some surfaces is on a wall if the body differs between their sides, as in a ray's sweep
@@ -62,250 +74,6 @@ about the square of this share."""
 NO_WALL, POSSIBLE_WALL, CERTAIN_WALL, SLANTED, UNKNOWN_SIDES = 0, 1, 2, 3, 4
 UNSETTLED = -1.0
 """As a slack: the point has not been settled."""
-
-
-@inline
-def _is_on(room: Neighbourhood, k: int) -> bool:
-    """True if a near leaf is on by room.sign; leaves are closed, so they contain their walls."""
-    first, count = room.leaves[4 * k + FIRST_LINK], room.leaves[4 * k + LINK_COUNT]
-    on = True
-    for link in range(first, first + count):
-        on = on and room.sign[room.links[2 * link]] * room.links[2 * link + 1] <= 0
-    return on
-
-
-@helper
-def holds(geometry: Geometry, room: Neighbourhood) -> bool:
-    """True if the body is there, or a sheet is not clipped, by room.sign; `scratch.counts` is unchanged on return."""
-    program, leaves = room.sizes[PROGRAM], room.sizes[LEAVES]
-    if program < 0:
-        return room.sizes[SHEET_OF] == 1 or (leaves > 0 and _is_on(room, 0))
-    counts = room.scratch.counts
-    hold_program(geometry, counts, whole(program))
-    for k in range(leaves):
-        if _is_on(room, k):
-            turn_leaf(geometry, counts, whole(program), whole(room.leaves[4 * k + LEAF]), True)
-    value = root_value(geometry, counts, whole(program))
-    for k in range(leaves):
-        if _is_on(room, k):
-            turn_leaf(geometry, counts, whole(program), whole(room.leaves[4 * k + LEAF]), False)
-    return value
-
-
-@helper
-def _is_wholly(geometry: Geometry, room: Neighbourhood, value: bool) -> bool:
-    """True if the body surely has one value all around a point, by room.sign: the leaves through it may all be either.
-
-    This is three-valued logic: each leaf at whose border the point lies takes the worse of its two values.
-    """
-    program = whole(room.sizes[PROGRAM])
-    if program < 0:
-        return not value and not _is_on(room, 0)
-    counts, whole_value = room.scratch.counts, value
-    hold_program(geometry, counts, program)
-    for sweep in range(2):  # the first turns the leaves, the second undoes it
-        for k in range(room.sizes[LEAVES]):
-            leaf = whole(room.leaves[4 * k + LEAF])
-            # Against `value`: a leaf of positive sense is off if the body is to be there, on if it is not to be
-            worst = (sense_of(geometry, program, leaf) > 0) != value
-            if _is_on(room, k) and (worst or not _is_at_border(room, k)):
-                turn_leaf(geometry, counts, program, leaf, sweep == 0)
-        if sweep == 0:
-            whole_value = root_value(geometry, counts, program)
-    return whole_value == value
-
-
-@inline
-def _is_at_border(room: Neighbourhood, k: int) -> bool:
-    """True if a near leaf has a surface on which the point lies by room.sign."""
-    first, count = room.leaves[4 * k + FIRST_LINK], room.leaves[4 * k + LINK_COUNT]
-    found = False
-    for link in range(first, first + count):
-        found = found or room.sign[room.links[2 * link]] == 0
-    return found
-
-
-@helper
-def put_signs(geometry: Geometry, room: Neighbourhood, chosen: int, x: float, y: float, z: float, off: float) -> int:
-    """Find the side of each near surface for a point with error bound `off`; return on how many it may lie.
-
-    It lies on the first `chosen` of room.chosen; surfaces on which it may lie are appended to these.
-    """
-    count = chosen
-    for k in range(room.sizes[SURFACES]):
-        known = False
-        for i in range(chosen):
-            known = known or room.chosen[i] == k
-        if known:
-            room.sign[k] = 0
-            continue
-        form = form_at(geometry, room.surface[k], x, y, z)
-        g = length_of(form.gx, form.gy, form.gz)
-        # The value may change by 2 |g| off + |A| off² within the error of the point
-        may = form.off + (2.0 * g + form.size * off) * off
-        room.sign[k] = 0 if abs(form.value) <= may else (1 if form.value > 0.0 else -1)
-        if room.sign[k] == 0:
-            room.chosen[count] = k
-            count += 1
-    return count
-
-
-@helper
-def sides_around(geometry: Geometry, room: Neighbourhood, count: int) -> int:
-    """Return a mask: bit k is `holds` for combination k of the sides of the first `count` of room.chosen."""
-    values = whole(0)
-    for sides in range(1 << count):
-        for i in range(count):
-            room.sign[room.chosen[i]] = 1 if (sides >> i) & 1 else -1
-        if holds(geometry, room):
-            values |= whole(1) << sides
-    for i in range(count):
-        room.sign[room.chosen[i]] = 0
-    return values
-
-
-@inline
-def _turning_sides(values: int, count: int, i: int) -> int:
-    """Return a combination of `sides_around` in which the side of chosen surface i matters, -1 for none."""
-    found = -1
-    for sides in range(1 << count):
-        if ((values >> sides) & 1) != ((values >> (sides ^ (1 << i))) & 1):
-            found = sides
-    return found
-
-
-@inline
-def _put_sides(room: Neighbourhood, count: int, i: int, sides: int) -> None:
-    """Write a combination of sides of the chosen surfaces to room.sign, 0 for chosen surface i itself."""
-    for k in range(count):
-        room.sign[room.chosen[k]] = 0 if k == i else (1 if (sides >> k) & 1 else -1)
-
-
-@helper
-def _sides_of_lowest(geometry: Geometry, room: Neighbourhood, values: int, count: int, i: int, sides: int) -> int:
-    """Return the sides in which chosen surface i bounds the body with its lowest face number, as for rays."""
-    lowest = whole(1 << 60)
-    for k in range(1 << count):
-        if ((values >> k) & 1) != ((values >> (k ^ (1 << i))) & 1):
-            _put_sides(room, count, i, k)
-            place = _place_of(geometry, room, room.chosen[i])[0]
-            if place != NO_PLACE and place_face(geometry, place)[1] < lowest:
-                sides, lowest = k, place_face(geometry, place)[1]
-    return sides
-
-
-@helper
-def _straddles_wall(geometry: Geometry, room: Neighbourhood, x: float, y: float, z: float, step: float) -> bool:
-    """True if some points about a step away are certainly inside and others certainly outside."""
-    found = _sides_on_grid(geometry, room, x, y, z, step)
-    found = _sides_between_surfaces(geometry, room, x, y, z, step, found)
-    return _sides_about_axes(geometry, room, x, y, z, step, found) == 3
-
-
-# Sides of points about a step away: the sum of 1 for a point inside, and 2 for one outside
-
-
-@inline
-def _sides_on_grid(geometry: Geometry, room: Neighbourhood, x: float, y: float, z: float, step: float) -> int:
-    """Return the sides of the 26 neighbours in a grid, a little off it: they do not lie on planes along the axes."""
-    found = 0
-    for k in range(26):
-        i = k if k < 13 else k + 1
-        dx, dy, dz = float(i % 3 - 1) + 0.03, float(i // 3 % 3 - 1) - 0.05, float(i // 9 - 1) + 0.07
-        found |= _side_beside(geometry, room, x + step * dx, y + step * dy, z + step * dz)
-    return found
-
-
-@inline
-def _sides_between_surfaces(
-    geometry: Geometry, room: Neighbourhood, x: float, y: float, z: float, step: float, found: int
-) -> int:
-    """Add the sides of points between the half-planes of each two surfaces, ahead and back along their line.
-
-    Thin wedges have no points of the grid.
-    """
-    for i in range(room.sizes[SURFACES]):
-        ax, ay, az = _normal_through(geometry, room, i, x, y, z, step)
-        for j in range(i if found != 3 and (ax != 0.0 or ay != 0.0 or az != 0.0) else 0):
-            bx, by, bz = _normal_through(geometry, room, j, x, y, z, step)
-            lx, ly, lz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-            sine = length_of(lx, ly, lz)
-            if sine < TANGENT:
-                continue
-            lx, ly, lz = lx / sine, ly / sine, lz / sine
-            ux, uy, uz = ly * az - lz * ay, lz * ax - lx * az, lx * ay - ly * ax
-            vx, vy, vz = ly * bz - lz * by, lz * bx - lx * bz, lx * by - ly * bx
-            for k in range(8):
-                p, q, r = 1.0 if k & 1 else -1.0, 1.0 if k & 2 else -1.0, 0.5 if k & 4 else -0.5
-                dx, dy, dz = p * ux + q * vx + r * lx, p * uy + q * vy + r * ly, p * uz + q * vz + r * lz
-                found |= _side_beside(geometry, room, x + step * dx, y + step * dy, z + step * dz)
-    return found
-
-
-@inline
-def _sides_about_axes(
-    geometry: Geometry, room: Neighbourhood, x: float, y: float, z: float, step: float, found: int
-) -> int:
-    """Add the sides of points about the axes of quadrics: needles have no others."""
-    for i in range(room.sizes[SURFACES] if found != 3 else 0):
-        if integer(geometry, table.SURFACE_KIND, room.surface[i]) == QUADRIC:
-            quadric = load_quadric(geometry, integer(geometry, table.SURFACE_ROW, room.surface[i]))
-            for k in range(24):
-                ax, ay, az, square = _row(quadric, k % 3)
-                bx, by, bz, one = _row(quadric, (k + 1) % 3)
-                cx, cy, cz, two = _row(quadric, (k + 2) % 3)
-                h, u, v = step if k < 12 else -step, _narrow(square, one), _narrow(square, two)
-                u, v = u if k // 3 & 1 else -u, v if k // 6 & 1 else -v
-                dx, dy, dz = ax + u * bx + v * cx, ay + u * by + v * cy, az + u * bz + v * cz
-                found |= _side_beside(geometry, room, x + h * dx, y + h * dy, z + h * dz)
-    return found
-
-
-@inline
-def _row(quadric: QuadricRecord, i: int) -> tuple[float, float, float, float]:
-    """Return a row of a quadric, and its square."""
-    if i == 0:
-        return quadric.w00, quadric.w01, quadric.w02, quadric.s0
-    if i == 1:
-        return quadric.w10, quadric.w11, quadric.w12, quadric.s1
-    return quadric.w20, quadric.w21, quadric.w22, quadric.s2
-
-
-@inline
-def _narrow(square: float, other: float) -> float:
-    """Return a share of the slope of a cone about an axis, of 0.4 at most."""
-    return 0.4 * math.sqrt(min(1.0, abs(square / other))) if other != 0.0 else 0.4
-
-
-@inline
-def _normal_through(
-    geometry: Geometry, room: Neighbourhood, k: int, x: float, y: float, z: float, step: float
-) -> tuple[float, float, float]:
-    """Return the unit normal of a near surface that passes within a step of a point; zeros for another."""
-    form = form_at(geometry, room.surface[k], x, y, z)
-    g = length_of(form.gx, form.gy, form.gz)
-    if not (g > 0.0 and abs(form.value) <= 2.0 * g * step):
-        return 0.0, 0.0, 0.0
-    return form.gx / g, form.gy / g, form.gz / g
-
-
-@inline
-def _side_beside(geometry: Geometry, room: Neighbourhood, x: float, y: float, z: float) -> int:
-    """Return 1 if a point is certainly inside, 2 if it is certainly outside, else 0."""
-    if put_signs(geometry, room, 0, x, y, z, 0.0) != 0:
-        return 0
-    return 1 if holds(geometry, room) else 2
-
-
-@helper
-def sheet_around(geometry: Geometry, room: Neighbourhood, count: int) -> bool:
-    """True if a sheet exists at a point of its own surface, the first of room.chosen, for some sides of the others."""
-    for sides in range(1 << (count - 1)):
-        for i in range(1, count):
-            room.sign[room.chosen[i]] = 1 if (sides >> (i - 1)) & 1 else -1
-        if holds(geometry, room):
-            return True
-    return False
 
 
 class WallCandidate(NamedTuple):
@@ -341,15 +109,15 @@ def _turn_of(geometry: Geometry, room: Neighbourhood, many: int) -> _Turn:
     if room.sizes[SHEET_OF] == 1:
         return _Turn(many > _MOST or sheet_around(geometry, room, many), none, none, none)
     if many > _MOST:
-        varies = not _is_wholly(geometry, room, True) and not _is_wholly(geometry, room, False)
+        varies = not is_wholly(geometry, room, True) and not is_wholly(geometry, room, False)
         return _Turn(varies, none, none, none)
     values, turned = sides_around(geometry, room, many), none
     every = whole(-1) if many == _MOST else (whole(1) << (1 << many)) - 1
     if values == 0 or values == every:
         return _Turn(False, none, none, values)
-    while turned < many - 1 and _turning_sides(values, many, turned) < 0:
+    while turned < many - 1 and turning_sides(values, many, turned) < 0:
         turned += 1
-    return _Turn(True, turned, max(whole(_turning_sides(values, many, turned)), none), values)
+    return _Turn(True, turned, max(whole(turning_sides(values, many, turned)), none), values)
 
 
 @inline
@@ -373,10 +141,10 @@ def _proved_error(
     first, second, third = room.chosen[0], room.chosen[1], room.chosen[2]
     far = abs(x) + abs(y) + abs(z) + distance
     step = max(_SHORT_STEP * far, 2.0 * off)
-    proved = _straddles_wall(geometry, room, x, y, z, step)
+    proved = straddles_wall(geometry, room, x, y, z, step)
     if not proved:
         step = max(_LONG_STEP * far, 16.0 * off)
-        proved = _straddles_wall(geometry, room, x, y, z, step)
+        proved = straddles_wall(geometry, room, x, y, z, step)
     room.chosen[0], room.chosen[1], room.chosen[2] = first, second, third
     put_signs(geometry, room, count, x, y, z, off)  # those of the point, with the surfaces in their order
     return off + 2.25 * step if proved else math.inf
@@ -578,7 +346,7 @@ def try_point(geometry: Geometry, room: Neighbourhood, at: WallQuery, count: int
         sides = turn.sides
         if count < many and room.sizes[PROGRAM] >= 0:
             sides = _sides_of_lowest(geometry, room, turn.values, many, turn.chosen, sides)
-        _put_sides(room, many, turn.chosen, sides)
+        put_sides(room, many, turn.chosen, sides)
     keep_wall(geometry, room, at, wall, x, y, z, distance)
     if many > _MOST:
         room.best[TIP] = min(room.best[TIP], point_off) if apart <= point_off else point_off
@@ -604,7 +372,7 @@ def _passes_near(geometry: Geometry, surface: int, x: float, y: float, z: float,
     )  # fmt: skip
     off = 2.0**-50 * abs(quadric.k)
     for i in range(3):
-        wx, wy, wz, _ = _row(quadric, i)
+        wx, wy, wz, _ = row_of_quadric(quadric, i)
         s, b = abs(quadric[12 + i]), abs(quadric[15 + i])
         own = abs(dot(wx, wy, wz, x - quadric.ax, y - quadric.ay, z - quadric.az))
         e = dot(abs(wx), abs(wy), abs(wz), px, py, pz)
@@ -676,12 +444,25 @@ def _decides(geometry: Geometry, room: Neighbourhood, k: int, chosen: int) -> bo
         hold_program(geometry, counts, program)
         for sweep in range(2):
             for j in range(room.sizes[LEAVES]):
-                if _is_on(room, j):
+                if is_leaf_on(room, j):
                     turn_leaf(geometry, counts, program, whole(room.leaves[4 * j + LEAF]), sweep == 0)
             if sweep == 0:
-                decides &= leaf_decides(geometry, counts, program, leaf, _is_on(room, k))
+                decides &= leaf_decides(geometry, counts, program, leaf, is_leaf_on(room, k))
     room.sign[chosen] = before
     return decides
+
+
+@helper
+def _sides_of_lowest(geometry: Geometry, room: Neighbourhood, values: int, count: int, i: int, sides: int) -> int:
+    """Return the sides in which chosen surface i bounds the body with its lowest face number, as for rays."""
+    lowest = whole(1 << 60)
+    for k in range(1 << count):
+        if ((values >> k) & 1) != ((values >> (k ^ (1 << i))) & 1):
+            put_sides(room, count, i, k)
+            place = _place_of(geometry, room, room.chosen[i])[0]
+            if place != NO_PLACE and place_face(geometry, place)[1] < lowest:
+                sides, lowest = k, place_face(geometry, place)[1]
+    return sides
 
 
 # The sides of a clipped polygon, tried as nearest walls
