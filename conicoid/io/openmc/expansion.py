@@ -277,10 +277,10 @@ class UniverseExpansion:
 
         Report a problem if the cell is unbounded. Raise SceneFileError for too many places.
         """
-        tiles = lattice.tiles_around(context.extent_before(place.outer).placed(place.back))
+        tiles = lattice.tiles_around(context.extent_before(place.outer, tight=True).placed(place.back))
         if tiles is None:
             message = (
-                "must be bounded on all sides by planes across the axes, spheres or cylinders, because the outer "
+                "must be bounded on all sides by planes, spheres or cylinders along the axes, because the outer "
                 f"universe {outer} of {lattice} that fills it is repeated without end"
             )
             self._report(cell, str(cell), message)

@@ -11,8 +11,8 @@ import conicoid as co
 
 from .decks import chosen, loaded, names_at
 from .evaluator import carried
-from .models import ASYMMETRIC, MODELS, TRANSFORMS
-from .senses import BODIES, SIMPLE, Sense, beyond_any
+from .models import ABOUT_Z, ASYMMETRIC, MODELS, TRANSFORMS, cuboid
+from .senses import BODIES, SIMPLE, Sense, beyond_any, plane
 
 # --- Whole decks: against an evaluator, against OpenMC, and voids around parts from CAD
 
@@ -58,6 +58,47 @@ def test_a_row_and_a_column_give_a_rotation(tmp_path: Path) -> None:
             card = f"tr1 0 0 0 {' '.join(words)}"
             scene = loaded(tmp_path, f"title\n1 0 -1 trcl=1\n\n{body}\n\n{card}\n")
             assert names_at(scene, POINTS) == expected
+
+
+HEXAGON = [np.array([np.cos(a), np.sin(a), 0]) for a in np.radians([0, 60, 120])]
+
+
+@pytest.mark.parametrize(
+    ("container", "sense"),
+    [
+        ("-20 trcl=7", lambda p: cuboid(-1.5, 1.5, -1, 1, -2, 2)(carried(p, ((0, 0, 0), ABOUT_Z)))),
+        (
+            "-21",
+            beyond_any(
+                *(plane(sign * v, sign * 1.7 * v) for v in HEXAGON for sign in (1, -1)),
+                plane((0, 0, 1), (0, 0, 2)), plane((0, 0, -1), (0, 0, -2)),
+            ),
+        ),
+    ],
+)  # fmt: skip
+def test_slanted_planes_end_a_lattice_without_end(tmp_path: Path, container: str, sense: Sense) -> None:
+    """A rod of radius 0.2 in each element, in a box turned by 30 degrees and in a hexagonal can."""
+    scene = loaded(
+        tmp_path,
+        f"""title
+1 0 -1 u=1
+2 0 1 u=1
+3 0 -2 u=2 lat=1 fill=1
+4 0 {container} fill=2
+
+1 cz 0.2
+2 rpp -0.25 0.25 -0.25 0.25 -9 9
+20 rpp -1.5 1.5 -1 1 -2 2
+21 rhp 0 0 -2 0 0 4 1.7 0 0
+
+*tr7 0 0 0 30 60 90 120 30 90 90 90 0
+""",
+    )
+    own = carried(POINTS, ((0, 0, 0), ABOUT_Z)) if "trcl" in container else POINTS
+    off = own[:, :2] - np.round(own[:, :2] / 0.5) * 0.5
+    rods = np.where((off**2).sum(axis=1) < 0.04, "cell 1", "cell 2")
+    expected = [None if out else rod for out, rod in zip(sense(POINTS), rods, strict=True)]
+    assert [name and name.split(" @")[0] for name in names_at(scene, POINTS)] == expected
 
 
 def test_surfaces_of_a_moved_cell_have_numbers(tmp_path: Path) -> None:
