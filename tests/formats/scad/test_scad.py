@@ -267,6 +267,24 @@ def test_files_nested_without_end_are_refused(tmp_path):
         loaded(tmp_path, "group() " * 100_000 + ";")
 
 
+@pytest.mark.parametrize(
+    ("text", "same"),
+    [
+        ("intersection() { cube(size = 2); %sphere(r = 1); }", "cube(size = 2);"),
+        ("intersection() { cube(size = 2); *sphere(r = 1); }", "cube(size = 2);"),
+        ("difference() { %cube(size = 2); cube(size = 3); sphere(r = 1); }", "difference() { cube(size = 3); sphere(r = 1); }"),
+        (
+            "linear_extrude(height = 1) { intersection() { square(size = 2); %circle(r = 1); } }",
+            "linear_extrude(height = 1) { square(size = 2); }",
+        ),
+        ("cube(size = 9); group() { *group() { !cube(size = 4); } !cube(size = 2); !cube(size = 3); }", "cube(size = 2);"),
+    ],
+)  # fmt: skip
+def test_modifiers_within_calls(text, same, tmp_path):
+    """OpenSCAD's GeometryEvaluator passes over background children, and its root is the first "!" in the tree."""
+    assert loaded(tmp_path, text).bodies == loaded(tmp_path, same).bodies
+
+
 @pytest.mark.parametrize("head", ["", "\ufeff", "// a comment\n", "/* two\nlines */ ", "%"])
 def test_files_are_known_by_their_first_call(head, tmp_path):
     found = detect_format(
