@@ -194,10 +194,12 @@ class CsgEvaluation:
     def _revolved(self, arguments: CallArguments) -> Solid:
         """Return the solid of a rotate_extrude."""
         angle = arguments.number("angle", 360.0)
-        start = arguments.number("start", 0.0)
-        start, end = (start, start + angle) if angle > 0 else (start + angle, start)
-        if abs(angle) >= 360 or angle == 0:
-            start, end = 0.0, 360.0
+        if angle == 0:
+            raise OmittedPart("has the angle 0")
+        is_full = abs(angle) >= 360
+        # A full turn begins on the -x axis where a file does not say otherwise, as in OpenSCAD 2021.01
+        start = arguments.number("start", 180.0 if is_full else 0.0)
+        start, end = (start, start + 360) if is_full else (start + min(angle, 0), start + max(angle, 0))
         return self._drawn(arguments).turned(start, end, arguments.sides(self.smooth))
 
     def _drawn(self, arguments: CallArguments) -> PlaneItem:
