@@ -10,6 +10,7 @@ import math
 from collections import defaultdict
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -425,6 +426,7 @@ class OutlineCutter:
             for surface in sorted(self.bodies.faces(entry).surfaces):
                 users[surface].append(entry)
         self.floats: dict[int, Floats6] = {}
+        self._conic = lru_cache(maxsize=1 << 12)(lambda surface: self._cut(surface)[0])
         self.walls = self._walls(users)
         self.boxes = np.array([wall.box for wall in self.walls]).reshape(-1, 4)
 
@@ -581,7 +583,7 @@ class OutlineCutter:
 
     def _beside(self, surface: int, wall: int) -> Floats6:
         """Return a conic that has the sign of a surface along a wall, also where both coincide but for rounding."""
-        one, other = self._cut(surface)[0], self._cut(wall)[0]
+        one, other = self._conic(surface), self._conic(wall)
         k = max(range(6), key=lambda i: abs(other.exact[i]))
         lead = other.exact[k]
         # The wall's own conic is zero there, so any multiple of it may be taken off: exactly, as floats may be equal
