@@ -86,11 +86,12 @@ class Environment:
         (height, width, 3): linear radiance >= 0, bytes (uint8) of sRGB, or an `Image`. Or the name of a file, an .exr
         of linear light, or a .png, .jpg or .webp, which is read at once. A scene file may name those in its own
         folder, or below. The first row is straight up, +z; along a row the angle about z grows from left to right,
-        starting at the x axis.
+        starting at the x axis: as on a globe, which is seen from outside. A photograph is seen from within, and so is a
+        picture of an `EquirectangularCamera` that looks along -x: ``pixels[:, ::-1]`` are as they were.
     intensity : float
         Factor of the radiance, >= 0.
     rotation : float
-        Degrees about z that turn the image, counter-clockwise as seen from above.
+        Degrees about z that turn the image, counter-clockwise as seen from above, to the nearest whole pixel.
 
     Raises
     ------
@@ -139,7 +140,7 @@ class Environment:
 
     @property
     def radiance(self) -> FloatArray:
-        """Radiance (height, width, 3) with intensity and rotation; the rotation is rounded to whole pixels."""
+        """Radiance (height, width, 3) with intensity and rotation."""
         pixels: Any = self.pixels
         rotated: FloatArray = np.roll(pixels, round(self.rotation / 360 * pixels.shape[1]), axis=1)
         return self.intensity * rotated
