@@ -101,6 +101,33 @@ def test_slanted_planes_end_a_lattice_without_end(tmp_path: Path, container: str
     assert [name and name.split(" @")[0] for name in names_at(scene, POINTS)] == expected
 
 
+def test_elements_about_another_point_than_their_universes_are_cut(tmp_path: Path) -> None:
+    """The elements are 0.87 high and their middles 0.3 below the origins: the box cuts the lowest, though not by half."""
+    scene = loaded(
+        tmp_path,
+        """title
+1 0 -1 u=1
+2 0 1 u=1
+3 0 -2 3 -4 5 u=2 lat=1 fill=-2:2 -2:2 0:0 1 24r
+4 0 -20 fill=2
+
+1 s 0 0.1 0 0.2
+2 px 0.6
+3 px -0.6
+4 py 0.135
+5 py -0.735
+20 rpp -2 2 -1.5 1.5 -2 2
+""",
+    )
+    own = POINTS[:, :2] - np.stack(
+        [np.round(POINTS[:, 0] / 1.2) * 1.2, np.round((POINTS[:, 1] + 0.3) / 0.87) * 0.87], 1
+    )
+    balls = own[:, 0] ** 2 + (own[:, 1] - 0.1) ** 2 + POINTS[:, 2] ** 2 < 0.04
+    out = cuboid(-2, 2, -1.5, 1.5, -2, 2)(POINTS)
+    expected = [None if each else "cell 1" if ball else "cell 2" for each, ball in zip(out, balls, strict=True)]
+    assert [name and name.split(" @")[0] for name in names_at(scene, POINTS)] == expected
+
+
 def test_surfaces_of_a_moved_cell_have_numbers(tmp_path: Path) -> None:
     """1000 c + s is surface s as TRCL moves it with cell c."""
     text = "title\n5 0 -1 trcl=(2 0 0)\n6 0 5001 -2\n\n1 so 1\n2 so 4\n"
