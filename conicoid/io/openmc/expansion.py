@@ -280,7 +280,7 @@ class UniverseExpansion:
         tiles = lattice.tiles_around(context.extent_before(place.outer, tight=True).placed(place.back))
         if tiles is None:
             message = (
-                "must be bounded on all sides by planes, spheres or cylinders along the axes, because the outer "
+                "must be bounded on all sides by planes, ellipsoids or elliptic cylinders, because the outer "
                 f"universe {outer} of {lattice} that fills it is repeated without end"
             )
             self._report(cell, str(cell), message)

@@ -12,7 +12,7 @@ import conicoid as co
 from .decks import chosen, loaded, names_at
 from .evaluator import carried
 from .models import ABOUT_Z, ASYMMETRIC, MODELS, TRANSFORMS, cuboid
-from .senses import BODIES, SIMPLE, Sense, beyond_any, plane
+from .senses import BODIES, SIMPLE, Sense, beyond_any, plane, tube
 
 # --- Whole decks: against an evaluator, against OpenMC, and voids around parts from CAD
 
@@ -74,10 +74,16 @@ HEXAGON = [np.array([np.cos(a), np.sin(a), 0]) for a in np.radians([0, 60, 120])
                 plane((0, 0, 1), (0, 0, 2)), plane((0, 0, -1), (0, 0, -2)),
             ),
         ),
+        (
+            "-22",
+            beyond_any(
+                tube((-1, 0, -1), (1, 2, 1.5), 1.25), plane((1, 2, 1.5), (0, 2, 0.5)), plane((-1, -2, -1.5), (-1, 0, -1))
+            ),
+        ),
     ],
 )  # fmt: skip
-def test_slanted_planes_end_a_lattice_without_end(tmp_path: Path, container: str, sense: Sense) -> None:
-    """A rod of radius 0.2 in each element, in a box turned by 30 degrees and in a hexagonal can."""
+def test_slanted_walls_end_a_lattice_without_end(tmp_path: Path, container: str, sense: Sense) -> None:
+    """A rod of radius 0.2 in each element, in a box turned by 30 degrees, a hexagonal can and an oblique one."""
     scene = loaded(
         tmp_path,
         f"""title
@@ -90,6 +96,7 @@ def test_slanted_planes_end_a_lattice_without_end(tmp_path: Path, container: str
 2 rpp -0.25 0.25 -0.25 0.25 -9 9
 20 rpp -1.5 1.5 -1 1 -2 2
 21 rhp 0 0 -2 0 0 4 1.7 0 0
+22 rcc -1 0 -1  1 2 1.5  1.25
 
 *tr7 0 0 0 30 60 90 120 30 90 90 90 0
 """,
