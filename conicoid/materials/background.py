@@ -85,12 +85,13 @@ class Environment:
     pixels : array_like or path
         (height, width, 3): linear radiance >= 0, bytes (uint8) of sRGB, or an `Image`. Or the name of a file, an .exr
         of linear light, or a .png, .jpg or .webp, which is read at once. A scene file may name those in its own
-        folder, or below. The first row is straight up, +z; along a row the angle about z grows from left to right,
-        starting at the x axis.
+        folder, or below. The first row is straight up, +z. Rows go from left to right as one sees them from within,
+        with -x in their middle and -y left of it: a picture of an `EquirectangularCamera` that looks along -x shows its
+        scene again.
     intensity : float
         Factor of the radiance, >= 0.
     rotation : float
-        Degrees about z that turn the image, counter-clockwise as seen from above.
+        Degrees about z that turn the image, counter-clockwise as seen from above, to the nearest whole pixel.
 
     Raises
     ------
@@ -139,9 +140,9 @@ class Environment:
 
     @property
     def radiance(self) -> FloatArray:
-        """Radiance (height, width, 3) with intensity and rotation; the rotation is rounded to whole pixels."""
+        """Radiance (height, width, 3) with intensity and rotation; the angle about z grows along a row."""
         pixels: Any = self.pixels
-        rotated: FloatArray = np.roll(pixels, round(self.rotation / 360 * pixels.shape[1]), axis=1)
+        rotated: FloatArray = np.roll(pixels[:, ::-1], round(self.rotation / 360 * pixels.shape[1]), axis=1)
         return self.intensity * rotated
 
 

@@ -188,6 +188,20 @@ def test_a_bright_spot_of_an_image_is_aimed_at():
     assert np.std(few) < 0.2 * np.mean(few)
 
 
+def test_a_panorama_shows_its_surroundings():
+    """Balls at the six ends of the axes are where they were, as looks along the axes show."""
+    ends = np.concatenate([np.eye(3), -np.eye(3)])
+    balls = [co.Body(co.Sphere(0.5, 3 * end), co.glow(0.1 + np.abs(end))) for end in ends[:4]]
+    panorama = co.Scene(balls, [co.AmbientLight(0)], background=BLACK).render(
+        128, 64, 4, "path", camera=co.EquirectangularCamera((0, 0, 0), (-1, 0, 0))
+    )
+    seen = co.Scene([co.Sphere(1, (50, 60, 70))], background=co.Environment(panorama))
+    for end, expected in zip(ends, [*(0.1 + np.eye(3)), (1.1, 0.1, 0.1), BLACK, BLACK], strict=True):
+        camera = co.OrthographicCamera((0, 0, 0), end, up=end[[1, 2, 0]], height=1e-9)
+        found = seen.render(1, 1, 1, "path", camera=camera).values[0, 0]
+        assert found == pytest.approx(np.array(expected), rel=1e-5), end
+
+
 # Walls and media
 
 

@@ -271,6 +271,60 @@ def test_a_plane_cuts_a_parabolic_cylinder_in_parabolas_or_lines(degrees):
         assert kinds <= {"parabola", "line"}, axis
 
 
+@pytest.mark.parametrize("off", [s * 10.0**-k for k in (2, 4, 5, 6, 8, 10, 13, 15, 17, 30) for s in (1, -1)])
+def test_a_plane_beside_the_apex_cuts_a_cone_in_a_hyperbola(off):
+    """At y = off: (z - 0.2)² = (x - 0.3)² + off², two branches through the whole window, however near the apex is."""
+    scene = co.Scene([co.EllipticCone(1, 1, 1).translate((0.3, off, 0.2)), co.Box((-9, -9, -9), (0.25, 9, 9))])
+    cut = scene.slice(origin=(-2, 0, -2), u=(4, 0, 0), v=(0, 0, 4), pixels=8)
+    assert check_roots(cut, scene, np.random.default_rng(7), 60) > 60
+    found = [one for one in cut.outlines if one.kind == "hyperbola"]
+    # Each branch ends at the corners of the window, and at x = 1/4 the box begins
+    lengths = sum(np.linalg.norm(np.diff(one.points(500), axis=0), axis=1).sum() for one in found)
+    assert lengths == pytest.approx(2 * math.sqrt(2) * (1.7 + 2 + 1.8 + 1.8 - 0.05 * 2 + 0.1) / 2, rel=0.1)
+    for one in found:
+        x, z = one.points(200).T
+        assert np.abs(np.abs(z - 0.2) - np.hypot(x - 0.3, off)).max() < 1e-14
+        assert one.left != one.right
+
+
+def test_an_oblique_plane_through_an_apex_is_rounded():
+    """The corner and sides of the window miss the apex (1/2, 1/2, 1/2) by 1e-15."""
+    scene = co.Scene([co.EllipticCone(0.5, 0.5, 1).translate((0.5, 0.5, 0.5))])
+    cut = scene.slice(origin=(-1.65, -2.2, -0.6), u=(1.5, 3, 3), v=(2.8, 1.4, -2.8), pixels=8)
+    assert check_roots(cut, scene, np.random.default_rng(1), 60) > 60
+
+
+@pytest.mark.parametrize("turn", [0, 90])
+@pytest.mark.parametrize(("a", "e"), [(1, 1), (1, 2), (2, 1)])
+def test_a_hyperbola_far_from_the_window_has_the_sign_of_its_middle(a, e, turn):
+    far = co.HyperbolicCylinder(a, e).scale(500).rotate("z", turn)
+    assert len(co.Scene([co.Box() & far]).slice("z", pixels=8).outlines) == 4
+    assert co.Scene([co.Box() - far]).slice("z", pixels=8).outlines == ()
+
+
+def test_a_body_that_touches_the_middle_of_a_piece_is_on_no_side():
+    """The trough x² <= y holds of the plane y = 0 a line, which crosses the box's sides in their middles."""
+    cut = co.Scene([co.Box(), co.ParabolicCylinder(0.5)]).slice(origin=(-2, 0, -2), u=(4, 0, 0), v=(0, 0, 4), pixels=8)
+    assert [{one.left, one.right} for one in cut.outlines] == [{(), (0,)}] * 4
+
+
+def test_walls_that_coincide_but_for_rounding_are_one_curve():
+    """One bowl is larger by a rounding of its scale: the intersection and the union of both have the outline of one."""
+    bowl = co.EllipticParaboloid(1, 1).scale(0.5).rotate("z", 1e-5)
+    other = co.EllipticParaboloid(1, 1).scale(0.001).scale(1000).scale(0.5).rotate("z", 1e-5)
+
+    def length(body, window):
+        origin, u, v = window
+        found = co.Scene([body]).slice(origin=origin, u=u, v=v, pixels=8).outlines
+        return sum(np.linalg.norm(np.diff(one.points(2000), axis=0), axis=1).sum() for one in found)
+
+    for window in planes(np.random.default_rng(3), 20):
+        expected = length(bowl, window)
+        assert [length(body, window) for body in (bowl & other, bowl | other)] == pytest.approx(
+            [expected] * 2, abs=1e-3
+        )
+
+
 def test_a_lens_ends_where_its_walls_cross():
     # Unit balls about (±1/2, 0, 0) cross on the circle of radius sqrt(3)/2; two thirds of a half circle of each are
     # visible.

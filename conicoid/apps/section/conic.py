@@ -30,6 +30,9 @@ Fractions6: TypeAlias = tuple[Fraction, Fraction, Fraction, Fraction, Fraction, 
 
 _FAR = 64
 """Sizes of the window beyond which the centre of a conic is far from it, or its half-axis long."""
+_THIN, _LEAST, _OPEN = 1e-3, 4e-16, 1e-6
+"""Half-axes, in sizes of the window, below which a hyperbola is almost two lines; those that it has at least, which
+moves it by less than rounding; and the distance from its vertex within which its pieces stand for themselves."""
 _KEY = 80
 """Bits of the numbers by which curves are compared."""
 _BITS = 2048
@@ -72,9 +75,11 @@ class PlaneConic:
 
     @property
     def constant_sign(self) -> float:
-        """The sign beside the points where it vanishes, of a conic that has no curves."""
-        a, _, c, _, _, f = self.exact
-        return 1.0 if (a or c or f) > 0 else -1.0
+        """The sign beside the points where it vanishes, of a conic that has no curves near the window."""
+        a, b, c, _, _, f = self.exact
+        # A hyperbola has both signs, and in the window that of its middle; others touch it, or vanish nowhere
+        lead = f if self._difference(a * c, b * b) < 0 else a or c or f
+        return 1.0 if lead > 0 else -1.0
 
     def curves(self) -> list[Curve]:
         """Return the curves along which the conic changes its sign: no isolated points, and no double lines."""
@@ -179,7 +184,14 @@ class PlaneConic:
             return []
         r, s = (math.sqrt(abs(square)) for square in squares)
         axes = (cosine, sine), (-sine, cosine)
-        if max(math.hypot(*center), r, s) > _FAR * math.hypot(across, up):
+        size, far = math.hypot(across, up), math.hypot(*center)
+        is_thin = det < 0 and max(r, s) < _THIN * size
+        if is_thin:
+            # Lines that all but cross: their centre is in the window, or the parts in it are graphs.
+            far = far if far < size else math.inf
+            grown = max(1.0, _LEAST * size / max(r, s))
+            r, s = grown * r, grown * s
+        if max(far, r, s) > _FAR * size:
             return self._graphs("ellipse", (center, axes[0], (r, s))) if det > 0 else self._graphs("hyperbola")
         floats, key = self.floats, conic_key(self.exact)
         if det > 0:
@@ -188,7 +200,9 @@ class PlaneConic:
         x, y = axes[main]
         radii = (s, r) if main else (r, s)
         return [
-            Hyperbola((f"branch {k}", *key), floats, center, (turn * x, turn * y), radii)
+            Hyperbola(
+                (f"branch {k}", *key), floats, center, (turn * x, turn * y), radii, _OPEN * size if is_thin else 0.0
+            )
             for k, turn in enumerate(_in_order(x, y))
         ]
 

@@ -112,6 +112,11 @@ class Curve(ABC):
     closed: ClassVar[bool] = False
 
     @property
+    def corners(self) -> tuple[float, ...]:
+        """Parameters at which the curve is broken, besides its crossings."""
+        return ()
+
+    @property
     @abstractmethod
     def kind(self) -> str:
         """The kind in a word: line, ellipse, parabola or hyperbola."""
@@ -145,7 +150,11 @@ class Curve(ABC):
 
     def points(self, t: Any) -> FloatArray:
         """Return the points (n, 2) of parameters (n,), on the curve to rounding."""
-        return project_onto(self.conic, self.plain(np.asarray(t, float)))
+        return self.onto(self.plain(np.asarray(t, float)))
+
+    def onto(self, points: FloatArray) -> FloatArray:
+        """Move points (n, 2) that the formula gives onto the curve."""
+        return project_onto(self.conic, points)
 
     def own(self, points: FloatArray) -> FloatArray:
         """Return those of points (n, 2) of the conic that are on the curve."""
@@ -321,7 +330,7 @@ class _Central(Curve):
         c, s = self._own(-np.array(self.center)[None])
         # t = 0 is a place near the middle of the window, which has the coordinates 0.
         start = self._nearest(float(c[0]), float(s[0]))
-        place = project_onto(self.conic, np.array(self.center)[None] + self._put(*map(np.array, start)))
+        place = self.onto(np.array(self.center)[None] + self._put(*map(np.array, start)))
         vars(self).update(start=start, base=(float(place[0, 0]), float(place[0, 1])))
 
     @abstractmethod
@@ -414,16 +423,31 @@ class Ellipse(_Central):
         return self.center[0] - x, self.center[1] - y, self.center[0] + x, self.center[1] + y
 
 
+@dataclass(frozen=True, eq=False)
 class Hyperbola(_Central):
-    """One branch of a hyperbola, by hyperbolic cosine and sine of its parameter."""
+    """One branch of a hyperbola, by hyperbolic cosine and sine of its parameter.
+
+    With `open_at` its half-axes are far below the window, which holds its centre: two arms along the asymptotes. Then
+    t = 0 is the vertex, from where nothing cancels, and pieces within this distance of it stand for themselves.
+    """
 
     kind = "hyperbola"
+    open_at: float = 0.0
 
     def handle(self, h: float) -> float:
         return 4 / 3 * math.tanh(h / 4)
 
     def _nearest(self, c: float, s: float) -> Pair:
-        return math.hypot(1.0, s), s
+        return (1.0, 0.0) if self.open_at else (math.hypot(1.0, s), s)
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        end = math.asinh(self.open_at / math.hypot(*self.radii))
+        return (-end, 0.0, end) if self.open_at else ()
+
+    def onto(self, points: FloatArray) -> FloatArray:
+        # Newton's steps would be noise near the vertex, where the slope of the conic vanishes
+        return points if self.open_at else super().onto(points)
 
     def plain(self, t: Any) -> FloatArray:
         (c, s), sine, more = self.start, np.sinh(t), 2 * np.sinh(np.asarray(t) / 2) ** 2
@@ -438,13 +462,31 @@ class Hyperbola(_Central):
         return np.arcsinh(c * y - s * x)
 
     def roots_with(self, other: Any) -> FloatArray:
-        """Return the crossings from the positive roots w = exp(t) of a polynomial of degree four."""
+        """Return the crossings from the positive roots w = exp(t) of a polynomial of degree four.
+
+        Where these would lose their digits, crossings with the asymptotes are candidates, too.
+        """
         f, along, over, aa, ab, bb = self._terms(other)
         # cosh and sinh as (w ± 1/w) / 2, and the whole times w².
         second = (aa + bb) / 4
         w = real_roots_of([second + ab / 2, along + over, f + (aa - bb) / 2, along - over, second - ab / 2])
-        result: FloatArray = np.log(w.real[(w.real > 0) & (np.abs(w.imag) < NEAR * np.abs(w))])
-        return result - math.asinh(self.start[1])
+        result: FloatArray = np.log(w.real[(w.real > 0) & (np.abs(w.imag) < NEAR * np.abs(w))]) - math.asinh(
+            self.start[1]
+        )
+        arms = [self._roots_on_arm(other, turn) for turn in (-1, 1)] if self.open_at else []
+        return np.concatenate([result, *arms])
+
+    def _roots_on_arm(self, other: Any, turn: int) -> FloatArray:
+        """Return the crossings with one asymptote, near which those with the arm are."""
+        a, b = self._sides
+        x, y = a[0] + turn * b[0], a[1] + turn * b[1]
+        length = math.hypot(x, y)
+        way = x / length, y / length
+        roots = real_roots_of([
+            second_order(other, way, way), 2 * half_slope(other, self.center, way), _at(other, self.center)
+        ])  # fmt: skip
+        far = roots.real[(roots.real > 0) & (np.abs(roots.imag) < NEAR * np.abs(roots))]
+        return turn * np.arcsinh(far / length)
 
     def own(self, points: FloatArray) -> FloatArray:
         here = self._own(points - np.array(self.center))[0] > 0  # and not on the other branch

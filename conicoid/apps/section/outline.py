@@ -9,6 +9,8 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,7 +25,7 @@ from ...kernels.tables import BALL, CELL, POLYGON, REGION, SHEET
 from ...kernels.threads import Progress
 from ...prepare.prepared_scene import PreparedScene, exact_form
 from ...queries.points import bodies_at
-from .conic import PlaneConic, RecordConics, UnclearConicError, cut_conic, snap_conic
+from .conic import PlaneConic, RecordConics, UnclearConicError, as_six, cut_conic, snap_conic
 from .curve import Curve, Ellipse, Graph, Pair, crossings, form_gradient, form_value
 from .window import Window
 
@@ -208,6 +210,10 @@ def _cross(one: FloatArray, other: FloatArray) -> FloatArray:
 Signs = Callable[[int], Any]
 """Surface -> its sign, -1, 0 or 1, at each of some places."""
 Mask = npt.NDArray[np.bool_]
+_CLOSE = 1e-13
+"""Value of a surface's conic, in units of its largest coefficient, that may be rounding."""
+_INSIDE = 0.4834
+"""The share of a piece at which it is tested."""
 _WIDER = 1e-9
 """Relative margin of boxes."""
 
@@ -420,6 +426,7 @@ class OutlineCutter:
             for surface in sorted(self.bodies.faces(entry).surfaces):
                 users[surface].append(entry)
         self.floats: dict[int, Floats6] = {}
+        self._conic = lru_cache(maxsize=1 << 12)(lambda surface: self._cut(surface)[0])
         self.walls = self._walls(users)
         self.boxes = np.array([wall.box for wall in self.walls]).reshape(-1, 4)
 
@@ -489,7 +496,8 @@ class OutlineCutter:
 
     def _breaks(self, wall: _Wall, crossings: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return (parameters, points), in order, where a curve meets others or leaves the window."""
-        parts = [(wall.curve.parameter(crossings), crossings)]
+        corners = np.array(wall.curve.corners)
+        parts = [(wall.curve.parameter(crossings), crossings), (corners, wall.curve.points(corners))]
         cuts = [self.bodies.edges_cut(entry, self.window) for entry in self._sheets_in(wall)]
         parts += [(wall.curve.parameter(places), places) for places in cuts if places is not None]
         t = np.concatenate([part[0] for part in parts])
@@ -505,7 +513,8 @@ class OutlineCutter:
             if not len(t):
                 t, points = np.zeros(1), curve.points([0.0])
             t, points = np.append(t, t[0] + 2 * math.pi), np.concatenate([points, points[:1]])
-        middle = (t[1:] + t[:-1]) / 2
+        # Not halfway, where other walls may touch a symmetric piece
+        middle = t[:-1] + _INSIDE * (t[1:] - t[:-1])
         places = curve.points(middle) if len(middle) else np.zeros((0, 2))
         half = np.array(self.window.size) / 2
         # Between two breaks no side changes, so the middle stands for the whole piece.
@@ -546,7 +555,11 @@ class OutlineCutter:
 
         def sign_of(surface: int) -> Any:
             if surface not in cached:
-                cached[surface] = np.sign(form_value(self.floats[surface], places))
+                values = form_value(self.floats[surface], places)
+                near = np.abs(values) < _CLOSE
+                if near.any():
+                    values = np.where(near, form_value(self._beside(surface, min(wall.surfaces)), places), values)
+                cached[surface] = np.sign(values)
             return cached[surface]
 
         # On one side of the curve its own surfaces have the sign of their slope across it; on the other, the opposite.
@@ -567,6 +580,17 @@ class OutlineCutter:
             bounded = sorted({*one} ^ {*other} | {body for body, mask in sheets if mask[i]})
             sides_of_pieces.append((tuple(one), tuple(other), tuple(bounded)) if bounded else None)
         return sides_of_pieces
+
+    def _beside(self, surface: int, wall: int) -> Floats6:
+        """Return a conic that has the sign of a surface along a wall, also where both coincide but for rounding."""
+        one, other = self._conic(surface), self._conic(wall)
+        k = max(range(6), key=lambda i: abs(other.exact[i]))
+        lead = other.exact[k]
+        # The wall's own conic is zero there, so any multiple of it may be taken off: exactly, as floats may be equal
+        rest = [
+            (a * lead - b * one.exact[k]) * (1 if lead > 0 else -1) for a, b in zip(one.exact, other.exact, strict=True)
+        ]
+        return replace(one, exact=as_six(rest)).floats if any(rest) else self.floats[surface]
 
     def _bodies_at_wall(self, wall: _Wall, signs: Callable[[int], Any], count: int) -> list[tuple[int, Any]]:
         """Return (body, mask of the places that it holds) of the wall's solids."""

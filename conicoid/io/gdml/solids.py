@@ -94,7 +94,8 @@ def read_zplanes(values: GdmlValues) -> list[ZPlane]:
         if inner > outer:
             raise GdmlError(element, f"rmin must be <= rmax = {float(outer):g} mm, got {float(inner):g} mm")
         planes.append((z, inner, outer))
-    heights = [z for z, _, _ in planes]
+    # Expressions for one height may differ by less than a float can
+    heights = [float(z) for z, _, _ in planes]
     if len(planes) < 2:
         raise GdmlError(values.element, "must have two or more zplane elements")
     # Geant4 takes sections from above and from below
@@ -110,7 +111,7 @@ def zplane_ring(low: ZPlane, high: ZPlane) -> list[tuple[Fraction, Fraction]]:
     (z0, a, b), (z1, c, d) = low, high
     # Two planes at one height make a step of the radius, not a ring; planes whose radii are equal at both ends enclose
     # nothing
-    return [(a, z0), (b, z0), (d, z1), (c, z1)] if z0 < z1 and a + c < b + d else []
+    return [(a, z0), (b, z0), (d, z1), (c, z1)] if float(z0) < float(z1) and a + c < b + d else []
 
 
 def generic_polycone(values: GdmlValues) -> SolidFactory:

@@ -12,6 +12,7 @@ import dataclasses
 import os
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import field, replace
 from fractions import Fraction
 from types import MappingProxyType
@@ -141,7 +142,7 @@ class _DeckFiles:
         self.inserted += 1
         stack = *stack, os.path.realpath(path)
         try:
-            other = resolve_part(path, name[1], self.root)
+            other = self._resolve(path, name[1])
             if other in stack:
                 raise ValueError(f"file {name[1][:80]!r} refers to itself, directly or through other files")
             if self.inserted > MAX_INSERTED_FILES or len(stack) > MAX_INSERTED_DEPTH:
@@ -157,6 +158,15 @@ class _DeckFiles:
         # The end of the last line begins no line
         self.insert(other, lines[:-1] if not lines[-1] else lines, 0, line, stack)
         return True
+
+    def _resolve(self, path: str | os.PathLike[str], name: str) -> str:
+        """Return the path of a file that the file `path` names. Raise ValueError if it is outside of the root."""
+        beside = resolve_part(path, name, self.root)
+        # MCNP looks in the folder in which it runs, which is that of the deck
+        with suppress(ValueError):
+            if os.path.exists(first := resolve_part(self.deck, name, self.root)):
+                return first
+        return beside
 
 
 def parse_deck(
@@ -380,6 +390,8 @@ def _interpolate(result: list[Fraction | None], steps: int, end: Fraction, log: 
 
 _CELL_WORD = re.compile(r"\*?[a-z]+[0-9]*(?::[^\s()=]+)?|[():#]|[^\s():#=]+")
 _CELL_PARAMETER_NAME = re.compile(r"\*?[a-z]+[0-9]*(?::.+)?")
+# Of an exponential transform: into the direction of flight, or towards an axis or a vector, such as "x", "sz" or "v2"
+_DIRECTION = re.compile(r"s|s?[xyz]|s?v[0-9]+")
 GEOMETRY_PARAMETERS = ("u", "fill", "lat", "trcl", "imp", "mat", "rho")
 OTHER_PARAMETERS = (
     "vol", "pwt", "ext", "fcl", "wwn", "dxc", "nonu", "pd", "tmp", "cosy", "bflcl", "elpt", "unc",
@@ -464,11 +476,16 @@ def _single_word(name: str, words: list[str]) -> str:
 
 
 def _split_parameters(words: list[str]) -> dict[str, list[str]]:
-    """Return the words after each parameter's name. Shortcuts without a number (r, i, j, m) are words, not names."""
+    """Return the words after each parameter's name.
+
+    Shortcuts without a number (r, i, j, m) and the directions of EXT are words, not names.
+    """
     parameters: dict[str, list[str]] = {}
     last: list[str] | None = None
+    plain = ""
     for word in words:
-        if not _CELL_PARAMETER_NAME.fullmatch(word) or (word in ("r", "i", "j", "m") and last is not None):
+        is_word = word in ("r", "i", "j", "m") or (plain == "ext" and _DIRECTION.fullmatch(word))
+        if not _CELL_PARAMETER_NAME.fullmatch(word) or (is_word and last is not None):
             if last is None:
                 raise ValueError(
                     f"{shorten(word, 20)!r} stands where the name of a parameter must be, such as imp:n or fill"

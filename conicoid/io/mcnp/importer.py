@@ -126,6 +126,8 @@ class _DeckReader:
             if change is None:
                 raise ValueError(f"the transformation tr{surface.change} is not in the data block")
         self.sheets.add(surface, change)
+        if surface.form.remark:
+            self.remarks.append(f"surface {surface.number} {surface.form.remark}")
 
     def _cell_card(self, card: Card) -> None:
         digits = card.text.split()[0][:20]

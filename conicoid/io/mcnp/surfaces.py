@@ -54,6 +54,7 @@ class SurfaceBounds:
 
     surfaces: tuple[Surface, ...]
     has_facets: bool = False
+    remark: str = ""
 
 
 def build_bounds(kind: str, numbers: Numbers) -> SurfaceBounds:
@@ -462,31 +463,32 @@ def _rec(numbers: Numbers) -> SurfaceBounds:
 def _ell(numbers: Numbers) -> SurfaceBounds:
     """Return an ellipsoid of revolution.
 
-    The seventh number decides: positive, it is the long semi-axis and the vectors are the foci; negative, it is minus
-    the other radius and the vectors are the centre and the semi-axis of revolution.
+    A negative radius -b is that across the axis; the vectors are centre and semi-axis. A positive one, a, is the
+    semi-axis along two points, the "foci", which are 2 f apart. MCNP's manual calls a the length of the whole axis, but
+    the program takes b² = a² - (a - f)², as two converters that were compared with it know: gxsview, t4_geom_convert.
     """
     a, b = _vectors(numbers[:6])
     radius = numbers[6]
+    remark = ""
     if radius > 0:
-        center, along = (
-            scale_vector(add_scaled(a, b), Fraction(1, 2)),
-            scale_vector(add_scaled(b, a, -1), Fraction(1, 2)),
-        )
-        long, short = radius**2, radius**2 - dot3(along, along)
+        center = scale_vector(add_scaled(a, b), Fraction(1, 2))
+        along = scale_vector(add_scaled(b, a, -1), Fraction(1, 2))
+        far = _length(along)
+        long, short = radius**2, far * (2 * radius - far)
         if short <= 0:
-            raise ValueError("ell: half of the long axis must be greater than the way from the centre to a focus")
+            raise ValueError("ell: the two points must be apart, by less than four times the radius")
+        remark = "is the ellipsoid of MCNP itself, which takes the points for no foci, against its manual"
     elif radius < 0 and any(b):
         center, along, long, short = a, b, dot3(b, b), radius**2
     else:
         raise ValueError("ell: neither the radius nor the axis may be zero")
-    if not any(along) or long == short:
-        if long == short and radius < 0:
-            return SurfaceBounds((RoundSurface(None, center, -radius),))
-        return SurfaceBounds((RoundSurface(None, center, radius),))
+    if long == short:
+        return SurfaceBounds((RoundSurface(None, center, abs(radius)),), remark=remark)
     # |q|²/b² + (1/a² - 1/b²) (q·A)²/A² = 1 with q = x - centre and the axis A; `long` is a², `short` is b².
     size = dot3(along, along)
     matrix = add_rows(scale_rows(IDENTITY, 1 / short), outer_product(along), (1 / long - 1 / short) / size)
-    return SurfaceBounds((shift_quadric(matrix, (_ZERO_OFFSET, _ZERO_OFFSET, _ZERO_OFFSET), Fraction(-1), center),))
+    sheet = shift_quadric(matrix, (_ZERO_OFFSET, _ZERO_OFFSET, _ZERO_OFFSET), Fraction(-1), center)
+    return SurfaceBounds((sheet,), remark=remark)
 
 
 def _rhp(numbers: Numbers) -> SurfaceBounds:

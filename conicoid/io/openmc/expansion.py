@@ -277,10 +277,10 @@ class UniverseExpansion:
 
         Report a problem if the cell is unbounded. Raise SceneFileError for too many places.
         """
-        tiles = lattice.tiles_around(context.extent_before(place.outer).placed(place.back))
+        tiles = lattice.tiles_around(context.extent_before(place.outer, tight=True).placed(place.back))
         if tiles is None:
             message = (
-                "must be bounded on all sides by planes across the axes, spheres or cylinders, because the outer "
+                "must be bounded on all sides by planes, ellipsoids or elliptic cylinders, because the outer "
                 f"universe {outer} of {lattice} that fills it is repeated without end"
             )
             self._report(cell, str(cell), message)
@@ -425,7 +425,7 @@ class UniverseExpansion:
 class ElementRoom:
     """Where elements of a lattice lie clear of the cells around it, so that their contents are copies of each other.
 
-    An element is clear if its centre lies strictly between `low` and `high` along each axis, and the part of its box
+    An element is clear if its origin lies strictly between `low` and `high` along each axis, and the part of its box
     that is within `around` on the inner side of all curved surfaces. The first clear element of each universe adds its
     block.
     """
@@ -434,7 +434,7 @@ class ElementRoom:
     high: tuple[ExtentEnd, ...]
     around: Extent
     element: Extent
-    """A box around the element about the origin."""
+    """A box around the element about its origin."""
     curved: list[SurfaceSide]
     blocks: dict[int, UniverseBlock[CellPiece]] = field(default_factory=dict)
 
@@ -447,10 +447,11 @@ class ElementRoom:
             return None
         center, element = place.point(lattice.first.origin), lattice.first.prism.placed(place).extent
         around = context.extent_before(place.outer)
-        ends = list(zip(center, element.high, around.low, around.high, strict=True))
-        # Along an axis without end all elements are cut alike
-        low = [None if top is None or a is None else a + (top - c) for c, top, a, _ in ends]
-        high = [None if top is None or b is None else b - (top - c) for c, top, _, b in ends]
+        # Along an axis without end all elements are cut alike. The origin need not be the middle of an element
+        lows = zip(center, element.low, around.low, strict=True)
+        low = [None if bottom is None or a is None else a + (c - bottom) for c, bottom, a in lows]
+        highs = zip(center, element.high, around.high, strict=True)
+        high = [None if top is None or b is None else b - (top - c) for c, top, b in highs]
         x, y, z = center
         origin = element.placed(UniversePlacement(shift=(-x, -y, -z)))
         return cls(tuple(low), tuple(high), around, origin, curved)

@@ -12,6 +12,7 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
 from functools import cache, cached_property, lru_cache
+from itertools import combinations
 from typing import Any, TypeAlias
 
 from ..._util.arrays import Matrix4, Vector
@@ -309,6 +310,29 @@ class Extent:
             highs.append(high + shift if shift and high is not None else high)
         return Extent((lows[0], lows[1], lows[2]), (highs[0], highs[1], highs[2]))
 
+    def within(self, planes: Sequence[tuple[Point, Fraction]]) -> Extent:
+        """Return the box around its part where normal·x <= offset, for each of the planes (normal, offset).
+
+        An end along an axis is a sum of the offsets of three planes, whose normals have this axis as the sum with the
+        same weights, none of them negative. Of many planes only the first are used, so the box may be too large.
+        """
+        x, y, z = AxisTurn().rows
+        ends = [*zip((x, y, z), self.high, strict=True)]
+        ends += [(_negated(axis), end and -end) for axis, end in zip((x, y, z), self.low, strict=True)]
+        box = self
+        for three in combinations([*planes[:MOST_PLANES], *ends], 3):
+            a, b, c = (normal for normal, _ in three)
+            for axis, weights in enumerate(invert_rows((a, b, c)) or ()):
+                used = [(weight, offset) for weight, (_, offset) in zip(weights, three, strict=True) if weight]
+                known = [weight * offset for weight, offset in used if offset is not None]
+                signs = {weight > 0 for weight, _ in used}
+                if len(known) == len(used) and len(signs) == 1:
+                    sides: list[ExtentEnd] = [None, None, None]
+                    sides[axis] = sum(known, Fraction(0))
+                    half = (sides[0], sides[1], sides[2])
+                    box = box.common(Extent(high=half) if True in signs else Extent(low=half))
+        return box
+
     @property
     def is_empty(self) -> bool:
         """True if the box has no volume."""
@@ -358,6 +382,13 @@ class Extent:
 
 
 UNBOUNDED = Extent()
+MOST_PLANES = 20
+"""Most planes that `Extent.within` combines."""
+
+
+def _negated(u: Point) -> Point:
+    x, y, z = u
+    return -x, -y, -z
 
 
 def _union_end(choose: Callable[[Fraction, Fraction], Fraction], a: ExtentEnd, b: ExtentEnd) -> ExtentEnd:

@@ -151,6 +151,20 @@ class Conjunction:
             return self
         return Conjunction().and_(part for part in restricted if not isinstance(part, bool))
 
+    @cached_property
+    def tight_extent(self) -> Extent:
+        """The extent, with the ends that slanted planes and round walls set where it has none."""
+        if None not in (*self.extent.low, *self.extent.high):
+            return self.extent
+        planes = []
+        for part in self.parts:
+            if isinstance(part, SurfaceSide) and isinstance(part.surface, FlatSurface):
+                (x, y, z), offset = part.surface.normal, part.surface.offset
+                planes.append(((-x, -y, -z), -offset) if part.positive else ((x, y, z), offset))
+            elif isinstance(part, SurfaceSide) and isinstance(part.surface, GeneralSurface) and not part.positive:
+                planes += part.surface.planes_around
+        return self.extent.within(planes)
+
     def moved(self, shift: Point) -> Conjunction:
         """Return the intersection translated by `shift`."""
         place = UniversePlacement(shift=shift)

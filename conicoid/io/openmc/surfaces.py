@@ -22,6 +22,7 @@ from ...geometry.primitives import HalfSpace, Sphere
 from ...geometry.quadrics import EllipticCone, EllipticCylinder
 from ...geometry.shape import Solid
 from ...geometry.transform import IDENTITY_MOTION, Motion
+from ...numerics.rational import cross, dot3
 from ..importers import OmittedPart
 from ..xml_tree import XmlElement
 from .placement import (
@@ -367,6 +368,26 @@ class GeneralSurface:
         The coefficients stay those about `shift`, which a translation does not change.
         """
         return GeneralSurface(_turn_coefficients(self.coefficients, place.turn), place.point(self.shift))
+
+    @property
+    def planes_around(self) -> list[tuple[Point, Fraction]]:
+        """Planes (normal, offset) around an ellipsoid or an elliptic cylinder about `shift`; none for other quadrics.
+
+        With q = x - shift and f = qᵀ M q - k, (row·q)² <= M[i][i] (qᵀ M q) for each row of M, by Cauchy and Schwarz.
+        """
+        xx, yy, zz, xy, yz, xz, *linear, constant = self.coefficients
+        rows = (xx, xy / 2, xz / 2), (xy / 2, yy, yz / 2), (xz / 2, yz / 2, zz)
+        squares = xx, yy, zz
+        minors = [squares[i] * squares[j] - rows[i][j] ** 2 for i, j in ((0, 1), (1, 2), (0, 2))]
+        if any(linear) or constant >= 0 or min(*squares, *minors, dot3(rows[0], cross(rows[1], rows[2]))) < 0:
+            return []
+        planes: list[tuple[Point, Fraction]] = []
+        for row, square in zip(rows, squares, strict=True):
+            if square:
+                # Rounded up by far more than a root is
+                far, middle = Fraction(math.sqrt(-square * constant) * (1 + 1e-12)), dot3(row, self.shift)
+                planes += [(row, middle + far), ((-row[0], -row[1], -row[2]), far - middle)]
+        return planes
 
     def extent(self, positive: bool) -> Extent:
         """Return all of space: bounds are not computed for general quadrics."""

@@ -166,11 +166,11 @@ class PlaceBounds:
         others = sum(conjunction.size for other, conjunction in self.groups if other != motion)
         return others + pair_cost(dict(self.groups).get(motion, Conjunction()), parts)
 
-    def extent_before(self, motion: Motion) -> Extent:
-        """Return a box around the bounds, in the coordinates before a motion."""
+    def extent_before(self, motion: Motion, tight: bool = False) -> Extent:
+        """Return a box around the bounds, in the coordinates before a motion; a tight one knows slanted planes."""
         whole = UNBOUNDED
         for other, conjunction in self.groups:
-            extent = conjunction.extent
+            extent = conjunction.tight_extent if tight else conjunction.extent
             whole = whole.common(extent if other == motion else _carry_extent(extent, other, motion, 1e-12))
         return whole
 

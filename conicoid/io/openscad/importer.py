@@ -153,7 +153,7 @@ class CsgEvaluation:
         for child in call.children:
             parts = self.parts([child])
             # An empty child is an operand too: the intersection with it is empty, and so is a difference from it
-            if parts or "*" not in child.modifier:
+            if _counts(child):
                 operands.append(parts)
         if not operands or not operands[0] or (call.name == "intersection" and not all(operands)):
             return []
@@ -194,10 +194,12 @@ class CsgEvaluation:
     def _revolved(self, arguments: CallArguments) -> Solid:
         """Return the solid of a rotate_extrude."""
         angle = arguments.number("angle", 360.0)
-        start = arguments.number("start", 0.0)
-        start, end = (start, start + angle) if angle > 0 else (start + angle, start)
-        if abs(angle) >= 360 or angle == 0:
-            start, end = 0.0, 360.0
+        if angle == 0:
+            raise OmittedPart("has the angle 0")
+        is_full = abs(angle) >= 360
+        # A full turn begins on the -x axis where a file does not say otherwise, as in OpenSCAD 2021.01
+        start = arguments.number("start", 180.0 if is_full else 0.0)
+        start, end = (start, start + 360) if is_full else (start + min(angle, 0), start + max(angle, 0))
         return self._drawn(arguments).turned(start, end, arguments.sides(self.smooth))
 
     def _drawn(self, arguments: CallArguments) -> PlaneItem:
@@ -212,14 +214,13 @@ class CsgEvaluation:
         figures: list[PlaneItem] = []
         for call in calls:
             arguments = self._arguments(call)
-            if "*" in call.modifier or "%" in call.modifier:
+            if not _counts(call):
                 continue
             if call.name in (*_GROUP_CALLS, "color"):
                 figures += self._flat(call.children)
             elif call.name in ("difference", "intersection"):
-                # As in space, an empty child is an operand, and a disabled one is none
-                operands = [(child, self._flat([child])) for child in call.children]
-                parts = [part for child, part in operands if part or "*" not in child.modifier]
+                # As in space, an empty child is an operand
+                parts = [self._flat([child]) for child in call.children if _counts(child)]
                 if parts and parts[0] and (call.name == "difference" or all(parts)):
                     kind = Difference if call.name == "difference" else Intersection
                     figures.append(combine_figures(kind, [combine_figures(Union, part) for part in parts if part]))
@@ -258,6 +259,22 @@ class CsgEvaluation:
         if name in self._builders():  # OpenSCAD warns that it mixes figures and solids, and goes on
             raise OmittedPart("is no figure of the plane")
         raise arguments.refuse("is nothing of the plane, which cannot be extruded here")
+
+
+def _counts(call: CsgCall) -> bool:
+    """Return whether a call is part of the model, neither disabled nor in the background."""
+    return not {"*", "%"} & set(call.modifier)
+
+
+def _root_call(calls: Sequence[CsgCall]) -> CsgCall | None:
+    """Return the first call with the modifier "!", at any depth, or None."""
+    for call in calls:
+        if "*" in call.modifier:
+            continue
+        root = call if "!" in call.modifier else _root_call(call.children)
+        if root is not None:
+            return root
+    return None
 
 
 def _paint_walls(part: ColoredSolid, outer_color: str | None) -> Solid:
@@ -299,8 +316,8 @@ def import_file(path: str | os.PathLike[str], options: ImportOptions) -> ImportR
     calls = reader.calls()
     reader.end()
     evaluation = CsgEvaluation(text, options.smooth)
-    # OpenSCAD shows only the calls with the modifier "!" if there are any.
-    parts = evaluation.parts([call for call in calls if "!" in call.modifier] or calls)
+    root = _root_call(calls)
+    parts = evaluation.parts(calls if root is None else [root])
     bodies = _color_bodies(parts)
     legend = tuple(LegendEntry(None, "", body.name, 1) for body in bodies)
     remarks = tuple(limit_notes(evaluation.remarks))

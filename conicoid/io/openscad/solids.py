@@ -80,15 +80,13 @@ class PlaneFigure:
         motion = IDENTITY_MATRIX if self.motion is None else self.motion
         if self.points:
             points = [(motion[:2, :2] @ point + motion[:2, 3]).tolist() for point in self.points]
-            if max(x for x, _ in points) <= 0:  # a polygon on the left side is mirrored
-                points = [(-x, y) for x, y in points]
+            if max(x for x, _ in points) <= 0:  # on the left side, half a turn ahead
+                points, start, end = [(-x, y) for x, y in points], start + 180, end + 180
             if min(x for x, _ in points) < 0:
                 raise OmittedPart("has a polygon on both sides of the y axis")
-            return (
-                _revolve_in_steps(points, sides, start, end)
-                if sides
-                else Revolution(tuple(map(tuple, points)), start, end)
-            )
+            if sides:
+                return _revolve_in_steps(points, sides, start, end)
+            return Revolution(tuple(map(tuple, points)), *((0, 360) if end - start == 360 else (start, end)))
         linear, shift = motion[:2, :2], motion[:2, 3]
         # A circle stays a circle only under a similarity of the plane.
         even = np.allclose(linear @ linear.T, linear[0] @ linear[0] * np.eye(2), rtol=0, atol=1e-15)
@@ -163,7 +161,7 @@ def plane_polygon(points: Sequence[Any], paths: Sequence[Sequence[int]] | None) 
 
 
 def _revolve_in_steps(points: Sequence[Any], sides: int, start: float, end: float) -> Solid:
-    """Return a polygon revolved in `sides` steps: a stack of frustums with flat sides."""
+    """Return a polygon revolved in `sides` steps from the azimuth `start`: a stack of frustums with flat sides."""
     if end - start != 360:
         raise OmittedPart("has $fn and an angle, which are not read: smooth makes it round")
     heights = sorted({y for _, y in points})
@@ -182,7 +180,9 @@ def _revolve_in_steps(points: Sequence[Any], sides: int, start: float, end: floa
             body = frustum(outer[1], outer[2], low, high, sides)
             hole = frustum(inner[1], inner[2], low, high, sides) if inner[1] > 0 or inner[2] > 0 else None
             rings.append(body if hole is None else Difference((body, hole)))
-    return rings[0] if len(rings) == 1 else Union(tuple(rings))
+    solid = rings[0] if len(rings) == 1 else Union(tuple(rings))
+    # Frustums have a corner at the azimuth 0
+    return solid.rotate("z", start) if start * sides % 360 else solid
 
 
 # Primitives: round, or with the corners that OpenSCAD gives them with $fn

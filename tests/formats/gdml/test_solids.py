@@ -187,6 +187,12 @@ SOLIDS = {
         '<tube name="s" rmin="2" rmax="7" z="9" startphi="30" deltaphi="280" aunit="deg"/>',
         lambda p: in_cone(p, 2, 7, 2, 7, 4.5) & in_phi(p, 30, 280),
     ),
+    "one height by two expressions": (
+        '<polycone name="s" deltaphi="360" aunit="deg">'
+        '<zplane rmax="2" z="0"/><zplane rmax="6" z="0.1+0.2"/><zplane rmax="8" z="0.30000000000000001"/>'
+        '<zplane rmin="1" rmax="8" z="0.3"/><zplane rmin="1" rmax="8" z="6"/></polycone>',
+        lambda p: in_cone(p - [0, 0, 0.15], 0, 2, 0, 6, 0.15) | in_cone(p - [0, 0, 3.15], 1, 8, 1, 8, 2.85),
+    ),
     "radians": (
         '<tube name="s" rmax="7" z="9" startphi="-pi/2" deltaphi="pi"/>',
         lambda p: in_cone(p, 0, 7, 0, 7, 4.5) & (p[:, 0] >= 0),

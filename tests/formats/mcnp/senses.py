@@ -60,6 +60,13 @@ def foci(first: Any, second: Any, half: float) -> Sense:
     return lambda p: np.linalg.norm(p - a, axis=1) + np.linalg.norm(p - b, axis=1) > 2 * half
 
 
+def _ell_foci(first: Any, second: Any, half: float) -> tuple[Any, Any]:
+    """The foci of MCNP's ELL: as far from the points on the axis as the points are from its middle."""
+    a, b = np.array(first, float), np.array(second, float)
+    to_focus = (b - a) / np.linalg.norm(b - a) * (half - np.linalg.norm(b - a) / 2)
+    return (a + b) / 2 - to_focus, (a + b) / 2 + to_focus
+
+
 def one_sheet(axis: int, apex: Any, square: float, nappe: int) -> Sense:
     """Return the sense of a cone whose negative side is within one nappe only."""
 
@@ -136,7 +143,8 @@ SIMPLE: list[tuple[str, Sense]] = [
     ("z -1 0  0 1  1 0", above(lambda x, y, z: x**2 + y**2 + z**2 - 1)),
     ("x 0 0  1 1  4 2", above(lambda x, y, z: y**2 + z**2 - x)),
     ("y -1 2  0 1  1 2", above(lambda x, y, z: x**2 + z**2 - 3 * y**2 - 1)),
-    ("ell 1 0 0  -1 0.5 1  2", foci((1, 0, 0), (-1, 0.5, 1), 2)),
+    ("ell 1 0 0  -1 0.5 1  2", foci(*_ell_foci((1, 0, 0), (-1, 0.5, 1), 2), 2)),
+    ("ell 0 0 -2  0 0 2  6", above(lambda x, y, z: (x**2 + y**2) / 20 + z**2 / 36 - 1)),  # 4.4721² = 20: the manual
     (
         "ell 0.5 0 -0.25  0 0 2  -1",
         above(lambda x, y, z: (x - 0.5) ** 2 + y**2 + ((z + 0.25) / 2) ** 2 - 1),

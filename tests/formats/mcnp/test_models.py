@@ -9,8 +9,8 @@ import conicoid as co
 
 from .decks import chosen, load_deck, names_at
 from .evaluator import carried
-from .models import ASYMMETRIC, MODELS, TRANSFORMS
-from .senses import BODIES, SIMPLE, Sense, beyond_any
+from .models import ABOUT_Z, ASYMMETRIC, MODELS, TRANSFORMS, cuboid
+from .senses import BODIES, SIMPLE, Sense, beyond_any, plane, tube
 
 # --- Whole decks: against an evaluator, against OpenMC, and voids around parts from CAD
 
@@ -56,6 +56,81 @@ def test_a_row_and_a_column_give_a_rotation(tmp_path: Path) -> None:
             card = f"tr1 0 0 0 {' '.join(words)}"
             scene = load_deck(tmp_path, f"title\n1 0 -1 trcl=1\n\n{body}\n\n{card}\n")
             assert names_at(scene, POINTS) == expected
+
+
+HEXAGON = [np.array([np.cos(a), np.sin(a), 0]) for a in np.radians([0, 60, 120])]
+
+
+@pytest.mark.parametrize(
+    ("container", "sense"),
+    [
+        ("-20 trcl=7", lambda p: cuboid(-1.5, 1.5, -1, 1, -2, 2)(carried(p, ((0, 0, 0), ABOUT_Z)))),
+        (
+            "-21",
+            beyond_any(
+                *(plane(sign * v, sign * 1.7 * v) for v in HEXAGON for sign in (1, -1)),
+                plane((0, 0, 1), (0, 0, 2)), plane((0, 0, -1), (0, 0, -2)),
+            ),
+        ),
+        (
+            "-22",
+            beyond_any(
+                tube((-1, 0, -1), (1, 2, 1.5), 1.25), plane((1, 2, 1.5), (0, 2, 0.5)), plane((-1, -2, -1.5), (-1, 0, -1))
+            ),
+        ),
+    ],
+)  # fmt: skip
+def test_slanted_walls_end_a_lattice_without_end(tmp_path: Path, container: str, sense: Sense) -> None:
+    """A rod of radius 0.2 in each element, in a box turned by 30 degrees, a hexagonal can and an oblique one."""
+    scene = load_deck(
+        tmp_path,
+        f"""title
+1 0 -1 u=1
+2 0 1 u=1
+3 0 -2 u=2 lat=1 fill=1
+4 0 {container} fill=2
+
+1 cz 0.2
+2 rpp -0.25 0.25 -0.25 0.25 -9 9
+20 rpp -1.5 1.5 -1 1 -2 2
+21 rhp 0 0 -2 0 0 4 1.7 0 0
+22 rcc -1 0 -1  1 2 1.5  1.25
+
+*tr7 0 0 0 30 60 90 120 30 90 90 90 0
+""",
+    )
+    own = carried(POINTS, ((0, 0, 0), ABOUT_Z)) if "trcl" in container else POINTS
+    off = own[:, :2] - np.round(own[:, :2] / 0.5) * 0.5
+    rods = np.where((off**2).sum(axis=1) < 0.04, "cell 1", "cell 2")
+    expected = [None if out else rod for out, rod in zip(sense(POINTS), rods, strict=True)]
+    assert [name and name.split(" @")[0] for name in names_at(scene, POINTS)] == expected
+
+
+def test_elements_about_another_point_than_their_universes_are_cut(tmp_path: Path) -> None:
+    """The elements are 0.87 high and their middles 0.3 below the origins: the box cuts the lowest, though not by half."""
+    scene = load_deck(
+        tmp_path,
+        """title
+1 0 -1 u=1
+2 0 1 u=1
+3 0 -2 3 -4 5 u=2 lat=1 fill=-2:2 -2:2 0:0 1 24r
+4 0 -20 fill=2
+
+1 s 0 0.1 0 0.2
+2 px 0.6
+3 px -0.6
+4 py 0.135
+5 py -0.735
+20 rpp -2 2 -1.5 1.5 -2 2
+""",
+    )
+    own = POINTS[:, :2] - np.stack(
+        [np.round(POINTS[:, 0] / 1.2) * 1.2, np.round((POINTS[:, 1] + 0.3) / 0.87) * 0.87], 1
+    )
+    balls = own[:, 0] ** 2 + (own[:, 1] - 0.1) ** 2 + POINTS[:, 2] ** 2 < 0.04
+    out = cuboid(-2, 2, -1.5, 1.5, -2, 2)(POINTS)
+    expected = [None if each else "cell 1" if ball else "cell 2" for each, ball in zip(out, balls, strict=True)]
+    assert [name and name.split(" @")[0] for name in names_at(scene, POINTS)] == expected
 
 
 def test_surfaces_of_a_moved_cell_have_numbers(tmp_path: Path) -> None:

@@ -146,6 +146,13 @@ def test_files_that_a_deck_reads(tmp_path: Path) -> None:
         [*lines[:2], " read file=parts/Cells.inp $ cells", "read noecho", *lines[8:], "", "read file=none"]
     )
     assert load_deck(tmp_path, deck).bodies == load_deck(tmp_path, PIN).bodies
+    # A file beside the deck goes before one beside the file that names it: MCNP runs in the folder of the deck
+    (tmp_path / "parts" / "Cells.inp").write_text("\n".join(lines[2:4]) + "\nREAD FILE=parts/surfaces.inp\n")
+    (tmp_path / "parts" / "surfaces.inp").write_text("\n".join(lines[4:8]) + "\n")
+    assert load_deck(tmp_path, deck).bodies == load_deck(tmp_path, PIN).bodies
+    (tmp_path / "parts" / "Cells.inp").write_text("\n".join(lines[2:4]) + "\nREAD FILE=surfaces.inp\n")
+    (tmp_path / "parts" / "surfaces.inp").write_text("nonsense\n")
+    assert load_deck(tmp_path, deck).bodies == load_deck(tmp_path, PIN).bodies
     (tmp_path / "surfaces.inp").write_text("\n".join(lines[4:8]).replace("cz 0.5", "cz -0.5"))
     with pytest.raises(ValueError, match=r":3:1: surface 2: the radius must be > 0, got -0.5 \(line 4 of surfaces.inp"):
         load_deck(tmp_path, deck)
@@ -327,6 +334,8 @@ def test_a_deck_is_known_without_a_suffix(tmp_path: Path) -> None:
     [
         ("m2 40000 -1", "#    si1  sp1\n     1    0.5\n     2    0.5", "'#' is not read"),
         ("m2 40000 -1", "m2 40000 -1\ne0 1e-3 5ilog 10", None),
+        ("-1 imp:n=1", "-1 ext:n=sx ext:p .7v2 imp:n=1", None),
+        ("-1 imp:n=1", "-1 imp:n=1 ext:n x", None),
         ("m2 40000 -1", "m2 40000", "m2: its nuclides are not read: a fraction is missing after '40000'"),
         ("m2 40000 -1", "m2 1001 3i 5", "m2: its nuclides are not read"),
         ("m2 40000 -1", "m2 zr-90 -1", "m2: its nuclides are not read: 'zr-90' is no nuclide"),

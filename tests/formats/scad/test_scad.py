@@ -128,6 +128,33 @@ def test_a_turned_polygon_of_so_many_sides(tmp_path):
     assert np.array_equal(scene.contains(at), outer & ~frustum(x, y, z, 0, 2, 1, 1, 6))
 
 
+@pytest.mark.parametrize(
+    ("arguments", "left", "azimuth"),
+    [
+        ("$fn = 5", False, 180), ("angle = 360, $fn = 5", False, 180), ("angle = 360, start = 0, $fn = 5", False, 0),
+        ("angle = 360, start = 30, $fn = 5", False, 30), ("angle = 360, start = 30, $fn = 5", True, 210),
+    ],
+)  # fmt: skip
+def test_the_azimuth_of_the_first_corner(arguments, left, azimuth, tmp_path):
+    """OpenSCAD's rotatePolygon: v[0] (cos a, sin a) from `start` on, which is 180 for a full turn."""
+    rows = [[-1 if left else 1, 0], [-2 if left else 2, 0], [-2 if left else 2, 1]]
+    scene = load_text(tmp_path, f"rotate_extrude({arguments}) {{ polygon(points = {rows}); }}")
+    at = points()
+    x, y, z = at.T
+    c, s = np.cos(np.radians(azimuth)), np.sin(np.radians(azimuth))
+    x, y = c * x + s * y, c * y - s * x
+    expected = frustum(x, y, z, 0, 1, 2, 2, 5) & ~frustum(x, y, z, 0, 1, 1, 2, 5)
+    assert np.array_equal(scene.contains(at), expected)
+
+
+def test_a_polygon_on_the_left_turns_from_there(tmp_path):
+    scene = load_text(tmp_path, "rotate_extrude(angle = 90) { polygon(points = [[-1, 0], [-2, 0], [-1, 2]]); }")
+    at = points()
+    x, y, z = at.T
+    expected = polygon(np.hypot(x, y), z, [(1, 0), (2, 0), (1, 2)]) & (x <= 0) & (y <= 0)
+    assert np.array_equal(scene.contains(at), expected)
+
+
 def test_colours_become_bodies_that_do_not_overlap(tmp_path):
     text = """
 color([1, 0, 0, 1]) { cube(size = 2, center = true); }
@@ -207,6 +234,7 @@ def test_omissions_are_reported_with_their_line(tmp_path):
         ("polyhedron(points = [[0, 0, nan], [2, 0, 0], [0, 2, 0], [0, 0, 2]], faces = [[0, 1, 2], [0, 3, 1], [1, 3, 2], [0, 2, 3]]);", "polyhedron has the point (0.0, 0.0, nan); it is left out"),
         ("multmatrix([[1, 0, 0, 0], [0, inf, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]) { sphere(r = 9); }", "multmatrix flattens what it moves, or makes it infinite; it is left out"),
         ("linear_extrude(height = 1) { multmatrix([[0, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]) { circle(r = 9); } square(size = 1); }", "multmatrix flattens what it moves, or makes it infinite; it is left out"),
+        ("rotate_extrude(angle = 0) { square(size = 3); }", "rotate_extrude has the angle 0; it is left out"),
         ("rotate_extrude(angle = 90, $fn = 8) { square(size = 3); }", "rotate_extrude has $fn and an angle, which are not read: smooth makes it round; it is left out"),
         ("rotate_extrude() { square(size = 3, center = true); }", "rotate_extrude has a polygon on both sides of the y axis; it is left out"),
         ("rotate_extrude() { text(text = \"A\"); }", "rotate_extrude holds no circle, square or polygon; it is left out"),
@@ -265,6 +293,24 @@ def test_files_nested_without_end_are_refused(tmp_path):
         load_text(tmp_path, "cube(size = " + "[" * 100_000)
     with pytest.raises(co.SceneFileError):
         load_text(tmp_path, "group() " * 100_000 + ";")
+
+
+@pytest.mark.parametrize(
+    ("text", "same"),
+    [
+        ("intersection() { cube(size = 2); %sphere(r = 1); }", "cube(size = 2);"),
+        ("intersection() { cube(size = 2); *sphere(r = 1); }", "cube(size = 2);"),
+        ("difference() { %cube(size = 2); cube(size = 3); sphere(r = 1); }", "difference() { cube(size = 3); sphere(r = 1); }"),
+        (
+            "linear_extrude(height = 1) { intersection() { square(size = 2); %circle(r = 1); } }",
+            "linear_extrude(height = 1) { square(size = 2); }",
+        ),
+        ("cube(size = 9); group() { *group() { !cube(size = 4); } !cube(size = 2); !cube(size = 3); }", "cube(size = 2);"),
+    ],
+)  # fmt: skip
+def test_modifiers_within_calls(text, same, tmp_path):
+    """OpenSCAD's GeometryEvaluator passes over background children, and its root is the first "!" in the tree."""
+    assert load_text(tmp_path, text).bodies == load_text(tmp_path, same).bodies
 
 
 @pytest.mark.parametrize("head", ["", "\ufeff", "// a comment\n", "/* two\nlines */ ", "%"])
