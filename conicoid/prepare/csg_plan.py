@@ -513,22 +513,12 @@ def _bound_cut_quadrics(planes: Floats, quadrics: Floats, senses: Signs, box: Fl
                 sizes = dot_rows(np.abs(normals)[:, :, None], np.abs(inverse)[:, None])
                 m_most = np.abs(m[:, :, others]) + _BLUR * sizes[:, :, others]
                 spread = np.sqrt((m_most**2 / squares[:, None, others]).sum(axis=2))
-                bend, root = -squares[:, row, None], np.sqrt(np.maximum(c, 0.0))[:, None]
+                bend = -squares[:, row, None]
                 slope = np.where(bend > 0, 0.0, slopes[:, row, None])
-                ends = []
-                for sign in (1.0, -1.0):
-                    rise, growth = sign * m[:, :, row], -2.0 * sign * slope
-                    loss = spread * np.sqrt(bend)
-                    straight = (d + spread * root) / (rise - loss)
-                    straight = np.where(bend > 0, np.maximum(straight, 0.0), straight)
-                    slant = rise / growth
-                    width = spread + np.sqrt(spread * spread + 4.0 * slant * (d + slant * c[:, None]))
-                    end = np.where(growth > 0, ((width / (2.0 * slant)) ** 2 - c[:, None]) / growth, straight)
-                    is_steep = rise - loss > _STEEP * (rise + loss + _STEEP * sizes[:, :, row])
-                    end = np.where(is_steep & np.isfinite(end), end, np.inf)
-                    end = end.min(axis=1, initial=np.inf)
-                    ends.append(np.where(growth[:, 0] < 0, -c / growth[:, 0], end))
-                high, low = ends[0], -ends[1]
+                high, low = (
+                    sign * _end_of_row(sign * m[:, :, row], sign * slope, spread, bend, d, c, sizes[:, :, row])
+                    for sign in (1.0, -1.0)
+                )
                 most = np.maximum(*(c + bend[:, 0] * v * v - 2.0 * slope[:, 0] * v for v in (low, high)))
                 reach = np.sqrt(np.maximum(most, 0.0)[:, None] / squares)
                 center, reach[:, row] = -middle, 0.5 * np.abs(high - low)
@@ -540,6 +530,25 @@ def _bound_cut_quadrics(planes: Floats, quadrics: Floats, senses: Signs, box: Fl
             closed = ((squares[:, others] > 0).all(axis=1) & np.isfinite(far).all(axis=1))[:, None]
             box[:, :3] = np.where(closed, np.maximum(box[:, :3], at - far), box[:, :3])
             box[:, 3:] = np.where(closed, np.minimum(box[:, 3:], at + far), box[:, 3:])
+
+
+def _end_of_row(
+    rise: Floats, slope: Floats, spread: Floats, bend: Floats, d: Floats, c: Floats, size: Floats
+) -> Floats:
+    """Return the largest v with Q <= c + bend v² - 2 slope v and rise v - spread √Q <= d, for the least of the planes.
+
+    Infinity if no plane of them is steep enough; `size` bounds the terms of `rise`.
+    """
+    growth, loss, root = -2.0 * slope, spread * np.sqrt(bend), np.sqrt(np.maximum(c, 0.0))[:, None]
+    straight = (d + spread * root) / (rise - loss)
+    straight = np.where(bend > 0, np.maximum(straight, 0.0), straight)
+    slant = rise / growth
+    width = spread + np.sqrt(spread * spread + 4.0 * slant * (d + slant * c[:, None]))
+    end = np.where(growth > 0, ((width / (2.0 * slant)) ** 2 - c[:, None]) / growth, straight)
+    is_steep = rise - loss > _STEEP * (rise + loss + _STEEP * size)
+    end = np.where(is_steep & np.isfinite(end), end, np.inf).min(axis=1, initial=np.inf)
+    # Q is not negative: this bounds a paraboloid towards its vertex
+    return np.where(growth[:, 0] < 0, -c / growth[:, 0], end)
 
 
 def _cut_by_upright_planes(box: Floats, planes: Floats) -> None:
