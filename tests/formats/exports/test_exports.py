@@ -457,6 +457,23 @@ def test_moved_and_copied_solids_keep_their_element(tmp_path: Path) -> None:
     assert "sphere($fn = 7, $fa = 3, $fs = 0.01, r = 0.8);" in (tmp_path / "out.scad").read_text()
 
 
+@pytest.mark.parametrize("sides", [3, 8, 24, 100])
+def test_gdml_has_balls_of_flat_sides_as_polyhedra(tmp_path: Path, sides: int) -> None:
+    """Four sides meet in each corner; as rounded corners the solid is concave, and of more than 400 faces it is lost."""
+    ball = read_text(tmp_path, f"sphere($fn = {sides}, $fa = 12, $fs = 2, r = 2);", "in.csg")
+    again = written_and_read(ball, tmp_path / "out.gdml")
+    assert again.notes == ("2 solids, 2 volumes", "1 body")
+    assert_close_answers(ball, again, 1e-13)
+    # The frustums between rings of corners, as OpenSCAD places them
+    count = (sides + 1) // 2
+    angles = (np.arange(count) + 0.5) * np.pi / count
+    radii, heights = 2 * np.sin(angles), 2 * np.cos(angles)
+    volume = sum((a * a + a * b + b * b) * h / 3 for a, b, h in zip(radii, radii[1:], -np.diff(heights), strict=False))
+    volume *= sides / 2 * np.sin(2 * np.pi / sides)
+    found = co.measure(again)[0]
+    assert abs(found.volume - volume) <= 6 * found.volume_error + 1e-12 * volume
+
+
 def test_another_order_is_reported(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     """A hole of the first body is the third, which a volume's daughter comes before the second."""
     hole = co.Box((-1, -1, -1), (1, 1, 1))
