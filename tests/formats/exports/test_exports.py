@@ -474,6 +474,19 @@ def test_gdml_has_balls_of_flat_sides_as_polyhedra(tmp_path: Path, sides: int) -
     assert abs(found.volume - volume) <= 6 * found.volume_error + 1e-12 * volume
 
 
+def test_a_pile_of_bodies_is_cut_body_by_body_in_openmc(tmp_path: Path) -> None:
+    """Cell k has its own side and one of each cell before it: cut cells within cut cells doubled with every body."""
+    count = 14
+    pile = co.Scene([co.Sphere(4, (k, 0, 0)) for k in range(count)], unit="cm")
+    again = written_and_read(pile, tmp_path / "out.xml")
+    regions = re.findall('region="([^"]*)"', (tmp_path / "out.xml").read_text())
+    assert sum(len(re.findall(r"\d+", region)) for region in regions) <= count * (count + 1) // 2
+    points = np.random.default_rng(0).uniform((-4, -4, -4), (count + 3, 4, 4), (4000, 3))
+    inside = np.square(points[:, None] - [(k, 0, 0) for k in range(count)]).sum(axis=-1) < 16
+    first = np.where(inside.any(axis=1), inside.argmax(axis=1), -1)
+    np.testing.assert_array_equal(again.body_at(points), first)
+
+
 def test_another_order_is_reported(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     """A hole of the first body is the third, which a volume's daughter comes before the second."""
     hole = co.Box((-1, -1, -1), (1, 1, 1))
