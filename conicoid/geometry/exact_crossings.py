@@ -61,6 +61,13 @@ class IntegerForm:
     def is_flat(self) -> bool:
         return not any(self.coefficients[:6])
 
+    @property
+    def absent_terms(self) -> int:
+        """Bits 0 to 5: the coefficient of xx, yy, zz, xy, xz, yz is 0, or may be, which counts as 0 (`along`)."""
+        off = (0,) * 6 if self.off is None else self.off[:6]
+        present = [is_certain(v, o) for v, o in zip(self.coefficients[:6], off, strict=True)]
+        return sum(1 << k for k, is_present in enumerate(present) if not is_present)
+
     def along(self, line: IntegerLine) -> IntegerQuadratic:
         """Return the polynomial on a ray, times a positive number. A coefficient is 0 unless it surely is not."""
         values = _along(self.coefficients, line)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .._util.arrays import unique_sorted
 from .._util.dataclass import dataclass
 from .body import Body
 from .bulk import Bulk
@@ -329,7 +330,7 @@ def collect_instances(bodies: Sequence[Body]) -> InstanceList | None:
             own.append(body)
             numbers[place] = -len(own)
     sources = numbers[numbers >= 0]
-    if len(np.unique(sources)) < len(sources):
+    if len(unique_sorted(sources)) < len(sources):
         return None
     return InstanceOrigins(base, numbers, tuple(own), {}).bodies()
 

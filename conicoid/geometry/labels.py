@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from .._util.arrays import unique_sorted
 from .._util.dataclass import dataclass
 from .._util.value_objects import pickle_state
 from ..materials.color import amount_rgb
@@ -113,7 +114,7 @@ class Labels:
 
     def select(self, numbers: Any) -> Labels:
         """Return the labels of the entries that some numbers belong to."""
-        rows = np.unique(self._rows(np.unique(numbers)))
+        rows = unique_sorted(self._rows(unique_sorted(np.ravel(numbers))))
         rows = rows[rows >= 0].tolist()
         names, materials = tuple(self.names[row] for row in rows), tuple(self.materials[row] for row in rows)
         return Labels(self.firsts[rows], names, materials, tuple(self.solid[row] for row in rows))
@@ -230,7 +231,7 @@ class InstanceLabels(Labels):
 
     def select(self, numbers: Any) -> Labels:
         """Return the labels of the entries that some numbers belong to."""
-        rows = np.unique(numbers)
+        rows = unique_sorted(np.ravel(numbers))
         rows = rows[rows >= 0].astype(np.int64)
         names = tuple(self.bodies.name(number) for number in rows.tolist())
         solid = tuple(self.bodies.solid[look] for look in self.bodies.looks[rows].tolist())

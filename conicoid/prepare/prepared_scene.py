@@ -45,6 +45,7 @@ from .bvh.trees import SceneTrees, build_scene_trees
 from .coincidence import row_hashes
 from .edits.buffer_pool import EditState, OpenBuffer, adopt_buffer
 from .lowering import LazyBounds, LoweredScene
+from .mmap_arrays import mapped_zeros
 from .progress import AFTER_TREES, Progress, ProgressStages
 
 if TYPE_CHECKING:
@@ -146,6 +147,28 @@ class PreparedScene:
         return self.labels.kinds(self.lowered.body_count)
 
     @cached_property
+    def absent_terms(self) -> npt.NDArray[np.int32]:
+        """(surfaces,) bits of the terms xx, yy, zz, xy, xz, yz that a quadric has not, where its record hides one.
+
+        A record has squares along the quadric's own axes: those of x z are (x + z)² - (x - z)². User: rays along the
+        axes of sides of GDML's arb8 and twistedtubs, which exact arithmetic decided one by one.
+        """
+        tables = self.lowered.tables
+        found = mapped_zeros(len(tables.surface_kind), np.int32, sparse=True)
+        w, s = tables.quadric_forms[:, :9].reshape(-1, 3, 3), tables.quadric_forms[:, 9:12, None]
+        terms = np.abs((s * w * w).sum(axis=1)), np.abs(s * w * w).sum(axis=1)
+        hides = (terms[0] <= _HIDDEN * terms[1]) & (terms[1] > 0)
+        curved = np.flatnonzero(tables.surface_kind == QUADRIC)
+        forms = tables.quadrics[tables.surface_row[curved], 3].astype(np.intp)
+        chosen = hides.any(axis=1)[forms]
+        known: dict[int, int] = {}  # copies share forms
+        for surface, form in zip(curved[chosen].tolist(), forms[chosen].tolist(), strict=True):
+            if form not in known:
+                known[form] = exact_form(self, surface).absent_terms
+            found[surface] = known[form]
+        return found
+
+    @cached_property
     def material_columns(self) -> npt.NDArray[np.int32]:
         """(bodies,) the place of each body's material in `labels.distinct`."""
         materials = [material for material, _ in self.labels.distinct]
@@ -195,6 +218,10 @@ def _reserve(buffers: list[OpenBuffer], tables: Tables) -> Geometry:
     geometry = buffers[0].geometry(tables)
     assert geometry is not None
     return geometry
+
+
+_HIDDEN = 2.0**-40
+"""A sum may be 0 if it is below this share of its terms."""
 
 
 def flat_rest(lowered: LoweredScene) -> RoundingRest:

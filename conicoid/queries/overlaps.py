@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from .._util.arrays import unique_sorted
 from .._util.text import format_count, near_name
 from .._util.validation import format_value
 from ..geometry.labels import Labels
@@ -88,7 +89,7 @@ def _find_overlaps(spans: Any, rows: Any, kinds: Any = None) -> tuple[Any, Any]:
 def _overlap_message(owner: str, spans: Any, one: Any, other: Any) -> str:
     """Return a message on the number of rays with overlaps, and on the first overlap."""
     ray = row_owners(spans.offsets)[one]
-    rays, first = format_count(len(np.unique(ray)), "ray goes", "rays go"), int(ray[0])
+    rays, first = format_count(len(unique_sorted(ray)), "ray goes", "rays go"), int(ray[0])
     origin, direction = (tuple(part.reshape(-1, 3)[first].tolist()) for part in spans.rays)
     names = spans.name
     rows = sorted((int(one[0]), int(other[0])), key=lambda k: int(spans.body[k]))

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -265,6 +266,23 @@ def test_ties_at_a_quotient_that_no_float_is_need_no_integers(name: str, monkeyp
     hit = co.Scene(solids).first_hit((1, -1, -2), (0, 3, 6))
     assert not calls
     assert (hit.t, hit.entering, hit.doubtful) == (t, entering, True)
+
+
+@pytest.mark.parametrize("direction", [(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0), (3, -2, 0)])
+def test_rays_of_one_root_need_no_integers(direction: tuple[int, int, int], monkeypatch: pytest.MonkeyPatch) -> None:
+    """x z - y z + linear terms, as sides of twisted solids: no square is along the ray, and its record has rounded ones."""
+    terms = {"xz": 0.000308541, "yz": -0.000308541, "x": -0.7071, "y": -0.7073, "z": 0.02, "constant": 0.5}
+    shift = (-550.0, 3.7, 0.25)
+    monkeypatch.setattr(doubtful_rays, "put_exact_ranks", lambda *arguments: pytest.fail("integers"))
+    origins = np.random.default_rng(1).uniform(-15, 15, (70, 3)) + shift
+    hits = co.Scene([co.Quadric(coefficients=terms).translate(shift)]).first_hit(origins, direction, t_min=-math.inf)
+    for origin, t in zip(origins.tolist(), hits.t.tolist(), strict=True):
+        x, y, z = (Fraction(a) - Fraction(b) for a, b in zip(origin, shift, strict=True))
+        u, v, w = direction
+        k = {name: Fraction(value) for name, value in terms.items()}
+        slope = k["xz"] * (x * w + z * u) + k["yz"] * (y * w + z * v) + k["x"] * u + k["y"] * v + k["z"] * w
+        value = k["xz"] * x * z + k["yz"] * y * z + k["x"] * x + k["y"] * y + k["z"] * z + k["constant"]
+        assert t == pytest.approx(float(-value / slope), rel=1e-12)
 
 
 @pytest.mark.parametrize("radius", [1e-60, 1e-75, 1e-80, 1e-90, 1e-100])

@@ -75,7 +75,7 @@ class ProbeTargets:
         boxes = lowered.boxes
         return cls(boxes[:, :3], boxes[:, 3:], _window(lowered), isinstance(lowered.bounds, LazyBounds))
 
-    @property
+    @cached_property
     def sizes(self) -> FloatArray:
         """(n,) diagonals of the boxes, cut to the window; 0 for empty boxes."""
         low, high = self._ends

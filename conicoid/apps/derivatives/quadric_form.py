@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..._util.arrays import FloatArray
+from ..._util.arrays import FloatArray, unique_sorted
 from ..._util.dataclass import dataclass
 from ...geometry.surface import PlaneSurface, QuadricSurface, Surface, expand_quadric
 from ...kernels.programs import cells_of_leaves, leaves_of_programs
@@ -153,8 +153,9 @@ class SurfaceUsers:
         used, by = np.concatenate(cells), np.concatenate(owners)
         counts = first[used + 1] - first[used]
         pairs.append((surface[order][np.repeat(first[used], counts) + _count_ranges(counts)], np.repeat(by, counts)))
-        rows = np.unique(np.column_stack([np.concatenate(column) for column in zip(*pairs, strict=True)]), axis=0)
-        return cls(rows[:, 0], rows[:, 1])
+        # Pairs as single numbers, which are sorted many times as fast as rows
+        surfaces, bodies = (np.concatenate(column).astype(np.int64) for column in zip(*pairs, strict=True))
+        return cls(*np.divmod(unique_sorted(surfaces * len(body) + bodies), max(len(body), 1)))
 
     def bodies(self, surface: int) -> Any:
         """Return the ids of the bodies that have a surface."""

@@ -21,6 +21,7 @@ from ..gdml.expressions import evaluate
 from ..gdml.flat_solids import convex_planes, polyhedron_factory
 from ..gdml.solid_template import SourceElement
 from ..openmc.placement import ORIGIN, AxisTurn, Point
+from ..openscad.solids import SidedBall
 from .exporters import UnsupportedExport, format_expression, format_number, shortest_decimal
 from .gdml_motions import (
     AxisStretch,
@@ -257,10 +258,24 @@ def _angle_attributes(piece: RevolutionPiece) -> tuple[str, bool]:
 def source_piece(solid: Solid) -> PieceLeaf | None:
     """Return the element of GDML that an importer made a solid of; None for other solids."""
     source = solid._source
+    if isinstance(source, SidedBall):
+        return _ring_stack(source)
     if not isinstance(source, SourceElement):
         return None
     parts = "".join(f"<{part.tag}{_source_attributes(part)}/>" for part in source.parts)
     return PieceLeaf(NativePiece(source.tag, _source_attributes(source), parts, source.shift))
+
+
+def _ring_stack(ball: SidedBall) -> PieceLeaf:
+    """Return a ball of flat sides as polyhedra: rounded corners have no plane where four sides meet."""
+    count, (_, flat) = (ball.sides + 1) // 2, sin_cos_degrees(180.0 / ball.sides)
+    planes = ""
+    for ring in range(count - 1, -1, -1):
+        s, c = sin_cos_degrees(180.0 * (ring + 0.5) / count)
+        z, inner = format_number(ball.radius * c), format_number(ball.radius * s * flat)
+        planes += f'<zplane z="{z}" rmin="0" rmax="{inner}"/>'
+    attributes = f' startphi="0" deltaphi="360" numsides="{ball.sides}" aunit="deg" lunit="{LENGTH_UNIT}"'
+    return PieceLeaf(NativePiece("polyhedra", attributes, planes), (), True)
 
 
 def _source_attributes(source: SourceElement) -> str:

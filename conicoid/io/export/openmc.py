@@ -371,6 +371,7 @@ def _cell(item: ExportBody, regions: RegionWriter, universes: _UniverseTable) ->
 def _cut_overlaps(cells: list[_CellEntry], emptiness: EmptinessTest, report: ExportReport) -> None:
     """Cut bodies by the bodies that are listed before them, since cells must not overlap; report the cuts."""
     sides_of: dict[int, RegionSides] = {}
+    whole = [cell.region for cell in cells]
     for i, j in overlapping_boxes([cell.item.solid.bounds for cell in cells]):
         first, later = cells[i], cells[j]
         if first.universe != later.universe:
@@ -381,12 +382,14 @@ def _cut_overlaps(cells: list[_CellEntry], emptiness: EmptinessTest, report: Exp
         for k in (i, j):
             if k not in sides_of:
                 sides_of[k] = emptiness.sides(cells[k].region)
+        body = whole[i]
         # The quick test first.
-        if first.region is None or later.region is None or are_disjoint_sides(sides_of[i], sides_of[j]):
+        if body is None or first.region is None or later.region is None or are_disjoint_sides(sides_of[i], sides_of[j]):
             continue
         if emptiness.is_empty(first.region, later.region):
             continue
-        later.region = join_regions(IntersectionNode, [later.region, emptiness.complement(first.region)])
+        # By the whole body, of which earlier bodies have the rest: cut regions within cut ones would double each time
+        later.region = join_regions(IntersectionNode, [later.region, emptiness.complement(body)])
         sides_of[j] = emptiness.sides(later.region)
         report.narrow("cut by bodies before them, as cells must not overlap", later.item.name)
 

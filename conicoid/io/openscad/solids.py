@@ -275,7 +275,7 @@ def frustum(first: float, second: float, low: float, high: float, sides: int) ->
 def polyhedron(arguments: CallArguments) -> Solid:
     """Return a closed polyhedron from points and faces. OpenSCAD goes on without one that encloses nothing."""
     points = arguments.rows("points", 3)
-    faces = arguments.paths("faces" if arguments.value("faces") is not None else "triangles", len(points))
+    faces = arguments.paths("triangles" if arguments.value("triangles") is not None else "faces", len(points))
     try:
         return Mesh(tuple((p[0], p[1], p[2]) for p in points), tuple(faces))
     except ValueError as error:

@@ -274,8 +274,10 @@ class CallArguments:
         return bool(value)
 
     def rows(self, name: str, width: int) -> list[tuple[float, ...]]:
-        """Return a list of points of `width` finite numbers each."""
+        """Return a list of points of `width` finite numbers each. Raise OmittedPart if it is missing."""
         value = self.value(name)
+        if value is None:
+            raise OmittedPart(f"has no {name}")
         try:
             rows = [tuple(float(number) for number in row) for row in value]
         except (TypeError, ValueError):
@@ -288,8 +290,10 @@ class CallArguments:
         return rows
 
     def paths(self, name: str, count: int) -> list[tuple[int, ...]]:
-        """Return a list of paths, each of three or more indices of points, below `count`."""
+        """Return a list of paths, three or more indices of points below `count` each. Raise OmittedPart if missing."""
         value = self.value(name)
+        if value is None:
+            raise OmittedPart(f"has no {name}")
         paths = []
         for k, row in enumerate(value if isinstance(value, list) else [value]):
             numbers = row if isinstance(row, list) else [row]

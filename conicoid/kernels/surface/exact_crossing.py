@@ -219,10 +219,17 @@ def _foot(geometry: Geometry, surface: int, ray: Ray, starts: bool) -> float:
 
 
 @helper
-def decide_curved(geometry: Geometry, rest: RoundingRest, surface: int, ray: Ray, starts: bool) -> Decision:
-    """Decide a sphere or quadric on a ray; if the ray starts on it, the root nearest to t = 0 is returned as 0."""
+def decide_curved(
+    geometry: Geometry, rest: RoundingRest, surface: int, ray: Ray, starts: bool, absent: int
+) -> Decision:
+    """Decide a sphere or quadric on a ray; if the ray starts on it, the root nearest to t = 0 is returned as 0.
+
+    `absent` has the bits of `is_straight`.
+    """
     foot = _foot(geometry, surface, ray, starts)  # about the foot the terms are smallest, and cancel least
     a, b, c, discriminant = curved_terms(geometry, rest, surface, ray, foot)
+    if is_straight(absent, ray):
+        a, discriminant = _NOTHING, times(b, b)
     bends, crosses, value = sign(a), sign(discriminant), sign(c)
     if bends == OPEN or crosses == OPEN:
         return OPEN, 0, _NOTHING, _NOTHING
@@ -254,6 +261,19 @@ def decide_curved(geometry: Geometry, rest: RoundingRest, surface: int, ray: Ray
             return OPEN, 0, _NOTHING, _NOTHING
         low, high = (_NOTHING, high) if balance > 0 else (low, _NOTHING)
     return CROSSES, bends, low, high
+
+
+@inline
+def is_straight(absent: int, ray: Ray) -> bool:
+    """Return True if a = 0 exactly, since every product of two components of the direction is absent or 0.
+
+    Bits 0 to 5 of `absent` are set where a quadric has no term xx, yy, zz, xy, xz, yz. Its record has squares along
+    other axes, whose rounded numbers do not show that they cancel.
+    """
+    x, y, z = ray.dx != 0.0, ray.dy != 0.0, ray.dz != 0.0
+    present = (1 if x else 0) | (2 if y else 0) | (4 if z else 0)
+    present |= (8 if x and y else 0) | (16 if x and z else 0) | (32 if y and z else 0)
+    return present & ~absent == 0
 
 
 @inline

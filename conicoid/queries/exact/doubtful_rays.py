@@ -320,7 +320,7 @@ def new_rank_scratch(scene: PreparedScene) -> RankScratch:
     ranks = Ranks(
         ints(surfaces), ints(surfaces), ints(2 * surfaces), ints(surfaces),
         real(most), real(most), real(most), ints(most), real(most), ints(most), real(most),
-        real(most), real(2 * most), ints(most), ints(polygons), np.zeros(2, np.int64),
+        real(most), real(2 * most), ints(most), ints(polygons), np.zeros(2, np.int64), scene.absent_terms,
     )  # fmt: skip
     floats = real(len(geometry.floats) + count_form_floats(geometry))
     return RankScratch(scene.rest, Geometry(geometry.places, geometry.integers, floats), ranks)

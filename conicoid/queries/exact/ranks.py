@@ -77,7 +77,7 @@ FREE = -1
     surfaces="surface_kind", listed="surface_kind", verdict="2*surface_kind", first="surface_kind",
     high="2*surface_kind+8", low="2*surface_kind+8", error="2*surface_kind+8", owner="2*surface_kind+8",
     t="2*surface_kind+8", order="2*surface_kind+8", rank="2*surface_kind+8", tied="2*surface_kind+8",
-    drift="4*surface_kind+16", sequence="2*surface_kind+8", loops="polygon_surface", size="2",
+    drift="4*surface_kind+16", sequence="2*surface_kind+8", loops="polygon_surface", size="2", absent="surface_kind",
 )  # fmt: skip
 class Ranks(NamedTuple):
     """Memory for the crossings of one ray. Pages of the arrays take memory only once they are written."""
@@ -98,6 +98,7 @@ class Ranks(NamedTuple):
     sequence: Ints  # crossings sorted by place, and within a place in the order of a ray beside this one
     loops: Ints  # (polygons,) 1 if the ray passes within the polygon's outline; with EDGE on its edge
     size: Longs  # (2,) see `SURFACES`
+    absent: Ints  # (surfaces,) terms that a quadric has not, as bits (`is_straight`); never written, 0 is no knowledge
 
 
 class RankScratch(NamedTuple):
@@ -244,7 +245,7 @@ def _decide_surface(
     """Append the crossings of a surface. Return False if they stay undecided."""
     starts = surface == ray.start
     if is_curved(geometry, surface):
-        verdict, sense, low, high = decide_curved(geometry, rest, surface, ray, starts)
+        verdict, sense, low, high = decide_curved(geometry, rest, surface, ray, starts, ranks.absent[surface])
     else:
         verdict, sense, low, high = decide_plane(geometry, rest, surface, ray, starts)
     ranks.verdict[2 * surface], ranks.verdict[2 * surface + 1] = verdict, sense

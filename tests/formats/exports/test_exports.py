@@ -460,6 +460,36 @@ def test_moved_and_copied_solids_keep_their_element(tmp_path: Path) -> None:
     assert "sphere($fn = 7, $fa = 3, $fs = 0.01, r = 0.8);" in (tmp_path / "out.scad").read_text()
 
 
+@pytest.mark.parametrize("sides", [3, 8, 24, 100])
+def test_gdml_has_balls_of_flat_sides_as_polyhedra(tmp_path: Path, sides: int) -> None:
+    """Four sides meet in each corner; as rounded corners the solid is concave, and of more than 400 faces it is lost."""
+    ball = read_text(tmp_path, f"sphere($fn = {sides}, $fa = 12, $fs = 2, r = 2);", "in.csg")
+    again = written_and_read(ball, tmp_path / "out.gdml")
+    assert again.notes == ("2 solids, 2 volumes", "1 body")
+    assert_close_answers(ball, again, 1e-13)
+    # The frustums between rings of corners, as OpenSCAD places them
+    count = (sides + 1) // 2
+    angles = (np.arange(count) + 0.5) * np.pi / count
+    radii, heights = 2 * np.sin(angles), 2 * np.cos(angles)
+    volume = sum((a * a + a * b + b * b) * h / 3 for a, b, h in zip(radii, radii[1:], -np.diff(heights), strict=False))
+    volume *= sides / 2 * np.sin(2 * np.pi / sides)
+    found = co.measure(again)[0]
+    assert abs(found.volume - volume) <= 6 * found.volume_error + 1e-12 * volume
+
+
+def test_a_pile_of_bodies_is_cut_body_by_body_in_openmc(tmp_path: Path) -> None:
+    """Cell k has its own side and one of each cell before it: cut cells within cut cells doubled with every body."""
+    count = 14
+    pile = co.Scene([co.Sphere(4, (k, 0, 0)) for k in range(count)], unit="cm")
+    again = written_and_read(pile, tmp_path / "out.xml")
+    regions = re.findall('region="([^"]*)"', (tmp_path / "out.xml").read_text())
+    assert sum(len(re.findall(r"\d+", region)) for region in regions) <= count * (count + 1) // 2
+    points = np.random.default_rng(0).uniform((-4, -4, -4), (count + 3, 4, 4), (4000, 3))
+    inside = np.square(points[:, None] - [(k, 0, 0) for k in range(count)]).sum(axis=-1) < 16
+    first = np.where(inside.any(axis=1), inside.argmax(axis=1), -1)
+    np.testing.assert_array_equal(again.body_at(points), first)
+
+
 def test_another_order_is_reported(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     """The hole of the first body is the third body, and in a volume a daughter comes before the second body."""
     hole = co.Box((-1, -1, -1), (1, 1, 1))
