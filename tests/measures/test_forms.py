@@ -13,6 +13,7 @@ import conicoid as co
 from conicoid.apps.measures import measure as measure_module
 from conicoid.apps.measures.hull import fitted_box, leaning_box
 from conicoid.io.openscad.solids import sided_ball
+from conicoid.scene.warmup import CutCylinders
 
 from ..reference.routes import in_doubt
 from ..samples import in_turn, sampled
@@ -444,3 +445,21 @@ def test_rays_of_a_turned_part_are_seldom_in_doubt(length: float):
     for axis in box.axes.T:
         origins = box.center + random.uniform(-1, 1, (2000, 3)) * box.half @ box.axes.T - 99 * axis
         assert in_doubt(co.Scene([shape]), co.Rays(origins, axis)).mean() < 0.01
+
+
+def test_copies_of_a_lattice_are_measured_once(monkeypatch):
+    """128 cylinders less a ball: the first is measured, and one that has been moved; with rays each has its own."""
+    scene = co.Scene(CutCylinders()).moved(5, (0.0, 0.0, 0.5))
+    single = []
+    work = measure_module._measure_bodies
+    monkeypatch.setattr(measure_module, "_measure_bodies", lambda *item: single.append(item) or work(*item))
+    found = co.measure(scene)
+    assert len(single) == 2
+    volume = math.pi / 4 - 4 / 3 * math.pi * 0.2**3 / 2  # half of the ball is outside
+    assert found.volume == pytest.approx(np.full(128, volume), rel=1e-14)
+    for number, body in enumerate(scene):
+        place = np.array(body.shape.bounds).mean(axis=0)
+        assert found[number].centroid[:2] == pytest.approx(place[:2], abs=1e-13)
+        assert found[number].centroid[2] == pytest.approx(co.measure(body).centroid[2], abs=1e-14)
+    co.measure(scene, 600)
+    assert len(single) == 2 + 128

@@ -21,6 +21,7 @@ from ..._util.value_objects import compare_by_value
 from ...geometry.body import Body
 from ...geometry.bulk import Bulk
 from ...geometry.entries import find_body
+from ...geometry.instances import InstanceList, instance_origin, transform_offsets
 from ...geometry.primitives import Sphere
 from ...geometry.shape import Boolean, Complement, Shape, Union
 from ...geometry.transform import IDENTITY_MOTION
@@ -134,7 +135,7 @@ def measure(
     ----------
     shape : Shape, Body or Scene
         The solids of a `Spheres`, `Boxes` and so on count as their union; the areas of such sheets are added up. The
-        bodies of a scene are measured one by one.
+        bodies of a scene are measured one by one, copies in a lattice of a file once for all.
     rays : int, optional
         About how many rays to trace, 60 to 1e12. Default: a million, unless there is a closed form. A given number
         makes Boolean combinations use rays in any case. A scene divides them among its bodies, with at least 10 000
@@ -507,23 +508,62 @@ def measure_scene(
     # Every body gets the same number of rays, if it needs any
     share = max(_FEWEST, (RAYS if rays is None else rays) // max(1, scene.body_count))
     bodies = scene[:]
-    items = [(body, share, rays is None, _own_seed(seed, number)) for number, body in enumerate(bodies)]
-    if executor is not None:
-        found = run_on_workers(_measure_bodies, items, executor, progress)
-    else:
-        found = []
-        for item in items:
-            found.append(_measure_bodies(*item))
+    copies = _rigid_copies(bodies) if rays is None else {}
+    found: dict[int, Measures] = {}
+
+    def measure_some(numbers: Sequence[int]) -> None:
+        """Measure some of the bodies."""
+        items = [(bodies[number], share, rays is None, _own_seed(seed, number)) for number in numbers]
+        if executor is not None:
+            found.update(zip(numbers, run_on_workers(_measure_bodies, items, executor, progress), strict=True))
+            return
+        for number, item in zip(numbers, items, strict=True):
+            found[number] = _measure_bodies(*item)
             if progress is not None:
-                progress(len(found), len(items))
+                progress(len(found), len(bodies))
+
+    measure_some([number for number in range(len(bodies)) if number not in copies])
+    found.update({
+        number: _shifted_measures(found[first], offset)
+        for number, (first, offset) in copies.items() if not found[first].rays
+    })  # fmt: skip
+    # Copies of what was measured by rays have rays of their own
+    measure_some([number for number in copies if number not in found])
     materials = NameTuple(scene.materials, "found.materials")
     places = {material: place for place, material in enumerate(materials)}
     return SceneMeasures(
-        tuple(found),
+        tuple(found[number] for number in range(len(bodies))),
         tuple(body.name for body in bodies),
         materials,
         tuple(places[body.material] for body in bodies),
     )
+
+
+def _rigid_copies(bodies: Sequence[Body]) -> dict[int, tuple[int, FloatArray]]:
+    """Return for bodies that a file repeats the number of the first one, and the offset from it."""
+    kinds: dict[tuple[int, int], tuple[InstanceList, list[tuple[int, int]]]] = {}
+    for number, body in enumerate(bodies):
+        origin = instance_origin(body)
+        if origin is not None:
+            instances, place = origin
+            key = id(instances), int(instances.kinds[place])
+            kinds.setdefault(key, (instances, []))[1].append((number, place))
+    copies: dict[int, tuple[int, FloatArray]] = {}
+    for (_, kind), (instances, members) in kinds.items():
+        if len(members) > 1 and instances.is_rigid(kind):
+            shifts = instances.shifts.select(np.array([place for _, place in members]))
+            offsets = transform_offsets(shifts.offsets_from(0), instances.motion(kind))
+            copies.update({k: (members[0][0], offset) for (k, _), offset in zip(members[1:], offsets[1:], strict=True)})
+    return copies
+
+
+def _shifted_measures(measures: Measures, offset: FloatArray) -> Measures:
+    """Return the measures of a copy at an offset."""
+    m = measures
+    return measures_of(
+        m.volume, m.area, m.centroid + offset, m.inertia, m.volume_error, m.area_error, m.centroid_error,
+        m.inertia_error, m.rays,
+    )  # fmt: skip
 
 
 def _own_seed(seed: int, number: int) -> int:
