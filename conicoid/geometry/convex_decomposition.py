@@ -279,7 +279,7 @@ def _probe_facets(facets: Sequence[Facet], side: PlaneSide) -> Probe | None:
 def _probe_side(planes: Sequence[FlatPlane], sides: tuple[PlaneSide, ...]) -> Probe | None:
     """Return a probe from a face of a convex region into it; None if the region is empty."""
     for side in reversed(sides):
-        corners = _exact_face(planes, sides, side[0])
+        corners = exact_face(planes, sides, side[0])
         probe = _probe_polygon(corners, side) if corners else None
         if probe is not None:
             return probe
@@ -456,7 +456,7 @@ def _has_face(rows: FloatArray, k: int, planes: Sequence[FlatPlane], sides: tupl
     if _is_wide(corners):
         return True
     others = [j for j in range(len(sides)) if j not in cuts]
-    return bool(_exact_face(planes, [sides[j] for j in (*cuts, *others)], sides[k][0]))
+    return bool(exact_face(planes, [sides[j] for j in (*cuts, *others)], sides[k][0]))
 
 
 def _cut(corners: FloatArray, heights: FloatArray) -> FloatArray:
@@ -478,7 +478,7 @@ def _is_wide(corners: FloatArray) -> bool:
     return bool(doubled > 64 * _LOOSE * (longest + _LOOSE))
 
 
-def _exact_face(planes: Sequence[FlatPlane], sides: Sequence[PlaneSide], number: int) -> list[Point]:
+def exact_face(planes: Sequence[FlatPlane], sides: Sequence[PlaneSide], number: int) -> list[Point]:
     """Return the corners of the face of a part on plane `number`, in fractions; none without an area.
 
     `sides` are all sides of the part, those that cut off most first.

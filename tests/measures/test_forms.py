@@ -463,3 +463,26 @@ def test_copies_of_a_lattice_are_measured_once(monkeypatch):
         assert found[number].centroid[2] == pytest.approx(co.measure(body).centroid[2], abs=1e-14)
     co.measure(scene, 600)
     assert len(single) == 2 + 128
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_faces_that_are_all_but_flat_have_closed_forms(seed: int):
+    """A cube of 2 with the middle of each side moved in or out by up to 1e-9: parts of it are slivers."""
+    rng = np.random.default_rng(seed)
+    corners = [tuple(map(float, c)) for c in itertools.product((-1, 1), repeat=3)]
+    points, faces = list(corners), []
+    for axis, sense in itertools.product(range(3), (-1, 1)):
+        middle = np.zeros(3)
+        middle[axis] = sense * (1 + rng.uniform(-1e-9, 1e-9))
+        side = [k for k, corner in enumerate(corners) if corner[axis] == sense]
+        others = np.delete(np.array(corners)[side], axis, axis=1)
+        ring = [side[k] for k in np.argsort(np.arctan2(others[:, 1], others[:, 0]))]
+        ring = ring if sense * (-1) ** axis > 0 else ring[::-1]
+        faces += [(len(points), ring[k], ring[(k + 1) % 4]) for k in range(4)]
+        points.append(tuple(middle.tolist()))
+    found = co.measure(co.Mesh(points, faces))
+    assert found.rays == 0
+    # Each pyramid over a side has the volume 4 h / 3
+    heights = [Fraction(abs(value)) for point in points[8:] for value in point if value]
+    assert found.volume == pytest.approx(float(4 * sum(heights) / 3), rel=1e-15)
+    assert found.area == pytest.approx(24, rel=1e-14)

@@ -394,6 +394,6 @@ def test_floats_find_the_faces_that_fractions_find(seed):
         ]
         sides = [(k, 1) for k in range(len(planes))]
         found = convex_decomposition._sure_faces(rows)
-        exact = [bool(convex_decomposition._exact_face(planes, sides, k)) for k in range(len(rows))]
+        exact = [bool(convex_decomposition.exact_face(planes, sides, k)) for k in range(len(rows))]
         assert all(not sure or (sure > 0) == face for sure, face in zip(found, exact, strict=True))
         assert (found != 0).mean() > 0.5
