@@ -242,13 +242,13 @@ class AxialShape(Primitive, abstract=True):
     def placement(self) -> Motion:  # one for bounds, tables and exports: its frame takes roots in 3000 bits
         return axis_frame(self.start, self.end, self.reference)
 
-    def _side_radius(self, number: int) -> float | None:
-        """Return the radius of a surface of `tree` that is a circular cylinder; None for others."""
+    def _outer_radius(self, number: int) -> float | None:
+        """Return the radius of the outer side of a cylinder or tube; None for other surfaces of `tree`."""
         return None
 
     def _axial_name(self, number: int) -> tuple[float, ...] | None:
         # In lowest terms: normal and offset of a cap, or Plücker's coordinates of the axis and the radius of a side
-        radius = self._side_radius(number)
+        radius = self._outer_radius(number)
         if number not in (1, 2) and radius is None:
             return None
         *ends, unit = integer_row((*self.start, *self.end, 1.0))
@@ -299,7 +299,7 @@ class Cylinder(AxialShape, PrimitiveSolid):
             across = portable_max(0.0, across)
         return sum_up((portable_max(0.0, direction[2] * self.length), across))
 
-    def _side_radius(self, number: int) -> float | None:
+    def _outer_radius(self, number: int) -> float | None:
         return self.radius if number == 0 else None
 
 
@@ -465,7 +465,7 @@ class Tube(AxialShape, PrimitiveSolid):
         )
         return sum_up((portable_max(0.0, direction[2] * self.length), portable_max(outer, inner)))
 
-    def _side_radius(self, number: int) -> float | None:
+    def _outer_radius(self, number: int) -> float | None:
         return self.outer_radius if number == 0 else None
 
 

@@ -309,7 +309,7 @@ class PrimitiveSolid(Solid, Primitive, abstract=True):
         """Return the cells in the shape's own frame."""
 
     def _axial_name(self, number: int) -> tuple[float, ...] | None:
-        """Return an exact name of a surface of `tree`, placed, if an axis of exact numbers gives it one; else None."""
+        """Return an exact name of a placed surface of `tree`, if the ends of an axis give it one; else None."""
         return None
 
     def has_unbounded_outside(self, tree: Tree | None = None) -> bool:

@@ -193,9 +193,9 @@ def polygon_sheet(vertices: Sequence[Vector], motion: Motion, uv: UV) -> Polygon
     # A triangle has the offset of any corner. Other loops have n·middle, divided last: so the offset is exact if its
     # exact value is a binary fraction
     offset = ex.dot(normal, own[0]) if len(own) == 3 else ex.dot(normal, _sum(own)) / len(own)
-    is_oblique = count_nonzero(ex.rounded_row(normal)) > 1  # else the coordinate of the middle is one of the corners'
+    is_oblique = count_nonzero(ex.rounded_row(normal)) > 1  # else corners and middle have one coordinate along it
     (rows, shift), factor = motion.affine, motion.similarity
-    # Newell's sum after the motion: by the inverse transpose where lengths keep their ratios, else by products alone.
+    # Newell's sum after the motion: by the inverse transpose of a similarity, else without a division.
     # A mirror turns the sense of the loop round, and with it the vector that Newell's sum gives
     if factor is None:
         across = ex.cross(rows[1], rows[2]), ex.cross(rows[2], rows[0]), ex.cross(rows[0], rows[1])

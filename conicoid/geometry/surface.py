@@ -38,7 +38,7 @@ class PlaneSurface:
     over: Any = field(default=None, compare=False)
     """normal·anchor - offset if it is known: no motion changes it."""
     is_offset_better: bool = field(default=False, compare=False)
-    """True if the offset is more exact than the anchor. Turns keep it: most are by quarters, which round nothing."""
+    """True if heights are better computed from the offset. Turns keep it: most are by quarters, which round nothing."""
 
     @property
     def height(self) -> ex.BigFloat:

@@ -112,7 +112,7 @@ def _as_sphere(surface: QuadricSurface) -> tuple[ex.Writable, ...] | None:
     gram = ex.multiply((rows[0], rows[1], rows[2]), ex.transpose((rows[0], rows[1], rows[2])))
     quotient = ex.cancelling_sum((ex.exact(surface.constant) / (ex.exact(a) * gram[0][0]),))
     sphere = _center_sphere(surface, ex.cancelling_sum((ex.sqrt(quotient),)))
-    # The center decides first: whether squares are equal is a tie in the numbers of a recording
+    # The center is tested first: no number of a recording shows that squares are equal
     if sphere is None or ex.cancelling_sum((gram[0][0], -gram[1][1])) or ex.cancelling_sum((gram[0][0], -gram[2][2])):
         return None
     # Settled sums: zero on paper is zero here, or the sphere was sheared

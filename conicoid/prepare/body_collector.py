@@ -240,7 +240,7 @@ class ExactBodySurfaces:
 
 
 def _axial_names(parts: Sequence[tuple[Any, tuple[Step, ...]]], which: Longs, own: Longs) -> Longs:
-    """Number caps and sides about exact axes, equal ones under equal steps alike; -1 for other surfaces."""
+    """Number caps and sides by the exact ends of their axes and their steps; -1 for other surfaces."""
     known: dict[Any, int] = {}
     placed: dict[tuple[int, int], tuple[float, ...] | None] = {}
     found = np.full(len(which), -1)

@@ -482,16 +482,19 @@ def _slabs(quadrics: Floats, senses: Signs, box: Floats) -> list[Floats]:
     return found
 
 
-_BLUR, _PAD, _STEEP = 2.0**-40, 2.0**-30, 2.0**-8
-"""More than the rounding of a sum of records' numbers, and of a bound; how much steeper than the quadric a plane is."""
+_BLUR, _PAD = 2.0**-40, 2.0**-30
+"""More than the relative rounding of a sum of records' numbers, and of a bound."""
+_STEEP = 2.0**-8
+"""By this share a plane must be steeper than the quadric that it cuts off."""
 
 
 def _bound_cut_quadrics(planes: Floats, quadrics: Floats, senses: Signs, box: Floats) -> None:
     """Narrow boxes, which may be infinite, around quadrics without end that planes cut off.
 
-    With u = y + slope / square, and v that of the one row whose square is not positive, the sum Q of the others' square
-    u² is at most constant - square v² - 2 slope v. A plane m·u <= d then bounds v: m·u is at least m_v v - spread √Q,
-    with spread² the sum of m² / square. Ends are twice as far away as they are found: no rounding matters then.
+    With u = y + slope / square, and v that of the one row whose square is not positive: Q, the sum of square u² over
+    the other rows, is at most c - square v², or c - 2 slope v where that square is 0. A plane m·u <= d then bounds v:
+    m·u is at least m_v v - spread √Q, with spread² the sum of m² / square. The box is made twice as wide as found, so
+    that rounding does not matter.
     """
     records = planes.reshape(len(senses), planes.shape[1] // PLANE_SIZE, PLANE_SIZE)
     normals, anchors, above = records[:, :, :3], records[:, :, 4:], records[:, :, 3]
@@ -535,7 +538,7 @@ def _bound_cut_quadrics(planes: Floats, quadrics: Floats, senses: Signs, box: Fl
 def _end_of_row(
     rise: Floats, slope: Floats, spread: Floats, bend: Floats, d: Floats, c: Floats, size: Floats
 ) -> Floats:
-    """Return the largest v with Q <= c + bend v² - 2 slope v and rise v - spread √Q <= d, for the least of the planes.
+    """Return the largest v with Q <= c + bend v² - 2 slope v and rise v - spread √Q <= d, the least over all planes.
 
     Infinity if no plane of them is steep enough; `size` bounds the terms of `rise`.
     """

@@ -233,13 +233,13 @@ class MotionBatch:
 
 
 _BRANCHES = 13 * 8
-"""Numbers of `_turn_branches`."""
+"""How many numbers `_turn_branches` can give."""
 
 
 def _turn_branches(turns: Floats) -> Longs:
     """Number (axis, degrees) of turns (n, 4) by zeros of the axis and by which multiple of 30 degrees they are, if any.
 
-    A process keeps so many recordings of a kind, and one of turns serves one of these numbers.
+    A recording serves turns of one number, and a process keeps a limited count of recordings of a kind.
     """
     count = np.floor(turns[:, 3] / 30.0 + 0.5)
     multiple = np.where(count * 30.0 == turns[:, 3], np.mod(count, 12.0), 12.0).astype(np.int64)

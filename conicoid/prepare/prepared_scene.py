@@ -148,7 +148,7 @@ class PreparedScene:
 
     @cached_property
     def absent_terms(self) -> npt.NDArray[np.int32]:
-        """(surfaces,) bits of the terms xx, yy, zz, xy, xz, yz that a quadric has not, where its record hides one.
+        """(surfaces,) bits for the terms xx, yy, zz, xy, xz, yz that a quadric lacks, where its record hides that.
 
         A record has squares along the quadric's own axes: those of x z are (x + z)² - (x - z)². User: rays along the
         axes of sides of GDML's arb8 and twistedtubs, which exact arithmetic decided one by one.
@@ -221,7 +221,7 @@ def _reserve(buffers: list[OpenBuffer], tables: Tables) -> Geometry:
 
 
 _HIDDEN = 2.0**-40
-"""A sum may be 0 if it is below this share of its terms."""
+"""A sum below this share of the sizes of its terms may be 0."""
 
 
 def flat_rest(lowered: LoweredScene) -> RoundingRest:

@@ -66,7 +66,7 @@ def _flatten_value(value: Any, form: list[Hashable], numbers: list[float]) -> bo
             form.append((place,))
             if not _flatten_value(each, form, numbers):
                 return False
-    elif value is None or kind in (str, bool, int, float):  # the radius of a flat lens is infinite
+    elif value is None or kind in (str, bool, int, float):  # a flat side of a lens has an infinite radius
         form.append(value)
     elif isinstance(value, Mapping):  # coefficients by their names
         form.append(tuple(value))

@@ -212,7 +212,7 @@ class _StepKind(NamedTuple):
         return [k is not None and free[k] for k in self.sources]
 
     def quarters(self, count: int) -> _StepKind:
-        """Return the kind of a step that turns by quarters about `axis`."""
+        """Return the kind of a step that turns by `count` quarters about `axis`."""
         i, j = (self.axis + 1) % 3, (self.axis + 2) % 3
         sources, signs = [0, 1, 2], [1, 1, 1]
         if count % 2:
@@ -264,7 +264,7 @@ class _KnownSteps:
                     sources[next(i for i in range(3) if column[i])] = k
             factors = [row[k] for row, k in zip(linear, sources, strict=True) if k is not None]
             offset = tuple(map(ex.rounded, shift))
-            # Nothing is rounded where all factors are signs, and the shift is one of floats
+            # Nothing is rounded where all factors are 1 or -1, and the shift consists of floats
             signed = len(factors) == 3 and all(abs(x) == ex.ONE and not x.off for x in factors)
             if signed and all(x == ex.exact(to) and not x.off for x, to in zip(shift, offset, strict=True)):
                 x, y, z = (1 if factor > ex.ZERO else -1 for factor in factors)
@@ -418,7 +418,7 @@ class _NameRows:
             for place, (kind, own) in enumerate(zip(kinds[begin:], numbers[begin:], strict=True)):
                 own, own_free = own[some], kind.free_axes(own_free)
                 if kind.tag == "turn" and place == 0:
-                    own[:, 1] = 0.0  # these quarters have turned the forms
+                    own[:, 1] = 0.0  # the forms have been turned by these quarters
                 if kind.tag in ("shift", "axes", "matrix"):
                     own[:, -3:][:, own_free] = 0.0
                 columns.append(own)

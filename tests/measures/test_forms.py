@@ -453,8 +453,10 @@ def test_copies_of_a_lattice_are_measured_once(monkeypatch):
     single = []
     work = measure_module._measure_bodies
     monkeypatch.setattr(measure_module, "_measure_bodies", lambda *item: single.append(item) or work(*item))
-    found = co.measure(scene)
+    done: list[tuple[int, int]] = []
+    found = co.measure(scene, progress=lambda *counts: done.append(counts))
     assert len(single) == 2
+    assert done == [(1, 128), (2, 128), (128, 128)]
     volume = math.pi / 4 - 4 / 3 * math.pi * 0.2**3 / 2  # half of the ball is outside
     assert found.volume == pytest.approx(np.full(128, volume), rel=1e-14)
     for number, body in enumerate(scene):

@@ -63,7 +63,7 @@ def flat_form(shape: Shape) -> tuple[Moments, float | None] | None:
         if shape._pieces_overlap:
             return by_parts.moved(matrix), None
         margin = _SAME_VOLUME * found.volume
-        # Beside faces that are all but flat there are slivers, which floats lose
+        # Next to faces that are nearly coplanar there are slivers, whose volumes floats lose
         if abs(by_parts.volume - found.volume) > margin and abs(_exact_volume(cells) - found.volume) > margin:
             return None
     is_wall = isinstance(shape, Mesh) and _has_inner_walls(shape, faces)

@@ -135,7 +135,8 @@ def measure(
     ----------
     shape : Shape, Body or Scene
         The solids of a `Spheres`, `Boxes` and so on count as their union; the areas of such sheets are added up. The
-        bodies of a scene are measured one by one, copies in a lattice of a file once for all.
+        bodies of a scene are measured one by one. Copies that a file repeats have the measures of the first of them,
+        moved, unless these need rays.
     rays : int, optional
         About how many rays to trace, 60 to 1e12. Default: a million, unless there is a closed form. A given number
         makes Boolean combinations use rays in any case. A scene divides them among its bodies, with at least 10 000
@@ -511,22 +512,31 @@ def measure_scene(
     copies = _rigid_copies(bodies) if rays is None else {}
     found: dict[int, Measures] = {}
 
+    def report(done: int) -> None:
+        if progress is not None:
+            progress(done, len(bodies))
+
     def measure_some(numbers: Sequence[int]) -> None:
         """Measure some of the bodies."""
+        if not numbers:
+            return
         items = [(bodies[number], share, rays is None, _own_seed(seed, number)) for number in numbers]
         if executor is not None:
-            found.update(zip(numbers, run_on_workers(_measure_bodies, items, executor, progress), strict=True))
+            before = len(found)
+            results = run_on_workers(_measure_bodies, items, executor, lambda done, _: report(before + done))
+            found.update(zip(numbers, results, strict=True))
             return
         for number, item in zip(numbers, items, strict=True):
             found[number] = _measure_bodies(*item)
-            if progress is not None:
-                progress(len(found), len(bodies))
+            report(len(found))
 
     measure_some([number for number in range(len(bodies)) if number not in copies])
     found.update({
         number: _shifted_measures(found[first], offset)
         for number, (first, offset) in copies.items() if not found[first].rays
     })  # fmt: skip
+    if len(found) == len(bodies) and copies:
+        report(len(found))
     # Copies of what was measured by rays have rays of their own
     measure_some([number for number in copies if number not in found])
     materials = NameTuple(scene.materials, "found.materials")
@@ -540,7 +550,7 @@ def measure_scene(
 
 
 def _rigid_copies(bodies: Sequence[Body]) -> dict[int, tuple[int, FloatArray]]:
-    """Return for bodies that a file repeats the number of the first one, and the offset from it."""
+    """Return for later copies of a body that a file repeats the number of the first, and the offset from it."""
     kinds: dict[tuple[int, int], tuple[InstanceList, list[tuple[int, int]]]] = {}
     for number, body in enumerate(bodies):
         origin = instance_origin(body)

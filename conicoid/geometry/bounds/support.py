@@ -403,7 +403,7 @@ def plane_through(normal: Triple, offset: Any, near: Sequence[Any] = (0.0, 0.0, 
     else:
         n, anchor = [ex.rational(c) for c in normal], [ex.rational(c) for c in near]
         along = [k for k in range(3) if n[k]]
-        if len(along) == 1:  # one quotient is exact where it is a float
+        if len(along) == 1:  # nothing is rounded if the quotient is a float
             foot = anchor[along[0]] = ex.rational(offset) / n[along[0]]
             is_rounded = bool(ex.exact(foot) - ex.exact(ex.rounded(foot)))
         else:
@@ -413,7 +413,7 @@ def plane_through(normal: Triple, offset: Any, near: Sequence[Any] = (0.0, 0.0, 
 
 
 def _fits_a_float(ratio: Fraction) -> bool:
-    """Return whether a ratio is certainly a float."""
+    """Return whether a float within the range of exponents certainly holds a ratio."""
     return ratio.numerator.bit_length() <= 53 and ratio.denominator & (ratio.denominator - 1) == 0
 
 
@@ -474,7 +474,7 @@ def half_space_bounds(surface: PlaneSurface, below: bool = True, above: bool = T
         i = across[0]
         if surface.over is None:
             height = ex.exact(surface.offset) / normal[i]
-        else:  # no quotient where the anchor is on the plane: a coordinate that is a float is exact then
+        else:  # the quotient is 0 where the anchor is on the plane
             height = ex.cancelling_sum((ex.exact(surface.anchor[i]), -surface.height / normal[i]))
         if below if normal[i] > 0 else above:
             high[i] = round_up(height)

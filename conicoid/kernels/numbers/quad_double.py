@@ -227,7 +227,8 @@ def nearest(x: QuadDouble) -> tuple[float, float]:
     """Return (the float nearest to x, flag): flag 1 if that is not certain, or not in the middle of the range, else 0.
 
     Ziv's test: both ends of the interval round to the same float. The part below the first two floats is enlarged by
-    more than its addition to the second may lose. Where the first two are halfway between two floats, its sign decides.
+    more than its addition to the second may lose. Where the sum of the first two is halfway between two floats, its
+    sign decides.
     """
     below = (abs(x.c) + abs(x.d)) + x.error
     below = choose(below == 0.0, 0.0, (below + abs(x.b) * 2.0**-52) * 1.0001)

@@ -98,7 +98,7 @@ class Ranks(NamedTuple):
     sequence: Ints  # crossings sorted by place, and within a place in the order of a ray beside this one
     loops: Ints  # (polygons,) 1 if the ray passes within the polygon's outline; with EDGE on its edge
     size: Longs  # (2,) see `SURFACES`
-    absent: Ints  # (surfaces,) terms that a quadric has not, as bits (`is_straight`); never written, 0 is no knowledge
+    absent: Ints  # (surfaces,) terms that a quadric lacks, as bits (`is_straight`); 0 if none are known
 
 
 class RankScratch(NamedTuple):
