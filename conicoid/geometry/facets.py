@@ -40,6 +40,11 @@ class FlatPlane(NamedTuple):
     offset: Any
     about: tuple[float, float, float, float]
 
+    @classmethod
+    def of(cls, normal: Point, offset: Any) -> FlatPlane:
+        """Return the half-space of a normal and an offset in fractions."""
+        return cls(normal, offset, (float(normal[0]), float(normal[1]), float(normal[2]), float(offset)))
+
 
 PlaneSide = tuple[int, int]
 """A plane's number, and +1 for the side n·x <= d, -1 for the other."""
@@ -53,8 +58,7 @@ def fit_plane(corners: Sequence[Point]) -> FlatPlane | None:
         return None
     scale = max(abs(c) for c in normal)
     normal = (normal[0] / scale, normal[1] / scale, normal[2] / scale)
-    offset = dot3(normal, origin)
-    return FlatPlane(normal, offset, (float(normal[0]), float(normal[1]), float(normal[2]), float(offset)))
+    return FlatPlane.of(normal, dot3(normal, origin))
 
 
 def newell_normal(corners: Sequence[Point]) -> Point:

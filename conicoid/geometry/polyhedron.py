@@ -30,7 +30,7 @@ from ..numerics.portable_math import count_nonzero
 from ..numerics.rational import dot3
 from .bounds.aabb import enclose_boxes
 from .bounds.intersection import BoundingSurfaces
-from .bounds.linear_program import half_spaces_bounds, integer_row, integer_support, round_fraction_up
+from .bounds.linear_program import farthest_point, half_spaces_bounds, integer_row, integer_support, round_fraction_up
 from .bounds.support import half_space_bounds, plane_through, plane_uv, raised_sums
 from .cell import UV, Any_, Cell, Face, Tree
 from .convex_decomposition import convex_parts
@@ -209,47 +209,8 @@ or of several, are computed together."""
 _SURELY_INSIDE = 1e-9
 """A point deeper in a half-space than this share of its coordinates is inside whatever floats round."""
 _AXES = np.eye(3)
-_MOST_STEPS, _FAR_BOX = 1000, 1e6
 _FAR_CORNER = 1024
 """Planes are not anchored at corners so many times farther from the origin than every plane."""
-
-
-def farthest_point(rows: FloatArray, direction: FloatArray) -> FloatArray | None:
-    """Return about the farthest point in a direction that is in all half-spaces; None if floats find none.
-
-    Three planes meet in a point, and the direction is a positive sum of their normals: the dual simplex method. The
-    plane that the point violates most replaces one of the three, from the sides of a large box on.
-    Source: Lemke, "The dual method of solving the linear programming problem", 1954.
-
-    Parameters
-    ----------
-    rows : array (n, 4)
-        Unit normals and offsets.
-    direction : array (3,)
-        Any length but 0.
-    """
-    far = _FAR_BOX * float(np.abs(rows[:, 3]).max())
-    sides = np.where(direction < 0, -1.0, 1.0)
-    basis = np.column_stack([np.diag(sides), np.full(3, far)])
-    own, shares = [False] * 3, np.abs(direction)
-    for _ in range(_MOST_STEPS):
-        try:
-            point: FloatArray = np.linalg.solve(basis[:, :3], basis[:, 3])
-        except np.linalg.LinAlgError:
-            return None
-        above = rows[:, :3] @ point - rows[:, 3]
-        worst = int(above.argmax())
-        if not above[worst] > 2.0**-48 * (float(np.abs(point).max()) + abs(rows[worst, 3])):
-            return point if all(own) else None
-        weights = np.linalg.solve(basis[:, :3].T, rows[worst, :3])
-        with np.errstate(all="ignore"):
-            ratios = np.where(weights > 2.0**-40, shares / weights, np.inf)
-        out = int(ratios.argmin())
-        if not np.isfinite(ratios[out]):
-            return None  # the half-spaces have nothing in common
-        shares = np.maximum(shares - ratios[out] * weights, 0.0)
-        basis[out], own[out], shares[out] = rows[worst], True, ratios[out]
-    return None
 
 
 def points_near(bounds: FloatArray, planes: FloatArray) -> FloatArray:

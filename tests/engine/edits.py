@@ -283,7 +283,7 @@ def _whole(rng, low, high, size=3):
 
 
 def boxes_in_contact(rng, count, axis):
-    """Return boxes, most of which share a wall across an axis with the one before, and a ball for each, often the same."""
+    """Return boxes and a ball for each. Most boxes share a wall with the one before, and many balls are the same."""
     boxes, balls = [], []
     for number in range(count):
         low, size = _whole(rng, -4, 4), _whole(rng, 0.25, 2)

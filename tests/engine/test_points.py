@@ -10,7 +10,7 @@ from benchmarks.same_answers import solids
 
 
 def grid(low: float, high: float, *counts: int):
-    """Return (*counts, 3) points at dyadic places, many of which lie on walls."""
+    """Return (*counts, 3) points at dyadic places. Many lie on walls."""
     axes = [np.linspace(low, high, count) for count in counts]
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
 

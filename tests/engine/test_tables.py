@@ -247,7 +247,7 @@ BODY = (1 + 4 + 3 + 4) * WHOLE  # a program, and where it is; entry, face, maps
 PIN = 3 * WALL + 7 * PART + 10 * PLANE + 3 * BODY
 """A pin of pellet, cladding and water, of seven parts in all, with three curved walls. Parts end at ten planes."""
 EDGES = 32
-"""Bytes for each place along an axis, of which there are as many as the square root of the pins."""
+"""Bytes for each place along an axis. The number of places is the square root of the number of pins."""
 
 
 def test_a_pin_stores_only_its_differences(tmp_path: Path) -> None:

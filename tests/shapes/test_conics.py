@@ -124,7 +124,7 @@ def test_faces_are_those_that_the_docs_number():
 
 
 def test_elements_of_a_group_share_their_walls():
-    """Every ray through a triplet crosses four surfaces: six walls, of which two pairs are one, to the last bit."""
+    """Every ray through a triplet crosses four surfaces: two pairs of its six walls are one, to the last bit."""
     group = co.LensGroup((40.1, -30.3, math.inf, -60.7), (5.1, 1.3, 2.7), 20, (1.6, 1.7, 1.5), (0, -1.3, 0, 0.4))
     rng = np.random.default_rng(7)
     origins = np.column_stack([rng.uniform(-5, 5, (500, 2)), np.full(500, -30.0)])

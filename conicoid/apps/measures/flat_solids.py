@@ -75,10 +75,10 @@ def _exact_volume(cells: Sequence[Cell]) -> float:
     """Return the volume of convex cells between planes, by fractions."""
     total = Fraction(0)
     for cell in cells:
-        planes = []
-        for (x, y, z), offset in _cell_planes(cell):
-            exact = (Fraction(x), Fraction(y), Fraction(z)), Fraction(offset)
-            planes.append(FlatPlane(*exact, (float(x), float(y), float(z), float(offset))))
+        planes = [
+            FlatPlane.of((Fraction(x), Fraction(y), Fraction(z)), Fraction(end))
+            for (x, y, z), end in _cell_planes(cell)
+        ]
         sides = [(k, 1) for k in range(len(planes))]
         faces = list(filter(None, (exact_face(planes, sides, k) for k in range(len(planes)))))
         for face in faces:

@@ -388,7 +388,7 @@ def _cut_overlaps(cells: list[_CellEntry], emptiness: EmptinessTest, report: Exp
             continue
         if emptiness.is_empty(first.region, later.region):
             continue
-        # By the whole body, of which earlier bodies have the rest: cut regions within cut ones would double each time
+        # By the whole body: what it lost belongs to earlier bodies. Cut regions within cut ones would double each time
         later.region = join_regions(IntersectionNode, [later.region, emptiness.complement(body)])
         sides_of[j] = emptiness.sides(later.region)
         report.narrow("cut by bodies before them, as cells must not overlap", later.item.name)

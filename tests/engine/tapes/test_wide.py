@@ -50,7 +50,7 @@ def some_steps(rng: random.Random, count: int) -> list[tuple[str, int, int]]:
 
 
 def results_of(steps: list[tuple[str, int, int]], values: list[Any]) -> list[Any]:
-    """Return the results of steps, each of which uses any before it, as numbers of any kind."""
+    """Return the results of steps as numbers of any kind. A step may use the results of all earlier steps."""
     values = [exact(each) for each in values]
     for operation, a, b in steps:
         first, second = values[a], values[b]

@@ -4,7 +4,7 @@ PLANES = '<surface id="1" type="x-plane" coeffs="0"/><surface id="2" type="spher
 
 
 def geometry(*lines: str) -> str:
-    """Return a geometry of lines, of which the first is line 3."""
+    """Return a geometry of some lines. The first is line 3 of the file."""
     return "\n".join(["<geometry>", PLANES, *lines, "</geometry>"])
 
 

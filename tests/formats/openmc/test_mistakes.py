@@ -180,7 +180,7 @@ def test_bytes_that_are_no_text(tmp_path: Path) -> None:
 
 
 def chain(levels: int, copies: int = 1) -> str:
-    """Return universes in universes, each of which fills `copies` cells of the one before."""
+    """Return universes in universes. Each fills `copies` cells of the one before."""
     lines = []
     for level in range(levels):
         for copy in range(copies):
