@@ -34,7 +34,15 @@ from ..numerics.portable_math import (
     select_if_several,
 )
 from .bounds.intersection import BoundsKind
-from .bounds.support import boxed_supports, elliptic_support, elliptic_supports, inverse_root, inverse_roots, sum_up
+from .bounds.support import (
+    boxed_supports,
+    elliptic_support,
+    elliptic_supports,
+    inverse_root,
+    inverse_roots,
+    inverse_square_pairs,
+    sum_up,
+)
 from .cell import PLAIN_UV, UV, Cell, Face, cartesian_uv, cylindrical_uv, transform_uv
 from .primitives import Box, axis_row
 from .shape import PrimitiveSolid
@@ -164,12 +172,9 @@ class EllipticSolid(PrimitiveSolid, abstract=True):
             widths = inverse_roots(np.array([shape.squares for shape in shapes], np.float64))
             for shape, own in zip(shapes, widths.tolist(), strict=True):
                 vars(shape)["widths"] = tuple(own)
-        known = [shape._section for shape in shapes]
-        rows = [(x, y, *map(float, profile), low, high) for x, y, profile, low, high in known]
-        rests = [[float(g - Fraction(float(g))) if isinstance(g, Fraction) else 0.0 for g in each[2]] for each in known]
-        found = elliptic_supports(np.array(rows), np.array(rests), directions)
+        found = elliptic_supports(*cls._section_rows(shapes), directions)
         for shape, way in np.argwhere(np.isnan(found)).tolist():
-            width_x, width_y, profile, low, high = known[shape]
+            width_x, width_y, profile, low, high = shapes[shape]._section
             direction = tuple(directions[shape, way].tolist())
             found[shape, way] = elliptic_support(width_x, width_y, profile, low, high, direction)
         return found
@@ -178,6 +183,14 @@ class EllipticSolid(PrimitiveSolid, abstract=True):
     def _section(self) -> tuple[float, float, EllipticProfile, float, float]:
         """The half-axes of the section with g = 1, g, and the ends of the heights."""
         return *self.widths, self.profile, *self.heights
+
+    @classmethod
+    def _section_rows(cls, shapes: Sequence[Any]) -> tuple[FloatArray, FloatArray]:
+        """Return the numbers of sections (n, 7) as floats, and what g0, g1 and g2 (n, 3) are above theirs."""
+        known = [shape._section for shape in shapes]
+        rows = [(x, y, *map(float, profile), low, high) for x, y, profile, low, high in known]
+        rests = [[float(g - Fraction(float(g))) if isinstance(g, Fraction) else 0.0 for g in each[2]] for each in known]
+        return np.array(rows), np.array(rests)
 
 
 _DEFAULT_RADII: Vector = (1.0, 2.0, 3.0)
@@ -308,6 +321,17 @@ class Ellipsoid(EllipticSolid):
     def _section(self) -> tuple[float, float, EllipticProfile, float, float]:
         steep = 1 / Fraction(self.radii[2]) ** 2 if self.coefficients is None else Fraction(self.coefficients[2])
         return *self.radii[:2], (1, 0, -steep), *self.heights
+
+    @classmethod
+    def _section_rows(cls, shapes: Sequence[Any]) -> tuple[FloatArray, FloatArray]:
+        if any(shape.coefficients is not None for shape in shapes):
+            return super()._section_rows(shapes)
+        radii, ends = np.array([shape.radii for shape in shapes]), np.array([shape.z_range for shape in shapes])
+        height = radii[:, 2:]
+        steep, rest = inverse_square_pairs(height)
+        one, zero = np.ones_like(height), np.zeros_like(height)
+        low, high = np.maximum(ends[:, :1], -height), np.minimum(ends[:, 1:], height)
+        return np.hstack([radii[:, :2], one, zero, -steep, low, high]), np.hstack([zero, zero, -rest])
 
 
 @dataclass(frozen=True)

@@ -241,6 +241,16 @@ def pair_above(high: FloatArray, low: FloatArray) -> FloatArray:
     return np.where(low > _PAIR_ROUNDING * np.abs(high), np.nextafter(high, np.inf), high)
 
 
+@ignore_fp_errors
+def inverse_square_pairs(numbers: FloatArray) -> Pair:
+    """Return 1 / x² of many; NaN where x is far from 1."""
+    square, lost = two_product(numbers, numbers)
+    inverse = 1 / square
+    product, off = two_product(inverse, square)
+    total, rest = two_sum(inverse, (1 - product - off - inverse * lost) / square)
+    return np.where((square > 1 / _LARGE) & (square < _LARGE), total, np.nan), rest
+
+
 def _roots_above(w: FloatArray, g: Pair) -> FloatArray:
     """Return `product_with_root` of many."""
     value = w * np.sqrt(g[0])
