@@ -269,8 +269,11 @@ def _pdb_floats(path: Path, rows: Any, line_of: Any, begin: int) -> Any:
     """Return the numbers (N,) in eight columns from `begin`, counted from 0."""
     texts = _pdb_texts(rows, begin, begin + 8)
     try:
-        values = texts.astype(np.float64)
-    except ValueError:  # one by one, to find the first that is no number
+        plain = not (rows[:, begin : begin + 8] == ord("_")).any()  # a number in Python may be 1_000
+        values = texts.astype(np.float64) if plain else None
+    except ValueError:
+        values = None
+    if values is None:  # one by one, to find the first that is no number
         values = np.array([_pdb_number(text) for text in texts.tolist()])
     bad = np.flatnonzero(~np.isfinite(values))
     if len(bad):
@@ -283,7 +286,7 @@ def _pdb_floats(path: Path, rows: Any, line_of: Any, begin: int) -> Any:
 def _pdb_number(text: bytes) -> float:
     """Return a number; NaN for other texts."""
     try:
-        return float(text)
+        return math.nan if b"_" in text else float(text)
     except ValueError:
         return math.nan
 
@@ -442,12 +445,13 @@ def _xyz_columns(path: Path, comment: str) -> tuple[int, int]:
 
 def _xyz_positions(path: Path, rows: list[list[str]], place: int, line: int) -> Any:
     """Return the positions (N, 3), whose x stands in the column `place`."""
+    columns = [[row[k] for row in rows] for k in range(place, place + 3)]
     try:
-        columns = [np.array([row[k] for row in rows], np.float64) for k in range(place, place + 3)]
-        positions = np.stack(columns, axis=1)
+        positions = np.stack([np.array(column, np.float64) for column in columns], axis=1)
     except ValueError:
         positions = None
-    if positions is not None and np.isfinite(positions).all():
+    plain = not any("_" in text for column in columns for text in column)
+    if plain and positions is not None and np.isfinite(positions).all():
         return positions
     for k, row in enumerate(rows):  # one by one, to report the line
         for text in row[place : place + 3]:
@@ -458,7 +462,7 @@ def _xyz_positions(path: Path, rows: list[list[str]], place: int, line: int) -> 
 
 def _is_number(text: str) -> bool:
     try:
-        return math.isfinite(float(text))
+        return "_" not in text and math.isfinite(float(text))
     except ValueError:
         return False
 

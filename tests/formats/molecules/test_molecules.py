@@ -529,9 +529,11 @@ def test_files_are_scenes_like_others(text, kind, tmp_path):
     [
         (XYZ.replace("3\n", "4\n", 1), ":6:1: molecule: must be atom 4 of 4, and is the end of the file"),
         (XYZ.replace("0.7572 -0.4692 extra", "0.75x -0.4692"), ":4:1: molecule: x, y and z must be finite numbers, got '0.75x'"),
+        (XYZ.replace("0.7572 -0.4692 extra", "0_7572 -0.4692"), ":4:1: molecule: x, y and z must be finite numbers, got '0_7572'"),
         (XYZ.replace("H 0.0", "Hx 0.0"), ":4:1: molecule: must begin with an element's symbol or number, got 'Hx'"),
         (XYZ.replace("1 0.0 -0.7572 -0.4692", "H 0.0"), ":5:1: molecule: must be a symbol and three numbers, got 'H 0.0'"),
         (XYZ.replace("water,", 'Lattice="1 2"'), ":2:1: molecule: Lattice must be nine finite numbers, got '1 2'"),
+        (PDB.replace("   6.134", "   6_134"), ":3:1: molecule: columns 39 to 46 must be a finite number, got '6_134'"),
         (PDB.replace("   6.134", "   6.1x4"), ":3:1: molecule: columns 39 to 46 must be a finite number, got '6.1x4'"),
         (PDB.replace("           N\n", "          Qq\n"), ":3:1: molecule: columns 77 and 78 must be an element's symbol, got 'Qq'"),
         (PDB.replace("  90.00 100.00", "  90.00 200.00"), ":2:1: molecule: CRYST1 must hold three lengths and three angles"),
