@@ -93,9 +93,9 @@ class Image:
 
     @classmethod
     def _of_light(cls, film: Pixels, layers: Mapping[str, Any] | None = None) -> Image:
-        """Return an image of a film of linear light, whose values are not checked, with its layers."""
+        """Return an image of a film of linear light, with its layers. It keeps the arrays, and does not check them."""
         image = cls.__new__(cls)
-        image._keep(np.array(film), film)
+        image._keep(film, film)
         if layers:
             for layer in layers.values():
                 layer.setflags(write=False)
