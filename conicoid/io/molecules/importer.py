@@ -45,7 +45,12 @@ _CIF_FRACTIONS = tuple(f"_atom_site_fract_{axis}" for axis in "xyz")
 _CIF_EDGES = tuple(f"_cell_length_{edge}" for edge in "abc")
 _CIF_GROUPS = tuple(f"_space_group_name_{name}" for name in ("H-M_ref", "H-M_full", "Schoenflies"))
 """Names of a space group that gemmi does not read."""
-_CIF_PLACES = ("_atom_site.Cartn_x", "_atom_site_fract_x", *(f"_chem_comp_atom.{a}x{b}" for a, b in _COMPONENT_PLACES))
+_CIF_PLACES = (
+    "_atom_site.Cartn_x",
+    "_atom_site_fract_x",
+    "_atom_site.fract_x",
+    *(f"_chem_comp_atom.{a}x{b}" for a, b in _COMPONENT_PLACES),
+)
 """Names of places by which a data block has atoms."""
 
 
@@ -82,10 +87,25 @@ def read_cif(path: Path) -> Atoms:
         elif block.find_values("_chem_comp_atom.atom_id"):
             atoms = _component(block, gemmi.cif.as_string)
         else:
-            atoms = _crystal(block, gemmi)
+            dotted = block.find_values("_atom_site.fract_x")
+            atoms = _crystal(_rename_items(block, gemmi.cif) if dotted else block, gemmi)
         return replace(atoms, remarks=(*remarks, *atoms.remarks))
     except (ValueError, RuntimeError) as error:
         raise SceneFileError(path, [_cif_problem(path, str(error))]) from None
+
+
+def _rename_items(block: Any, cif: Any) -> Any:
+    """Return a block of a crystal by version 3 of the core dictionary with the names before: _cell_length_a."""
+    result = cif.Document().add_new_block(block.name)
+    for item in block:
+        if item.pair is not None:
+            name, value = item.pair
+            result.set_pair(name.replace(".", "_"), value)
+        elif item.loop is not None:
+            names, values = list(item.loop.tags), list(item.loop.values)
+            loop = result.init_loop("", [name.replace(".", "_") for name in names])
+            loop.set_all_values([values[k :: len(names)] for k in range(len(names))])
+    return result
 
 
 def _crystal(block: Any, gemmi: Any) -> Atoms:

@@ -492,9 +492,13 @@ def test_mmcif(tmp_path):
     assert len(found.remarks) == 2
 
 
-def test_a_crystal_has_all_sites_of_its_cell(tmp_path):
+@pytest.mark.parametrize("dot", ["_", "."])
+def test_a_crystal_has_all_sites_of_its_cell(dot, tmp_path):
+    """Version 3 of the core dictionary names its items with a dot."""
     pytest.importorskip("gemmi")
-    found = co.molecule(text_file(tmp_path, SALT))
+    text = SALT.replace("_atom_site_", f"_atom_site{dot}").replace("_cell_", f"_cell{dot}")
+    name = f"_space_group{dot}name_H-M_alt"
+    found = co.molecule(text_file(tmp_path, text.replace("_symmetry_space_group_name_H-M", name)))
     assert found.formula == "Cl4Na4"
     assert np.allclose(np.sort(found.positions[:, 0]), [0, 0, 0, 0, 2.82, 2.82, 2.82, 2.82])
 
