@@ -288,7 +288,7 @@ def test_undecided_answers_are_shown(browser, tmp_path):
     """Without an answer of the engine the page shows the shader's, with the reason."""
     with open_exported(browser, SCENE, tmp_path, WIDE) as page:
         page.ask(
-            "(() => { conicoid.geometry.exact_crossings = Promise.reject(new Error('No room here.')); conicoid.exact.catch(() => 0); })()"
+            "(() => { conicoid.exact = Promise.reject(new Error('No room here.')); conicoid.exact.catch(() => 0); })()"
         )
         page.page.mouse.click(*page.at(0.33))
         page.page.wait_for_selector(HIT)
