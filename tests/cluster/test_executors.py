@@ -362,7 +362,7 @@ if __name__ == "__main__":
         how = co.parallel.Workers(pool, chunk=33)
         far = subject.answers(scene, rays, executor=how)
         picture = scene.render(70, 40, executor=pool)
-    assert subject.differing(subject.answers(scene, rays), far) == []
+    assert subject.differences(subject.answers(scene, rays), far) == []
     assert (picture.pixels == scene.render(70, 40).pixels).all()
     print("the same,", MPI.COMM_WORLD.Get_size(), "processes")
 """
