@@ -20,7 +20,7 @@ from . import messages, samples
 HERE = Path(__file__).parent
 OF_THE_COMPILER = (
     *("test_jit.py", "test_newest_numba.py", "engine/test_targets.py"),
-    *("native/test_fma.py", "native/test_inspection.py", "native/test_signature.py", "native/test_wheels.py"),
+    *("native/test_fma.py", "native/test_signature.py", "native/test_wheels.py"),
 )
 """Tests that inspect compiled code, or link."""
 _COMPILES = re.compile(r"^(import|from) (numba|llvmlite|\.+(compiled|emulation|lab|processors))\b", re.MULTILINE)

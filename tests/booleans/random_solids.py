@@ -9,7 +9,7 @@ from conicoid.geometry.bulk import Bulk
 from conicoid.geometry.registry import REGISTRY
 
 from ..contract.examples import examples_of
-from ..reference.whole_items import SOLIDS as KINDS, motion, plain
+from ..reference.random_items import SOLIDS as KINDS, motion, plain
 
 NAMES = [
     n

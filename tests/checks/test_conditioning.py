@@ -22,7 +22,7 @@ from conicoid.apps.checks.perturbation import MotionFields, OwnForms, number_cha
 
 from ..command_line import run
 from ..samples import marked
-from ..shapes.catalogue import SAMPLES
+from ..shapes.samples import SAMPLES
 
 # --- Digits that remain, against formulas; which numbers a report names and which it omits
 

@@ -23,11 +23,10 @@ from ..emulation import Card, Kernels, device_kernels, device_module, from_store
 from ..engine.test_routes import camera, crowded_scene
 from ..reference import aimed_rays
 from ..reference.quadratics import Table
-from ..reference.random_items import KINDS, extreme, ordinary
+from ..reference.random_items import KINDS, SCENES, extreme, ordinary
 from ..reference.random_shapes import generator
 from ..reference.solids import bodies
 from ..reference.suite import whole_score
-from ..reference.whole_items import SCENES
 from ..samples import sampled
 
 FIELDS = ("t", "body", "face", "surface", "entering", "doubtful", "point", "normal", "t_error")

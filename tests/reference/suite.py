@@ -11,13 +11,11 @@ from . import aimed_rays
 from .aimed_rays import Aim
 from .intervals import Interval, ends
 from .items import Item
-from .judge import Comparison, Judge
-from .random_items import extreme, ordinary
+from .judge import Comparison, Judge, Score
+from .random_items import SCENES, axis, extreme, ordinary
 from .random_shapes import LEAST, MOST, Random, generator, pick
 from .routes import Routes
-from .score import Score
 from .trace import Array
-from .whole_items import SCENES, axis
 from .whole_rays import directions, nudged, picture, whole_points, whole_rays
 
 BOUNCES = 2

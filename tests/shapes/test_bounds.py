@@ -38,14 +38,12 @@ from ..reference.forms import PAIRS, chain
 from ..reference.items import Item, combined
 from ..reference.numbers import number
 from ..reference.quadratics import Table
+from ..reference.random_items import SOLIDS, motion, plain, whole_motion
 from ..reference.random_shapes import Random, generator, pick
 from ..reference.solids import bodies
 from ..reference.trace import body_at, truth
-from ..reference.whole_items import SOLIDS, motion, plain, whole_motion
 from ..samples import in_turn, many, sampled
-from .catalogue import SAMPLES, Sample
-from .evaluate import contains
-from .motions import carried, climb, random_motion
+from .samples import SAMPLES, Sample, carried, climb, contains, random_motion
 
 # --- Bounds of solids that cut one another: closed forms, and random cuts against points that are inside
 

@@ -12,7 +12,7 @@ from conicoid.geometry.general_quadric import Quadric
 from conicoid.geometry.surface import UPRIGHT, PlaneSurface, QuadricSurface
 from conicoid.numerics import bigfloat as ex
 
-from .evaluate import contains, value
+from .samples import contains, value
 
 NAMES = ("xx", "yy", "zz", "xy", "yz", "xz", "x", "y", "z", "constant")
 

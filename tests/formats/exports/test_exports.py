@@ -26,12 +26,12 @@ from conicoid.io.openmc.values import read_title
 from ...command_line import execute, failure, run
 from ...samples import deep, in_turn, sampled
 from ..gdml.files import placed, text_of, volume
-from ..mcnp.decks import chosen, load_deck
+from ..mcnp.models import chosen, load_deck
 from ..mcnp.test_models import DECK, GUIDES, PINS, PITCH, XML
 from ..openmc.models import EXAMPLE_FILES, KINDS, TURNS
 from ..strategies import SOLIDS, moved, primitive
 from . import models
-from .comparison import assert_close_answers, assert_same_answers, written_and_read
+from .models import assert_close_answers, assert_same_answers, written_and_read
 
 # --- Every solid of Conicoid, moved and combined: a format writes it so that it answers as before, or refuses it by
 # name

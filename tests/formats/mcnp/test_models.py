@@ -7,10 +7,23 @@ import pytest
 
 import conicoid as co
 
-from .decks import chosen, load_deck, names_at
-from .evaluator import carried
-from .models import ABOUT_Z, ASYMMETRIC, MODELS, TRANSFORMS, cuboid
-from .senses import BODIES, SIMPLE, Sense, beyond_any, plane, tube
+from .models import (
+    ABOUT_Z,
+    ASYMMETRIC,
+    BODIES,
+    MODELS,
+    SIMPLE,
+    TRANSFORMS,
+    Sense,
+    beyond_any,
+    carried,
+    chosen,
+    cuboid,
+    load_deck,
+    names_at,
+    plane,
+    tube,
+)
 
 # --- Whole decks: against an evaluator, against OpenMC, and voids around parts from CAD
 

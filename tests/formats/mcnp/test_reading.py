@@ -11,7 +11,7 @@ import conicoid as co
 from conicoid.io.importers import is_mcnp
 from conicoid.io.mcnp.cards import Card, DataCards, expand_entries, parse_deck
 
-from .decks import load_deck, names_at
+from .models import load_deck, names_at
 
 PIN = """\
 A pin

@@ -19,8 +19,7 @@ from conicoid.geometry.shape import PrimitiveSolid
 from conicoid.prepare import prepared_scene
 
 from ...samples import in_turn
-from .models import geometry_file
-from .repeated_models import MODELS
+from .models import MODELS, geometry_file
 from .test_repeated import written_out
 
 

@@ -14,8 +14,7 @@ from conicoid.io.openmc import geometry as limits
 from conicoid.io.openmc.importer import MAX_NESTING, read_openmc_geometry
 
 from ...children import ROOT
-from .broken import CASES, geometry
-from .models import geometry_file
+from .models import CASES, geometry, geometry_file
 
 # --- Mistakes in a file are errors with line and name, and nothing else happens
 

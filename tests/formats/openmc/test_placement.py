@@ -27,9 +27,8 @@ from conicoid.io.openmc.universe_block import _carry_extent
 from conicoid.numerics import bigfloat as ex
 
 from ...samples import deeper, sampled
-from .broken import geometry
 from .evaluator import rotation_matrix
-from .models import NAMES, geometry_file, model_file
+from .models import NAMES, geometry, geometry_file, model_file
 
 # --- Turns, rotations and placements, against plain matrices
 

@@ -14,8 +14,7 @@ from conicoid.prepare.lowering import lower
 
 from ...samples import marked
 from .evaluator import Evaluator, same_place
-from .models import geometry_file
-from .repeated_models import BALL, MODELS
+from .models import BALL, MODELS, geometry_file
 
 SLANTED = {"hexagons", "core at an angle", "cubes at an angle", "hexagons at an angle"}
 """Models with slanted walls, for which another record may stand for equal planes."""
