@@ -1,7 +1,6 @@
 """Results as values: shapes, joins, names, measures, and refraction, by independent formulas."""
 
 import copy
-import itertools
 import math
 import pickle
 from fractions import Fraction
@@ -82,35 +81,6 @@ def test_results_have_a_shape():
     assert SPANS.rays is SPANS[:].detached()._rays or SPANS.rays == RAYS
     assert repr(CROSSINGS) == f"Crossings(shape=(3, 4), {len(CROSSINGS.t)} crossings)"
     assert pickle.loads(pickle.dumps(SPANS)).shape == (3, 4)
-
-
-@pytest.mark.parametrize("kind", ["spans", "crossings"])
-@pytest.mark.parametrize("detached", [(), (0,), (0, 1, 2)])
-def test_concatenate_joins_lists(kind, detached):
-    query = getattr(SCENE, kind)
-    parts = [query(RAYS[k]) for k in (slice(0, 1), slice(1, 3))] + [query(RAYS[2:])]
-    whole = query(co.Rays.concatenate([RAYS, RAYS[2:]]))
-    mixed = [part.detached() if k in detached else part for k, part in enumerate(parts)]
-    joined = type(whole).concatenate(mixed)
-    assert joined == whole
-    assert joined.shape == (4, 4)
-    assert joined[6] == whole[6]
-    assert len(joined[5].body) == np.diff(whole.offsets)[5]
-    rows = type(whole).concatenate(itertools.chain(query(RAYS)))
-    assert rows == query(RAYS[:].__class__(ORIGINS.reshape(-1, 3), (0, 0, -1)))
-
-
-@pytest.mark.parametrize(("kind", "part"), [(co.Spans, SPANS), (co.Crossings, CROSSINGS)])
-@pytest.mark.parametrize(("parts", "error", "message"), [
-    (lambda part: [part, HITS], TypeError, r"parts\[1\] must be {}, got Hits"),
-    (lambda part: part, TypeError, "parts must be a list of {0}, got {0}"),
-    (lambda part: [], ValueError, "parts must hold at least one"),
-    (lambda part: [part, part[0]], ValueError, "parts must have shapes that differ in the first axis"),
-    (lambda part: [part, getattr(co.Scene(co.Box((0, 0, 0), (9, 9, 9))), type(part).__name__.lower())(RAYS)], ValueError, "parts must be of one scene"),
-])  # fmt: skip
-def test_concatenate_refuses(kind, part, parts, error, message):
-    with pytest.raises(error, match=f"{kind.__name__}: {message.format(kind.__name__)}"):
-        kind.concatenate(parts(part))
 
 
 def test_spans_index_refused():
@@ -216,9 +186,17 @@ EQUAL = {
     "rays of a camera": lambda: co.Rays.from_camera(CAMERA, 4, 3),
     "bounds": lambda: OVERLAPPING.bounds,
     "surroundings": lambda: co.Environment(PIXELS),
+    "slice": lambda: PILLARS.slice("z", pixels=8),
+    "voxels": lambda: PILLARS.voxels(shape=4),
+    "shares of voxels": lambda: PILLARS.voxels(shape=4, fractions="material"),
+    "parameters": lambda: co.parameters(PILLARS),
 }
 
 
+UNHASHABLE = {"findings", "bounds", "slice", "voxels", "shares of voxels", "parameters"}
+
+
+RAISED = PILLARS.moved("ball", (0, 0, 0.5))
 OTHERS = {
     "finding": co.check(OVERLAPPING, rays=2000)[0],
     "measures": co.measure(BALL - co.Box((0, 0, 0), (1, 1, 1)), rays=100, seed=1),
@@ -227,6 +205,10 @@ OTHERS = {
     "scan": co.ct.cone([0, 31], 2, 5, 3, 2),
     "rays of a camera": co.Rays.from_camera(CAMERA, 4, 4),
     "bounds": BALL.bounds,
+    "slice": RAISED.slice("z", pixels=8),
+    "voxels": RAISED.voxels(shape=4),
+    "shares of voxels": RAISED.voxels(shape=4, fractions="material"),
+    "parameters": co.parameters(RAISED),
 }
 
 
@@ -236,21 +218,10 @@ def test_equal_results_and_copies(kind):
     for again in (other, pickle.loads(pickle.dumps(one)), copy.deepcopy(one)):
         assert (one == again) is True
         assert (one != again) is False
-        if kind not in ("findings", "bounds"):
+        if kind not in UNHASHABLE:
             assert hash(one) == hash(again)
     for different in (None, "x", OTHERS.get(kind, 3)):
         assert (one == different) is False
-
-
-@pytest.mark.parametrize("make", [
-    lambda scene: scene.slice("z", pixels=8), lambda scene: scene.voxels(shape=4),
-    lambda scene: scene.voxels(shape=4, fractions="material"), co.parameters,
-])  # fmt: skip
-def test_slices_and_voxels_equal_their_pickles(make):
-    copied = make(PILLARS)
-    assert copied == pickle.loads(pickle.dumps(copied)) == make(PILLARS)
-    assert copied != make(PILLARS.moved("ball", (0, 0, 0.5)))
-    assert copied != 3
 
 
 @pytest.mark.parametrize("chunk", [None, 7, 1])
