@@ -104,7 +104,7 @@ PAINTED = co.Scene([co.Body(body.shape, "white", body.name) for body in SCENE.bo
     (lambda ask, part: [], ValueError, "parts must hold at least one"),
     (lambda ask, part: [part, ask(SCENE)(ONE)], ValueError, "parts must have shapes that differ in the first axis"),
     (lambda ask, part: [part, ask(co.Scene(co.Sphere(2)))(RAYS)], ValueError, r"parts must be of one scene, got parts\[0\]"),
-    (lambda ask, part: [part, ask(PAINTED)(RAYS)], ValueError, "parts must be of one scene, got two "),
+    (lambda ask, part: [part, ask(PAINTED)(RAYS)], ValueError, "parts must be of one scene, got (two names or materials|parts)"),
 ])  # fmt: skip
 def test_other_parts_are_not_joined(kind, parts, error, message):
     answer = ASK[kind](RAYS)
