@@ -74,19 +74,6 @@ def test_only_new_bodies_are_lowered(computed_shapes):
     assert len(computed_shapes) == 7
 
 
-def test_a_changed_scene_is_the_scene_made_anew():
-    scene = co.Scene(_things())
-    scene.prepare()
-    moved = scene["turned"].shape.translate((0, 0, 1))
-    changed = scene.replace("turned", moved).replace("floor", co.Body(co.Sphere(0.5), "red", "ball"))
-    fresh = _things()
-    fresh[1] = co.Body(fresh[1].shape.translate((0, 0, 1)), name="turned")
-    fresh[7] = co.Body(co.Sphere(0.5), "red", "ball")
-    assert changed == co.Scene(fresh)
-    _same(changed, co.Scene(fresh))
-    _same(co.Scene([scene.bodies[1].shape] * 3), co.Scene([co.Body(_things()[1].shape) for _ in range(3)]))
-
-
 def test_other_lights_and_cameras_prepare_nothing(monkeypatch):
     scene = co.Scene(_things())
     scene.prepare()

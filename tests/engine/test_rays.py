@@ -95,16 +95,6 @@ def test_a_single_ray_and_a_row_of_rays_are_plain_too():
     assert floors.first_hit(rays[np.array([False, True, True])]).t.tolist() == [4.0, np.inf]
 
 
-def test_no_query_takes_the_numbers_of_another_scene():
-    rays, floors = rays_up(co.Scene(BALLS)), co.Scene([*FLOORS, co.Box((-9, -9, -8), (9, 9, -7))])
-    assert floors.occluded(rays).tolist() == [True, True, False]
-    crossings, spans = floors.crossings(rays), floors.spans(rays)
-    assert crossings.offsets.tolist() == [0, 4, 8, 8]
-    assert crossings.t.tolist() == [4.0, 6.0, 8.0, 9.0] * 2
-    assert (crossings.t_error < 1e-15).all()
-    assert spans.lengths().tolist() == [[0.0, 0.0, 1.0]] * 2 + [[0.0, 0.0, 0.0]]
-
-
 def test_hits_of_foreign_rays_have_bounds_and_spawn_rays_of_their_own_scene():
     floors = co.Scene(FLOORS)
     hits = floors.first_hit(rays_up(co.Scene(BALLS)))
@@ -125,11 +115,6 @@ def test_the_scene_itself_and_equal_ones_know_the_surfaces(tmp_path):
         assert again.first_hit(rays).t.tolist() == [2.0, 2.0, np.inf]
 
 
-def test_the_same_bodies_in_another_order_are_another_scene():
-    rays, turned = rays_up(co.Scene(BALLS)), co.Scene(BALLS[::-1])
-    assert turned.first_hit(rays).t.tolist() == turned.first_hit(co.Rays(*rays[:2])).t.tolist() + [np.inf]
-
-
 @pytest.mark.parametrize("index", [slice(1, None), [0, 2], np.array([True, True, False]), None, ...])
 def test_chosen_rays_know_their_scene(index):
     scene = co.Scene(BALLS)
@@ -137,12 +122,6 @@ def test_chosen_rays_know_their_scene(index):
     expected = np.array([2.0, 2.0, np.inf])[index]
     assert np.array_equal(scene.first_hit(rays[index]).t, expected)
     assert np.array_equal(co.Scene(FLOORS).first_hit(rays[index]).t, np.where(expected == 2, 4.0, np.inf))
-
-
-def test_unpacked_rays_are_plain_in_their_own_scene():
-    scene = co.Scene(BALLS)
-    origins, directions = rays_up(scene)[:1]
-    assert scene.first_hit(co.Rays(origins, directions), t_min=-1).t.tolist() == [0.0]
 
 
 def random_scene(random):

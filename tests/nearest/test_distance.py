@@ -650,7 +650,7 @@ def random_faults(seed, count, forced):
 
 @pytest.mark.parametrize(
     ("seed", "count", "forced"),
-    [(1, 40, 2), *deeper([(2, 40, 2), (5, 40, 2)]), *deeper((seed, 100, 4) for seed in range(100, 300))],
+    [(1, 40, 1), *deeper([(2, 40, 2), (5, 40, 2)]), *deeper((seed, 100, 4) for seed in range(100, 300))],
 )
 def test_random_bodies(seed, count, forced):
     assert random_faults(seed, count, forced) == []
@@ -678,22 +678,6 @@ def test_heat_between_two_spheres(example):
     assert exactly[1] == pytest.approx((1 / 1.5 - 1 / 2) / (1 - 1 / 2))
     assert (error < 0.03).all()
     assert np.abs(value - exactly) == pytest.approx(np.zeros(4), abs=4 * error.max())
-
-
-@pytest.mark.deep
-def test_a_map_of_the_block_and_of_the_closed_form(example):
-    pixels = example.picture(24, 40).pixels
-    assert pixels.shape == (24, 58 + 2 + 24, 3)
-    assert np.isfinite(pixels).all()
-    ring = pixels[:, 60:]
-    assert ring[12, [0, 8, 16, 23]] == pytest.approx(0.8)  # the hole, and outside
-    assert ring[:, 12].min() == 1  # the line between
-    # Walks on the left, the formula on the right: mirror images but for the noise and the lines
-    left, right = ring[:, 1:11], ring[:, 22:12:-1]
-    wall = (left != 0.8).any(axis=-1) & (right != 0.8).any(axis=-1)
-    assert wall.sum() > 100
-    assert np.median(np.abs(left - right)[wall]) < 0.1
-    assert np.abs(left - right)[wall].mean() < 0.15
 
 
 def test_neighbours_that_are_there_are_averaged(example):
