@@ -20,17 +20,6 @@ def rays():
     return subject.rays(COUNT)
 
 
-@pytest.fixture
-def folder(tmp_path, rays):
-    """Write a scene, and the same rays in files of several kinds: .npz of two kinds, .npy and .csv."""
-    co.save(subject.scene(), tmp_path / "scene.yaml")
-    table = np.concatenate([rays.origins, rays.directions], axis=1)
-    np.save(tmp_path / "rays.npy", table)
-    np.savez(tmp_path / "stored.npz", origins=rays.origins, directions=rays.directions)
-    np.savez_compressed(tmp_path / "packed.npz", origins=rays.origins, directions=rays.directions)
-    return tmp_path
-
-
 def failure_of_trace(folder, rays, output, *options):
     result = run("trace", folder / "scene.yaml", folder / rays, "-o", folder / output, *options)
     assert result.exit_code == 2, result.stderr

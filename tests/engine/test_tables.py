@@ -21,6 +21,7 @@ from conicoid.prepare.pattern import RowTable, row_blocks
 from conicoid.prepare.tape import recordings
 
 from ..samples import drawn
+from ..tables import assert_same_columns
 from .tapes.test_recorded import KINDS, MOTIONS, SOLIDS
 
 # --- Scenes whose bodies are lowered together have the tables of scenes whose bodies are lowered one by one, to the bit
@@ -44,27 +45,16 @@ def solids_of(rng: random.Random) -> list[Any]:
     return shapes
 
 
-def columns(shapes: list[Any]) -> dict[str, Any]:
-    """Return all columns of the lowered shapes, by name."""
-    lowered = lowering.lower([co.Body(shape) for shape in shapes]).limited()
-    found: dict[str, Any] = {name: getattr(lowered.tables, name) for name in lowered.tables._fields}
-    for name in ("boxes", "frames", "body_frame", "body_item"):
-        found[name] = getattr(lowered, name)
-    for name in ("planes", "spheres", "quadrics", "vertices"):
-        found[f"rest of {name}"] = getattr(lowered.rest, name)
-    return found
-
-
 def assert_same_tables(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    shapes = solids_of(random.Random(seed))
-    together = columns(shapes)
+    together = lower_all(solids_of(random.Random(seed)))
     with monkeypatch.context() as patched:
         patched.setattr(recordings, "FEWEST", 10**9)
         patched.setattr(together_module, "_FEWEST_OF_PLAN", 10**9)
-        alone = columns(solids_of(random.Random(seed)))
-    for name, column in alone.items():
-        assert column.dtype == together[name].dtype, name
-        assert np.ascontiguousarray(column).tobytes() == np.ascontiguousarray(together[name]).tobytes(), (seed, name)
+        assert_same_columns(lower_all(solids_of(random.Random(seed))), together)
+
+
+def lower_all(shapes: list[Any]) -> Any:
+    return lowering.lower([co.Body(shape) for shape in shapes]).limited()
 
 
 @pytest.mark.parametrize("seed", range(12))

@@ -23,6 +23,7 @@ from conicoid.io.scene_file.nodes import (
 from conicoid.io.scene_file.writer import dump_yaml, format_scalar, format_text
 from conicoid.io.scene_file.yaml_parser import YamlError, parse_document
 
+from ..interruptions import Interruption
 from .fuzzing.scene_cases import sources
 
 # --- The meaning of words (YAML 1.2, section 10.3.2, with its own examples), and how they are written
@@ -263,10 +264,6 @@ def test_progress_rises_to_the_end(tmp_path):
 
 def test_reading_can_be_interrupted(tmp_path):
     (tmp_path / "scene.yaml").write_text("bodies:\n" + "- {shape: {Sphere: {}}}\n" * 3000)
-
-    def stop(done: int, count: int) -> None:
-        raise KeyboardInterrupt
-
     with pytest.raises(KeyboardInterrupt):
-        co.load(tmp_path / "scene.yaml", progress=stop)
+        co.load(tmp_path / "scene.yaml", progress=Interruption())
     assert gc.isenabled()

@@ -21,6 +21,7 @@ from native import objects, ptx
 
 from ..emulation import Card, Kernels, device_kernels, device_module, from_store, sources_of
 from ..engine.test_routes import camera, crowded_scene
+from ..interruptions import Interruption
 from ..reference import aimed_rays
 from ..reference.quadratics import Table
 from ..reference.random_items import KINDS, SCENES, extreme, ordinary
@@ -310,15 +311,7 @@ def test_a_device_for_all_queries(card, monkeypatch):
 def test_ctrl_c_leaves_no_chunk_behind(card, monkeypatch):
     scene, rays = crowded_scene(), camera(48)
     expected = scene.first_hit(rays)
-    usual, calls = card.is_done, []
-
-    def interrupted(stream):
-        calls.append(1)
-        if len(calls) == 20:
-            raise KeyboardInterrupt
-        return usual(stream)
-
-    monkeypatch.setattr(card, "is_done", interrupted)
+    monkeypatch.setattr(card, "is_done", Interruption(20, card.is_done))
     with pytest.raises(KeyboardInterrupt):
         scene.first_hit(rays, device="cuda")
     same_hits(scene.first_hit(rays, device="cuda"), expected)

@@ -8,6 +8,8 @@ import pytest
 import conicoid as co
 from conicoid.apps.section import voxels, voxels as voxel_blocks
 
+from ..interruptions import Interruption
+
 SCENE = co.Scene([
     co.Body(co.Sphere(1) - co.Cylinder((0, 0, -2), (0, 0, 2), 0.5), co.matte("red", name="red"), "ring"),
     co.Body(co.Box((0.5, -1, -1), (1.5, 1, 0.5)), co.matte("blue", name="blue")),
@@ -101,13 +103,9 @@ def test_files_hold_their_window(path):
 
 
 def test_interrupted_work_leaves_no_files(path):
-    def stop(done, count):
-        if done > count / 2:
-            raise KeyboardInterrupt
-
     for options in ({}, dict(fractions="body")):
         with pytest.raises(KeyboardInterrupt):
-            SCENE.voxels(WINDOW, SHAPE, path=path, progress=stop, **options)
+            SCENE.voxels(WINDOW, SHAPE, path=path, progress=Interruption(2), **options)
         assert list(path.parent.iterdir()) == []
 
 
