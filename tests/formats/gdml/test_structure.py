@@ -41,31 +41,53 @@ def has_one_wall_between(scene, start, bodies):
     return scene.spans(start, (0, 0, 1)).name.tolist() == bodies and list(map(len, walls)) == [1] * len(bodies)
 
 
-def test_a_placement_turns_the_other_way(tmp_path):
+SMALL = '<box name="s" x="2" y="2" z="2"/>'
+TIP = SMALL + '<union name="tip"><first ref="s"/><second ref="s"/><position x="{}" y="{}" z="0"/></union>'
+ARM = TIP.replace("tip", "arm").format(2, 0) + (
+    '<subtraction name="d"><first ref="w"/><second ref="arm"/><rotation z="90" unit="deg"/></subtraction>'
+)
+PAIR = "<assembly name='pair'>" + "".join(placed("bar", f'<position x="{x}"/>') for x in (3, -3)) + "</assembly>"
+PAIRS = placed("pair", '<position y="10"/>', 'name="up0x55d0c0ffee"') + placed(
+    "pair", '<position y="-10"/>', 'name="down" copynumber="7"'
+)
+DEFINE = (
+    '<variable name="i" value="0"/><constant name="n" value="3"/><matrix name="m" coldim="1" values="1 2 4"/>'
+    '<quantity name="d" type="length" value="1" unit="cm"/>'
+)
+LOOP = '<loop for="i" to="n" from="1">{}</loop>'.format
+COPIES = (
+    '<paramvol ncopies="2"><volumeref ref="part"/><parameterised_position_size>'
+    '<parameters number="1"><position x="-5" y="0" z="0"/><box_dimensions x="2" y="2" z="2"/></parameters>'
+    '<parameters number="2"><position x="5" y="0" z="0"/><rotation x="0" y="0" z="90" unit="deg"/>'
+    '<box_dimensions x="6" y="2" z="2"/></parameters></parameterised_position_size></paramvol>'
+)
+PLACES = {  # text, and the bodies at points
     # By +90 degrees about z Geant4's placement turns its volume by -90: the tip at +x goes to -y. About x: +y to -z
-    solids = (
-        WORLD
-        + '<box name="s" x="2" y="2" z="2"/><union name="tip"><first ref="s"/><second ref="s"/><position x="{}" y="{}" z="0"/></union>'
-    )
-    for turn, tip, there in (("z", (2, 0), (0, -2, 0)), ("x", (0, 2), (0, 0, -2)), ("y", (2, 0), (0, 0, 2))):
-        inside = f'<rotation {turn}="90" unit="deg"/>'
-        text = text_of(solids.format(*tip), volume("t", "tip") + volume("world", "w", placed("t", inside)))
-        scene = scene_of(tmp_path, text)
-        assert at(scene, there, [-x for x in there]) == ["world/t", "world"]
+    **{f"turned about {turn}": (
+        text_of(WORLD + TIP.format(*tip), volume("t", "tip") + volume("world", "w", placed("t", f'<rotation {turn}="90" unit="deg"/>'))),
+        {there: "world/t", tuple(-x for x in there): "world"},
+    ) for turn, tip, there in (("z", (2, 0), (0, -2, 0)), ("x", (0, 2), (0, 0, -2)), ("y", (2, 0), (0, 0, 2)))},
+    "a turned operand": (text_of(WORLD + ARM, volume("world", "d")), {(0, 2, 0): None, (0, -2, 0): "world"}),
+    "assemblies": (text_of(WORLD + BAR, volume("bar", "bar") + PAIR + volume("world", "w", PAIRS)), {
+        (3, 10, 0): "world/up/bar", (-3, 10, 0): "world/up/bar#2", (3, -10, 0): "world/down[7]/bar",
+        (-3, -10, 0): "world/down[7]/bar#2", (0, 10, 0): "world"}),
+    "loops, matrices and names with brackets": (
+        text_of(WORLD + LOOP('<box name="b[i]" x="m[i]" y="1" z="1"/>'),
+                LOOP(volume("v[i]", "b[i]")) + volume("world", "w", LOOP(placed("v[i]", '<position x="0" y="d*(i-2)" z="0"/>'))), DEFINE),
+        {(1.9, 10, 0): "world/v_3", (0.9, 0, 0): "world/v_2", (1.9, 0, 0): "world", (0.4, -10, 0): "world/v_1"}),
+    "parameterised volumes": (
+        text_of(WORLD + '<box name="any" x="1" y="1" z="1"/>', volume("part", "any") + volume("world", "w", COPIES)),
+        {(-4.1, 0, 0): "world/part[0]", (5, 2.9, 0): "world/part[1]", (6.1, 0, 0): "world"}),
+    "a negative copy number": (
+        text_of(WORLD + BAR, volume("v", "bar") + volume("world", "w", placed("v", attributes='name="a" copynumber="-1"'))),
+        {(0, 0, 0): "world/a[-1]"}),
+}  # fmt: skip
 
 
-def test_a_boolean_turns_by_its_rotation(tmp_path):
-    solids = (
-        WORLD
-        + BAR
-        + (
-            '<box name="s" x="1" y="1" z="1"/><subtraction name="d"><first ref="w"/><second ref="arm"/>'
-            '<rotation z="90" unit="deg"/></subtraction>'
-        )
-    )
-    arm = '<box name="s0" x="2" y="2" z="2"/><union name="arm"><first ref="s0"/><second ref="s0"/><position x="2" y="0" z="0"/></union>'
-    scene = scene_of(tmp_path, text_of(arm + solids, volume("world", "d")))
-    assert at(scene, (0, 2, 0), (0, -2, 0)) == [None, "world"]
+@pytest.mark.parametrize("name", PLACES)
+def test_bodies_stand_where_geant4_has_them(name, tmp_path):
+    text, places = PLACES[name]
+    assert at(scene_of(tmp_path, text), *places) == [*places.values()]
 
 
 def test_three_angles_and_a_scale(tmp_path):
@@ -198,39 +220,6 @@ def test_an_operand_rotated_about_z_ends_at_its_height(tmp_path):
     assert has_one_wall_between(scene, (0.1, 0.2, -1), ["world", "world/two", "world/p", "world"])
 
 
-def test_assemblies_and_names(tmp_path):
-    pair = (
-        '<assembly name="pair">'
-        + placed("bar", '<position x="3" y="0" z="0"/>')
-        + placed("bar", '<position x="-3" y="0" z="0"/>')
-        + "</assembly>"
-    )
-    inside = placed("pair", '<position y="10"/>', 'name="up0x55d0c0ffee"') + placed(
-        "pair", '<position y="-10"/>', 'name="down" copynumber="7"'
-    )
-    scene = scene_of(tmp_path, text_of(WORLD + BAR, volume("bar", "bar") + pair + volume("world", "w", inside)))
-    assert names(scene) == ["world", "world/up/bar", "world/up/bar#2", "world/down[7]/bar", "world/down[7]/bar#2"]
-    assert at(scene, (3, 10, 0), (-3, -10, 0), (0, 10, 0)) == ["world/up/bar", "world/down[7]/bar#2", "world"]
-
-
-def test_loops_matrices_and_names_with_brackets(tmp_path):
-    define = (
-        '<variable name="i" value="0"/><constant name="n" value="3"/><matrix name="m" coldim="1" values="1 2 4"/>'
-        '<quantity name="d" type="length" value="1" unit="cm"/>'
-    )
-    solids = WORLD + '<loop for="i" from="1" to="n"><box name="b[i]" x="m[i]" y="1" z="1"/></loop>'
-    structure = '<loop for="i" to="n" from="1">' + volume("v[i]", "b[i]") + "</loop>"
-    inside = '<loop for="i" from="1" to="n">' + placed("v[i]", '<position x="0" y="d*(i-2)" z="0"/>') + "</loop>"
-    scene = scene_of(tmp_path, text_of(solids, structure + volume("world", "w", inside), define))
-    assert names(scene) == ["world", "world/v_1", "world/v_2", "world/v_3"]
-    assert at(scene, (1.9, 10, 0), (0.9, 0, 0), (1.9, 0, 0), (0.4, -10, 0)) == [
-        "world/v_3",
-        "world/v_2",
-        "world",
-        "world/v_1",
-    ]
-
-
 REPLICA = (
     '<replicavol number="{}"><volumeref ref="part"/><replicate_along_axis><direction {}="1"/><width value="{}" unit="{}"/>'
     '<offset value="{}" unit="{}"/></replicate_along_axis></replicavol>'
@@ -348,18 +337,6 @@ def test_slices_have_the_leaning_walls_of_their_mother(tmp_path, mother, rule, r
         for t in np.unique(here.t):
             assert len(set(here.surface[here.t == t].tolist())) == 1
         assert np.all(np.diff(np.unique(here.t)) > 1e-9)
-
-
-def test_parameterised_volumes(tmp_path):
-    rule = (
-        '<paramvol ncopies="2"><volumeref ref="part"/><parameterised_position_size>'
-        '<parameters number="1"><position x="-5" y="0" z="0"/><box_dimensions x="2" y="2" z="2"/></parameters>'
-        '<parameters number="2"><position x="5" y="0" z="0"/><rotation x="0" y="0" z="90" unit="deg"/>'
-        '<box_dimensions x="6" y="2" z="2"/></parameters></parameterised_position_size></paramvol>'
-    )
-    solids = WORLD + '<box name="any" x="1" y="1" z="1"/>'
-    scene = scene_of(tmp_path, text_of(solids, volume("part", "any") + volume("world", "w", rule)))
-    assert at(scene, (-4.1, 0, 0), (5, 2.9, 0), (6.1, 0, 0)) == ["world/part[0]", "world/part[1]", "world"]
 
 
 NESTED = (
@@ -492,12 +469,6 @@ def test_a_mistake_in_a_module_is_reported_with_its_file(tmp_path):
     (tmp_path / "part.gdml").write_text(HEAD + "<solids><box name='b' x='nonsense'/></solids></gdml>")
     with pytest.raises(SceneFileError, match=r"part\.gdml:3.*'nonsense', which is not defined"):
         scene_of(tmp_path, text_of(WORLD, volume("world", "w", '<physvol><file name="part.gdml"/></physvol>')))
-
-
-def test_copy_numbers_may_be_negative(tmp_path):
-    structure = volume("v", "bar") + volume("world", "w", placed("v", attributes='name="a" copynumber="-1"'))
-    scene = scene_of(tmp_path, text_of(WORLD + BAR, structure))
-    assert [body.name for body in scene.bodies] == ["world", "world/a[-1]"]
 
 
 def test_an_empty_number_is_0(tmp_path):

@@ -378,7 +378,7 @@ HOLDS = {
         dict(symbols=["C", "O", "N", "C"], cell=None, remarks=(
             "2 alternate places of atoms are left out", "1 atom of an occupancy below 1 shown as a whole"))),
     "CIF": (CIF, dict(symbols=["C", "O"], labels=("C5' DA 1 A", "O1 DA 1 A"), cell=np.diag([10, 20, 30]), remarks=(
-        "1 alternate places of atoms are left out", "the first of several models is read"))),
+        "the first of several models is read", "1 alternate places of atoms are left out"))),
     # Residues 100 and 100A are two: the first place of the second is no alternate place of the first
     "CIF of insertion codes": (
         "data_x\n" + _rows("_atom_site", *CODED)
@@ -415,10 +415,10 @@ def test_files_hold_their_atoms(name, tmp_path):
         pytest.importorskip("gemmi")
     found = co.molecule(text_file(tmp_path, "".join(text), "a.txt" if text is CIF else f"a.{name[:3].lower()}"))
     for field, value in expected.items():
-        numbers = field in ("positions", "bonds", "cell") and value is not None
-        assert (
-            np.allclose(getattr(found, field), value, rtol=0, atol=1e-14) if numbers else getattr(found, field) == value
-        )
+        if field in ("positions", "bonds", "cell") and value is not None:
+            np.testing.assert_allclose(getattr(found, field), value, rtol=0, atol=1e-14)
+        else:
+            assert getattr(found, field) == value
 
 
 def test_a_file_without_atoms(tmp_path):
