@@ -74,13 +74,13 @@ def test_columns_that_come_first_in_pieces(folder, rays):
         assert traced(folder, name, "parts.csv", "--chunk", 64).read_bytes() == whole
 
 
+@pytest.mark.parametrize("spans", [(), ("--spans",)])
 @pytest.mark.parametrize("options", [("--errors",), ("--t-min", -1, "--t-max", 6.5), ("--errors", "--t-max", 7)])
-def test_options_of_chunks(folder, options):
-    for spans in ((), ("--spans",)):
-        whole = traced(folder, "rays.npy", "whole.csv", *spans, *options).read_bytes()
-        assert traced(folder, "rays.npy", "parts.csv", *spans, *options, "--chunk", 64).read_bytes() == whole
-        plain = traced(folder, "rays.npy", "plain.csv", *spans).read_bytes()
-        assert plain != whole
+def test_options_of_chunks(folder, options, spans):
+    whole = traced(folder, "rays.npy", "whole.csv", *spans, *options).read_bytes()
+    assert traced(folder, "rays.npy", "parts.csv", *spans, *options, "--chunk", 64).read_bytes() == whole
+    plain = traced(folder, "rays.npy", "plain.csv", *spans).read_bytes()
+    assert plain != whole
 
 
 def test_mistakes_in_streamed_files(folder, rays):

@@ -95,17 +95,20 @@ def test_the_critical_angle_has_no_derivative():
     assert np.isnan(found).any()
 
 
-def test_invalid_calls_are_refused():
-    for call, message in (
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
         (
             lambda: reflect_jvp((0, 0, 1), (0, 0, 1), d_normals=np.zeros((2, 3))),
             r"reflect_jvp: d_normals must broadcast to \(3,\), got \(2, 3\)",
         ),
         (lambda: refract_vjp((0, 0, 1), (0, 0, 1), 1.5, "x"), r"refract_vjp: cotangents must be an array of numbers"),
         (lambda: reflect_vjp((0, 0, 0), (0, 0, 1), (1, 0, 0)), "finite and not zero"),
-    ):
-        with pytest.raises(ValueError, match=message):
-            call()
+    ],
+)
+def test_invalid_calls_are_refused(call, message):
+    with pytest.raises(ValueError, match=message):
+        call()
 
 
 # --- `co.parameters`: names, values, scenes with other numbers

@@ -140,14 +140,14 @@ def test_any_number_in_any_place(form, number):
         check_number(form, place, number)
 
 
+@pytest.mark.parametrize("those", [[12], [5, 6, 17], range(COUNT)])
 @pytest.mark.parametrize("word", ["glossy", "no colour", "'#ff0000'", "null", "true", "5", "''", "'5'", "ball"])
 @pytest.mark.parametrize("form", ["sphere", "shared", "moved", "the same"])
-def test_any_word(form, word):
-    for those in ([12], [5, 6, 17], range(COUNT)):
-        listed = lines(form)
-        for k in those:
-            listed[k] = lines(form, word=word)[k].replace(f"n{k}", word)
-        check(SHAPES + "\n".join(listed))
+def test_any_word(form, word, those):
+    listed = lines(form)
+    for k in those:
+        listed[k] = lines(form, word=word)[k].replace(f"n{k}", word)
+    check(SHAPES + "\n".join(listed))
 
 
 def test_names_that_are_taken():
@@ -159,13 +159,15 @@ def test_names_that_are_taken():
     assert check(SHAPES + "\n".join(listed))
 
 
-def test_axes_and_matrices_that_vanish():
+@pytest.mark.parametrize(
+    ("form", "none"), [("turned", ["0", "0", "-0.0", "5"]), ("moved again", ["0.0", "0", "30", "1"])]
+)
+def test_axes_and_matrices_that_vanish(form, none):
     """Zeros stand in all places of a vector, where each number alone may be zero."""
-    for form, none in (("turned", ["0", "0", "-0.0", "5"]), ("moved again", ["0.0", "0", "30", "1"])):
-        listed = lines(form)
-        for k in (4, 12, 21):
-            listed[k] = "  - " + BODIES[form].format(*none)
-        assert check(SHAPES + "\n".join(listed))
+    listed = lines(form)
+    for k in (4, 12, 21):
+        listed[k] = "  - " + BODIES[form].format(*none)
+    assert check(SHAPES + "\n".join(listed))
 
 
 def test_motions_that_leave_the_domain():

@@ -158,9 +158,11 @@ def test_scene_attributes_are_read_only():
     assert titled.title
 
 
-def test_progress_takes_any_callable():
-    for progress in (print, lambda *numbers: None, lambda done, count: None, lambda done, count, more=0: None):
-        co.Scene([BALL]).prepare(progress)
+@pytest.mark.parametrize(
+    "progress", [print, lambda *numbers: None, lambda done, count: None, lambda done, count, more=0: None]
+)
+def test_progress_takes_any_callable(progress):
+    co.Scene([BALL]).prepare(progress)
 
 
 @pytest.mark.parametrize("two", [2, 2.0, np.int64(2), np.uint8(2), np.float32(2)])
@@ -266,12 +268,12 @@ def test_reflect_and_refract_refuse_a_column_of_vectors(bent):
     assert bent(column, np.ones((5, 3))).shape == (4, 5, 3)
 
 
+@pytest.mark.parametrize("query", [SCENE.first_hit, SCENE.occluded, SCENE.spans, SCENE.crossings, SCENE.lengths])
 @pytest.mark.parametrize("interval", ["t_min", "t_max"])
 @pytest.mark.parametrize("value", [True, np.True_, np.array([True, False])])
-def test_intervals_refuse_truth_values(interval, value):
-    for query in (SCENE.first_hit, SCENE.occluded, SCENE.spans, SCENE.crossings, SCENE.lengths):
-        with pytest.raises(ValueError, match=f"{interval} must be a number .*, which is true or false$"):
-            query(RAYS, **{interval: value})
+def test_intervals_refuse_truth_values(interval, value, query):
+    with pytest.raises(ValueError, match=f"{interval} must be a number .*, which is true or false$"):
+        query(RAYS, **{interval: value})
 
 
 def test_advice_of_messages_works(tmp_path):

@@ -181,10 +181,10 @@ def test_no_wall_and_none_within_reach():
     assert scene.distance([(3, 0, 0)] * 2, max_distance=[1, 4]).distance == pytest.approx([math.inf, 2])
 
 
-def test_ties_go_to_the_body_listed_first():
-    for order in (1, -1):
-        scene = co.Scene([co.Sphere(1, (2, 0, 0)), co.Sphere(1, (-2, 0, 0)), co.Sphere(1, (0, 2, 0))][::order])
-        assert scene.distance((0, 0, 0), exact=True).body == 0
+@pytest.mark.parametrize("order", [1, -1])
+def test_ties_go_to_the_body_listed_first(order):
+    scene = co.Scene([co.Sphere(1, (2, 0, 0)), co.Sphere(1, (-2, 0, 0)), co.Sphere(1, (0, 2, 0))][::order])
+    assert scene.distance((0, 0, 0), exact=True).body == 0
 
 
 def test_a_corner_of_many_surfaces_has_the_face_of_a_wall():
@@ -285,10 +285,10 @@ def test_slender_tips_of_four_planes_are_proved(sides, tip):
     assert all(np.isclose(walls, n).all(axis=1).any() for n in found.normal)
 
 
-def test_far_points():
-    for away in (1e3, 1e6, 1e9):
-        found = exact(co.Ellipsoid((1, 2, 3)), (0, 0, away))
-        assert abs(found.distance - (away - 3)) <= found.error <= 1e-12 * away
+@pytest.mark.parametrize("away", [1e3, 1e6, 1e9])
+def test_far_points(away):
+    found = exact(co.Ellipsoid((1, 2, 3)), (0, 0, away))
+    assert abs(found.distance - (away - 3)) <= found.error <= 1e-12 * away
 
 
 def test_shapes_of_arrays_and_refusals():

@@ -52,14 +52,17 @@ def test_a_glass_has_no_index_outside_of_its_range():
         co.optics.glass("N-BK7")(-1)
 
 
-def test_unknown_names():
-    for call, error, message in (
+@pytest.mark.parametrize(
+    ("call", "error", "message"),
+    [
         (lambda: co.optics.glass("BK7"), ValueError, "got 'BK7' .did you mean 'N-BK7'"),
         (lambda: co.optics.glasses["N-SF-11"], KeyError, "did you mean 'N-SF11'"),
         (lambda: co.glass("BK7"), ValueError, "the name of a glass, got 'BK7' .did you mean 'N-BK7'"),
-    ):
-        with pytest.raises(error, match=message):
-            call()
+    ],
+)
+def test_unknown_names(call, error, message):
+    with pytest.raises(error, match=message):
+        call()
 
 
 FORMULAS = [
@@ -126,8 +129,9 @@ def test_a_formula_without_an_index_is_refused(formula):
             call(0.5)
 
 
-def test_invalid_formulas_are_refused():
-    for make, message in (
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
         (lambda: co.optics.Sellmeier((1, 2), (1,)), "b and c must be as many, got 2 and 1"),
         (lambda: co.optics.Schott((1, 2)), "coefficients must be a list of 6 numbers, got 2"),
         (lambda: co.optics.Cauchy(()), "coefficients must be a list of one number or more"),
@@ -135,9 +139,11 @@ def test_invalid_formulas_are_refused():
         (lambda: co.optics.Tabulated((1, 2), (1, -1)), "n must be > 0, got -1"),
         (lambda: co.optics.Tabulated((1, 2), (1, 1), (0,)), "k must be as many as wavelengths, 2, got 1"),
         (lambda: co.optics.Cauchy((1.5,), range=(2, 1)), "range must be two rising wavelengths"),
-    ):
-        with pytest.raises(ValueError, match=message):
-            make()
+    ],
+)
+def test_invalid_formulas_are_refused(make, message):
+    with pytest.raises(ValueError, match=message):
+        make()
 
 
 # --- co.optics.fresnel and coats, against closed forms
@@ -268,15 +274,20 @@ def test_a_film_may_be_split_and_thick_metal_hides_its_substrate():
     assert (thick.transmittance == 0).all()
 
 
-def test_invalid_coats_are_refused():
-    for layers, message in (
-        ([(1.38, -1)], r"layers\[0\]: Layer: thickness must be > 0"), ([1.38], r"layers\[0\] must be a pair"),
+@pytest.mark.parametrize(
+    ("layers", "message"),
+    [
+        ([(1.38, -1)], r"layers\[0\]: Layer: thickness must be > 0"),
+        ([1.38], r"layers\[0\] must be a pair"),
         ([(1.38, 99.6)], r"layers\[0\]: Layer: thickness must be in μm.*99.6 nm are 0.0996"),
         ([(1.38, 99.6e-9)], r"layers\[0\]: Layer: thickness must be in μm.*9.96e-08 m are 0.0996"),
-        ("MgF2", "layers must be pairs"), ([(0, 1)], "refractive_index must be > 0"),
-    ):  # fmt: skip
-        with pytest.raises(ValueError, match=message):
-            co.optics.Coating(layers)
+        ("MgF2", "layers must be pairs"),
+        ([(0, 1)], "refractive_index must be > 0"),
+    ],
+)
+def test_invalid_coats_are_refused(layers, message):
+    with pytest.raises(ValueError, match=message):
+        co.optics.Coating(layers)
 
 
 def test_wavelengths_in_nanometres_are_refused():

@@ -487,8 +487,8 @@ def test_other_names_of_glasses(name, index):
     assert model.media[1].index(0.5875618) == pytest.approx(1.7, rel=1e-12)
 
 
-def test_a_file_states_its_unit(tmp_path):
-    for word, unit in (("MM", "mm"), ("CM", "cm"), ("IN", "in"), ("METER", "m"), ("M", "m")):
-        path = tmp_path / "lens.zmx"
-        path.write_text(file(SINGLET).replace("UNIT MM", f"UNIT {word}"))
-        assert co.optics.load_zmx(path).unit == co.optics.load_zmx(path).scene.unit == co.load(path).unit == unit
+@pytest.mark.parametrize(("word", "unit"), [("MM", "mm"), ("CM", "cm"), ("IN", "in"), ("METER", "m"), ("M", "m")])
+def test_a_file_states_its_unit(tmp_path, word, unit):
+    path = tmp_path / "lens.zmx"
+    path.write_text(file(SINGLET).replace("UNIT MM", f"UNIT {word}"))
+    assert co.optics.load_zmx(path).unit == co.optics.load_zmx(path).scene.unit == co.load(path).unit == unit

@@ -146,6 +146,7 @@ def test_all_integrators(card):
         same_pictures(card, materials(LIGHTS), integrator, 2)
 
 
+@pytest.mark.parametrize("form", ["box", "mitchell", "gaussian"])
 @pytest.mark.parametrize(
     "view",
     sampled(
@@ -159,10 +160,9 @@ def test_all_integrators(card):
         3,
     ),
 )
-def test_cameras_and_filters(card, view):
-    for form in ("box", "mitchell", "gaussian"):
-        same_pictures(card, lamps(), "path", 3, camera=view, filter=form)
-        same_pictures(card, lamps(), "whitted", 3, camera=view, filter=form)
+def test_cameras_and_filters(card, view, form):
+    same_pictures(card, lamps(), "path", 3, camera=view, filter=form)
+    same_pictures(card, lamps(), "whitted", 3, camera=view, filter=form)
 
 
 def test_passes_layers_and_groups(card):

@@ -85,18 +85,18 @@ def test_cones_with_angles_equal_their_formula(turn, radii):
     agrees(co.Cone((0, 0, 0), (0, 0, 3), *radii, *turn, (1, 0, 0)), inside)
 
 
+@pytest.mark.parametrize("inner", [0, 0.6])
 @pytest.mark.parametrize(("polar", "turn"), sampled(itertools.product(POLAR, TURNS), 7))
-def test_parts_of_balls_equal_ranges_of_spherical_coordinates(turn, polar):
+def test_parts_of_balls_equal_ranges_of_spherical_coordinates(turn, polar, inner):
     low, high = polar or (0, 180)
-    for inner in (0, 0.6):
-        shape = co.SphereSection(2, inner, polar, *turn)
+    shape = co.SphereSection(2, inner, polar, *turn)
 
-        def inside(p, inner=inner):
-            r = np.linalg.norm(p, axis=1)
-            theta = np.degrees(np.arccos(p[:, 2] / r))
-            return (r >= inner) & (r <= 2) & (theta >= low) & (theta <= high) & within(cylindrical(p)[1], turn)
+    def inside(p, inner=inner):
+        r = np.linalg.norm(p, axis=1)
+        theta = np.degrees(np.arccos(p[:, 2] / r))
+        return (r >= inner) & (r <= 2) & (theta >= low) & (theta <= high) & within(cylindrical(p)[1], turn)
 
-        agrees(shape, inside)
+    agrees(shape, inside)
 
 
 STACK = [(-3, 0, 2), (-1, 0.5, 2), (-1, 1, 3), (0, 1, 1), (1, 0.5, 1.5), (1, 0, 0.5), (2, 0, 0)]

@@ -256,19 +256,19 @@ def test_outlines_of_turned_shapes_are_near_those_at_rest(shape, degrees):
     assert np.array(ends(turned)) == pytest.approx(np.array(ends(rest)), abs=0.2 * abs(degrees) + 1e-12)
 
 
+@pytest.mark.parametrize("axis", ["x", "y", "z", (1, 1, 0), (1, 2, 3)])
 @pytest.mark.parametrize("degrees", [1e-100, 1e-20, 1e-16, 1e-9, 37])
-def test_a_plane_cuts_a_parabolic_cylinder_in_parabolas_or_lines(degrees):
+def test_a_plane_cuts_a_parabolic_cylinder_in_parabolas_or_lines(degrees, axis):
     """The turn may be very small: the determinant is zero, and so are both of its terms but for 1e-204."""
     windows = (
         ((-4, -4, 0.3), (8, 0, 0), (0, 8, 0)), ((0.2, -4, -4), (0, 8, 0), (0, 0, 8)), ((-4, 0.7, -4), (8, 0, 0), (0, 0, 8)),
         ((-4, -3, -4), (8, 0, 0), (0, 6, 8)), ((1, 1, 1), (2, 1, 2), (1, 2, -2)), ((-0.5, -3, -1), (2, 0, 1), (-1, 0, 2)),
     )  # fmt: skip
-    for axis in ("x", "y", "z", (1, 1, 0), (1, 2, 3)):
-        scene = co.Scene([co.ParabolicCylinder(1).rotate(axis, degrees)])
-        cuts = [scene.slice(origin=origin, u=u, v=v, pixels=8) for origin, u, v in windows]
-        kinds = {one.kind for cut in cuts for one in cut.outlines}
-        assert kinds, axis
-        assert kinds <= {"parabola", "line"}, axis
+    scene = co.Scene([co.ParabolicCylinder(1).rotate(axis, degrees)])
+    cuts = [scene.slice(origin=origin, u=u, v=v, pixels=8) for origin, u, v in windows]
+    kinds = {one.kind for cut in cuts for one in cut.outlines}
+    assert kinds, axis
+    assert kinds <= {"parabola", "line"}, axis
 
 
 @pytest.mark.parametrize("off", [s * 10.0**-k for k in (2, 4, 5, 6, 8, 10, 13, 15, 17, 30) for s in (1, -1)])
@@ -375,9 +375,9 @@ def test_a_far_center_costs_no_digit():
     assert x == pytest.approx(y * y / 2.0**41, abs=1e-15)
 
 
-def test_invalid_slices_are_refused():
-    scene = co.Scene([BALL])
-    for arguments, message in (
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
         (dict(plane="w"), "plane must be 'x', 'y' or 'z', got 'w'"),
         (dict(origin=(0, 0, 0)), "origin, u and v must be given together"),
         (dict(origin=(0, 0, 0), u=(1, 0, 0), v=(1, 1, 0)), "u and v must be at right angles"),
@@ -385,9 +385,12 @@ def test_invalid_slices_are_refused():
         (dict(plane="z", u=(1, 0, 0)), "leave out the axis"),
         (dict(origin=(0, 0, 0), u=(1, 0, 0), v=(0, 1, 0), at=1), "origin gives the place"),
         (dict(plane="z", pixels=0), "pixels must be a whole number"),
-    ):
-        with pytest.raises(ValueError, match=message):
-            scene.slice(**arguments)
+    ],
+)
+def test_invalid_slices_are_refused(arguments, message):
+    scene = co.Scene([BALL])
+    with pytest.raises(ValueError, match=message):
+        scene.slice(**arguments)
 
 
 @pytest.mark.parametrize("size", [1e-90, 1e90])
