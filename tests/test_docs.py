@@ -116,7 +116,6 @@ def recipe(name: str) -> list[str]:
 def load_module(monkeypatch: pytest.MonkeyPatch, name: str, code: str) -> ModuleType:
     """Return a module of the package with an example's code."""
     spec = importlib.util.spec_from_loader(name, loader=None)
-    assert spec is not None
     module = importlib.util.module_from_spec(spec)
     module.__package__ = name.rpartition(".")[0]
     monkeypatch.setitem(sys.modules, name, module)
@@ -131,7 +130,6 @@ def run_tests(code: str) -> None:
     tests = [value for key, value in namespace.items() if key.startswith("test_")]
     assert tests
     for run in tests:
-        assert callable(run)
         run()
 
 

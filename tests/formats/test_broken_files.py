@@ -79,7 +79,6 @@ def plain(node: Node) -> Any:
 def tree(text: str) -> Any:
     document = parse_document(text)
     root, problems = document.root, document.problems
-    assert root is not None
     assert not problems
     return plain(root)
 

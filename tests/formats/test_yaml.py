@@ -105,7 +105,6 @@ def test_other_readers_agree_on_floats(value):
 @given(st.text(st.characters(exclude_categories=("Cs",)), min_size=1, max_size=30))
 def test_written_texts_read_back(text):
     root = parse_document(f"a: {format_text(text)}\n{format_text(text)}: [{format_text(text)}]\n").root
-    assert isinstance(root, MappingNode)
     if text == "a":
         return
     assert root.entries["a"].text == text
@@ -130,7 +129,6 @@ def test_long_things_take_several_lines():
 
 def test_json_is_read():
     root = parse_document('{\n\t"a": [1, -2.5e3, true, null, "\\u00e9\\ud83d\\ude00\\/"]\n}').root
-    assert isinstance(root, MappingNode)
     items = root.entries["a"].items
     assert [parse_float(items[0]), parse_float(items[1]), parse_bool(items[2]), is_null(items[3])] == [
         1,
@@ -143,7 +141,6 @@ def test_json_is_read():
 
 def test_a_backslash_before_an_escape_stays():
     root = parse_document(r'{"a": "\\ud83d\\ude00"}').root
-    assert isinstance(root, MappingNode)
     assert root.entries["a"].text == r"\ud83d\ude00"
 
 

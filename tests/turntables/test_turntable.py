@@ -43,7 +43,6 @@ def test_the_file_holds_the_frames(tmp_path, suffix, most):
     assert co.turntable(SCENE, path, frames=5, seconds=2, **SMALL) == 5
     views = list(_views(SCENE, None, 5, 32 / 24))
     found = _frames(path)
-    assert len(found) == 5
     for view, frame in zip(views, found, strict=True):
         expected = np.asarray(SCENE.render(**SMALL, camera=view)).astype(int)
         assert np.abs(frame - expected).mean() <= most

@@ -407,7 +407,6 @@ def test_the_examples(name: str, tmp_path: Path, caplog: pytest.LogCaptureFixtur
         back = written_and_read(scene, tmp_path / "out.xml")
     assert [body.shape for body in scene.bodies] == [body.shape for body in back.bodies]
     assert [body.material for body in scene.bodies] == [body.material for body in back.bodies]
-    assert scene.domain is not None
     assert np.array_equal(scene.domain.bounds, back.domain.bounds)
     if name == "pin":
         assert_same_answers(scene, back)

@@ -77,10 +77,8 @@ def test_clear_elements() -> None:
     around += [([*lattice.hull[0].sides(), rod], count) for rod, count in zip(rods, (5, 9, 8), strict=True)]
     for sides, count in around:
         room = ElementRoom.of(lattice, place, PlaceBounds().and_(IDENTITY_MOTION, sides) or PlaceBounds())
-        assert room is not None
         assert sum(room.has(lattice.center(index)) for index in lattice.universes) == count
     free = ElementRoom.of(lattice, place, PlaceBounds())
-    assert free is not None
     assert all(free.has(lattice.center(index)) for index in lattice.universes)
 
 
@@ -171,7 +169,6 @@ def test_elements_around_a_box_are_those_that_reach_into_it(lattice: Lattice) ->
     zero = Fraction(0)
     whole = functools.reduce(Extent.union, (prism.extent for prism in lattice.hull))
     tiles = lattice.tiles_around(whole)
-    assert tiles is not None
     found = list(tiles.indices)
     assert len(found) == len(set(found)) <= tiles.count
     assert set(lattice.universes) <= set(found)
@@ -180,7 +177,6 @@ def test_elements_around_a_box_are_those_that_reach_into_it(lattice: Lattice) ->
     # Far from there: the elements in which points of a box lie
     far = Extent((Fraction(6), Fraction(7), zero), (Fraction(9), Fraction(11), Fraction(2)))
     tiles = lattice.tiles_around(far)
-    assert tiles is not None
     prisms = [lattice.prism(index) for index in tiles.indices]
     assert not any(prism.extent.common(far).is_empty for prism in prisms)
     points = np.random.default_rng(3).uniform((6, 7, 0), (9, 11, 2), (500, 3))
