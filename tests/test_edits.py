@@ -144,14 +144,12 @@ def test_refusals_of_edits(edit, error, message):
         edit(co.Scene(_things()))
 
 
-def test_a_scene_shares_equal_parts_of_a_prepared_one(monkeypatch):
+def test_a_scene_shares_equal_parts_of_a_prepared_one(noted_calls):
     scene = co.Scene(_things())
     scene.prepare()
     again = co.Scene(_things())._reuse(scene)
     assert all(new is old for new, old in zip(again.bodies, scene.bodies, strict=True))
-    lowered = []
-    lower = edited.lower
-    monkeypatch.setattr(edited, "lower", lambda bodies, stages: lowered.append(bodies) or lower(bodies, stages))
+    lowered = noted_calls(edited, "lower", lambda bodies, stages: bodies)
     ball = co.Body(co.Sphere(0.5, (5, 5, 5)), name="ball")
     for things, new in (
         ([*_things()[:3], ball, *_things()[3:]], [ball]),

@@ -80,11 +80,10 @@ def numbers(measures):
 
 
 @pytest.mark.parametrize("count", [2, *(pytest.param(count, marks=pytest.mark.deep) for count in (1, 3, 4))])
-def test_the_rays_of_one_shape_are_shared_out(count, processes, monkeypatch):
+def test_the_rays_of_one_shape_are_shared_out(count, processes, noted_calls):
     """Each piece has sums of its own, which are added in order, whatever the workers and their BLAS."""
     done, near = [], numbers(co.measure(LENS, rays=200_000, seed=3))
-    tasks, submit = [], co.parallel.Processes.submit
-    monkeypatch.setattr(co.parallel.Processes, "submit", lambda *of, **more: tasks.append(of) or submit(*of, **more))
+    tasks = noted_calls(co.parallel.Processes, "submit")
     with contextlib.nullcontext(processes) if count == 2 else co.parallel.Processes(count) as pool:
         far = co.measure(LENS, rays=200_000, seed=3, executor=pool, progress=lambda *step: done.append(step))
     assert numbers(far) == near

@@ -11,7 +11,6 @@ import pytest
 
 import conicoid as co
 from benchmarks.comparison.scenes import PINS, core_xml
-from conicoid.geometry.shape import Shape
 from conicoid.kernels.bvh.walk import ROWS
 from conicoid.kernels.surface.doubt import FAR, KAPPA, KAPPA_OF_BALLS, KAPPA_OF_PLANES, RELATIVE
 from conicoid.prepare import batch_lowering as together_module, lowering
@@ -164,7 +163,7 @@ def test_an_object_used_twice_is_two_bodies() -> None:
 
 def test_equal_numbers_do_not_make_them_one() -> None:
     """The number of maps depends on the kind of a body, not on its numbers, even if the radius of a cylinder is 1."""
-    shapes: list[Shape] = [co.Cylinder((0, 0, 0), (0, 0, 1), radius) for radius in (1, 2)]
+    shapes: list[co.Shape] = [co.Cylinder((0, 0, 0), (0, 0, 1), radius) for radius in (1, 2)]
     one, other = (co.Scene([shape])._prepared.lowered.tables for shape in shapes)
     assert len(one.map_rows) == len(other.map_rows)
 

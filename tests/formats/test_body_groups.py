@@ -10,7 +10,6 @@ import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 
 import conicoid as co
-from conicoid._util.files import SceneFileError
 from conicoid._util.value_objects import pickle_state
 from conicoid.io.scene_file import body_patterns, scene_file, scene_file as scene_reader, shape_reader, yaml_parser
 from conicoid.io.scene_file.body_patterns import PatternDocument, PatternItem
@@ -82,7 +81,7 @@ def outcome(text: str) -> Any:
         warnings.simplefilter("always")
         try:
             parts: Any = parse_scene(text, Path("scene.yaml"))
-        except SceneFileError as error:
+        except co.SceneFileError as error:
             return error.problems, [str(one.message) for one in caught]
     shapes = [body.shape for body in parts.bodies]
     same = [next(k for k, shape in enumerate(shapes) if shape is one) for one in shapes]
@@ -203,7 +202,7 @@ def test_each_alias_of_a_body_counts(tmp_path, monkeypatch):
     monkeypatch.setattr(shape_reader, "PARTS_PER_VALUE", 0)
     monkeypatch.setattr(shape_reader, "FREE_PARTS", 15 * 4)
     assert len(parse_scene(text, tmp_path / "scene.yaml").bodies) == 15
-    with pytest.raises(SceneFileError, match="too much for its length"):
+    with pytest.raises(co.SceneFileError, match="too much for its length"):
         parse_scene(text.replace("]}}", "]}}, *b"), tmp_path / "scene.yaml")
 
 
@@ -261,7 +260,7 @@ def check_pattern(text: str) -> int:
 def parts(text: str, folder: Any) -> Any:
     try:
         found = scene_file.parse_scene(text, folder / "scene.yaml")
-    except SceneFileError as error:
+    except co.SceneFileError as error:
         return error.problems
     return found, repr(found)
 

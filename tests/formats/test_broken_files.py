@@ -12,7 +12,6 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 
 import conicoid as co
-from conicoid._util.files import SceneFileError
 from conicoid.geometry.registry import REGISTRY
 from conicoid.io.scene_file.nodes import Node, ScalarNode, SequenceNode, is_null, is_text, parse_bool, parse_float
 from conicoid.io.scene_file.scene_file import read_scene
@@ -34,7 +33,7 @@ def test_there_are_enough():
 def test_refused_with_line_and_reason(case, tmp_path):
     path = tmp_path / "scene.yaml"
     path.write_bytes(case.content)
-    with pytest.raises(SceneFileError) as caught:
+    with pytest.raises(co.SceneFileError) as caught:
         read_scene(path)
     message = str(caught.value)
     for phrase in case.phrases:

@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid._util.files import SceneFileError
 from conicoid._util.value_objects import pickle_state
 from conicoid.io.scene_file import shape_reader, template
 from conicoid.io.scene_file.scene_file import parse_scene
@@ -82,7 +81,7 @@ def outcome(text: str, folder: Path) -> Any:
         warnings.simplefilter("always")
         try:
             found: Any = parse_scene(text, folder / "scene.yaml")
-        except SceneFileError as error:
+        except co.SceneFileError as error:
             listed = [f"{one.where}: {one.message}" for one in error.problems]
             return sorted(re.sub(r"^bodies\[\d+\](, row \d+)?: ", "", one) for one in listed)
     fields = [
@@ -106,11 +105,9 @@ def test_bodies_are_those_written_out(form, tmp_path):
 
 
 @pytest.mark.parametrize("form", BODIES)
-def test_most_bodies_are_built_together(form, tmp_path, monkeypatch):
+def test_most_bodies_are_built_together(form, tmp_path, noted_calls):
     """The reader with reports reads single rows: the first, and those whose types the columns omit."""
-    rows = []
-    read = template.read_row
-    monkeypatch.setattr(template, "read_row", lambda *arguments: rows.append(arguments[2]) or read(*arguments))
+    rows = noted_calls(template, "read_row", lambda *arguments: arguments[2])
     check(BODIES[form], columns(), tmp_path)
     slow = form in ("turned about a point", "integers", "painted", "radians")
     assert rows == (list(range(COUNT)) if slow else [0])
@@ -174,7 +171,7 @@ def test_bodies_of_templates_and_others_keep_their_order(tmp_path):
 
 
 def refusal(text: str, folder: Path) -> str:
-    with pytest.raises(SceneFileError) as caught:
+    with pytest.raises(co.SceneFileError) as caught:
         load(text, folder)
     return str(caught.value)
 

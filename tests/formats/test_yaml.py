@@ -8,7 +8,6 @@ import yaml
 from hypothesis import given, strategies as st
 
 import conicoid as co
-from conicoid._util.files import SceneFileError
 from conicoid.io.scene_file.nodes import (
     MappingNode,
     Node,
@@ -237,7 +236,7 @@ def test_the_collector_is_as_it_was(tmp_path):
         try:
             co.load(tmp_path / "scene.yaml", progress=lambda *_: during.append(gc.isenabled()))
             assert gc.isenabled() == on
-            with pytest.raises(SceneFileError):
+            with pytest.raises(co.SceneFileError):
                 co.load(tmp_path / "wrong.yaml")
             assert gc.isenabled() == on
             co.Scene([co.Sphere(1)]).prepare(progress=lambda *_: during.append(gc.isenabled()))

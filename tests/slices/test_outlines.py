@@ -8,7 +8,6 @@ import pytest
 import conicoid as co
 from benchmarks.same_answers import solids
 from conicoid.apps.section import outline
-from conicoid.apps.section.slice import Slice
 
 from ..samples import deep, deeper
 
@@ -24,13 +23,13 @@ def planes(rng: np.random.Generator, count: int):
         yield -0.5 * u - 0.5 * v + rng.normal(scale=0.2, size=3), u, v
 
 
-def place(cut: Slice, points):
+def place(cut: co.section.Slice, points):
     """Return coordinates of points in the plane, along u and v."""
     sides = [side / math.sqrt(side @ side) for side in (cut.u, cut.v)]
     return np.stack([points @ side for side in sides], axis=-1)
 
 
-def rays_in(cut: Slice, rng: np.random.Generator, count: int):
+def rays_in(cut: co.section.Slice, rng: np.random.Generator, count: int):
     """Return lines in the plane: across, up and oblique."""
     s, t, angle = rng.uniform(0, 1, (count, 1)), rng.uniform(0, 1, (count, 1)), rng.uniform(0, 2 * np.pi, (count, 1))
     angle[: count // 2] = 0
@@ -45,7 +44,7 @@ def within(outline, where) -> bool:
     return any(outline._begin - slack <= t + turn <= outline._stop + slack for turn in turns)
 
 
-def check_roots(cut: Slice, scene: co.Scene, rng: np.random.Generator, count: int) -> int:
+def check_roots(cut: co.section.Slice, scene: co.Scene, rng: np.random.Generator, count: int) -> int:
     """Check that every crossing of rays in the plane is on an outline of its surface and its body, to 1e-12.
 
     Return how many.
@@ -67,7 +66,7 @@ def check_roots(cut: Slice, scene: co.Scene, rng: np.random.Generator, count: in
     return checked
 
 
-def check_sides(cut: Slice, scene: co.Scene) -> int:
+def check_sides(cut: co.section.Slice, scene: co.Scene) -> int:
     """Check that the bodies of an outline are a little to its left and right. Return at how many places."""
     left, right, bottom, top = cut.extent
     size, checked = max(right - left, top - bottom), 0
@@ -107,7 +106,7 @@ def test_walls_cross_walls_of_other_batches(monkeypatch):
     assert check_sides(cut, scene) > 5 * 16
 
 
-def only(cut: Slice):
+def only(cut: co.section.Slice):
     """Return the single outline of a slice."""
     (one,) = cut.outlines
     return one

@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.viewer import export
 from conicoid.viewer.server import Server
 from conicoid.viewer.session import Session
 
@@ -121,7 +120,7 @@ class Page:
 def open_exported(browser: Any, scene: co.Scene, folder: Path, viewport: dict[str, int], **context: Any) -> Page:
     """Open the exported page of a scene."""
     path = folder / "scene.html"
-    export(scene, path)
+    co.export(scene, path)
     return Page(browser, path.as_uri(), viewport, **context)
 
 

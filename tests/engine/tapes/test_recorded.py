@@ -243,15 +243,13 @@ def test_few_of_a_kind_are_not_worth_a_recording(monkeypatch):
 
 
 @pytest.mark.parametrize("kind", ["Cylinder", "Cone", "Disc"])
-def test_one_recording_serves_every_direction_and_growth(kind, monkeypatch):
+def test_one_recording_serves_every_direction_and_growth(kind, monkeypatch, noted_calls):
     """x lies towards the coordinate axis with the least component of the axis, and a cone grows or shrinks.
 
     Neither is a test of the recording.
     """
     monkeypatch.setattr(recordings, "RECORDINGS", recordings.RecordingCache())
-    programs: list[Any] = []
-    whole = recordings.TapeProgram.of
-    monkeypatch.setattr(recordings.TapeProgram, "of", lambda tape: programs.append(tape) or whole(tape))
+    programs = noted_calls(recordings.TapeProgram, "of")
     rng = random.Random(f"all directions {kind}")
     check([KINDS[kind](rng) for _ in range(60)], 0)
     assert len(programs) == 1

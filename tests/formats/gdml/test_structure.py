@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid._util.files import SceneFileError
 from conicoid.geometry import polyhedron
-from conicoid.geometry.shape import Shape
 from conicoid.io import importers as options
 from conicoid.io.gdml import importer
 from conicoid.io.gdml.solid_template import GdmlPlacement, PrimitiveTemplate, place_solid
@@ -168,10 +166,9 @@ def test_a_daughter_displaces_its_mother(tmp_path):
     assert scene.bodies[0].material.transparency == 1  # air
 
 
-def test_a_solid_is_made_once_for_each_height(tmp_path, monkeypatch):
+def test_a_solid_is_made_once_for_each_height(tmp_path, noted_calls):
     """As in a detector of wires, five places have one turn, in a mother that loses all five."""
-    outlines, check = [], co.Revolution.__post_init__
-    monkeypatch.setattr(co.Revolution, "__post_init__", lambda self: outlines.append(self) or check(self))
+    outlines = noted_calls(co.Revolution, "__post_init__")
     wires = "".join(placed("p", f'<position x="{k}" y="{-k}" z="0"/><rotation x="30" unit="deg"/>') for k in range(5))
     text = text_of(WORLD + '<tube name="p" rmax="0.2" z="6"/>', volume("p", "p") + volume("world", "w", wires))
     world, *rest = (body.shape for body in scene_of(tmp_path, text).bodies)
@@ -179,10 +176,9 @@ def test_a_solid_is_made_once_for_each_height(tmp_path, monkeypatch):
     assert [id(shape) for shape in world.operands[1:]] == list(map(id, rest))
 
 
-def test_an_outline_of_many_corners_is_cut_once_for_all_places(tmp_path, monkeypatch):
+def test_an_outline_of_many_corners_is_cut_once_for_all_places(tmp_path, noted_calls):
     """The sides between two sections with an offset stay flat: 67 planes across x, three across y, and two ends."""
-    cut, of = [], polyhedron.convex_parts
-    monkeypatch.setattr(polyhedron, "convex_parts", lambda *arguments: cut.append(len(arguments[0])) or of(*arguments))
+    cut = noted_calls(polyhedron, "convex_parts", lambda *arguments: len(arguments[0]))
     combs = "".join(placed("c", f'<position x="0.1" y="{4.1 * k}" z="{k / 3}"/>') for k in range(-2, 3))
     scene_of(tmp_path, text_of(WORLD + COMB, volume("c", "s") + volume("world", "w", combs)))
     assert cut == [72, 72]
@@ -357,7 +353,7 @@ def test_options(tmp_path):
         (lambda: scene_of(tmp_path, text, only="none"), ValueError, "only 'none' names none of 3 bodies"),
         (
             lambda: scene_of(tmp_path, text, max_bodies=2),
-            SceneFileError,
+            co.SceneFileError,
             r"expands into 3 bodies; the limit is 2 \(max_bodies\)",
         ),
         (lambda: scene_of(tmp_path, text, smooth=True), ValueError, "smooth means nothing for a GDML file"),
@@ -380,7 +376,9 @@ def test_volumes_that_are_no_others_moved_have_a_limit_of_their_own(tmp_path, mo
         return text_of(NESTED_SOLIDS, volume("core", "core") + bars + volume("world", "w", places))
 
     assert scene_of(tmp_path, text(False)).body_count == 21
-    with pytest.raises(SceneFileError, match="expands into at least 6 bodies that are no others moved; the limit is 5"):
+    with pytest.raises(
+        co.SceneFileError, match="expands into at least 6 bodies that are no others moved; the limit is 5"
+    ):
         scene_of(tmp_path, text(True))
     assert scene_of(tmp_path, text(True), max_bodies=21).body_count == 21
 
@@ -410,7 +408,7 @@ def test_other_modules_are_refused(tmp_path, name):
     (tmp_path / "a.gdml").write_text(text_of(BAR, volume("world", "bar")))
     (tmp_path / "sub").mkdir()
     (tmp_path / "sub" / "link.gdml").symlink_to(tmp_path / "a.gdml")
-    with pytest.raises(SceneFileError, match=r"outside of the folder|refers to itself|cannot be read|is no name"):
+    with pytest.raises(co.SceneFileError, match=r"outside of the folder|refers to itself|cannot be read|is no name"):
         scene_of(tmp_path / "sub", text_of(WORLD, volume("world", "w", f'<physvol><file name="{name}"/></physvol>')))
 
 
@@ -424,7 +422,7 @@ def test_modules_with_errors_are_read_once(tmp_path, monkeypatch):
             f'<gdml><solids><box name="b" x="1" y="1" z="1"/></solids><structure><volume name="W"><materialref ref="G4_AIR"/>'
             f'<solidref ref="b"/>{place}</volume></structure><setup name="s"><world ref="W"/></setup></gdml>'
         )
-    with pytest.raises(SceneFileError, match="m1.gdml' has errors, which are listed where it is first read"):
+    with pytest.raises(co.SceneFileError, match="m1.gdml' has errors, which are listed where it is first read"):
         importer.read_gdml(tmp_path / "m0.gdml")
     assert len(read) == 9
 
@@ -439,7 +437,9 @@ def test_modules_in_folders_below_and_beside(tmp_path):
     text = text_of(WORLD, volume("world", "w", '<physvol><file name="below/part.gdml"/></physvol>'))
     assert at(scene_of(tmp_path, text), (0, 0, 0)) == ["world/world/part"]
     path = tmp_path / "below" / "part.gdml"
-    with pytest.raises(SceneFileError, match=r"'../beside/bar.gdml' is outside of the folder that may be read \(root="):
+    with pytest.raises(
+        co.SceneFileError, match=r"'../beside/bar.gdml' is outside of the folder that may be read \(root="
+    ):
         co.load(path)
     assert at(co.load(path, root=tmp_path), (0, 0, 0)) == ["world/part"]
     execute("import", path, "-o", tmp_path / "a.yaml", "--root", tmp_path)
@@ -467,7 +467,7 @@ def test_materials_of_all_modules_are_known_to_each(tmp_path):
 
 def test_a_mistake_in_a_module_is_reported_with_its_file(tmp_path):
     (tmp_path / "part.gdml").write_text(HEAD + "<solids><box name='b' x='nonsense'/></solids></gdml>")
-    with pytest.raises(SceneFileError, match=r"part\.gdml:3.*'nonsense', which is not defined"):
+    with pytest.raises(co.SceneFileError, match=r"part\.gdml:3.*'nonsense', which is not defined"):
         scene_of(tmp_path, text_of(WORLD, volume("world", "w", '<physvol><file name="part.gdml"/></physvol>')))
 
 
@@ -494,8 +494,8 @@ def test_bounds_of_many_kinds_need_the_boxes_of_few(tmp_path, monkeypatch):
         tmp_path,
         text_of(solids, "".join(volume(f"v{k}", f"s{k}") for k in range(count)) + volume("world", "w", places)),
     )
-    bounds = Shape.bounds.fget
-    monkeypatch.setattr(Shape, "bounds", property(lambda shape: computed.append(shape) or bounds(shape)))
+    bounds = co.Shape.bounds.fget
+    monkeypatch.setattr(co.Shape, "bounds", property(lambda shape: computed.append(shape) or bounds(shape)))
     low, high = scene.bounds
     np.testing.assert_allclose([low, high], [[-20] * 3, [20] * 3], rtol=1e-14)
     assert (low <= -20).all()

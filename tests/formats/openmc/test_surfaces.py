@@ -12,7 +12,6 @@ import pytest
 from hypothesis import given, strategies as st
 
 import conicoid as co
-from conicoid.geometry.shape import Solid
 from conicoid.io.openmc.placement import Extent, UniversePlacement, rotation_by_angles
 from conicoid.io.openmc.region_expression import (
     MAX_PARENTHESES,
@@ -44,7 +43,7 @@ def surface(kind: str, coefficients: str) -> Surface:
     return read_surface(XmlElement("surface", 1, 1, {"id": "1", "type": kind, "coeffs": coefficients})).surface
 
 
-def solid(item: Surface, positive: bool = False) -> Solid:
+def solid(item: Surface, positive: bool = False) -> co.Solid:
     if isinstance(item, FlatSurface):
         return item.solid(positive)
     return ~item.solid() if positive else item.solid()
