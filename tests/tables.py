@@ -1,18 +1,16 @@
 """Columns of the tables of prepared scenes, compared to the bit."""
 
-from typing import Any
-
 import numpy as np
 
 
-def columns(lowered: Any) -> dict[str, np.ndarray]:
+def columns(lowered) -> dict[str, np.ndarray]:
     """Return all columns of lowered bodies, by name."""
     own = {name: getattr(lowered, name) for name in ("boxes", "frames", "body_frame", "body_item")}
     rest = {f"rest of {name}": getattr(lowered.rest, name) for name in ("planes", "spheres", "quadrics", "vertices")}
     return lowered.tables._asdict() | own | rest
 
 
-def assert_same_columns(one: Any, other: Any, but: set[str] = frozenset()) -> None:
+def assert_same_columns(one, other, but: set[str] = frozenset()) -> None:
     """Assert that lowered bodies have the same columns, but those that are named."""
     others = columns(other)
     for name, column in columns(one).items():

@@ -10,7 +10,6 @@ import subprocess
 import sys
 from pathlib import Path
 from types import ModuleType
-from typing import Any
 
 import pytest
 
@@ -47,7 +46,7 @@ RENDER = co.Scene.render
 WITH_CODE = [page for page in PAGES if page.parent.name != "dev" and code_blocks(page)]
 
 
-def draw_small(scene: co.Scene, width: int = 640, height: int = 480, *rest: Any, **more: Any) -> co.Image:
+def draw_small(scene: co.Scene, width: int = 640, height: int = 480, *rest, **more) -> co.Image:
     """Draw a large picture in a sixteenth of its pixels."""
     parts = 4 if width > 320 else 1
     return RENDER(scene, width // parts, height // parts, *rest, **more)

@@ -3,7 +3,6 @@
 import math
 import random
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import pytest
@@ -111,7 +110,7 @@ def named_surfaces(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     found: list[int] = []
     name = ExactBodySurfaces.name
 
-    def watched(self: ExactBodySurfaces, index: int, primitives: Any = None) -> object:
+    def watched(self: ExactBodySurfaces, index: int, primitives=None) -> object:
         found.append(index)
         return name(self, index, primitives)
 

@@ -5,7 +5,6 @@ import sys
 import weakref
 from concurrent.futures import ThreadPoolExecutor
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import pytest
@@ -23,12 +22,12 @@ CALLS = 16 if SHIPPED else 200
 """
 
 
-def _calls_of(query: Any) -> int:
+def _calls_of(query) -> int:
     """Return how many functions are called, Python's and those in C, from the second time on."""
     query()
     count = 0
 
-    def called(_frame: Any, event: str, _argument: Any) -> None:
+    def called(_frame, event: str, _argument) -> None:
         nonlocal count
         count += event in ("call", "c_call")
 
@@ -42,7 +41,7 @@ def _calls_of(query: Any) -> int:
 
 
 @pytest.mark.parametrize("kind", [tuple, list, np.array])
-def test_a_query_of_one_ray_calls_few_functions(kind: Any) -> None:
+def test_a_query_of_one_ray_calls_few_functions(kind) -> None:
     scene = co.Scene([co.Sphere(1.0, center=(x, 0.0, 0.0)) for x in (0.0, 3.0, 6.0)])
     origin, direction = kind((0.0, 0.0, 5.0)), kind((0.0, 0.0, -1.0))
     assert scene.first_hit(origin, direction).t == 4.0
@@ -53,7 +52,7 @@ def test_a_query_of_one_ray_calls_few_functions(kind: Any) -> None:
 @pytest.mark.parametrize(
     "number", [3, -0.0, 2**53 + 1, 2**63, -(2**64) - 1, 10**300 + 1, 5e-324, float("inf"), 2**1024 - 2**970 - 1]
 )
-def test_numbers_of_python_are_rounded_as_alone(number: Any) -> None:
+def test_numbers_of_python_are_rounded_as_alone(number) -> None:
     expected = float(Fraction(number)) if isinstance(number, int) else number
     for values in ((number, 0.5, 1), [number, 0.5, 1], number):
         found = real_array("Rays", "origins", values)
@@ -63,7 +62,7 @@ def test_numbers_of_python_are_rounded_as_alone(number: Any) -> None:
 
 
 @pytest.mark.parametrize("values", [(10**400, 0.0, 0.0), [0, 0, -(10**310)], 10**400])
-def test_integers_beyond_floats_are_refused(values: Any) -> None:
+def test_integers_beyond_floats_are_refused(values) -> None:
     with pytest.raises(ValueError, match=r"^Rays: origins must be numbers, got "):
         real_array("Rays", "origins", values, "numbers")
 

@@ -3,7 +3,6 @@
 import math
 import pickle
 import random
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -238,7 +237,7 @@ EDGES = 32
 """Bytes for each place along an axis. The number of places is the square root of the number of pins."""
 
 
-def test_a_pin_stores_only_its_differences(tmp_path: Path) -> None:
+def test_a_pin_stores_only_its_differences(tmp_path) -> None:
     scenes = []
     for across in (2, 4):
         path = tmp_path / f"{across}.xml"

@@ -3,7 +3,6 @@
 import itertools
 import math
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import pytest
@@ -347,7 +346,7 @@ def comparison(items, origin, direction):
     return judge, judge.rays(np.array([origin], float), np.array([direction], float))
 
 
-def check(items, origin, direction) -> Any:
+def check(items, origin, direction):
     judge, one = comparison(items, origin, direction)
     good = one.lists()
     one.first()

@@ -2,7 +2,6 @@
 
 import math
 from fractions import Fraction as F
-from typing import Any
 
 import pytest
 
@@ -13,16 +12,16 @@ from ..seeds.test_shapes import CENTER, CORNERS, CYLINDER, DIRECTION, GENERAL, P
 CLOSE = dict(rel=1e-14, abs=1e-14)
 
 
-def explanation(shape: Any, origin: Any, direction: Any, **limits: float) -> Any:
+def explanation(shape, origin, direction, **limits: float):
     return co.Scene([shape]).explain([float(x) for x in origin], [float(x) for x in direction], **limits)
 
 
-def lines(found: Any) -> list[str]:
+def lines(found) -> list[str]:
     """Return the lines of the text, without the sources behind them."""
     return [line.strip().split("   [")[0] for line in found.text.splitlines()]
 
 
-def has(found: Any, *expected: str) -> None:
+def has(found, *expected: str) -> None:
     """Assert that the text has these lines, in this order."""
     text, at = lines(found), 0
     for line in expected:
@@ -30,7 +29,7 @@ def has(found: Any, *expected: str) -> None:
         at += text[at:].index(line) + 1
 
 
-def sources(found: Any) -> set[str]:
+def sources(found) -> set[str]:
     return {line.split("   [")[1].rstrip("]") for line in found.text.splitlines() if "   [" in line}
 
 

@@ -5,7 +5,6 @@ import math
 import re
 import tempfile
 from pathlib import Path
-from typing import Any
 
 import jsonschema
 import pytest
@@ -61,7 +60,7 @@ TYPES = (
 )  # fmt: skip
 
 
-def plain(node: Node) -> Any:
+def plain(node: Node):
     """Return a node as a YAML 1.2 reader sees it."""
     if isinstance(node, SequenceNode):
         return [plain(item) for item in node.items]
@@ -75,7 +74,7 @@ def plain(node: Node) -> Any:
     return parse_float(node) if flag is None else flag
 
 
-def tree(text: str) -> Any:
+def tree(text: str):
     document = parse_document(text)
     root, problems = document.root, document.problems
     assert not problems

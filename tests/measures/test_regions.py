@@ -2,7 +2,6 @@
 
 import importlib
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -31,7 +30,7 @@ def test_against_formulas(known: Known):
     assert_known(known, found, 1e-12)
 
 
-def cells(tmp_path: Path, surfaces: str, *regions: str) -> list[co.Body]:
+def cells(tmp_path, surfaces: str, *regions: str) -> list[co.Body]:
     """Return the bodies of an OpenMC model of cells with these regions."""
     path = tmp_path / "geometry.xml"
     rows = "".join(f'<cell id="{k + 1}" material="1" region="{region}"/>' for k, region in enumerate(regions))

@@ -3,7 +3,6 @@
 import dataclasses
 import math
 import pickle
-from typing import Any
 
 import numpy as np
 import pytest
@@ -241,7 +240,7 @@ def test_pictures_are_those_of_the_bodies_apart(name: str) -> None:
 
 
 @pytest.mark.parametrize("count", [1, 30])
-def test_values(count: int, tmp_path: Any) -> None:
+def test_values(count: int, tmp_path) -> None:
     """Such entries are equal, and come back from pickles and scene files, inline and beside the scene."""
     shape = co.Spheres(np.tile(PLACES, (count, 1)), 1)
     body = co.Body(shape, materials=[RED, BLUE, None], material_index=np.tile(INDEX, count))
@@ -268,6 +267,6 @@ def test_one_material_for_each_needs_no_index() -> None:
     (lambda shape: co.Body(shape, material_index=[0] * 6), "material_index must be left out, or go with materials"),
     (lambda shape: co.Body(shape.single(0), materials=["red"]), "materials are for many bodies in one entry"),
 ])  # fmt: skip
-def test_refusals(make: Any, message: str) -> None:
+def test_refusals(make, message: str) -> None:
     with pytest.raises((TypeError, ValueError), match=f"^Body: {message}"):
         make(ENTRIES["Boxes"])

@@ -8,7 +8,6 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -117,7 +116,7 @@ class Page:
         return str(self.page.locator(selector).inner_text())
 
 
-def open_exported(browser: Any, scene: co.Scene, folder: Path, viewport: dict[str, int], **context: Any) -> Page:
+def open_exported(browser: Any, scene: co.Scene, folder, viewport: dict[str, int], **context: Any) -> Page:
     """Open the exported page of a scene."""
     path = folder / "scene.html"
     co.export(scene, path)

@@ -1,7 +1,6 @@
 """Files of other programs that use every part of a format that an export can write."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -123,7 +122,7 @@ color([0, 1, 0, 1]) multmatrix([[1, 0, 0, 0.5], [0, 1, 0, 0], [0, 0, 1, 0.4], [0
 # --- Comparisons of scenes that must answer alike, to the last bit
 
 
-def written_and_read(scene: co.Scene, path: Path, **options: Any) -> co.Scene:
+def written_and_read(scene: co.Scene, path: Path, **options) -> co.Scene:
     """Write a scene and return the scene of the file.
 
     Lengths keep their numbers, because units have tests of their own.

@@ -4,7 +4,6 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -570,7 +569,7 @@ MODELS = {
 # --- The decks of a test, and the cells at points of them
 
 
-def load_deck(folder: Path, text: str, **options: Any) -> co.Scene:
+def load_deck(folder, text: str, **options: Any) -> co.Scene:
     """Return the scene of a deck."""
     path = folder / "deck.mcnp"
     path.write_text(text, encoding="utf-8")

@@ -2,7 +2,6 @@
 
 import dataclasses
 import pickle
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -240,7 +239,7 @@ def bits_of_answers(scene: co.Scene) -> list[bytes]:
     return [*(np.ascontiguousarray(each).tobytes() for each in found), scene._prepared.key]
 
 
-def test_bodies_are_exchanged_in_the_tables_of_others(tmp_path: Path, noted_calls) -> None:
+def test_bodies_are_exchanged_in_the_tables_of_others(tmp_path, noted_calls) -> None:
     """Most edits prepare nothing anew. All have the numbers and the bits of a newly prepared scene."""
     scene = co.load_openmc(geometry_file(core_xml(1), tmp_path), void=False)
     fresh = noted_calls(prepared_scene.lowering, "lower")

@@ -3,7 +3,6 @@
 import functools
 import itertools
 from fractions import Fraction
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -235,14 +234,14 @@ def test_every_point_is_in_the_cell_that_the_rules_give(model: Model, count: int
     compare(model, count)
 
 
-def test_the_scene_is_an_ordinary_one(model: Model, tmp_path: Path) -> None:
+def test_the_scene_is_an_ordinary_one(model: Model, tmp_path) -> None:
     """The scene saves, and loads as an equal one."""
     co.save(model.scene, tmp_path / "scene.yaml")
     assert co.load(tmp_path / "scene.yaml") == model.scene
 
 
 @pytest.mark.parametrize("orientation", ["x", "y"])
-def test_beside_corners_of_hexagons_rounded_walls_decide(orientation: str, tmp_path: Path) -> None:
+def test_beside_corners_of_hexagons_rounded_walls_decide(orientation: str, tmp_path) -> None:
     """Three walls should meet there, but leave gaps and overlaps of 1e-16.
 
     A point is in no body or in the first of the list, and so are spans.

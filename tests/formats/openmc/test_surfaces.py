@@ -5,7 +5,6 @@ import math
 import xml.etree.ElementTree as ElementTree
 from decimal import Decimal
 from fractions import Fraction
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -194,7 +193,7 @@ def test_the_cylinder_is_the_one_that_a_user_would_write() -> None:
 
 
 @pytest.mark.parametrize("ring", ["z-cylinder' coeffs='0 0 0", "sphere' coeffs='0 0 0 0"])
-def test_the_innermost_ring_may_have_radius_0(ring: str, tmp_path: Path) -> None:
+def test_the_innermost_ring_may_have_radius_0(ring: str, tmp_path) -> None:
     """Programs divide a pin into rings from radius 0 on. The first cell has no volume, and the second is whole."""
     text = (
         endless(2, 0.3)
@@ -212,7 +211,7 @@ def test_the_innermost_ring_may_have_radius_0(ring: str, tmp_path: Path) -> None
     assert all(map(same_place, Evaluator(path).find(points), names))
 
 
-def test_elements_and_attributes_are_the_same(tmp_path: Path) -> None:
+def test_elements_and_attributes_are_the_same(tmp_path) -> None:
     path = model_file("kinds", tmp_path)
     root = ElementTree.parse(path).getroot()
     for element in root:
