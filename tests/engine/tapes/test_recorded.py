@@ -317,11 +317,10 @@ def test_a_shape_that_goes_by_the_types_of_its_numbers_is_not_recorded(monkeypat
     """
     tree = co.Sphere.tree
 
-    def by_type(self):
-        return tree(self if isinstance(self.radius, float) else co.Sphere(7.0))
-
     monkeypatch.setattr(recordings, "RECORDINGS", recordings.RecordingCache())
-    monkeypatch.setattr(co.Sphere, "tree", by_type)
+    monkeypatch.setattr(
+        co.Sphere, "tree", lambda self: tree(self if isinstance(self.radius, float) else co.Sphere(7.0))
+    )
     assert lowered_together([co.Sphere(2.0, (k, 0, 0)) for k in range(20)], 20) == {}
 
 

@@ -27,10 +27,6 @@ def camera_ray(world, scratch, x, out):
     out[0], out[1], out[2], out[3], out[4], out[5] = engine.camera_ray(world.lens, x[0], x[1], SIZE[0], SIZE[1])
 
 
-def _pixels(scene, rng):
-    return records(FEW, rng.uniform(0, 1, (FEW, 2)) * SIZE)
-
-
 def turns(world, scratch, x, out):
     out[0] = engine.turns(x[0], x[1])
 
@@ -38,10 +34,6 @@ def turns(world, scratch, x, out):
 def _angles(scene, rng):
     points = rng.normal(size=(FEW, 2)) * (rng.random((FEW, 2)) > 0.1)
     return records(FEW, points)
-
-
-def _short_angles(scene, rng):
-    return records(FEW, rng.integers(-1, 2, (FEW, 2)))
 
 
 def _faces(scene, rng):
@@ -278,10 +270,10 @@ def _weights(scene, rng):
 
 CASES = {
     "camera_ray": Case(
-        f"Ray r = camera_ray(vec2(given(0).x, {SIZE[1]}.0 - given(0).y)); put(r.o); put(r.d);", camera_ray, 6, _pixels, ("ss--",),
+        f"Ray r = camera_ray(vec2(given(0).x, {SIZE[1]}.0 - given(0).y)); put(r.o); put(r.d);", camera_ray, 6, lambda scene, rng: records(FEW, rng.uniform(0, 1, (FEW, 2)) * SIZE), ("ss--",),
         view={"lens": LENS.tolist(), "size": SIZE, "section": None},
     ),
-    "turns": Case("put(turns(given(0).x, given(0).y));", turns, 1, _angles, ("ss--",), exact_inputs=_short_angles),
+    "turns": Case("put(turns(given(0).x, given(0).y));", turns, 1, _angles, ("ss--",), exact_inputs=lambda scene, rng: records(FEW, rng.integers(-1, 2, (FEW, 2)))),
     "uv_at": Case(
         "put(uv_at(int(given(1).x), int(given(1).y), int(given(1).z), given(0).xyz));",
         uv_at, 2, _points_of_faces, ("vvv-", "----", "----"),
