@@ -94,6 +94,9 @@ def test_the_critical_angle_has_no_derivative():
     assert np.isnan(found).any()
 
 
+BOTH = co.parameters(co.Scene([co.Sphere(), co.Box()]))
+
+
 @pytest.mark.parametrize(
     ("call", "message"),
     [
@@ -106,10 +109,13 @@ def test_the_critical_angle_has_no_derivative():
             r"refract_vjp: cotangents must be an array of numbers",
         ),
         (lambda: co.derivatives.reflect_vjp((0, 0, 0), (0, 0, 1), (1, 0, 0)), "finite and not zero"),
+        (lambda: BOTH.scene(BOTH.vector({"bodies[0].radius": -1.0})), "Sphere: radius must be > 0"),
+        (lambda: BOTH.scene([1, 2]), r"vector must have shape \(10,\), got \(2,\)"),
+        (lambda: co.parameters(co.Sphere()), "must be a Scene, got Sphere"),
     ],
 )
 def test_invalid_calls_are_refused(call, message):
-    with pytest.raises(ValueError, match=message):
+    with pytest.raises((ValueError, TypeError), match=message):
         call()
 
 
@@ -184,17 +190,6 @@ def test_some_of_them():
         co.parameters(scene, "c.radius")
     with pytest.raises(KeyError, match=r"there is no 'a\.radios'.*did you mean 'a\.radius'"):
         found.index("a.radios")
-
-
-def test_impossible_shapes_are_refused():
-    found = co.parameters(co.Scene([co.Sphere(), co.Box()]))
-    for call, error, message in (
-        (lambda: found.scene(found.vector({"bodies[0].radius": -1.0})), ValueError, "Sphere: radius must be > 0"),
-        (lambda: found.scene([1, 2]), ValueError, r"vector must have shape \(10,\), got \(2,\)"),
-        (lambda: co.parameters(co.Sphere()), TypeError, "must be a Scene, got Sphere"),
-    ):
-        with pytest.raises(error, match=message):
-            call()
 
 
 def test_an_infinite_end_and_the_angles_of_a_whole_turn_are_none():
