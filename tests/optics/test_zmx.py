@@ -260,15 +260,15 @@ def test_files_are_known_by_their_first_surface(end, tmp_path):
     assert co.load(tmp_path / "lens").unit == "mm"
 
 
-def test_files_that_are_none(tmp_path):
-    with pytest.raises(FileNotFoundError):
-        co.optics.load_zmx(tmp_path / "no.zmx")
-    (tmp_path / "binary.zmx").write_bytes(b"SURF 0\0\0\0")
-    with pytest.raises(co.SceneFileError, match="is no text: it holds NUL characters"):
-        co.optics.load_zmx(tmp_path / "binary.zmx")
-    (tmp_path / "large.zmx").write_bytes(b"\n" * 8_000_001)
-    with pytest.raises(co.SceneFileError, match="is larger than 8,000,000 bytes"):
-        co.optics.load_zmx(tmp_path / "large.zmx")
+@pytest.mark.parametrize(("content", "error", "message"), [
+    (None, FileNotFoundError, "none.zmx"), (b"SURF 0\0\0\0\0", co.SceneFileError, "is no text: it holds NUL characters"),
+    (b"\n" * 8_000_001, co.SceneFileError, "is larger than 8,000,000 bytes"),
+], ids=["missing", "binary", "large"])  # fmt: skip
+def test_files_that_are_none(content, error, message, tmp_path):
+    if content:
+        (tmp_path / "none.zmx").write_bytes(content)
+    with pytest.raises(error, match=message):
+        co.optics.load_zmx(tmp_path / "none.zmx")
 
 
 def mutated_text(text, rng):
