@@ -59,6 +59,24 @@ COPIES = (
     '<parameters number="2"><position x="5" y="0" z="0"/><rotation x="0" y="0" z="90" unit="deg"/>'
     '<box_dimensions x="6" y="2" z="2"/></parameters></parameterised_position_size></paramvol>'
 )
+REPLICA = (
+    '<replicavol number="{}"><volumeref ref="part"/><replicate_along_axis><direction {}="1"/><width value="{}" unit="{}"/>'
+    '<offset value="{}" unit="{}"/></replicate_along_axis></replicavol>'
+)
+WEDGES = (
+    '<tube name="m" rmin="2" rmax="8" z="4" deltaphi="2*pi"/>'
+    '<tube name="part" rmin="2" rmax="8" z="4" startphi="-30" deltaphi="60" aunit="deg"/>'
+)
+SHELLS = WEDGES.replace('startphi="-30" deltaphi="60" aunit="deg"', 'deltaphi="2*pi"')
+AROUND = (30 + 60 * np.arange(6)) * DEG
+
+
+def replicas(solids, number, axis, width, unit="mm", offset=0, place=""):
+    replica = REPLICA.format(number, axis, width, unit, offset, unit)
+    structure = volume("part", "part") + volume("m", "m", replica) + volume("world", "w", placed("m", place))
+    return text_of(WORLD + solids, structure)
+
+
 PLACES = {  # text, and the bodies at points
     # By +90 degrees about z Geant4's placement turns its volume by -90: the tip at +x goes to -y. About x: +y to -z
     **{f"turned about {turn}": (
@@ -79,6 +97,12 @@ PLACES = {  # text, and the bodies at points
     "a negative copy number": (
         text_of(WORLD + BAR, volume("v", "bar") + volume("world", "w", placed("v", attributes='name="a" copynumber="-1"'))),
         {(0, 0, 0): "world/a[-1]"}),
+    "replicas along x": (replicas('<box name="m" x="12" y="4" z="4"/><box name="part" x="3" y="4" z="4"/>', 4, "x", 3),
+                         {(-5, 0, 0): "world/m/part[0]", (5, 0, 0): "world/m/part[3]"}),
+    "replicas around z": (replicas(WEDGES, 6, "phi", 60, "deg"),
+                          {(5 * np.cos(a), 5 * np.sin(a), 0): f"world/m/part[{k}]" for k, a in enumerate(AROUND)}),
+    "replicas outward": (replicas(SHELLS, 3, "rho", 2, offset=2),
+                         {(3, 0, 0): "world/m/part[0]", (0, 5, 0): "world/m/part[1]", (-7, 0, 0): "world/m/part[2]"}),
 }  # fmt: skip
 
 
@@ -216,39 +240,18 @@ def test_an_operand_rotated_about_z_ends_at_its_height(tmp_path):
     assert has_one_wall_between(scene, (0.1, 0.2, -1), ["world", "world/two", "world/p", "world"])
 
 
-REPLICA = (
-    '<replicavol number="{}"><volumeref ref="part"/><replicate_along_axis><direction {}="1"/><width value="{}" unit="{}"/>'
-    '<offset value="{}" unit="{}"/></replicate_along_axis></replicavol>'
-)
+def test_boxes_that_fill_their_mother_leave_none_of_it(tmp_path):
+    scene = scene_of(tmp_path, PLACES["replicas along x"][0])
+    assert names(scene) == ["world"] + [f"world/m/part[{k}]" for k in range(4)]
 
 
-def test_replicas(tmp_path):
-    box = WORLD + '<box name="m" x="12" y="4" z="4"/><box name="part" x="3" y="4" z="4"/>'
-    structure = volume("part", "part") + volume("m", "m", REPLICA.format(4, "x", 3, "mm", 0, "mm"))
-    scene = scene_of(tmp_path, text_of(box, structure + volume("world", "w", placed("m"))))
-    assert names(scene) == ["world"] + [f"world/m/part[{k}]" for k in range(4)]  # no copy of m itself remains
-    assert at(scene, (-5, 0, 0), (5, 0, 0)) == ["world/m/part[0]", "world/m/part[3]"]
-
-    tubes = (
-        WORLD
-        + '<tube name="m" rmin="2" rmax="8" z="4" deltaphi="2*pi"/><tube name="part" rmin="2" rmax="8" z="4" startphi="-30" deltaphi="60" aunit="deg"/>'
-    )
-    structure = volume("part", "part") + volume("m", "m", REPLICA.format(6, "phi", 60, "deg", 0, "deg"))
-    scene = scene_of(tmp_path, text_of(tubes, structure + volume("world", "w", placed("m"))))
-    angles = (30 + 60 * np.arange(6)) * DEG
-    found = at(scene, *np.column_stack((5 * np.cos(angles), 5 * np.sin(angles), 0 * angles)))
-    assert found == [f"world/m/part[{k}]" for k in range(6)]
-    # Their ends are those of m: a rotation about z keeps the exact values along z
-    ends, place = tubes.replace('z="4"', 'z="7.04"'), placed("m", '<position x="0.3" y="-0.7" z="10.1"/>')
-    scene = scene_of(tmp_path, text_of(ends, structure + volume("world", "w", place)))
-    starts = np.column_stack((0.3 + 5 * np.cos(angles), 5 * np.sin(angles) - 0.7, 0 * angles))
-    for k, start in enumerate(starts):
+def test_replicas_end_where_their_mother_does(tmp_path):
+    """A rotation about z keeps the exact values along z."""
+    place = '<position x="0.3" y="-0.7" z="10.1"/>'
+    scene = scene_of(tmp_path, replicas(WEDGES.replace('z="4"', 'z="7.04"'), 6, "phi", 60, "deg", place=place))
+    for k, angle in enumerate(AROUND):
+        start = 0.3 + 5 * np.cos(angle), 5 * np.sin(angle) - 0.7, 0
         assert has_one_wall_between(scene, start, ["world", f"world/m/part[{k}]", "world"])
-
-    structure = volume("part", "part") + volume("m", "m", REPLICA.format(3, "rho", 2, "mm", 2, "mm"))
-    shells = tubes.replace('startphi="-30" deltaphi="60" aunit="deg"', 'deltaphi="2*pi"')
-    scene = scene_of(tmp_path, text_of(shells, structure + volume("world", "w", placed("m"))))
-    assert at(scene, (3, 0, 0), (0, 5, 0), (-7, 0, 0)) == [f"world/m/part[{k}]" for k in range(3)]
 
 
 DIVISION = '<divisionvol axis="kPhi" number="{}" width="0" offset="0" unit="rad"><volumeref ref="part"/></divisionvol>'
