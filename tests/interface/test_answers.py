@@ -72,6 +72,14 @@ def test_rays_are_equal_where_they_start_alike():
         del RAYS.origins
 
 
+@pytest.mark.parametrize("other", [dict(origin=(-2, -2, 1)), dict(u=(3, 0, 0)), dict(v=(0, 3, 0)), dict(pixels=(8, 9))])
+def test_slices_are_equal_where_their_windows_are(other):
+    """One ball is around all of the pixels, so their numbers do not tell the windows apart."""
+    scene, window = co.Scene([co.Sphere(9)]), dict(origin=(-2, -2, 0), u=(4, 0, 0), v=(0, 4, 0), pixels=(8, 8))
+    assert scene.slice(**window) == scene.slice(**window)
+    assert scene.slice(**window) != scene.slice(**window | other)
+
+
 @pytest.mark.parametrize("kind", [co.Spans, co.Crossings, co.Rays])
 def test_files_of_other_kinds_are_refused(kind):
     with pytest.raises(
