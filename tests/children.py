@@ -8,7 +8,6 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -22,7 +21,7 @@ needs_signals = pytest.mark.skipif(os.name == "nt", reason="Ctrl-C is sent by a 
 class Child:
     """A Python program that reports its progress by lines on stdout."""
 
-    def __init__(self, program: str, *arguments: object, **options: Any) -> None:
+    def __init__(self, program: str, *arguments: object, **options) -> None:
         self.process = subprocess.Popen(
             [sys.executable, "-c", program, *map(str, arguments)],
             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
@@ -55,7 +54,7 @@ class Child:
 
 
 @contextmanager
-def child(program: str, *arguments: object, **options: Any) -> Iterator[Child]:
+def child(program: str, *arguments: object, **options) -> Iterator[Child]:
     """Start a process that ends with the block."""
     running = Child(program, *arguments, **options)
     try:

@@ -6,7 +6,7 @@ Where there is no compiler, as beside a wheel, pytest skips the tests of the com
 import gc
 import re
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,7 @@ from . import messages, samples
 HERE = Path(__file__).parent
 OF_THE_COMPILER = (
     *("test_jit.py", "test_newest_numba.py", "engine/test_targets.py"),
-    *("native/test_fma.py", "native/test_inspection.py", "native/test_signature.py", "native/test_wheels.py"),
+    *("native/test_fma.py", "native/test_signature.py", "native/test_wheels.py"),
 )
 """Tests that inspect compiled code, or link."""
 _COMPILES = re.compile(r"^(import|from) (numba|llvmlite|\.+(compiled|emulation|lab|processors))\b", re.MULTILINE)
@@ -86,3 +86,20 @@ def _messages_fit_on_a_screen() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(RaisesExc, "__exit__", looked_at)
         yield
+
+
+@pytest.fixture
+def noted_calls(monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[Any]]:
+    """Return a function that lists the calls of another one from now on: their arguments, or a `note` of them."""
+
+    def listed(owner: Any, name: str, note: Callable[..., Any] = lambda *arguments, **_: arguments) -> list[Any]:
+        calls, usual = list[Any](), getattr(owner, name)
+
+        def noted(*arguments: Any, **options: Any) -> Any:
+            calls.append(note(*arguments, **options))
+            return usual(*arguments, **options)
+
+        monkeypatch.setattr(owner, name, noted)
+        return calls
+
+    return listed

@@ -116,25 +116,27 @@ def test_classes_of_both_decorators_behave_alike(call):
     assert values[0] == values[1]
 
 
-def test_both_decorators_take_classes_of_the_other():
-    for base, decorator in ((MODULES["ours"].Frozen, dataclasses.dataclass), (MODULES["standards"].Frozen, dataclass)):
+@pytest.mark.parametrize(
+    ("base", "decorator"), [(MODULES["ours"].Frozen, dataclasses.dataclass), (MODULES["standards"].Frozen, dataclass)]
+)
+def test_both_decorators_take_classes_of_the_other(base, decorator):
 
-        @decorator(frozen=True)
-        class Child(base):
-            more: float = 1.0
+    @decorator(frozen=True)
+    class Child(base):
+        more: float = 1.0
 
-        class Grandchild(Child):
-            pass
+    class Grandchild(Child):
+        pass
 
-        grandchild = Grandchild(1.0)
-        grandchild.new = 5
-        del grandchild.new
-        with pytest.raises(dataclasses.FrozenInstanceError):
-            grandchild.x = 5.0
-        assert Child(1.0, z=2.0) == Child(1.0, z=2.0)
-        assert [field.name for field in dataclasses.fields(Child)] == ["x", "y", "z", "more"]
-        with pytest.raises(dataclasses.FrozenInstanceError):
-            Child(1.0).more = 2.0
+    grandchild = Grandchild(1.0)
+    grandchild.new = 5
+    del grandchild.new
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        grandchild.x = 5.0
+    assert Child(1.0, z=2.0) == Child(1.0, z=2.0)
+    assert [field.name for field in dataclasses.fields(Child)] == ["x", "y", "z", "more"]
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        Child(1.0).more = 2.0
 
 
 def test_the_package_uses_the_standards_decorator_only_for_slots_and_order():

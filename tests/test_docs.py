@@ -10,7 +10,6 @@ import subprocess
 import sys
 from pathlib import Path
 from types import ModuleType
-from typing import Any
 
 import pytest
 
@@ -47,7 +46,7 @@ RENDER = co.Scene.render
 WITH_CODE = [page for page in PAGES if page.parent.name != "dev" and code_blocks(page)]
 
 
-def draw_small(scene: co.Scene, width: int = 640, height: int = 480, *rest: Any, **more: Any) -> co.Image:
+def draw_small(scene: co.Scene, width: int = 640, height: int = 480, *rest, **more) -> co.Image:
     """Draw a large picture in a sixteenth of its pixels."""
     parts = 4 if width > 320 else 1
     return RENDER(scene, width // parts, height // parts, *rest, **more)
@@ -116,7 +115,6 @@ def recipe(name: str) -> list[str]:
 def load_module(monkeypatch: pytest.MonkeyPatch, name: str, code: str) -> ModuleType:
     """Return a module of the package with an example's code."""
     spec = importlib.util.spec_from_loader(name, loader=None)
-    assert spec is not None
     module = importlib.util.module_from_spec(spec)
     module.__package__ = name.rpartition(".")[0]
     monkeypatch.setitem(sys.modules, name, module)
@@ -131,7 +129,6 @@ def run_tests(code: str) -> None:
     tests = [value for key, value in namespace.items() if key.startswith("test_")]
     assert tests
     for run in tests:
-        assert callable(run)
         run()
 
 

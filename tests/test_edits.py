@@ -9,6 +9,8 @@ from conicoid.prepare.edits import scene_edit as edited
 from conicoid.prepare.prepared_scene import PreparedScene
 from conicoid.prepare.tape import recordings
 
+from .engine.edits import same_tables
+
 RAYS = (np.random.default_rng(3).normal(size=(400, 3)) * 4, np.random.default_rng(4).normal(size=(400, 3)))
 
 
@@ -27,16 +29,6 @@ def _things() -> list[co.Body]:
         co.Body(balls.scale((1, 1, 2)).translate((0, 4, 0)), name="eggs"),
         co.Body(co.Plane((0, 0, 1), -3), name="floor"),
     ]
-
-
-def _same(a: co.Scene, b: co.Scene) -> None:
-    """Compare tables to the bit."""
-    for name, column in a._prepared.lowered.tables._asdict().items():
-        if name == "leaf_items":  # it has room between its rows that nobody fills
-            continue
-        assert np.array_equal(column, getattr(b._prepared.lowered.tables, name), equal_nan=True), name
-    assert a._prepared.lowered.face_paint == b._prepared.lowered.face_paint
-    assert np.array_equal(a.first_hit(*RAYS).t, b.first_hit(*RAYS).t)
 
 
 @pytest.fixture
@@ -72,19 +64,6 @@ def test_only_new_bodies_are_lowered(computed_shapes):
     assert computed_shapes[6:] == [moved]
     co.Scene(reversed(scene.bodies)).prepare()
     assert len(computed_shapes) == 7
-
-
-def test_a_changed_scene_is_the_scene_made_anew():
-    scene = co.Scene(_things())
-    scene.prepare()
-    moved = scene["turned"].shape.translate((0, 0, 1))
-    changed = scene.replace("turned", moved).replace("floor", co.Body(co.Sphere(0.5), "red", "ball"))
-    fresh = _things()
-    fresh[1] = co.Body(fresh[1].shape.translate((0, 0, 1)), name="turned")
-    fresh[7] = co.Body(co.Sphere(0.5), "red", "ball")
-    assert changed == co.Scene(fresh)
-    _same(changed, co.Scene(fresh))
-    _same(co.Scene([scene.bodies[1].shape] * 3), co.Scene([co.Body(_things()[1].shape) for _ in range(3)]))
 
 
 def test_other_lights_and_cameras_prepare_nothing(monkeypatch):
@@ -136,7 +115,7 @@ def test_moved_added_and_without():
     assert scene.without(["turned", 0]).bodies == scene.bodies[2:]
     changed = scene.without("floor").added(ball).moved("drilled", (0, 0, 1))
     assert (changed.lights, changed.camera, changed.notes) == (scene.lights, scene.camera, scene.notes)
-    _same(changed, co.Scene(changed.bodies))
+    same_tables(changed, co.Scene(changed.bodies))
     assert co.Scene([]).added(ball).first_hit((0, 0, 5), (0, 0, -1)).t == 4.5
 
 
@@ -165,14 +144,12 @@ def test_refusals_of_edits(edit, error, message):
         edit(co.Scene(_things()))
 
 
-def test_a_scene_shares_equal_parts_of_a_prepared_one(monkeypatch):
+def test_a_scene_shares_equal_parts_of_a_prepared_one(noted_calls):
     scene = co.Scene(_things())
     scene.prepare()
     again = co.Scene(_things())._reuse(scene)
     assert all(new is old for new, old in zip(again.bodies, scene.bodies, strict=True))
-    lowered = []
-    lower = edited.lower
-    monkeypatch.setattr(edited, "lower", lambda bodies, stages: lowered.append(bodies) or lower(bodies, stages))
+    lowered = noted_calls(edited, "lower", lambda bodies, stages: bodies)
     ball = co.Body(co.Sphere(0.5, (5, 5, 5)), name="ball")
     for things, new in (
         ([*_things()[:3], ball, *_things()[3:]], [ball]),
@@ -180,7 +157,7 @@ def test_a_scene_shares_equal_parts_of_a_prepared_one(monkeypatch):
         (_things()[1:], []),
     ):
         made = co.Scene(things)._reuse(scene)
-        _same(made, co.Scene(things))
+        same_tables(made, co.Scene(things))
         assert lowered.pop() == new
 
 

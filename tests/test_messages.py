@@ -172,10 +172,8 @@ def test_names_are_compared_once_for_a_class(monkeypatch):
 
 
 def test_attribute_error_of_a_property(monkeypatch):
-    def fails(scene):
-        return scene.bodies[0].shape.nonsense
 
-    monkeypatch.setattr(co.Scene, "_ready", fails)
+    monkeypatch.setattr(co.Scene, "_ready", lambda scene: scene.bodies[0].shape.nonsense)
     scene = co.Scene([co.Sphere()])
     for query in (lambda: scene._prepared, lambda: scene.first_hit((0, 0, 5), (0, 0, -1))):
         with pytest.raises(AttributeError, match=r"^'Sphere' object has no attribute 'nonsense'$"):

@@ -87,16 +87,16 @@ def test_hits_without_their_scene_can_be_chosen_from(way, index):
     assert np.array_equal(hits[index].rays.origins, way(hits)[index].rays.origins)
 
 
+@pytest.mark.parametrize("answer", [SCENE.crossings(ORIGINS, DOWN), SCENE.spans(ORIGINS, DOWN)])
 @pytest.mark.parametrize("index", [0, 3, slice(1, 4), [2, 0], np.array([[True, False], [True, True], [False, False]])])
-def test_rows_of_chosen_rays(way, index):
+def test_rows_of_chosen_rays(way, index, answer):
     """They are as read-only as the whole, so that copies may share them."""
-    for answer in (SCENE.crossings(ORIGINS, DOWN), SCENE.spans(ORIGINS, DOWN)):
-        for field in fields(answer):  # cached fields are selected, too
-            found = getattr(answer[index], field)
-            assert not isinstance(found, np.ndarray) or not found.flags.writeable, field
-            getattr(answer, field)
-        assert_same(answer[index], way(answer[index]))
-        assert_same(answer[index], way(answer)[index])
+    for field in fields(answer):  # cached fields are selected, too
+        found = getattr(answer[index], field)
+        assert not isinstance(found, np.ndarray) or not found.flags.writeable, field
+        getattr(answer, field)
+    assert_same(answer[index], way(answer[index]))
+    assert_same(answer[index], way(answer)[index])
 
 
 def test_hits_spawn_rays_that_know_their_surface(way):

@@ -10,7 +10,6 @@ import pytest
 import conicoid as co
 from conicoid.io import openmc
 from conicoid.io.scene_file.scene_file import parse_scene
-from conicoid.viewer.html import export
 
 from .command_line import execute, run
 
@@ -128,12 +127,12 @@ def test_mistakes_in_files_of_balls(rows, message, tmp_path):
 
 
 def test_export_takes_a_shape_and_knows_suffixes(tmp_path):
-    export(co.Sphere(), tmp_path / "ball.html")
+    co.export(co.Sphere(), tmp_path / "ball.html")
     assert "<html" in (tmp_path / "ball.html").read_text(encoding="utf-8")
     with pytest.raises(ValueError, match=r"ball.txt: scenes are exported as a page, \.html, or as models"):
-        export(co.Sphere(), tmp_path / "ball.txt")
+        co.export(co.Sphere(), tmp_path / "ball.txt")
     with pytest.raises(TypeError, match="export: scene must be"):
-        export(5, tmp_path / "ball.html")
+        co.export(5, tmp_path / "ball.html")
 
 
 @pytest.mark.parametrize("name", ["geometry.xml", "scene.txt", "scene.YAML.bak"])

@@ -252,21 +252,9 @@ def output_of(*words: str, given: str = "") -> str:
     return ran.stdout + ran.stderr
 
 
-def test_a_program_that_runs_it_goes_on() -> None:
-    assert "ended with 0" in output_of("-c", BY_ANOTHER)
-
-
-def test_output_at_the_end_is_written() -> None:
-    assert output_of("-c", LATE).endswith("late\n")
-
-
-def test_the_watcher_itself_reports_the_end() -> None:
-    assert "watched to the end" in output_of("-c", WATCHED)
-
-
-def test_a_profile_is_printed() -> None:
-    assert "cumtime" in output_of("-m", "cProfile", "-m", "conicoid", "--version")
-
-
-def test_a_prompt_follows() -> None:
-    assert "42" in output_of("-i", "-m", "conicoid", "--version", given="print(6 * 7)\n")
+@pytest.mark.parametrize(("words", "given", "text"), [
+    (("-c", BY_ANOTHER), "", "ended with 0\n"), (("-c", LATE), "", "late\n"), (("-c", WATCHED), "", "watched to the end\n"),
+    (("-m", "cProfile", "-m", "conicoid", "--version"), "", "cumtime"), (("-i", "-m", "conicoid", "--version"), "print(6 * 7)\n", "42"),
+], ids=["a program that runs it", "output at the end", "a watcher", "a profile", "a prompt"])  # fmt: skip
+def test_the_end_of_a_command_takes_nothing_from_others(words, given, text):
+    assert text in output_of(*words, given=given)

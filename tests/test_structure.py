@@ -18,8 +18,6 @@ pytestmark = pytest.mark.skipif(not PACKAGE.is_dir(), reason="the package's sour
 @pytest.fixture(scope="module")
 def structure() -> ModuleType:
     spec = importlib.util.spec_from_file_location("structure", ROOT / "benchmarks" / "structure.py")
-    assert spec is not None
-    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module

@@ -99,14 +99,6 @@ def test_agreement():
     assert "distances differ" in suite.check_agreement(t, t * 1.1)
 
 
-def test_each_round_takes_turns(monkeypatch):
-    monkeypatch.setattr(suite, "WARM", 0.0)
-    order = []
-    a, b = suite.time_in_turn(lambda: order.append("a") or 3.0, lambda: order.append("b") or 1.0, 3)
-    assert order == ["a", "a", "b", "b"] * 3
-    assert (a, b) == (3.0, 1.0)
-
-
 def test_the_command(tmp_path):
     result = CliRunner().invoke(app, ["--quick", "--rows", "growth", "--json", str(tmp_path / "bench.json")])
     assert result.exit_code == 0
@@ -140,12 +132,6 @@ def test_the_time_of_the_kernel_is_that_of_the_threads():
     again()
     assert ran == [(0, 3), (0, 3)]
     assert arrays.ray_queries.run_on is arrays.run_on
-
-
-@pytest.mark.parametrize("name", arrays.QUERIES)
-def test_queries_from_arrays_take_longer_than_nothing(name):
-    found = {row.name: row for row in arrays.ROWS}[f"beyond-{name}"].measure(Size(runs=1, rays=1600))
-    assert found.theirs > 0
 
 
 def test_a_ball_takes_its_four_numbers_at_least():
@@ -196,12 +182,6 @@ def test_our_programs_print_seconds_and_the_hit(programs, tmp_path, monkeypatch,
     assert t == pytest.approx(expected, rel=1e-12)
 
 
-@pytest.mark.parametrize("programs", [preparation.LISTS, preparation.MOVED])
-@pytest.mark.parametrize("peer", ["Raysect", "Mitsuba"])
-def test_programs_of_peers_are_programs(programs, peer):
-    compile(programs[peer], peer, "exec")
-
-
 def test_a_core_has_its_pins(tmp_path):
     """The scene has four assemblies of 3 x 3 pins 0.8 mm apart. The middle pin of each is a tube."""
     scenes.write_core(tmp_path / "geometry.xml", 2, 3)
@@ -236,13 +216,6 @@ def test_a_fresh_place_has_the_bytecode_of_the_standard_library_alone():
         assert place.run(fresh._python(BEFORE))[1].split() == ["True", "True"]
         with place.anew() as new:
             assert new.run(fresh._python(BEFORE))[1].split() == ["True", "False"]
-
-
-def test_caches_of_the_user_are_not_found():
-    program = "import os; print(os.listdir(os.path.expanduser('~')), os.environ['XDG_CACHE_HOME'])"
-    with fresh.open_sandbox() as place:
-        printed = place.run(fresh._python(program))[1].split()
-    assert printed == ["[]", str(place.folder / "cache")]
 
 
 @pytest.mark.deep

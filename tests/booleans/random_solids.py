@@ -1,7 +1,5 @@
 """Random bodies of every kind: leaves of all shapes, Booleans of them, sheets that are clipped, chains of motions."""
 
-from typing import Any
-
 import numpy as np
 
 import conicoid as co
@@ -9,7 +7,7 @@ from conicoid.geometry.bulk import Bulk
 from conicoid.geometry.registry import REGISTRY
 
 from ..contract.examples import examples_of
-from ..reference.whole_items import SOLIDS as KINDS, motion, plain
+from ..reference.random_items import SOLIDS as KINDS, motion, plain
 
 NAMES = [
     n
@@ -23,21 +21,21 @@ SHEETS = [shape for shape in EXAMPLES if shape.is_sheet]
 RED = co.matte((0.9, 0.1, 0.1))
 
 
-def random_leaf(rng: np.random.Generator) -> Any:
+def random_leaf(rng: np.random.Generator):
     """Return an example of the contract suite, or a shape of small whole numbers."""
     if rng.random() < 0.4:
         return SOLIDS[int(rng.integers(len(SOLIDS)))]
     return plain(rng, str(rng.choice(KINDS))).shape(co)
 
 
-def moved(rng: np.random.Generator, shape: Any, most: int) -> Any:
+def moved(rng: np.random.Generator, shape, most: int):
     """Return a shape moved by up to `most` steps."""
     for verb, *arguments in motion(rng) if rng.integers(most + 1) else ():
         shape = getattr(shape, verb)(*arguments)
     return shape
 
 
-def random_solid(rng: np.random.Generator, depth: int) -> Any:
+def random_solid(rng: np.random.Generator, depth: int):
     """Return a tree of at most some levels. Operands may be equal, so that faces coincide."""
     if depth == 0 or rng.random() < 0.15:
         return moved(rng, random_leaf(rng), 1)
@@ -53,7 +51,7 @@ def random_solid(rng: np.random.Generator, depth: int) -> Any:
     return moved(rng, solid, 1)
 
 
-def random_body(rng: np.random.Generator) -> Any:
+def random_body(rng: np.random.Generator):
     """Return a solid, and now and then a sheet or a clipped one."""
     if rng.random() < 0.15:
         sheet = moved(rng, SHEETS[int(rng.integers(len(SHEETS)))], 1)

@@ -9,8 +9,8 @@ import pytest
 
 import conicoid as co
 
+from ..reference.random_items import tree
 from ..reference.random_shapes import generator
-from ..reference.whole_items import tree
 from ..samples import deep
 
 # --- Rays at random and along a grid through faces, edges and corners; spans as arrays

@@ -3,7 +3,6 @@
 import itertools
 import math
 import threading
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -88,7 +87,7 @@ LATTICE = """<geometry>
 
 
 @pytest.mark.parametrize("turned", [False, True])
-def test_instances_overlap_where_written_out_bodies_do(turned: bool, tmp_path: Path):
+def test_instances_overlap_where_written_out_bodies_do(turned: bool, tmp_path):
     """Rays through bodies of a lattice end at these.
 
     The pin that was moved overlaps its neighbours and leaves a gap behind it.
@@ -200,7 +199,7 @@ def test_progress():
     assert calls[-1] == (6, 6)
 
 
-def test_the_command_line_prints_the_same(tmp_path: Path):
+def test_the_command_line_prints_the_same(tmp_path):
     path = tmp_path / "scene.yaml"
     path.write_text(
         "bodies:\n  - {name: ball, shape: {Sphere: {radius: 1}}}\n  - {shape: {Box: {low: [0.5, -1, -1], high: [4, 1, 1]}}}\n"

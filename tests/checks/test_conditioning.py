@@ -3,7 +3,6 @@
 import itertools
 import math
 from fractions import Fraction
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,7 +21,7 @@ from conicoid.apps.checks.perturbation import MotionFields, OwnForms, number_cha
 
 from ..command_line import run
 from ..samples import marked
-from ..shapes.catalogue import SAMPLES
+from ..shapes.samples import SAMPLES
 
 # --- Digits that remain, against formulas; which numbers a report names and which it omits
 
@@ -185,7 +184,7 @@ def test_every_number_is_changed_and_nothing_else():
     assert "within.motion[0].offset[2]" in [change.number for change in number_changes(inner)]
 
 
-def test_check_and_the_command_line_name_them(tmp_path: Path):
+def test_check_and_the_command_line_name_them(tmp_path):
     path = tmp_path / "scene.yaml"
     path.write_text(
         "bodies:\n  - {shape: {Sphere: {radius: 1}}}\n"

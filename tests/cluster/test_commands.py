@@ -5,9 +5,7 @@ import errno
 import os
 import pickle
 import signal
-import subprocess
 import sys
-import time
 
 import numpy as np
 import pytest
@@ -17,58 +15,46 @@ from conicoid.parallel.pictures import Checkpoint
 from conicoid.parallel.workers import inline_workers
 
 from ..command_line import execute, failure, run
+from ..interruptions import Interruption
 from . import subject
 
 # --- `conicoid trace --chunk` and `conicoid render` with workers write the same files as without
 
 
-@pytest.fixture
-def files(tmp_path):
-    """Write a scene and its rays into files; return the folder."""
-    rays = subject.rays(500)
-    co.save(subject.scene(), tmp_path / "scene.yaml")
-    table = np.concatenate([rays.origins, rays.directions], axis=1)
-    np.save(tmp_path / "rays.npy", table)
-    np.save(tmp_path / "picture.npy", table.reshape(20, 25, 6))
-    lines = "\n".join(",".join(map(repr, row)) for row in table.tolist())
-    (tmp_path / "rays.csv").write_text(f"ox,oy,oz,dx,dy,dz\n# five hundred\n{lines}\n")
-    return tmp_path
-
-
-def traced(files, rays, output, *options):
-    execute("trace", files / "scene.yaml", files / rays, "-o", files / output, *options)
-    return files / output
+def traced(folder, rays, output, *options):
+    execute("trace", folder / "scene.yaml", folder / rays, "-o", folder / output, *options)
+    return folder / output
 
 
 @pytest.mark.parametrize("rays", ["rays.npy", "rays.csv", "picture.npy"])
-def test_chunks_write_the_same(files, rays):
+def test_chunks_write_the_same(folder, rays):
     for options in ((), ("--spans",)):
-        whole = traced(files, rays, "whole.csv", *options)
-        parts = traced(files, rays, "parts.csv", *options, "--chunk", 37)
+        whole = traced(folder, rays, "whole.csv", *options)
+        parts = traced(folder, rays, "parts.csv", *options, "--chunk", 37)
         assert parts.read_bytes() == whole.read_bytes()
-    whole, parts = traced(files, rays, "whole.npz"), traced(files, rays, "parts.npz", "--chunk", 37)
+    whole, parts = traced(folder, rays, "whole.npz"), traced(folder, rays, "parts.npz", "--chunk", 37)
     assert co.Hits.load(parts) == co.Hits.load(whole)
-    assert sorted(path.suffix for path in files.iterdir() if path.is_dir()) == []
+    assert sorted(path.suffix for path in folder.iterdir() if path.is_dir()) == []
 
 
-def test_workers_write_the_same(files):
+def test_workers_write_the_same(folder):
     pytest.importorskip("OpenEXR")
-    whole = traced(files, "rays.npy", "whole.csv")
-    assert traced(files, "rays.npy", "parts.csv", "--chunk", 100, "--workers", 1).read_bytes() == whole.read_bytes()
+    whole = traced(folder, "rays.npy", "whole.csv")
+    assert traced(folder, "rays.npy", "parts.csv", "--chunk", 100, "--workers", 1).read_bytes() == whole.read_bytes()
     options = "--width", 70, "--height", 40
-    for name, more in (("here", ()), ("there", ("--workers", 1, "--resume", files / "tiles"))):
-        assert run("render", files / "scene.yaml", "-o", files / f"{name}.exr", *options, *more).exit_code == 0
-    assert (files / "here.exr").read_bytes() == (files / "there.exr").read_bytes()
-    assert not (files / "tiles").exists()  # the picture is complete
+    for name, more in (("here", ()), ("there", ("--workers", 1, "--resume", folder / "tiles"))):
+        assert run("render", folder / "scene.yaml", "-o", folder / f"{name}.exr", *options, *more).exit_code == 0
+    assert (folder / "here.exr").read_bytes() == (folder / "there.exr").read_bytes()
+    assert not (folder / "tiles").exists()  # the picture is complete
 
 
-def test_mistakes(files, tmp_path):
-    scene = files / "scene.yaml"
+def test_mistakes(folder, tmp_path):
+    scene = folder / "scene.yaml"
 
     (tmp_path / "done.zarr").mkdir()
-    bad = np.load(files / "rays.npy")
+    bad = np.load(folder / "rays.npy")
     bad[300, 3:] = 0
-    np.save(files / "bad.npy", bad)
+    np.save(folder / "bad.npy", bad)
     for message, rays, output, *options in (
         ("--resume goes with --chunk", "rays.npy", "x.csv", "--resume"),
         ("done.zarr: is a folder without parts to go on with", "rays.npy", "done.zarr", "--resume"),
@@ -76,9 +62,9 @@ def test_mistakes(files, tmp_path):
         ("--resume goes on with it", "bad.npy", "x.csv", "--chunk", 64),
         ("holds results of other rays", "rays.npy", "x.csv", "--chunk", 64, "--resume"),
     ):
-        assert message in failure("trace", scene, files / rays, "-o", files / output, *options)
+        assert message in failure("trace", scene, folder / rays, "-o", folder / output, *options)
     assert "give either --workers or --cluster" in failure(
-        "render", scene, "-o", files / "x.png", "--workers", 2, "--cluster", "tcp://127.0.0.1:1"
+        "render", scene, "-o", folder / "x.png", "--workers", 2, "--cluster", "tcp://127.0.0.1:1"
     )
 
 
@@ -94,11 +80,10 @@ def numbers(measures):
 
 
 @pytest.mark.parametrize("count", [2, *(pytest.param(count, marks=pytest.mark.deep) for count in (1, 3, 4))])
-def test_the_rays_of_one_shape_are_shared_out(count, processes, monkeypatch):
+def test_the_rays_of_one_shape_are_shared_out(count, processes, noted_calls):
     """Each piece has sums of its own, which are added in order, whatever the workers and their BLAS."""
     done, near = [], numbers(co.measure(LENS, rays=200_000, seed=3))
-    tasks, submit = [], co.parallel.Processes.submit
-    monkeypatch.setattr(co.parallel.Processes, "submit", lambda *of, **more: tasks.append(of) or submit(*of, **more))
+    tasks = noted_calls(co.parallel.Processes, "submit")
     with contextlib.nullcontext(processes) if count == 2 else co.parallel.Processes(count) as pool:
         far = co.measure(LENS, rays=200_000, seed=3, executor=pool, progress=lambda *step: done.append(step))
     assert numbers(far) == near
@@ -143,27 +128,18 @@ def test_tiles_of_workers_to_the_bit(processes):
 def test_a_picture_goes_on(tmp_path):
     scene, file = subject.scene(), tmp_path / "tiles"
     local = scene.render(100, 70, samples=1)
-    stopped = []
-
-    def stop(done, count):
-        stopped.append(done)
-        if done == 5:
-            raise KeyboardInterrupt
-
     workers = inline_workers()
     workers.chunk = 1
     with pytest.raises(KeyboardInterrupt):
-        scene.render(100, 70, samples=1, resume=file, executor=workers, progress=stop)
+        scene.render(100, 70, samples=1, resume=file, executor=workers, progress=Interruption(5))
     with open(file, "ab") as cut:
         cut.write(b"what was being written when the power went")
     calls = []
     image = scene.render(100, 70, samples=1, resume=file, executor=workers, progress=lambda *step: calls.append(step))
     assert np.array_equal(image.pixels, local.pixels)
     assert calls[0][0] == 5  # tiles 0 to 3 are in the file, and one is new
-    calls_of_second_run = []
-    image = scene.render(100, 70, samples=1, resume=file, progress=lambda *step: calls_of_second_run.append(step))
+    image = scene.render(100, 70, samples=1, resume=file, progress=Interruption())  # all of them are in the file
     assert np.array_equal(image.pixels, local.pixels)
-    assert calls_of_second_run == []  # all of them are in the file
     with pytest.raises(ValueError, match="holds parts of other work"):
         scene.render(100, 70, samples=2, resume=file)
 
@@ -203,42 +179,6 @@ def test_a_full_disk_is_named():
     assert (caught.value.errno, caught.value.filename) == (errno.ENOSPC, "/dev/full")
     with pytest.raises(OSError, match="No space left"):
         checkpoint.close()
-
-
-DRIVER = """
-import sys
-import conicoid as co
-from tests.cluster import subject
-with co.parallel.Processes(2) as pool:
-    image = subject.scene().render(640, 480, samples=4, resume=sys.argv[1],
-                                   executor=co.parallel.Workers(pool, chunk=2))
-image.save(sys.argv[2])
-"""
-
-
-@pytest.mark.deep
-@pytest.mark.skipif(sys.platform == "win32", reason="SIGKILL")
-def test_a_driver_killed_twenty_times(tmp_path):
-    pytest.importorskip("OpenEXR")
-    tiles, picture = tmp_path / "tiles", tmp_path / "picture.exr"
-    rng, killed, sizes = np.random.default_rng(20), 0, [0]
-    while killed < 20:
-        driver = subprocess.Popen([sys.executable, "-c", DRIVER, tiles, picture])
-        size = sizes[-1] + int(rng.integers(1, 100_000))
-        while driver.poll() is None and not (tiles.exists() and tiles.stat().st_size > size):
-            time.sleep(0.005)
-        if driver.poll() is not None:
-            assert driver.returncode == 0
-            tiles.unlink()  # the picture is complete: it starts again from the beginning
-            sizes.append(0)
-            continue
-        driver.send_signal(signal.SIGKILL)
-        driver.wait()
-        killed += 1
-        sizes.append(tiles.stat().st_size)
-    subprocess.run([sys.executable, "-c", DRIVER, tiles, picture], check=True)
-    subject.scene().render(640, 480, samples=4).save(tmp_path / "local.exr")
-    assert picture.read_bytes() == (tmp_path / "local.exr").read_bytes()
 
 
 # --- Rays that workers make as they trace them, and answers that no process holds as a whole

@@ -7,8 +7,7 @@ import pytest
 import conicoid as co
 
 from . import subject
-from .proxy import Proxy
-from .schedulers import cluster, workers
+from .schedulers import Proxy, cluster, workers
 
 distributed = pytest.importorskip("distributed")
 

@@ -1,11 +1,8 @@
 """Dask: its executor, and arrays that stay lazy. The scheduler and its workers are real."""
 
-import os
-import random
 import signal
 import sys
 import threading
-import time
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -15,6 +12,7 @@ import conicoid as co
 
 from . import subject
 from .schedulers import cluster
+from .test_deaths import kill_workers
 
 da = pytest.importorskip("dask.array")
 distributed = pytest.importorskip("distributed")
@@ -121,16 +119,6 @@ def pids(scheduler):
     return [nanny.pid for nanny in scheduler.workers.values() if nanny.pid]
 
 
-def kill_workers(scheduler, times, done):
-    """Kill random workers of this machine while work goes on."""
-    rng = random.Random(20)
-    while times[0] > 0 and not done.is_set():
-        time.sleep(rng.uniform(0.2, 0.8))
-        if alive := pids(scheduler):
-            os.kill(rng.choice(alive), signal.SIGKILL)
-            times[0] -= 1
-
-
 @pytest.mark.deep
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGKILL")
 def test_workers_killed_twenty_times():
@@ -138,7 +126,7 @@ def test_workers_killed_twenty_times():
     expected = scene.first_hit(rays)
     with cluster(3) as scheduler, distributed.Client(scheduler) as client:
         left, done = [20], threading.Event()
-        killer = threading.Thread(target=kill_workers, args=(scheduler, left, done))
+        killer = threading.Thread(target=kill_workers, args=(lambda: pids(scheduler), left, (signal.SIGKILL,), done))
         killer.start()
         executor = co.parallel.Workers(client, chunk=2000, retries=20)
         while left[0] > 0:

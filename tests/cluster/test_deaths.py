@@ -16,12 +16,13 @@ from . import subject
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals")
 
 
-def kill_workers(pool, times, signals, done):
+def kill_workers(pids, times, signals, done):
+    """Send signals to random processes of those that `pids` returns, so many times, while work goes on."""
     rng = random.Random(7)
     while times[0] > 0 and not done.is_set():
         time.sleep(rng.uniform(0.05, 0.4))
-        if pool.pids:
-            pid = rng.choice(pool.pids)
+        if alive := pids():
+            pid = rng.choice(alive)
             os.kill(pid, signals[0])
             if len(signals) > 1:
                 time.sleep(rng.uniform(0.05, 0.4))
@@ -42,7 +43,7 @@ def test_no_result_is_lost(times, signals):
     expected, left, done = scene.first_hit(rays), [times], threading.Event()
     with co.parallel.Processes(2, retries=20) as pool:
         executor = co.parallel.Workers(pool, chunk=500, retries=20)
-        killer = threading.Thread(target=kill_workers, args=(pool, left, signals, done))
+        killer = threading.Thread(target=kill_workers, args=(lambda: pool.pids, left, signals, done))
         killer.start()
         while left[0] > 0:
             assert scene.first_hit(rays, executor=executor) == expected

@@ -11,7 +11,6 @@ from typing import Any
 
 import conicoid as co
 from conicoid.geometry.registry import REGISTRY
-from conicoid.geometry.shape import Shape
 
 INF = float("inf")
 BOX = ((-2, -1.5, -1), (1, 2, 1.5))
@@ -193,7 +192,7 @@ MOTIONS: dict[str, Callable[[Any], Any]] = {
 }
 
 
-def derived(kind: type[Shape]) -> list[Shape]:
+def derived(kind: type[co.Shape]) -> list[co.Shape]:
     """Make an instance from the names of the fields without a default."""
     required = [f.name for f in dataclasses.fields(kind) if f.default is f.default_factory is dataclasses.MISSING]
     unknown = [name for name in required if name not in FIELDS]
@@ -204,7 +203,7 @@ def derived(kind: type[Shape]) -> list[Shape]:
     return [kind(**{name: FIELDS[name] for name in required})]
 
 
-def examples_of(name: str) -> list[Shape]:
+def examples_of(name: str) -> list[co.Shape]:
     return list(LISTED[name]()) if name in LISTED else derived(REGISTRY[name])
 
 
@@ -214,7 +213,7 @@ def sample_of_kinds(turn: int) -> set[str]:
     return {f"{kind}-{k}" for kind, count in kinds.items() for k in range(count) if count == 1 or (k + turn) % 2 == 0}
 
 
-def every_example() -> Iterator[tuple[str, Shape]]:
+def every_example() -> Iterator[tuple[str, co.Shape]]:
     """Return (readable id, shape) of all instances, unmoved."""
     for name in sorted(REGISTRY):
         for index, shape in enumerate(examples_of(name)):

@@ -3,7 +3,6 @@
 import math
 import zlib
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -14,7 +13,7 @@ WINDOW = 6.0
 
 
 class Subject:
-    def __init__(self, name: str, shape: Any, count: int = 300) -> None:
+    def __init__(self, name: str, shape, count: int = 300) -> None:
         self.name, self.shape, self.count = name, shape, count
         self.scene = co.Scene([shape])
         low, high = (np.asarray(x, dtype=float) for x in shape.bounds)
@@ -48,7 +47,7 @@ class Subject:
         return np.linalg.norm(self.rays[1], axis=1)
 
     @cached_property
-    def whole_lines(self) -> Any:
+    def whole_lines(self):
         """Return spans of the whole lines."""
         return self.scene.spans(*self.rays, t_min=-math.inf)
 
@@ -63,6 +62,6 @@ class Subject:
         return 1e-12 * (travelled + reach + self.size) / self.speed[ray]
 
 
-def rows(answer: Any) -> np.ndarray:
+def rows(answer) -> np.ndarray:
     """Return the flat ray index of every row of a CSR answer."""
     return np.repeat(np.arange(len(answer.offsets) - 1), np.diff(answer.offsets))

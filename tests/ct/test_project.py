@@ -11,6 +11,7 @@ import pytest
 import conicoid as co
 
 from ..children import child
+from ..interruptions import Interruption
 from ..samples import deep, sampled
 
 # --- The X-ray projection of the Shepp-Logan head against its closed form in extended precision
@@ -190,11 +191,8 @@ def test_energies_files_and_lazy_arrays(tmp_path):
 
 
 def test_a_failure_leaves_no_file(tmp_path):
-    def stop(done, count):
-        raise KeyboardInterrupt
-
     with pytest.raises(KeyboardInterrupt):
-        co.ct.project(head(), SCANS["cone"], HEAD[:, 0], out=tmp_path / "sinogram.npy", progress=stop)
+        co.ct.project(head(), SCANS["cone"], HEAD[:, 0], out=tmp_path / "sinogram.npy", progress=Interruption())
     assert list(tmp_path.iterdir()) == []
     with pytest.raises(ValueError, match=r"project: out must end with .npy"):
         co.ct.project(head(), SCANS["cone"], HEAD[:, 0], out=tmp_path / "sinogram.tif")

@@ -14,6 +14,7 @@ from conicoid.kernels.bvh.walk import ROWS
 from conicoid.prepare.bvh.leaf_items import put_items
 from conicoid.prepare.edits import in_place as exchange
 
+from ..tables import assert_same_columns, columns
 from .nodes import Nodes
 
 OF_TREES = {"node_boxes", "node_children", "tree_order", "tree_root", "roots", "tree_depth", "leaf_items"}
@@ -24,15 +25,7 @@ Edit = Callable[[co.Scene, Any], co.Scene]
 def same_tables(a, b):
     """Compare all tables but trees, to the bit."""
     p, q = a._prepared.lowered, b._prepared.lowered
-    for name, column in p.tables._asdict().items():
-        other = getattr(q.tables, name)
-        if name not in OF_TREES:
-            assert (column.shape, column.dtype) == (other.shape, other.dtype), name
-            assert column.tobytes() == other.tobytes(), name
-    for name in ("boxes", "frames", "body_frame", "body_item"):
-        assert np.array_equal(getattr(p, name), getattr(q, name), equal_nan=True), name
-    for name in ("planes", "spheres", "quadrics", "vertices"):
-        assert getattr(p.rest, name).tobytes() == getattr(q.rest, name).tobytes(), name
+    assert_same_columns(p, q, OF_TREES)
     assert (p.face_paint, p.body_count) == (q.face_paint, q.body_count)
     assert np.array_equal(p.exact.single, q.exact.single)
     assert a._prepared.key == b._prepared.key
@@ -96,10 +89,7 @@ def check_scene(scene):
 
 def content(scene):
     """Return all numbers of a scene."""
-    lowered, rest = scene._prepared.lowered, scene._prepared.lowered.rest
-    parts = (*lowered.tables, lowered.boxes, lowered.frames, lowered.body_frame, lowered.body_item, rest.planes,
-             rest.spheres, rest.quadrics, rest.vertices)  # fmt: skip
-    return [part.tobytes() for part in parts]
+    return [column.tobytes() for column in columns(scene._prepared.lowered).values()]
 
 
 def note_memory_taken(monkeypatch) -> list[bool]:

@@ -3,14 +3,12 @@
 import math
 import random
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import pytest
 
 import conicoid as co
 from conicoid.geometry.instances import InstanceList, Shift, ShiftTable
-from conicoid.geometry.shape import Solid
 from conicoid.geometry.transform import Rotate, Translate
 from conicoid.kernels.tables import PLANE, QUADRIC
 from conicoid.prepare import body_collector, coincidence, lowering, surface_names
@@ -66,13 +64,13 @@ def test_surfaces_are_one_where_their_names_are(seed):
 # --- Walls that coincide under a common turn are one, as their exact names have it, even where no names are computed
 
 
-def at_an_angle(shape: Solid) -> Solid:
+def at_an_angle(shape: co.Solid) -> co.Solid:
     return shape.rotate("z", 30).rotate((1, 2, 3), 20)
 
 
 def walls() -> list[co.Body]:
     """Return boxes, balls and pipes at an angle that share walls, with each other and with bodies under another motion."""
-    shapes: list[Solid] = []
+    shapes: list[co.Solid] = []
     for i in range(6):
         for j in range(4):
             own = co.Box((i, j, 0), (i + 1, j + 1, 1)) if j % 2 else co.Box((0, 0, 0), (1, 1, 1)).translate((i, j, 0))
@@ -112,7 +110,7 @@ def named_surfaces(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     found: list[int] = []
     name = ExactBodySurfaces.name
 
-    def watched(self: ExactBodySurfaces, index: int, primitives: Any = None) -> object:
+    def watched(self: ExactBodySurfaces, index: int, primitives=None) -> object:
         found.append(index)
         return name(self, index, primitives)
 
@@ -346,7 +344,7 @@ def test_planes_through_corners_are_exact():
         assert abs(height - exact[3]) <= Fraction(2) ** -100 * sum(abs(d) for d in aside)
 
 
-def test_halves_of_rods_are_named_only_where_their_axes_are_one(monkeypatch):
+def test_halves_of_rods_are_named_only_where_their_axes_are_one(noted_calls):
     """Two half rods meet at a rounded middle. Fractions decide whether they have one axis."""
     rng = np.random.default_rng(8)
     starts, ends = rng.uniform(-9, 9, (2, 60, 3)) + 32 * np.arange(60)[:, None] * (1, 0, 0)
@@ -354,11 +352,7 @@ def test_halves_of_rods_are_named_only_where_their_axes_are_one(monkeypatch):
     middles = (starts + ends) / 2
     one = [all(Fraction(a) + Fraction(b) == 2 * Fraction(m) for a, b, m in zip(*row, strict=True))
            for row in zip(starts, ends, middles, strict=True)]  # fmt: skip
-    named_surfaces = []
-    name = coincidence._SurfaceMerger._name
-    monkeypatch.setattr(
-        coincidence._SurfaceMerger, "_name", lambda *arguments: named_surfaces.append(arguments[1]) or name(*arguments)
-    )
+    named_surfaces = noted_calls(coincidence._SurfaceMerger, "_name")
     rods = [co.Cylinder(a, b, 0.1) for pair in ((starts, middles), (middles, ends)) for a, b in zip(*pair, strict=True)]
     scene = co.Scene(rods)
     across = np.cross(ends - starts, rng.normal(size=(60, 3)))
@@ -373,14 +367,14 @@ def test_halves_of_rods_are_named_only_where_their_axes_are_one(monkeypatch):
 class Rods(CutCylinders):
     """Copies of two solids at the same 64 places."""
 
-    def __init__(self, *solids: Solid) -> None:
+    def __init__(self, *solids: co.Solid) -> None:
         super().__init__()
         x, kinds, z = self.shifts.index
         shifts = ShiftTable(self.shifts.values, np.stack([x, 0 * x, z]))
         InstanceList.__init__(self, kinds.copy(), shifts, [None, None])
         self.solids = solids
 
-    def shape_at(self, kind: int, shift: Shift) -> Solid:
+    def shape_at(self, kind: int, shift: Shift) -> co.Solid:
         x, y, z = map(float, shift)
         return self.solids[kind].translate((x, y, z))
 
@@ -399,7 +393,7 @@ ROD = co.Cylinder((0, 0, 0), (0, 0, 1), 0.5)
         (co.Sphere(0.5), 128),
     ],
 )
-def test_walls_of_copies_are_one_where_they_coincide(other: Solid, walls: int) -> None:
+def test_walls_of_copies_are_one_where_they_coincide(other: co.Solid, walls: int) -> None:
     kinds = lower(Rods(ROD, other)).tables.surface_kind
     assert (kinds != PLANE).sum() == walls
 
@@ -432,7 +426,7 @@ def test_caps_of_coaxial_cylinders_are_named_by_their_ends(monkeypatch):
         (co.Cylinder((0, 0, 0), (0, 0, 1), 0.5, 0, 90, (1, 0, 0)), co.Cylinder((0, 0, 0), (0, 0, 1), 0.3, 1e-40, 90, (1, 0, 0)), 7),
     ],
 )  # fmt: skip
-def test_caps_are_one_where_ends_and_steps_are_equal(outer: Solid, inner: Solid, surfaces: int) -> None:
+def test_caps_are_one_where_ends_and_steps_are_equal(outer: co.Solid, inner: co.Solid, surfaces: int) -> None:
     """The first 100 bits of these planes are equal. So names decide which planes are one."""
     tubes = [(outer - inner).rotate((1, 2, 3), 10 + k).translate((3.0 * k, 0, 0)) for k in range(40)]
     assert len(lowering.lower(list(map(co.Body, tubes))).tables.surface_kind) == surfaces * len(tubes)

@@ -74,6 +74,7 @@ def test_a_zero_stays_zero_on_infinite_spans():
     assert scene.line_integral("mu", (5, 0, 0), (-1, 0, 0)).tolist() == [0, math.inf]
 
 
+@pytest.mark.parametrize("integral", [PENCIL.spans(*ALONG).line_integral, lambda v: PENCIL.line_integral(v, *ALONG)])
 @pytest.mark.parametrize(
     ("values", "message"),
     [
@@ -96,10 +97,9 @@ def test_a_zero_stays_zero_on_infinite_spans():
         (np.zeros((6, 2)), r"values must have shape \(7,\) or \(7, energies\), got \(6, 2\)"),
     ],
 )
-def test_missing_values_are_named(values, message):
-    for integral in (PENCIL.spans(*ALONG).line_integral, lambda v: PENCIL.line_integral(v, *ALONG)):
-        with pytest.raises(ValueError, match="line_integral: .*" + message):
-            integral(values)
+def test_missing_values_are_named(values, message, integral):
+    with pytest.raises(ValueError, match="line_integral: .*" + message):
+        integral(values)
 
 
 TEXTS = co.Scene(co.Body(co.Sphere(), kind("x", mu="much", table=[[1, 2]])))

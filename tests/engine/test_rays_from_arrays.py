@@ -119,20 +119,20 @@ VALUES = {
 }
 
 
+@pytest.mark.parametrize(("at", "freeze"), [(MANY - 1, False), (23_456, True)])
 @pytest.mark.parametrize(("field", "value"), [(field, value) for field in VALUES for value in VALUES[field]])
-def test_an_invalid_ray_is_named_as_among_few(field, value):
-    for at, freeze in ((MANY - 1, False), (23_456, True)):
-        arrays = {"origins": ORIGINS.copy(), "directions": DIRECTIONS.copy()}
-        arrays[field][at] = value
-        for later in range(at + 1, MANY):
-            arrays["directions"][later] = 0.0
-        if freeze:
-            arrays = {name: frozen(array) for name, array in arrays.items()}
-        with pytest.raises(ValueError, match="^Rays: ") as many:
-            co.Rays(**arrays)
-        with pytest.raises(ValueError, match="^Rays: ") as few:
-            co.Rays(arrays["origins"][at - FEW : at + 1], arrays["directions"][at - FEW : at + 1])
-        assert str(many.value) == str(few.value).replace(f"ray[{FEW}]", f"ray[{at}]")
+def test_an_invalid_ray_is_named_as_among_few(field, value, at, freeze):
+    arrays = {"origins": ORIGINS.copy(), "directions": DIRECTIONS.copy()}
+    arrays[field][at] = value
+    for later in range(at + 1, MANY):
+        arrays["directions"][later] = 0.0
+    if freeze:
+        arrays = {name: frozen(array) for name, array in arrays.items()}
+    with pytest.raises(ValueError, match="^Rays: ") as many:
+        co.Rays(**arrays)
+    with pytest.raises(ValueError, match="^Rays: ") as few:
+        co.Rays(arrays["origins"][at - FEW : at + 1], arrays["directions"][at - FEW : at + 1])
+    assert str(many.value) == str(few.value).replace(f"ray[{FEW}]", f"ray[{at}]")
 
 
 @pytest.mark.parametrize("value", [0.0, -0.0, 1e-100, -1e100])

@@ -11,9 +11,9 @@ import conicoid as co
 from conicoid.kernels.first_hits import coherent_packets
 from conicoid.queries.ray_queries import _packets, arrays_of
 
+from ..reference.random_items import tree
 from ..reference.random_shapes import generator
 from ..reference.routes import in_doubt
-from ..reference.whole_items import tree
 from ..samples import deep
 from ..thread_counts import on_threads
 

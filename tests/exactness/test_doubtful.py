@@ -3,7 +3,6 @@
 import itertools
 import math
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import pytest
@@ -347,7 +346,7 @@ def comparison(items, origin, direction):
     return judge, judge.rays(np.array([origin], float), np.array([direction], float))
 
 
-def check(items, origin, direction) -> Any:
+def check(items, origin, direction):
     judge, one = comparison(items, origin, direction)
     good = one.lists()
     one.first()
@@ -365,29 +364,32 @@ def test_a_ray_through_the_rim_hits_a_cone(degrees):
     assert found.entering.tolist() == [True, False]
 
 
+@pytest.mark.parametrize("height", [0.0, 0.5, 1.0, -1.0])
 @pytest.mark.parametrize(("item", "degrees"), in_turn(ROUND, [15.0, 105.0]))
-def test_grazing_a_body_turned_about_its_own_axis(item, degrees):
+def test_grazing_a_body_turned_about_its_own_axis(item, degrees, height):
     """The ray (5, -1, 0) -> (-1, 0, 0) and others like it touch the shape or run along it."""
     turned = item.moved(("rotate", (0.0, 0.0, 1.0), degrees))
-    for height in (0.0, 0.5, 1.0, -1.0):
-        for x, y in ((-1.0, 0.0), (0.0, -1.0), (-1.0, -1.0), (2.0, -1.0)):
-            for side in (1.0, -1.0):
-                away = np.array([-y, x, 0.0]) * side
-                check([turned], np.array([0.0, 0.0, height]) + away - 5 * np.array([x, y, 0.0]), (x, y, 0.0))
+    for x, y in ((-1.0, 0.0), (0.0, -1.0), (-1.0, -1.0), (2.0, -1.0)):
+        for side in (1.0, -1.0):
+            away = np.array([-y, x, 0.0]) * side
+            check([turned], np.array([0.0, 0.0, height]) + away - 5 * np.array([x, y, 0.0]), (x, y, 0.0))
 
 
-@pytest.mark.parametrize("degrees", [*range(1, 180, 13), 15, 105, 0.5, 33.3, 1e-3])
-def test_any_turn_about_the_own_axis_leaves_a_cylinder_as_it_is(degrees):
-    """Rulings and tangents at lattice points are those of the cylinder that is not turned."""
-    turned = TUBE.moved(("rotate", (0.0, 0.0, 1.0), float(degrees)), paper=())
-    for origin, direction in (
+@pytest.mark.parametrize(
+    ("origin", "direction"),
+    [
         ((5, -1, 0), (-1, 0, 0)),
         ((1, 0, 5), (0, 0, -1)),
         ((5, -1, 1), (-1, 0, 0)),
         ((-1, 1, -3), (1, -1, 1)),
         ((3, 4, -3), (-1, -1, 1)),
-    ):
-        check([turned], origin, direction)
+    ],
+)
+@pytest.mark.parametrize("degrees", [*range(1, 180, 13), 15, 105, 0.5, 33.3, 1e-3])
+def test_any_turn_about_the_own_axis_leaves_a_cylinder_as_it_is(degrees, origin, direction):
+    """Rulings and tangents at lattice points are those of the cylinder that is not turned."""
+    turned = TUBE.moved(("rotate", (0.0, 0.0, 1.0), float(degrees)), paper=())
+    check([turned], origin, direction)
 
 
 @pytest.mark.parametrize(
@@ -435,23 +437,21 @@ def test_an_interval_of_a_few_floats_about_a_crossing():
     judge.score.check()
 
 
-def test_a_ball_is_left_behind_just_beyond_the_origin():
+@pytest.mark.parametrize("copies", [1, 80])
+def test_a_ball_is_left_behind_just_beyond_the_origin(copies):
     """At t = 6.9e-19 the roots of the fast formulas lie behind.
 
     So lists of rays must be in doubt, alone and in packets.
     """
     ball = Item("Sphere", {"radius": 3.0, "center": (-2.0, 1.0, 0.0)})
-    for copies in (1, 80):
-        judge = Judge(co, [ball])
-        origin, direction = (-1.734723475976807e-18, -1, -1), (1, -1.0000009536743164, -1)
-        one = judge.rays(
-            np.tile(np.array(origin, float), (copies, 1)), np.tile(np.array(direction, float), (copies, 1))
-        )
-        good = one.lists()
-        one.first()
-        for low in (0.0, 5e-324, 6.9e-19, -5e-324):
-            Interval(one, good, np.full(copies, low), np.full(copies, np.inf)).judge()
-        judge.score.check()
+    judge = Judge(co, [ball])
+    origin, direction = (-1.734723475976807e-18, -1, -1), (1, -1.0000009536743164, -1)
+    one = judge.rays(np.tile(np.array(origin, float), (copies, 1)), np.tile(np.array(direction, float), (copies, 1)))
+    good = one.lists()
+    one.first()
+    for low in (0.0, 5e-324, 6.9e-19, -5e-324):
+        Interval(one, good, np.full(copies, low), np.full(copies, np.inf)).judge()
+    judge.score.check()
 
 
 def test_an_empty_interval_is_never_doubtful():

@@ -6,8 +6,8 @@ corners, along axes, rulings and asymptotes, start on surfaces and far away.
 
 import pytest
 
+from ..reference.judge import Score
 from ..reference.random_items import KINDS, extreme, ordinary
-from ..reference.score import Score
 from ..reference.suite import random_score, total
 from ..samples import drawn
 

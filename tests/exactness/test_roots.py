@@ -90,13 +90,12 @@ def test_a_root_at_the_origin_is_zero_exactly() -> None:
     assert compare_roots(line, zero) == 0
 
 
-def test_hundreds_of_surfaces_through_one_point_are_one_place(monkeypatch) -> None:
+def test_hundreds_of_surfaces_through_one_point_are_one_place(noted_calls) -> None:
     """The roots of (t - 1) (k t - k - 3) share 1, while the others, 1 + 3 / k, differ.
 
     The roots ±√2 of all multiples are two.
     """
-    calls: list[int] = []
-    monkeypatch.setattr(order, "compare_roots", lambda x, y: calls.append(1) or compare_roots(x, y))
+    calls = noted_calls(order, "compare_roots")
     places = [order.ZERO]
     for k in range(1, 201):
         places += exact_real_roots(IntegerQuadratic(2 * k, -(2 * k + 3), 2 * (k + 3)))

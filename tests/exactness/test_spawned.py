@@ -3,7 +3,6 @@
 import itertools
 from collections.abc import Callable
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import pytest
@@ -208,11 +207,11 @@ def test_a_thousand_bounces(name: str, scale: float, away: float) -> None:
         inward = co.reflect(rays.directions, hits.normal)
 
 
-def surfaces(table: Table, hits: Any) -> np.ndarray:
+def surfaces(table: Table, hits) -> np.ndarray:
     return np.array([table.faces[0][face] for face in hits.face.tolist()])
 
 
-def trace_exactly(table: Table, start: np.ndarray, hits: Any) -> None:
+def trace_exactly(table: Table, start: np.ndarray, hits) -> None:
     found = Trace(table, hits.rays.origins, hits.rays.directions, start).crossings.ahead()
     assert (np.diff(found.offsets) > 0).all()
     first = found.offsets[:-1]

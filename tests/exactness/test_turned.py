@@ -101,12 +101,10 @@ def test_long_chains_of_motions_are_composed_as_they_grow():
     assert np.array_equal(matrix, np.eye(4))  # 60 times 6 degrees
 
 
-def test_motions_in_a_chain_are_multiplied_once(monkeypatch):
+def test_motions_in_a_chain_are_multiplied_once(noted_calls):
     from conicoid.geometry import transform as motion
 
-    calls = []
-    affine = motion.Rotate.affine
-    monkeypatch.setattr(motion.Rotate, "affine", lambda self: calls.append(1) or affine(self))
+    calls = noted_calls(motion.Rotate, "affine")
     shape = co.Sphere()
     for _ in range(30):
         shape = shape.rotate((1, 2, 3), 0.01)

@@ -5,8 +5,8 @@ import pytest
 
 import conicoid as co
 
+from ..reference.random_items import SCENES
 from ..reference.suite import total, whole_score
-from ..reference.whole_items import SCENES
 from ..samples import deep, drawn
 
 

@@ -2,7 +2,6 @@
 
 import math
 from fractions import Fraction as F
-from typing import Any
 
 import pytest
 
@@ -13,16 +12,16 @@ from ..seeds.test_shapes import CENTER, CORNERS, CYLINDER, DIRECTION, GENERAL, P
 CLOSE = dict(rel=1e-14, abs=1e-14)
 
 
-def explanation(shape: Any, origin: Any, direction: Any, **limits: float) -> Any:
+def explanation(shape, origin, direction, **limits: float):
     return co.Scene([shape]).explain([float(x) for x in origin], [float(x) for x in direction], **limits)
 
 
-def lines(found: Any) -> list[str]:
+def lines(found) -> list[str]:
     """Return the lines of the text, without the sources behind them."""
     return [line.strip().split("   [")[0] for line in found.text.splitlines()]
 
 
-def has(found: Any, *expected: str) -> None:
+def has(found, *expected: str) -> None:
     """Assert that the text has these lines, in this order."""
     text, at = lines(found), 0
     for line in expected:
@@ -30,8 +29,59 @@ def has(found: Any, *expected: str) -> None:
         at += text[at:].index(line) + 1
 
 
-def sources(found: Any) -> set[str]:
+def sources(found) -> set[str]:
     return {line.split("   [")[1].rstrip("]") for line in found.text.splitlines() if "   [" in line}
+
+
+UP, LINE = (0, 0, 1), dict(t_min=-math.inf)
+PLANE, PIPE = co.Plane((1, 2, 2), 6), co.Quadric(coefficients=dict(xx=1, yy=4, constant=-1))
+PINNED = co.Cylinder(P1, P2, 2, reference=P3)
+LINES = {  # shape, origin, direction, interval, and lines of the explanation in this order
+    # At 4 beside the center B = −5, C = 16 + 25 − 9 = 32, D = 25 − 32 = −7; by the chord 9 − 16
+    "a negative discriminant": (co.Sphere(RADIUS, CENTER), (1, 2, -2), UP, {}, [
+        "center S = (1, −2, 3), r = 3", "t² + 2 B t + C = 0", "B = (d, o − S) = −5", "C = (o − S)² − r² = 32",
+        "D = B² − C = −7 < 0: no real root", "OC² = 41, r² = 9: the origin is outside", "t_ca = (OC, d) = 5",
+        "D² = OC² − t_ca² = 16, the squared distance of the line from S", "t_hc² = r² − D² = −7 < 0: no real root"]),
+    # x + 2y + 2z = 6 from (1, 1, 8) along −z: v_d = −2, v_0 = 6 − 19 = −13, t = 6.5
+    "a plane": (PLANE, (1, 1, 8), (0, 0, -1), {}, [
+        "surface 0, plane: x + 2 y + 2 z − 6 = 0", "n = (1, 2, 2), q = 6", "v_d = n·d = −2, v_0 = q − n·o = −13", "t = v_0 / v_d = 6.5"]),
+    "a plane behind": (PLANE, (1, 1, 8), UP, {}, [
+        "its crossings lie outside the interval of t", "t = v_0 / v_d = −6.5: not within 0 < t < ∞"]),
+    "a parallel plane": (co.Plane(UP, 1), (0, 0, 0), (1, 0, 0), {}, ["the ray is parallel to its plane", "v_d = 0: parallel, no crossing"]),
+    "a one-sided plane": (co.Plane(UP, 0, one_sided=True), (0, 0, -2), UP, {}, ["it is one-sided and seen from behind"]),
+    # x −1 to 3, y 0.5 to 1, z −2 to 2: inside from 0.5 to 1
+    "slabs of a box": (co.Box((-1, 2, 1), (3, 3, 3)), (0, 4, 2), (1, -2, 0.5), {}, [
+        "x: −1 to 3, origin 0, direction 1: t₁ = −1, t₂ = 3", "t_near = −1, t_far = 3",
+        "y: 2 to 3, origin 4, direction −2: t₁ = 1, t₂ = 0.5, swapped", "t_near = 0.5, t_far = 1",
+        "z: 1 to 3, origin 2, direction 0.5: t₁ = −2, t₂ = 2", "t_near = 0.5, t_far = 1",
+        "all slabs have t_near ≤ t_far: a hit", "its planes leave t from 0.5 to 1"]),
+    # Along the axis of x² + y² − z = 0 from (1, 2, 0): a = 0, b = −1, c = 5, t = −c/b = 5
+    "a = 0, step 1 of the algorithm": (co.Quadric(coefficients=dict(xx=1, yy=1, z=-1)), (1, 2, 0), UP, {}, [
+        "enters body 0 “Quadric 0” at t = 5, face 0, surface 0", "face 0, within surface 0, elliptic paraboloid: x² + y² − z = 0",
+        "A = 1, E = 1, I = −0.5", "a t² + b t + c = 0: a = uᵗQu = 0, b = 2 uᵗQp = −1, c = pᵗQp = 5", "a = 0: t = −c / b = 5"]),
+    "a = b = 0 inside, which the notes leave out": (PIPE, (0.5, 0, 0), UP, LINE, ["a = b = 0: the ray is inside all along, as c = −0.75"]),
+    "a = b = 0 outside": (PIPE, (2, 0, 0), UP, LINE, ["a = b = 0: the ray is outside all along, as c = 3"]),
+    # At X = 2 the ray touches, D = 0; at X = 2.5 D = 4 − 6.25
+    "discriminant 0 of equation 8": (PINNED, (6, 1, 2), (-1, 0, 0), {}, [
+        "nothing is hit: t = ∞", "(8) D = 0 = 0: it only touches", "read as invisible: no crossing"]),
+    "negative discriminant of equation 8": (PINNED, (6, 1, 2.5), (-1, 0, 0), {}, ["nothing is hit: t = ∞", "(8) D = −2.25 < 0: no real root"]),
+    # KVADR: t² − 3t + 2 = 0, the parabolic cylinder x² <= y along (1, 3, 0) from (0, −2, 0)
+    "KVADR": (co.ParabolicCylinder(0.5), (0, -2, 0), (1, 3, 0), {}, [
+        "A = 1, G = −0.5", "a t² + b t + c = 0: a = uᵗQu = 1, b = 2 uᵗQp = −3, c = pᵗQp = 2", "b² − 4 a c = 1",
+        "t₀ = (−b − √(b² − 4 a c)) / 2a = 1", "t₁ = (−b + √(b² − 4 a c)) / 2a = 2", "inside for t in [1, 2]"]),
+    # PICA: along z at x = 6, x² + y² <= 4 z² has a = −4, c = 36, t = ±3. The inside is beyond the roots
+    "PICA": (co.DoubleCone(slope=2), (6, 0, 0), UP, LINE, [
+        "a t² + b t + c = 0: a = uᵗQu = −4, b = 2 uᵗQp = 0, c = pᵗQp = 36", "its negative side is beyond its roots"]),
+    # Up at x = 1/2 the bow tie x² + y² <= z², |z| <= 1 is inside from −1 (cap) to −1/2 and from 1/2 to 1 (cap)
+    "a bow tie": (co.DoubleCone(1, z_range=(-1, 1)), (0.5, 0, 0), UP, LINE, [
+        "its planes leave t from −1 to 1", "inside, on the whole line: [−1, −0.5], [0.5, 1]"]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", LINES)
+def test_lines_of_an_exercise(name):
+    shape, origin, direction, interval, expected = LINES[name]
+    has(explanation(shape, origin, direction, **interval), *expected)
 
 
 # ---- The ray tracing notes: ray and sphere ----
@@ -65,37 +115,7 @@ def test_sphere_by_both_methods(case):
     assert names <= sources(found)
 
 
-def test_sphere_with_a_negative_discriminant():
-    """At 4 beside the center B = −5, C = 16 + 25 − 9 = 32, D = 25 − 32 = −7; by the chord 9 − 16."""
-    found = explanation(co.Sphere(RADIUS, CENTER), (1, 2, -2), (0, 0, 1))
-    has(found, "center S = (1, −2, 3), r = 3", "t² + 2 B t + C = 0", "B = (d, o − S) = −5", "C = (o − S)² − r² = 32",
-        "D = B² − C = −7 < 0: no real root", "OC² = 41, r² = 9: the origin is outside", "t_ca = (OC, d) = 5",
-        "D² = OC² − t_ca² = 16, the squared distance of the line from S", "t_hc² = r² − D² = −7 < 0: no real root")  # fmt: skip
-    assert found.bodies[0].sentence.endswith("the discriminant is negative: there is no real root")
-
-
 # ---- The ray tracing notes: plane, polygon, box ----
-
-
-def test_plane():
-    """x + 2y + 2z = 6 from (1, 1, 8) along −z: v_d = −2, v_0 = 6 − 19 = −13, t = 6.5."""
-    found = explanation(co.Plane((1, 2, 2), 6), (1, 1, 8), (0, 0, -1))
-    has(found, "surface 0, plane: x + 2 y + 2 z − 6 = 0",
-        "n = (1, 2, 2), q = 6", "v_d = n·d = −2, v_0 = q − n·o = −13", "t = v_0 / v_d = 6.5")  # fmt: skip
-
-
-def test_plane_behind_parallel_and_one_sided():
-    has(explanation(co.Plane((1, 2, 2), 6), (1, 1, 8), (0, 0, 1)), "its crossings lie outside the interval of t",
-        "t = v_0 / v_d = −6.5: not within 0 < t < ∞")  # fmt: skip
-    has(
-        explanation(co.Plane((0, 0, 1), 1), (0, 0, 0), (1, 0, 0)),
-        "the ray is parallel to its plane",
-        "v_d = 0: parallel, no crossing",
-    )
-    has(
-        explanation(co.Plane((0, 0, 1), 0, one_sided=True), (0, 0, -2), (0, 0, 1)),
-        "it is one-sided and seen from behind",
-    )
 
 
 def test_polygon_exercise():
@@ -144,16 +164,6 @@ def test_box_exercise():
     assert any("t₁ = 4.58" in line and line.endswith(", swapped") for line in lines(found))
 
 
-def test_box_by_slabs():
-    """From (0, 4, 2) along (1, −2, 0.5): x −1 to 3, y 0.5 to 1, z −2 to 2: inside from 0.5 to 1."""
-    found = explanation(co.Box((-1, 2, 1), (3, 3, 3)), (0, 4, 2), (1, -2, 0.5))
-    has(found, "x: −1 to 3, origin 0, direction 1: t₁ = −1, t₂ = 3", "t_near = −1, t_far = 3",
-        "y: 2 to 3, origin 4, direction −2: t₁ = 1, t₂ = 0.5, swapped", "t_near = 0.5, t_far = 1",
-        "z: 1 to 3, origin 2, direction 0.5: t₁ = −2, t₂ = 2", "t_near = 0.5, t_far = 1",
-        "all slabs have t_near ≤ t_far: a hit", "its planes leave t from 0.5 to 1")  # fmt: skip
-    assert [(s.t_enter, s.t_exit) for s in found.bodies[0].spans] == [(0.5, 1.0)]
-
-
 # ---- The ray tracing notes: quadrics ----
 
 
@@ -166,21 +176,6 @@ def test_general_quadric():
     has(found, "face 0, within surface 0, ellipsoid: x² + y² + z² + xy − 3 = 0", "A = 1, E = 1, H = 1, B = 0.5, J = −3",
         "a t² + b t + c = 0: a = uᵗQu = 3, b = 2 uᵗQp = 0, c = pᵗQp = −3", "b² − 4 a c = 36",
         "t₀ = (−b − √(b² − 4 a c)) / 2a = −1", "t₁ = (−b + √(b² − 4 a c)) / 2a = 1")  # fmt: skip
-
-
-def test_step_1_of_the_algorithm_where_a_is_zero():
-    """Along the axis of x² + y² − z = 0 from (1, 2, 0): a = 0, b = −1, c = 5, t = −c/b = 5."""
-    found = explanation(co.Quadric(coefficients=dict(xx=1, yy=1, z=-1)), (1, 2, 0), (0, 0, 1))
-    has(found, "enters body 0 “Quadric 0” at t = 5, face 0, surface 0", "face 0, within surface 0, elliptic paraboloid: x² + y² − z = 0",
-        "A = 1, E = 1, I = −0.5", "a t² + b t + c = 0: a = uᵗQu = 0, b = 2 uᵗQp = −1, c = pᵗQp = 5", "a = 0: t = −c / b = 5")  # fmt: skip
-    assert found.surfaces[0].roots == (5.0, math.inf)
-
-
-@pytest.mark.parametrize(("x", "c", "where"), [(0.5, "−0.75", "inside"), (2.0, "3", "outside")])
-def test_a_and_b_zero_which_the_notes_leave_out(x, c, where):
-    found = explanation(co.Quadric(coefficients=dict(xx=1, yy=4, constant=-1)), (x, 0, 0), (0, 0, 1), t_min=-math.inf)
-    has(found, f"a = b = 0: the ray is {where} all along, as c = {c}")
-    assert len(found.bodies[0].spans) == (where == "inside")
 
 
 KINDS = [
@@ -258,24 +253,7 @@ def test_cylinder_by_equations_2_to_12():
     assert "Sasaki 2021 (2) to (10)" in sources(found)
 
 
-def test_discriminant_of_equation_8():
-    """At X = 2 the ray touches, D = 0; at X = 2.5 D = 4 − 6.25."""
-    cylinder = co.Cylinder(P1, P2, 2, reference=P3)
-    touching, missing = explanation(cylinder, (6, 1, 2), (-1, 0, 0)), explanation(cylinder, (6, 1, 2.5), (-1, 0, 0))
-    has(touching, "(8) D = 0 = 0: it only touches", "read as invisible: no crossing")
-    has(missing, "(8) D = −2.25 < 0: no real root")
-    assert not touching.hit.hit
-    assert not missing.hit.hit
-
-
 # ---- The graphics textbook ----
-
-
-def test_kvadr():
-    """t² − 3t + 2 = 0: the parabolic cylinder x² <= y along (1, 3, 0) from (0, −2, 0)."""
-    found = explanation(co.ParabolicCylinder(0.5), (0, -2, 0), (1, 3, 0))
-    has(found, "A = 1, G = −0.5", "a t² + b t + c = 0: a = uᵗQu = 1, b = 2 uᵗQp = −3, c = pᵗQp = 2", "b² − 4 a c = 1",
-        "t₀ = (−b − √(b² − 4 a c)) / 2a = 1", "t₁ = (−b + √(b² − 4 a c)) / 2a = 2", "inside for t in [1, 2]")  # fmt: skip
 
 
 def test_allips():
@@ -299,24 +277,6 @@ def test_false_intersections_of_figure_3_4_8():
     has(found, "1  face 0    enters  false: outside of face 2", "2  face 2    enters  true",
         "3  face 0    leaves  true", "4  face 1    leaves  false: outside of face 0")  # fmt: skip
     assert "the graphics textbook, false intersections; NA8FIR" in sources(found)
-
-
-def test_pica_is_entered_beyond_its_roots():
-    """Along z at x = 6, x² + y² <= 4 z² has a = −4, c = 36, t = ±3. The inside is beyond the roots."""
-    found = explanation(co.DoubleCone(slope=2), (6, 0, 0), (0, 0, 1), t_min=-math.inf)
-    has(
-        found,
-        "a t² + b t + c = 0: a = uᵗQu = −4, b = 2 uᵗQp = 0, c = pᵗQp = 36",
-        "its negative side is beyond its roots",
-    )
-    assert [(s.t_enter, s.t_exit) for s in found.bodies[0].spans] == [(-math.inf, -3.0), (3.0, math.inf)]
-
-
-def test_bow_tie():
-    """Up at x = 1/2 the bow tie x² + y² <= z², |z| <= 1 is inside from −1 (cap) to −1/2 and from 1/2 to 1 (cap)."""
-    found = explanation(co.DoubleCone(1, z_range=(-1, 1)), (0.5, 0, 0), (0, 0, 1), t_min=-math.inf)
-    assert found.bodies[0].cells[0].slab == (-1, 1)
-    has(found, "its planes leave t from −1 to 1", "inside, on the whole line: [−1, −0.5], [0.5, 1]")
 
 
 @pytest.mark.parametrize("shape", [co.Sphere(2, (0, 0, 1)), co.Ellipsoid((1, 2, 4)), co.EllipticCylinder(1, 0.25)])

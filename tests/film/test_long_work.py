@@ -1,5 +1,6 @@
 """Pictures that continue: to more samples, to less noise, after Ctrl-C and after a kill; always to the same bits."""
 
+import contextlib
 import signal
 import subprocess
 import sys
@@ -19,6 +20,7 @@ from conicoid.render.film import (
     square_means,
 )
 
+from ..interruptions import Interruption
 from ..samples import deeper
 from ..thread_counts import on_threads
 
@@ -49,10 +51,8 @@ def test_samples_are_continued(whole, tmp_path):
         image = scene().render(WIDTH, HEIGHT, samples, NAME, resume=tmp_path / "file", layers="samples")
         assert (image.layers["samples"] == samples).all()
     assert (image.pixels == whole.pixels).all()
-    calls = []
-    again = scene().render(WIDTH, HEIGHT, 40, NAME, resume=tmp_path / "file", progress=lambda *step: calls.append(step))
+    again = scene().render(WIDTH, HEIGHT, 40, NAME, resume=tmp_path / "file", progress=Interruption())  # it is complete
     assert (again.pixels == whole.pixels).all()
-    assert calls == []  # the picture was complete
     fewer = scene().render(WIDTH, HEIGHT, 8, NAME, resume=tmp_path / "file")
     assert (fewer.pixels == whole.pixels).all()  # existing samples are not discarded
     with pytest.raises(ValueError, match="holds parts of other work"):
@@ -72,19 +72,10 @@ def test_workers_continue_too(whole, tmp_path):
 
 @pytest.mark.parametrize("at", [1, 7, 20])
 def test_ctrl_c_loses_no_whole_sample(whole, tmp_path, at):
-    calls = []
-
-    def stop(done, count):
-        calls.append((done, count))
-        if len(calls) == at:
-            raise KeyboardInterrupt
-
-    try:
+    stop = Interruption(at)
+    with contextlib.suppress(KeyboardInterrupt):
         scene().render(WIDTH, HEIGHT, 40, NAME, resume=tmp_path / "file", progress=stop)
-        stopped = False
-    except KeyboardInterrupt:
-        stopped = True
-    assert stopped or len(calls) < at
+    assert len(stop.calls) <= at
     image = scene().render(WIDTH, HEIGHT, 40, NAME, resume=tmp_path / "file")
     assert (image.pixels == whole.pixels).all()
 

@@ -13,7 +13,6 @@ from hypothesis import assume, strategies as st
 import conicoid as co
 from conicoid.geometry.bulk import Bulk
 from conicoid.geometry.registry import REGISTRY
-from conicoid.geometry.shape import Sheet, Solid
 from conicoid.io.scene_file.fields import ShapeType, argument_fields
 from conicoid.io.scene_file.value_types import (
     BoolType,
@@ -28,15 +27,14 @@ from conicoid.io.scene_file.value_types import (
     ValueType,
 )
 from conicoid.materials.light import LIGHTS
-from conicoid.materials.material import Material
 from conicoid.materials.presets import CONSTRUCTORS
 
 COMBINED = ("Union", "Intersection", "Difference", "Complement", "Painted", "ClippedSheet")
 PRIMITIVES = sorted(set(REGISTRY) - set(COMBINED))
 SOLIDS = [
-    name for name in PRIMITIVES if issubclass(REGISTRY[name], Solid) and getattr(REGISTRY[name], "combines", True)
+    name for name in PRIMITIVES if issubclass(REGISTRY[name], co.Solid) and getattr(REGISTRY[name], "combines", True)
 ]
-SHEETS = [name for name in PRIMITIVES if issubclass(REGISTRY[name], Sheet) and not issubclass(REGISTRY[name], Bulk)]
+SHEETS = [name for name in PRIMITIVES if issubclass(REGISTRY[name], co.Sheet) and not issubclass(REGISTRY[name], Bulk)]
 
 
 def within_domain(x: float) -> float:
@@ -323,7 +321,7 @@ colors = st.one_of(st.tuples(unit, unit, unit), st.sampled_from(["red", "steelbl
 amounts = st.one_of(unit, colors)
 checkers = st.builds(co.Checker, colors, colors, st.one_of(positive, st.tuples(positive, positive)), st.booleans())
 materials = st.one_of(
-    st.builds(Material, color=st.one_of(colors, checkers), specular=amounts, shininess=positive, reflectivity=amounts,
+    st.builds(co.Material, color=st.one_of(colors, checkers), specular=amounts, shininess=positive, reflectivity=amounts,
               absorption=st.one_of(positive, st.tuples(unit, unit, unit)), fresnel=st.booleans(),
               highlight=st.sampled_from(["phong", "blinn_phong"]), name=st.none() | texts,
               properties=st.dictionaries(texts, st.one_of(numbers, st.lists(numbers, max_size=4), texts), max_size=2)),

@@ -5,14 +5,12 @@ import math
 import re
 import tempfile
 from pathlib import Path
-from typing import Any
 
 import jsonschema
 import pytest
 from hypothesis import HealthCheck, given, settings
 
 import conicoid as co
-from conicoid._util.files import SceneFileError
 from conicoid.geometry.registry import REGISTRY
 from conicoid.io.scene_file.nodes import Node, ScalarNode, SequenceNode, is_null, is_text, parse_bool, parse_float
 from conicoid.io.scene_file.scene_file import read_scene
@@ -34,7 +32,7 @@ def test_there_are_enough():
 def test_refused_with_line_and_reason(case, tmp_path):
     path = tmp_path / "scene.yaml"
     path.write_bytes(case.content)
-    with pytest.raises(SceneFileError) as caught:
+    with pytest.raises(co.SceneFileError) as caught:
         read_scene(path)
     message = str(caught.value)
     for phrase in case.phrases:
@@ -62,7 +60,7 @@ TYPES = (
 )  # fmt: skip
 
 
-def plain(node: Node) -> Any:
+def plain(node: Node):
     """Return a node as a YAML 1.2 reader sees it."""
     if isinstance(node, SequenceNode):
         return [plain(item) for item in node.items]
@@ -76,10 +74,9 @@ def plain(node: Node) -> Any:
     return parse_float(node) if flag is None else flag
 
 
-def tree(text: str) -> Any:
+def tree(text: str):
     document = parse_document(text)
     root, problems = document.root, document.problems
-    assert root is not None
     assert not problems
     return plain(root)
 

@@ -13,7 +13,6 @@ import pytest
 
 import conicoid as co
 from conicoid._util import files as errors
-from conicoid._util.files import SceneFileError
 from conicoid.io import importers
 from conicoid.io.molecules.atoms import bonds_by_distance
 from conicoid.io.scene_file import yaml_parser
@@ -54,7 +53,7 @@ def test_refused_in_seconds(name, tmp_path):
     path = tmp_path / "scene.yaml"
     path.write_bytes(content)
     started = time.process_time()
-    with pytest.raises(SceneFileError) as caught:
+    with pytest.raises(co.SceneFileError) as caught:
         read_scene(path)
     assert phrase in str(caught.value)
     assert len(str(caught.value)) < 20_000
@@ -66,7 +65,7 @@ def test_too_many_values_are_refused(most, tmp_path, monkeypatch):
     monkeypatch.setattr(yaml_parser, "MAX_NODES", most)
     path = tmp_path / "scene.yaml"
     path.write_bytes(b"[" + b"[]," * (most + most // 6))
-    with pytest.raises(SceneFileError, match=f"more than {most:,} values"):
+    with pytest.raises(co.SceneFileError, match=f"more than {most:,} values"):
         read_scene(path)
 
 
@@ -75,7 +74,7 @@ def test_memory_is_bounded(tmp_path):
     laughs = "".join(f"a{i}: &a{i} [{','.join([f'*a{i - 1}'] * 10)}]\n" for i in range(1, 100))
     path.write_text("a0: &a0 [1,1,1,1,1,1,1,1,1,1]\n" + laughs)
     tracemalloc.start()
-    with pytest.raises(SceneFileError, match="aliases expanded"):
+    with pytest.raises(co.SceneFileError, match="aliases expanded"):
         read_scene(path)
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
@@ -91,7 +90,7 @@ def test_tags_execute_nothing(tmp_path):
         "!x",
     ):
         path.write_text(f"bodies: {tag} ['{witness}']\n")
-        with pytest.raises(SceneFileError, match="tags"):
+        with pytest.raises(co.SceneFileError, match="tags"):
             read_scene(path)
     assert not witness.exists()
 
@@ -103,7 +102,7 @@ def test_pickled_balls_are_not_unpickled(tmp_path):
 
     np.save(tmp_path / "balls.npy", np.array([Trap()], dtype=object), allow_pickle=True)
     (tmp_path / "scene.yaml").write_text("bodies: [{shape: {Spheres: {file: balls.npy}}}]\n")
-    with pytest.raises(SceneFileError, match=r"balls.npy is not a .npy file of numbers"):
+    with pytest.raises(co.SceneFileError, match=r"balls.npy is not a .npy file of numbers"):
         read_scene(tmp_path / "scene.yaml")
     assert not (tmp_path / "witness").exists()
 
@@ -126,7 +125,7 @@ def test_pickled_balls_are_not_unpickled(tmp_path):
 def test_bad_files_of_balls(name, content, phrase, tmp_path):
     (tmp_path / name).write_bytes(content)
     (tmp_path / "scene.yaml").write_text(f"bodies:\n  - shape: {{Spheres: {{file: {name}}}}}\n")
-    with pytest.raises(SceneFileError) as caught:
+    with pytest.raises(co.SceneFileError) as caught:
         read_scene(tmp_path / "scene.yaml")
     assert phrase in str(caught.value)
     assert "scene.yaml:2:" in str(caught.value)
@@ -136,7 +135,7 @@ def test_bad_files_of_balls(name, content, phrase, tmp_path):
 def test_arrays_of_balls_have_four_columns(shape, tmp_path):
     np.save(tmp_path / "balls.npy", np.ones(shape))
     (tmp_path / "scene.yaml").write_text("bodies: [{shape: {Spheres: {file: balls.npy}}}]\n")
-    with pytest.raises(SceneFileError, match=r"shape \(N, 4\): x, y, z, radius"):
+    with pytest.raises(co.SceneFileError, match=r"shape \(N, 4\): x, y, z, radius"):
         read_scene(tmp_path / "scene.yaml")
 
 
@@ -146,7 +145,7 @@ def test_links_do_not_lead_out(tmp_path):
     np.save(tmp_path / "secret.npy", np.ones((1, 4)))
     (inside / "balls.npy").symlink_to(tmp_path / "secret.npy")
     (inside / "scene.yaml").write_text("bodies: [{shape: {Spheres: {file: balls.npy}}}]\n")
-    with pytest.raises(SceneFileError, match="must stay inside the scene's folder"):
+    with pytest.raises(co.SceneFileError, match="must stay inside the scene's folder"):
         read_scene(inside / "scene.yaml")
 
 
@@ -158,7 +157,7 @@ def test_no_file_no_text(tmp_path):
         (tmp_path / ("x" * 5000), "cannot be read"),
         ("zero\0character.yaml", "cannot be read"),
     ):
-        with pytest.raises(SceneFileError, match=phrase):
+        with pytest.raises(co.SceneFileError, match=phrase):
             read_scene(path)
 
 
@@ -172,7 +171,7 @@ def test_long_names_of_materials_are_saved_and_loaded(name, suffix, tmp_path):
 
 def test_errors_cannot_drive_a_terminal(tmp_path):
     (tmp_path / "scene.yaml").write_text('bodies: [{name: "a\\e[31m\\nb", "\\e]0;x\\a": 1}]\n')
-    with pytest.raises(SceneFileError) as caught:
+    with pytest.raises(co.SceneFileError) as caught:
         read_scene(tmp_path / "scene.yaml")
     assert "\x1b" not in str(caught.value)
     assert "\x07" not in str(caught.value)
@@ -183,7 +182,7 @@ def test_several_mistakes_are_reported_together(tmp_path):
     (tmp_path / "scene.yaml").write_text(
         "bodies:\n  - {shape: {Sphere: {radius: big, center: [0]}}}\n  - {shap: 1}\nlights: [{PointLight: {}}]\ncamra: 1\n"
     )
-    with pytest.raises(SceneFileError) as caught:
+    with pytest.raises(co.SceneFileError) as caught:
         read_scene(tmp_path / "scene.yaml")
     assert [problem.line for problem in caught.value.problems] == [2, 2, 3, 3, 4, 5]
     assert isinstance(caught.value, ValueError)
@@ -218,7 +217,7 @@ def test_files_that_grow_are_refused(name, tmp_path):
     content, line = GROWING[name]
     (tmp_path / "scene.yaml").write_text(content)
     with pytest.raises(
-        SceneFileError, match=r"has grown to more than [\d,]+ parts and steps of motion, references written out"
+        co.SceneFileError, match=r"has grown to more than [\d,]+ parts and steps of motion, references written out"
     ) as caught:
         read_scene(tmp_path / "scene.yaml")
     (problem,) = caught.value.problems
@@ -263,18 +262,12 @@ def test_long_files_may_have_many_parts(tmp_path):
     assert len(read_scene(tmp_path / "scene.yaml").bodies) == 5000
 
 
-def test_typos_cost_nothing(tmp_path, monkeypatch):
+def test_typos_cost_nothing(tmp_path, noted_calls):
     """There are a thousand unknown names and twenty thousand known ones. The test counts comparisons, not seconds."""
-    compared = []
-    plain = difflib.get_close_matches
-    monkeypatch.setattr(
-        difflib,
-        "get_close_matches",
-        lambda word, names, **how: compared.append(len(names)) or plain(word, names, **how),
-    )
+    compared = noted_calls(difflib, "get_close_matches", lambda word, names, **how: len(names))
     known = "".join(f"  shape number {k}: {{Sphere: {{}}}}\n" for k in range(5_000))
     (tmp_path / "scene.yaml").write_text(f"shapes:\n{known}bodies:\n" + "  - shape: shape nomber 7\n" * 1000)
-    with pytest.raises(SceneFileError, match=r"did you mean 'shape number 7'\?") as caught:
+    with pytest.raises(co.SceneFileError, match=r"did you mean 'shape number 7'\?") as caught:
         read_scene(tmp_path / "scene.yaml")
     assert len(caught.value.problems) >= 1000
     assert 0 < sum(compared) <= errors.MAX_COMPARISONS
@@ -335,7 +328,7 @@ def test_a_line_without_end_is_refused(head, tmp_path):
         file.truncate(1 << 40)
     tracemalloc.start()
     try:
-        with pytest.raises(SceneFileError, match="longer than|must stand here"):
+        with pytest.raises(co.SceneFileError, match="longer than|must stand here"):
             co.load(path)
         assert tracemalloc.get_traced_memory()[1] < 64 * MB
     finally:
@@ -350,7 +343,7 @@ def test_atoms_that_are_all_neighbours_are_refused():
 
 def test_numbers_and_names_that_no_file_can_hold(tmp_path):
     (tmp_path / "a.yaml").write_text("background: 1e999\n")
-    with pytest.raises(SceneFileError, match="background"):
+    with pytest.raises(co.SceneFileError, match="background"):
         co.load(tmp_path / "a.yaml")
     with pytest.raises(ValueError, match="is not Unicode"):
         dump_json({"name": "\ud800"})

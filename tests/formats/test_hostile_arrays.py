@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid._util.files import SceneFileError
 from conicoid.io import npz
 from conicoid.io.ray_file import RayFile
 
@@ -127,7 +126,7 @@ def test_balls(name, tmp_path):
     """A scene refers to the same files; the error stands at the place in the scene."""
     (tmp_path / "balls.npy").write_bytes(ARRAYS[name][0])
     (tmp_path / "scene.yaml").write_text("bodies:\n  - shape: {Spheres: {file: balls.npy}}\n")
-    with pytest.raises(SceneFileError) as caught:
+    with pytest.raises(co.SceneFileError) as caught:
         co.load(tmp_path / "scene.yaml")
     assert "scene.yaml:2:29: bodies[0]: Spheres: file: balls.npy " in str(caught.value)
     assert ARRAYS[name][1] in str(caught.value)
@@ -221,7 +220,7 @@ def test_pipes_and_devices_are_not_read(suffix, tmp_path):
             RayFile(tmp_path / f"{name}{suffix}", whole=True).read()
         assert caught.value.filename == str(tmp_path / f"{name}{suffix}")
         (tmp_path / "scene.yaml").write_text(f"bodies: [{{shape: {{Spheres: {{file: {name}{suffix}}}}}}}]\n")
-        with pytest.raises(SceneFileError, match=r"is not an existing file|must stay inside"):
+        with pytest.raises(co.SceneFileError, match=r"is not an existing file|must stay inside"):
             co.load(tmp_path / "scene.yaml")
 
 
@@ -253,7 +252,7 @@ def test_files_of_balls_that_cannot_be_read(name, tmp_path):
     (tmp_path / "scene.yaml").write_text(f"bodies:\n  - shape: {{Spheres: {{file: {name}}}}}\n")
     if name == "secret.npy" and os.access(tmp_path / name, os.R_OK):
         pytest.skip("an administrator reads everything")
-    with pytest.raises(SceneFileError, match=r"scene\.yaml:2:29: "):
+    with pytest.raises(co.SceneFileError, match=r"scene\.yaml:2:29: "):
         co.load(tmp_path / "scene.yaml")
 
 

@@ -10,7 +10,6 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings, strategies as st
 
 import conicoid as co
-from conicoid.geometry.shape import Shape
 from conicoid.io.scene_file import yaml_parser, yaml_parser as scene_text
 
 from ..samples import sampled
@@ -27,7 +26,7 @@ def saved_and_loaded(scene: co.Scene, name: str = "scene.yaml") -> co.Scene:
         return co.load(path)
 
 
-def check(shape: Shape) -> None:
+def check(shape: co.Shape) -> None:
     scene = co.Scene([shape])
     back = saved_and_loaded(scene)
     assert back == scene

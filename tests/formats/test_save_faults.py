@@ -13,7 +13,6 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -137,7 +136,7 @@ class At:
     def __exit__(self, *_: object) -> None:
         sys.setprofile(None)
 
-    def event(self, frame: Any, kind: str, function: Any) -> None:
+    def event(self, frame, kind: str, function) -> None:
         if kind == "c_call" and getattr(function, "__name__", "") in CALLS:
             self.left -= 1
             if self.left < 0 and not self.reached:
@@ -260,7 +259,7 @@ def remove(path: Path) -> None:
     shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
 
 
-def contents(path: Path) -> Any:
+def contents(path: Path):
     if path.suffix == ".zarr":
         return {f"{file.relative_to(path)}": file.read_bytes() for file in path.rglob("*") if file.is_file()}
     return dict(np.load(path)) if path.suffix == ".npz" else path.read_bytes()

@@ -6,7 +6,6 @@ The oracle is the same file with each body written out, its numbers in their pla
 import itertools
 import re
 import warnings
-from pathlib import Path
 from typing import Any
 
 import jsonschema
@@ -14,7 +13,6 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid._util.files import SceneFileError
 from conicoid._util.value_objects import pickle_state
 from conicoid.io.scene_file import shape_reader, template
 from conicoid.io.scene_file.scene_file import parse_scene
@@ -76,13 +74,13 @@ def written_out(body: str, rows: dict[str, np.ndarray]) -> str:
     return SHAPES + "".join(f"  - {{{line}}}\n" for line in lines)
 
 
-def outcome(text: str, folder: Path) -> Any:
+def outcome(text: str, folder) -> Any:
     """Return the content of a file, or its messages without places; and the warnings."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
             found: Any = parse_scene(text, folder / "scene.yaml")
-        except SceneFileError as error:
+        except co.SceneFileError as error:
             listed = [f"{one.where}: {one.message}" for one in error.problems]
             return sorted(re.sub(r"^bodies\[\d+\](, row \d+)?: ", "", one) for one in listed)
     fields = [
@@ -91,7 +89,7 @@ def outcome(text: str, folder: Path) -> Any:
     return found, repr(fields), {str(one.message) for one in caught}
 
 
-def check(body: str, rows: dict[str, np.ndarray], folder: Path) -> Any:
+def check(body: str, rows: dict[str, np.ndarray], folder) -> Any:
     """Compare a template with the bodies written out; return the outcome of both."""
     np.savez(folder / "rows.npz", **rows)
     found = outcome(f"{SHAPES}  - {{{body}, columns: {{file: rows.npz}}}}\n", folder)
@@ -106,17 +104,15 @@ def test_bodies_are_those_written_out(form, tmp_path):
 
 
 @pytest.mark.parametrize("form", BODIES)
-def test_most_bodies_are_built_together(form, tmp_path, monkeypatch):
+def test_most_bodies_are_built_together(form, tmp_path, noted_calls):
     """The reader with reports reads single rows: the first, and those whose types the columns omit."""
-    rows = []
-    read = template.read_row
-    monkeypatch.setattr(template, "read_row", lambda *arguments: rows.append(arguments[2]) or read(*arguments))
+    rows = noted_calls(template, "read_row", lambda *arguments: arguments[2])
     check(BODIES[form], columns(), tmp_path)
     slow = form in ("turned about a point", "integers", "painted", "radians")
     assert rows == (list(range(COUNT)) if slow else [0])
 
 
-def check_number(form: str, name: str, number: float, folder: Path) -> None:
+def check_number(form: str, name: str, number: float, folder) -> None:
     """Put a number in some rows, or in the first one. Both files have the same bodies, or the same mistakes."""
     for those in ([5, 11], [0])[: 2 if name == "a" else 1]:
         rows = columns()
@@ -139,7 +135,7 @@ def test_vectors_and_matrices_that_vanish(tmp_path):
         check(BODIES[form], rows, tmp_path)
 
 
-def load(text: str, folder: Path) -> co.Scene:
+def load(text: str, folder) -> co.Scene:
     (folder / "scene.yaml").write_text(text)
     return co.load(folder / "scene.yaml")
 
@@ -173,8 +169,8 @@ def test_bodies_of_templates_and_others_keep_their_order(tmp_path):
     assert kinds == ["Box", "Sphere", "Sphere", "Box"]
 
 
-def refusal(text: str, folder: Path) -> str:
-    with pytest.raises(SceneFileError) as caught:
+def refusal(text: str, folder) -> str:
+    with pytest.raises(co.SceneFileError) as caught:
         load(text, folder)
     return str(caught.value)
 

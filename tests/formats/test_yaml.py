@@ -8,7 +8,6 @@ import yaml
 from hypothesis import given, strategies as st
 
 import conicoid as co
-from conicoid._util.files import SceneFileError
 from conicoid.io.scene_file.nodes import (
     MappingNode,
     Node,
@@ -23,6 +22,7 @@ from conicoid.io.scene_file.nodes import (
 from conicoid.io.scene_file.writer import dump_yaml, format_scalar, format_text
 from conicoid.io.scene_file.yaml_parser import YamlError, parse_document
 
+from ..interruptions import Interruption
 from .fuzzing.scene_cases import sources
 
 # --- The meaning of words (YAML 1.2, section 10.3.2, with its own examples), and how they are written
@@ -104,7 +104,6 @@ def test_other_readers_agree_on_floats(value):
 @given(st.text(st.characters(exclude_categories=("Cs",)), min_size=1, max_size=30))
 def test_written_texts_read_back(text):
     root = parse_document(f"a: {format_text(text)}\n{format_text(text)}: [{format_text(text)}]\n").root
-    assert isinstance(root, MappingNode)
     if text == "a":
         return
     assert root.entries["a"].text == text
@@ -129,7 +128,6 @@ def test_long_things_take_several_lines():
 
 def test_json_is_read():
     root = parse_document('{\n\t"a": [1, -2.5e3, true, null, "\\u00e9\\ud83d\\ude00\\/"]\n}').root
-    assert isinstance(root, MappingNode)
     items = root.entries["a"].items
     assert [parse_float(items[0]), parse_float(items[1]), parse_bool(items[2]), is_null(items[3])] == [
         1,
@@ -142,7 +140,6 @@ def test_json_is_read():
 
 def test_a_backslash_before_an_escape_stays():
     root = parse_document(r'{"a": "\\ud83d\\ude00"}').root
-    assert isinstance(root, MappingNode)
     assert root.entries["a"].text == r"\ud83d\ude00"
 
 
@@ -239,7 +236,7 @@ def test_the_collector_is_as_it_was(tmp_path):
         try:
             co.load(tmp_path / "scene.yaml", progress=lambda *_: during.append(gc.isenabled()))
             assert gc.isenabled() == on
-            with pytest.raises(SceneFileError):
+            with pytest.raises(co.SceneFileError):
                 co.load(tmp_path / "wrong.yaml")
             assert gc.isenabled() == on
             co.Scene([co.Sphere(1)]).prepare(progress=lambda *_: during.append(gc.isenabled()))
@@ -263,10 +260,6 @@ def test_progress_rises_to_the_end(tmp_path):
 
 def test_reading_can_be_interrupted(tmp_path):
     (tmp_path / "scene.yaml").write_text("bodies:\n" + "- {shape: {Sphere: {}}}\n" * 3000)
-
-    def stop(done: int, count: int) -> None:
-        raise KeyboardInterrupt
-
     with pytest.raises(KeyboardInterrupt):
-        co.load(tmp_path / "scene.yaml", progress=stop)
+        co.load(tmp_path / "scene.yaml", progress=Interruption())
     assert gc.isenabled()

@@ -3,12 +3,16 @@
 import copy
 import pickle
 from collections.abc import Callable
+from itertools import pairwise
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
 import pytest
 
 import conicoid as co
+
+from ..answers import assert_same_fields
 
 # --- Answers and rays as values: read-only, compared as a whole, joined, and kept in files
 
@@ -24,22 +28,6 @@ RANDOM = np.random.default_rng(7)
 RAYS = co.Rays(RANDOM.normal(size=(6, 50, 3)) * 4, RANDOM.normal(size=(6, 50, 3)))
 ONE = co.Rays((0, 0, 9), (0.01, 0.02, -1))
 ASK = {"hits": SCENE.first_hit, "spans": SCENE.spans, "crossings": SCENE.crossings}
-FIELDS = {
-    co.Hits: ("t", "body", "face", "surface", "hit", "entering", "doubtful", "t_error", "point_error", "point",
-              "local_point", "normal", "uv", "name", "material"),
-    co.Spans: ("offsets", "t_enter", "t_exit", "body", "enter_clipped", "exit_clipped", "t_enter_error",
-               "t_exit_error", "name", "material"),
-    co.Crossings: ("offsets", "t", "body", "face", "surface", "entering", "point", "normal", "t_error", "name",
-                   "material"),
-}  # fmt: skip
-
-
-def assert_same_fields(one, other):
-    for field in FIELDS[type(one)]:
-        a, b = getattr(one, field), getattr(other, field)
-        assert np.shape(a) == np.shape(b), field
-        assert getattr(a, "dtype", None) == getattr(b, "dtype", None), field
-        assert np.array_equal(a, b, equal_nan=np.asarray(a).dtype.kind == "f"), field
 
 
 @pytest.mark.parametrize("kind", ASK)
@@ -65,8 +53,7 @@ def test_answers_are_equal_where_all_fields_are(kind):
     assert answer != ASK[kind](co.Rays(RAYS.origins.reshape(300, 3), RAYS.directions.reshape(300, 3)))
     assert answer != ASK[kind](ONE)
     assert answer != 5
-    painted = co.Scene([co.Body(body.shape, "white", body.name) for body in SCENE.bodies])
-    assert answer != {"hits": painted.first_hit, "spans": painted.spans, "crossings": painted.crossings}[kind](RAYS)
+    assert answer != getattr(PAINTED, ASK[kind].__name__)(RAYS)
     with pytest.raises(TypeError, match="unhashable"):
         hash(answer)
 
@@ -85,34 +72,12 @@ def test_rays_are_equal_where_they_start_alike():
         del RAYS.origins
 
 
-@pytest.mark.parametrize("kind", ["spans", "crossings"])
-@pytest.mark.parametrize("rays", [RAYS, ONE, RAYS[:0], SCENE.first_hit(RAYS).spawn((0, 0, 1))])
-def test_lists_come_back_from_files(kind, rays, tmp_path):
-    answer, path = ASK[kind](rays), tmp_path / "answer.npz"
-    for form in (answer, answer.detached()):
-        form.save(path)
-        again = type(answer).load(path)
-        assert again == answer
-        assert_same_fields(again, answer)
-        assert len(again) == len(answer)
-        assert again.offsets.flags.writeable is False
-    if kind == "spans" and len(answer):
-        assert again.materials == answer.materials
-        assert np.array_equal(again.lengths(), answer.lengths())
-        assert np.array_equal(again.lengths("material"), answer.lengths("material"))
-        assert np.array_equal(again.line_integral("mu", 0), answer.line_integral("mu", 0), equal_nan=True)
-        assert again[0] == answer[0]
-    assert [entry.name for entry in tmp_path.iterdir()] == ["answer.npz"]
-    with np.load(path, allow_pickle=False) as arrays:
-        assert all(arrays[name].dtype != object for name in arrays.files)
-
-
-@pytest.mark.parametrize("rays", [RAYS, ONE, RAYS[:0], SCENE.first_hit(RAYS).spawn((0, 0, 1))])
-def test_rays_come_back_from_files(rays, tmp_path):
-    rays.save(tmp_path / "rays.npz")
-    again = co.Rays.load(tmp_path / "rays.npz")
-    assert again == rays
-    assert np.array_equal(SCENE.first_hit(again).t, SCENE.first_hit(rays).t)
+@pytest.mark.parametrize("other", [dict(origin=(-2, -2, 1)), dict(u=(3, 0, 0)), dict(v=(0, 3, 0)), dict(pixels=(8, 9))])
+def test_slices_are_equal_where_their_windows_are(other):
+    """One ball is around all of the pixels, so their numbers do not tell the windows apart."""
+    scene, window = co.Scene([co.Sphere(9)]), dict(origin=(-2, -2, 0), u=(4, 0, 0), v=(0, 4, 0), pixels=(8, 8))
+    assert scene.slice(**window) == scene.slice(**window)
+    assert scene.slice(**window) != scene.slice(**window | other)
 
 
 @pytest.mark.parametrize("kind", [co.Spans, co.Crossings, co.Rays])
@@ -123,43 +88,36 @@ def test_files_of_other_kinds_are_refused(kind):
         kind.load("x.txt")
 
 
-@pytest.mark.parametrize("state", ["with their scene", "detached", "some of both"])
-def test_hits_are_joined(state):
-    whole = SCENE.first_hit(RAYS)
-    parts = [whole[:2], whole[2:3], whole[3:4], whole[4:4], whole[4:]]
-    if state == "detached":
-        parts = [part.detached() for part in parts]
-    elif state == "some of both":
-        parts[1] = parts[1].detached()
-    joined = co.Hits.concatenate(parts)
-    assert joined == whole
+@pytest.mark.parametrize("kind", ASK)
+@pytest.mark.parametrize("detached", [(), (1,), (0, 1, 2, 3, 4)], ids=["with their scene", "some of both", "detached"])
+def test_answers_are_joined(kind, detached):
+    whole, ends = ASK[kind](RAYS), (0, 2, 3, 4, 4, 6)
+    parts = [ASK[kind](RAYS[begin:end]) for begin, end in pairwise(ends)]
+    joined = type(whole).concatenate([part.detached() if k in detached else part for k, part in enumerate(parts)])
+    assert joined == whole == pickle.loads(pickle.dumps(joined))
     assert_same_fields(joined, whole)
-    assert np.array_equal(SCENE.first_hit(joined.spawn((0, 0, 1))).t, SCENE.first_hit(whole.spawn((0, 0, 1))).t)
-    assert co.Hits.concatenate(list(whole.detached()[0])) == whole[0]
-    assert pickle.loads(pickle.dumps(joined)) == whole
+    flat = co.Rays(RAYS.origins.reshape(-1, 3), RAYS.directions.reshape(-1, 3))
+    assert type(whole).concatenate(iter(ASK[kind](flat))) == ASK[kind](flat)
+    if kind == "hits":
+        assert np.array_equal(SCENE.first_hit(joined.spawn((0, 0, 1))).t, SCENE.first_hit(whole.spawn((0, 0, 1))).t)
 
 
-def test_hits_of_different_scenes_are_not_joined():
-    hits, other = SCENE.first_hit(RAYS), co.Scene(co.Sphere(2)).first_hit(RAYS)
-    with pytest.raises(ValueError, match=r"Hits: parts must be of one scene, got parts\[0\] and parts\[1\]"):
-        co.Hits.concatenate([hits, other])
-    painted = co.Scene([co.Body(body.shape, "white", body.name) for body in SCENE.bodies])
-    for call, error, message in (
-        (
-            lambda: co.Hits.concatenate([hits, painted.first_hit(RAYS)]),
-            ValueError,
-            "parts must be of one scene, got two names or materials of body 0",
-        ),
-        (lambda: co.Hits.concatenate([]), ValueError, "must hold at least one"),
-        (lambda: co.Hits.concatenate([hits, RAYS]), TypeError, r"Hits: parts\[1\] must be Hits, got Rays"),
-        (
-            lambda: co.Hits.concatenate([hits, SCENE.first_hit(ONE)]),
-            ValueError,
-            "^Hits: parts must have shapes that differ in the first axis alone",
-        ),
-    ):
-        with pytest.raises(error, match=message):
-            call()
+PAINTED = co.Scene([co.Body(body.shape, "white", body.name) for body in SCENE.bodies])
+
+
+@pytest.mark.parametrize("kind", ASK)
+@pytest.mark.parametrize(("parts", "error", "message"), [
+    (lambda ask, part: [part, RAYS], TypeError, r"parts\[1\] must be {}, got Rays"),
+    (lambda ask, part: part, TypeError, "parts must be a list of {0}, got {0}"),
+    (lambda ask, part: [], ValueError, "parts must hold at least one"),
+    (lambda ask, part: [part, ask(SCENE)(ONE)], ValueError, "parts must have shapes that differ in the first axis"),
+    (lambda ask, part: [part, ask(co.Scene(co.Sphere(2)))(RAYS)], ValueError, r"parts must be of one scene, got parts\[0\]"),
+    (lambda ask, part: [part, ask(PAINTED)(RAYS)], ValueError, "parts must be of one scene, got (two names or materials|parts)"),
+])  # fmt: skip
+def test_other_parts_are_not_joined(kind, parts, error, message):
+    answer = ASK[kind](RAYS)
+    with pytest.raises(error, match=f"^{type(answer).__name__}: {message.format(type(answer).__name__)}"):
+        type(answer).concatenate(parts(attrgetter(ASK[kind].__name__), answer))
 
 
 # --- Numbers of bodies, surfaces, faces and materials are plain integers of NumPy; names are arrays of objects

@@ -104,13 +104,13 @@ def test_an_ellipsoid(radii: tuple[float, float, float]):
     )
 
 
-def test_an_elliptic_cylinder():
+@pytest.mark.parametrize("b", [0.5, 1e-3])
+def test_an_elliptic_cylinder(b):
     """The perimeter of an ellipse is 4 a E(1 - b² / a²)."""
-    for b in (0.5, 1e-3):
-        around = float(4 * mpmath.ellipe(1 - mpmath.mpf(b) ** 2))
-        found = co.measure(co.EllipticCylinder(1, 1 / b**2, (-1, 2)))
-        assert (found.rays, found.area) == (0, pytest.approx(3 * around + 2 * PI * b, rel=4e-15))
-        assert found.centroid.tolist() == [0, 0, 0.5]
+    around = float(4 * mpmath.ellipe(1 - mpmath.mpf(b) ** 2))
+    found = co.measure(co.EllipticCylinder(1, 1 / b**2, (-1, 2)))
+    assert (found.rays, found.area) == (0, pytest.approx(3 * around + 2 * PI * b, rel=4e-15))
+    assert found.centroid.tolist() == [0, 0, 0.5]
 
 
 @pytest.mark.parametrize(
@@ -405,24 +405,21 @@ def test_holes_and_blocks_that_share_a_wall(boxes):
 
 
 @pytest.mark.parametrize(("radius", "boxes"), [(2.0, 1), (1e30, 2)])
-def test_a_shape_is_boxed_once_for_each_unit(radius, boxes, monkeypatch):
+def test_a_shape_is_boxed_once_for_each_unit(radius, boxes, noted_calls):
     """A molecule of 27,000 balls took a third of the time of its measure for a second box of each."""
-    boxed = []
-    monkeypatch.setattr(measure_module, "fitted_box", lambda shape: boxed.append(shape) or fitted_box(shape))
+    boxed = noted_calls(measure_module, "fitted_box")
     assert co.measure(co.Sphere(radius)).volume == pytest.approx(4 / 3 * math.pi * radius**3, rel=1e-14)
     assert len(boxed) == boxes
 
 
-def test_only_the_smallest_turned_box_is_bounded_exactly(monkeypatch):
+def test_only_the_smallest_turned_box_is_bounded_exactly(noted_calls):
     """A bar of 10 × 1 × 1, turned by 30°, holds cubes under other turns.
 
     Exact bounds of eight boxes took 0.4 s a body of a tokamak, half of its measure.
     """
     bar = co.Box((-5, -0.5, -0.5), (5, 0.5, 0.5)).rotate("z", 30)
     shape = co.Union([co.Box((-0.2,) * 3, (0.2,) * 3).rotate("z", angle) for angle in (10, 20, 40, 50, 60, 70)] + [bar])
-    moved = []
-    plain = co.Union.bounds_under
-    monkeypatch.setattr(co.Union, "bounds_under", lambda self, outer: moved.append(outer) or plain(self, outer))
+    moved = noted_calls(co.Union, "bounds_under", lambda self, outer: outer)
     box = fitted_box(shape)
     assert sorted(box.half) == pytest.approx([0.5, 0.5, 5], rel=1e-12)
     assert sum(not motion.is_identity for motion in moved) == 1
@@ -447,12 +444,10 @@ def test_rays_of_a_turned_part_are_seldom_in_doubt(length: float):
         assert in_doubt(co.Scene([shape]), co.Rays(origins, axis)).mean() < 0.01
 
 
-def test_copies_of_a_lattice_are_measured_once(monkeypatch):
+def test_copies_of_a_lattice_are_measured_once(noted_calls):
     """128 cylinders less a ball: the first is measured, and one that has been moved; with rays each has its own."""
     scene = co.Scene(CutCylinders()).moved(5, (0.0, 0.0, 0.5))
-    single = []
-    work = measure_module._measure_bodies
-    monkeypatch.setattr(measure_module, "_measure_bodies", lambda *item: single.append(item) or work(*item))
+    single = noted_calls(measure_module, "_measure_bodies")
     done: list[tuple[int, int]] = []
     found = co.measure(scene, progress=lambda *counts: done.append(counts))
     assert len(single) == 2

@@ -2,7 +2,6 @@
 
 import importlib
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -31,7 +30,7 @@ def test_against_formulas(known: Known):
     assert_known(known, found, 1e-12)
 
 
-def cells(tmp_path: Path, surfaces: str, *regions: str) -> list[co.Body]:
+def cells(tmp_path, surfaces: str, *regions: str) -> list[co.Body]:
     """Return the bodies of an OpenMC model of cells with these regions."""
     path = tmp_path / "geometry.xml"
     rows = "".join(f'<cell id="{k + 1}" material="1" region="{region}"/>' for k, region in enumerate(regions))
@@ -347,11 +346,10 @@ def test_many_parts_and_great_depth():
     assert found.volume == pytest.approx(20 + 40 * 4 / 3 * math.pi / 512, abs=SIGMAS * found.volume_error)
 
 
-def test_copies_share_their_closed_form(monkeypatch):
+def test_copies_share_their_closed_form(noted_calls):
     """A thousand pipes of a detector took as long as a thousand different ones. Shear leaves a union of boxes one."""
-    module, calls = importlib.import_module("conicoid.apps.measures.measure"), []
-    plain = module.closed_region
-    monkeypatch.setattr(module, "closed_region", lambda shape, box: calls.append(shape) or plain(shape, box))
+    module = importlib.import_module("conicoid.apps.measures.measure")
+    calls = noted_calls(module, "closed_region")
     pipe = co.Cylinder((0, 0, 0), (0, 0, 2), 1) - co.Cylinder((0, 0, -1), (0, 0, 3), 0.8)
     places = [(4.0 * k, -k, 0.1 * k) for k in range(5)]
     scene = co.Scene(

@@ -1,7 +1,6 @@
 """Where the package has machine code, no call loads a compiler into the process."""
 
 import json
-from pathlib import Path
 
 import pytest
 
@@ -67,7 +66,7 @@ print("\\n" + json.dumps(seen), flush=True)
 
 
 @pytest.mark.skipif(SHIPPED is None, reason="the kernels of this checkout are compiled")
-def test_no_compiler_is_imported(tmp_path: Path):
+def test_no_compiler_is_imported(tmp_path):
     with child(PROGRAM, BARREL, tmp_path) as running:
         code, out, errors = running.end(120)
     assert code == 0, errors

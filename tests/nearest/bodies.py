@@ -1,227 +1,120 @@
-"""Bodies for tests of distances, each in two forms: as shapes, and as fields, negative inside, of NumPy alone."""
+"""Bodies for tests of distances, each in two forms: as shapes, and as fields of the reference, in extended precision."""
+
+from fractions import Fraction
 
 import numpy as np
 
 import conicoid as co
 
+from ..reference.forms import PAIRS
+from ..reference.items import Item, combined
+from ..reference.random_items import axis, joined, pick, plain
+from ..reference.solids import body, forms_of
+
+
+def extended(number):
+    """Return a number of the reference in extended precision."""
+    exact = Fraction(int(number.fraction.p), int(number.fraction.q))
+    return np.longdouble(float(exact)) + np.longdouble(float(exact - Fraction(float(exact))))
+
+
+def polynomial(form):
+    """Return (A, b, c) of x·A x + b·x + c."""
+    matrix = np.zeros((4, 4), np.longdouble)
+    for (i, j), k in zip(PAIRS, form.k, strict=True):
+        matrix[i, j] = matrix[j, i] = extended(k) / (1 if i == j else 2)
+    return matrix[:3, :3], 2 * matrix[:3, 3], matrix[3, 3]
+
 
 class Field:
-    """The largest or least of its parts, or v·A v + b·v + c about a center."""
+    """A formula of the reference in extended precision, negative inside. Values are not distances, and of flush walls
+    only the sign counts.
+    """
 
-    def __init__(self, parts=(), least=False, terms=None):
-        self.parts, self.least, self.terms = parts, least, terms
-
-    def __call__(self, p):
-        if self.terms is not None:
-            A, b, c, center = self.terms
-            v = p - center
-            return ((v @ A) * v).sum(-1) + v @ b + c
-        return (np.min if self.least else np.max)([part(p) for part in self.parts], axis=0)
+    def __init__(self, formula):
+        self.formula, self.terms = formula, {id(form): polynomial(form) for form in forms_of(formula)}
 
     def surfaces(self):
-        """Return (A, b, c, center) of every surface."""
-        return [self.terms] if self.terms is not None else [t for part in self.parts for t in part.surfaces()]
+        """Return (A, b, c) of every surface."""
+        return [*self.terms.values()]
 
-    def __neg__(self):
-        if self.terms is not None:
-            A, b, c, center = self.terms
-            return Field(terms=(-A, -b, -c, center))
-        return Field([-part for part in self.parts], not self.least)
-
-    def moved(self, back, by):
-        """Return the field moved by x -> M x + by, where `back` is the inverse of M."""
-        if self.terms is not None:
-            A, b, c, center = self.terms
-            ahead = inverse(back)
-            return Field(terms=(back.T @ A @ back, back.T @ b, c, ahead @ center + by))
-        return Field([part.moved(back, by) for part in self.parts], self.least)
-
-    def turned(self, turn):
-        """Return the field turned by a matrix."""
-        if self.terms is not None:
-            A, b, c, center = self.terms
-            return Field(terms=(turn @ A @ turn.T, turn @ b, c, turn @ center))
-        return Field([part.turned(turn) for part in self.parts], self.least)
+    def __call__(self, p, formula=None):
+        kind, parts = formula or self.formula
+        if kind == "not":
+            return -self(p, parts)
+        if kind == "cell":
+            values = [((p @ A) * p).sum(-1) + p @ b + c for A, b, c in (self.terms[id(form)] for form in parts)]
+        else:
+            values = [self(p, part) for part in parts]
+        return (np.min if kind == "any" else np.max)(values, axis=0)
 
 
-def quadric(A, b=(0, 0, 0), c=-1.0, center=(0, 0, 0)):
-    """Return v·A v + b·v + c with v = p - center."""
-    A, b, center = (np.asarray(x, np.longdouble) for x in (np.diag(A) if np.ndim(A) == 1 else A, b, center))
-    return Field(terms=(A, b, np.longdouble(c), center))
+def shape_and_field(item):
+    return item.shape(co), Field(body(item).formula)
 
 
-def plane(n, offset):
-    return quadric((0, 0, 0), n, -np.longdouble(offset))
+def solid(kind, **parameters):
+    return Item(kind, parameters)
 
 
-def both(*fields):
-    return Field(fields)
+def ball(radius, center=(0, 0, 0)):
+    return solid("Sphere", radius=radius, center=center)
 
 
-def any_of(*fields):
-    return Field(fields, True)
-
-
-def less(field, *others):
-    return both(field, *(-f for f in others))
+def rod(start, end, radius):
+    return solid("Cylinder", start=start, end=end, radius=radius)
 
 
 def box(low, high):
-    e = np.eye(3)
-    return both(*(plane(e[i], high[i]) for i in range(3)), *(plane(-e[i], -low[i]) for i in range(3)))
+    return solid("Box", low=low, high=high)
 
 
-def ball(r, center=(0, 0, 0)):
-    return quadric((1, 1, 1), c=-(np.longdouble(r) ** 2), center=center)
+def less(*parts):
+    return combined("Difference", *parts)
 
 
-def rod(axis, r, center=(0, 0, 0)):
-    """Return an endless cylinder along a coordinate axis."""
-    squares = [1.0, 1.0, 1.0]
-    squares[axis] = 0.0
-    return quadric(squares, c=-(np.longdouble(r) ** 2), center=center)
-
-
-def turned(field, sine, cosine):
-    """Return the shape turned about z."""
-    s, c = np.longdouble(sine), np.longdouble(cosine)
-    return field.turned(np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]], np.longdouble))
-
-
-UP, DOWN = (0, 0, 1), (0, 0, -1)
-CUBE, HALVES = co.Box((-1, -1, -1), (1, 1, 1)), box((-1, -1, -1), (1, 1, 1))
-DRUM = co.Cylinder((0, 0, -2), (0, 0, 2), 0.5)
-
-BODIES = {
-    "ball": (co.Sphere(1.5, (0.25, 0, 0)), ball(1.5, (0.25, 0, 0))),
-    "ellipsoid": (co.Ellipsoid((1, 2, 0.5)), quadric((1, 0.25, 4))),
-    "needle": (co.Ellipsoid((0.125, 0.125, 2)), quadric((64, 64, 0.25))),
-    "box": (co.Box((-1, -0.5, -2), (1, 0.5, 0.75)), box((-1, -0.5, -2), (1, 0.5, 0.75))),
-    "cylinder": (DRUM, both(rod(2, 0.5), plane(UP, 2), plane(DOWN, 2))),
-    "cone": (
-        co.Cone((0, 0, 0), (0, 0, 2), 1, 0),
-        both(quadric((1, 1, -0.25), c=0, center=(0, 0, 2)), plane(DOWN, 0), plane(UP, 2)),
-    ),
-    "frustum": (
-        co.Cone((0, 0, 0), (0, 0, 2), 1, 0.5),
-        both(quadric((1, 1, -0.0625), (0, 0, 0.5), -1), plane(DOWN, 0), plane(UP, 2)),
-    ),
-    "bow tie": (
-        co.DoubleCone(0.5, (-1, 1)),
-        both(quadric((1, 1, -0.25), c=0), plane(DOWN, 1), plane(UP, 1)),
-    ),
-    "bowl": (co.EllipticParaboloid(1, 2, (0, 1.5)), both(quadric((1, 2, 0), (0, 0, -1), 0), plane(UP, 1.5))),
-    "saddle": (
-        co.HyperbolicParaboloid(1, 1.5, within=CUBE),
-        both(quadric((1, -1.5, 0), (0, 0, -1), 0), HALVES),
-    ),
-    "waist": (co.OneSheetHyperboloid(4, 2, 1, (-1, 1.5)), both(quadric((4, 2, -1)), plane(DOWN, 1), plane(UP, 1.5))),
-    "two bowls": (
-        co.TwoSheetHyperboloid(1, 2, 4, (-1, 1)),
-        both(quadric((1, 2, -4), c=1), plane(DOWN, 1), plane(UP, 1)),
-    ),
-    "trough": (co.ParabolicCylinder(0.5, within=CUBE), both(quadric((1, 0, 0), (0, -1, 0), 0), HALVES)),
-    "flanks": (co.HyperbolicCylinder(4, 1, within=CUBE), both(quadric((4, -1, 0)), HALVES)),
-    "oblique": (
-        co.Quadric(coefficients=dict(xx=2, yy=1, zz=3, xy=0.5, yz=-1, xz=0.25, x=0.5, y=-0.25, z=1, constant=-1)),
-        quadric([[2, 0.25, 0.125], [0.25, 1, -0.5], [0.125, -0.5, 3]], (0.5, -0.25, 1), -1),
-    ),
-    "tetrahedron": (
-        co.Polyhedron([(1, 1, 1), (-1, -1, 1), (-1, 1, -1), (1, -1, -1)], [1, 1, 1, 1]),
-        both(*(plane(n, 1) for n in ((1, 1, 1), (-1, -1, 1), (-1, 1, -1), (1, -1, -1)))),
-    ),
-    "drilled ball": (co.Sphere(1.25) - DRUM, less(ball(1.25), rod(2, 0.5))),
-    "drilled box": (CUBE - DRUM, less(HALVES, rod(2, 0.5))),
-    "lens": (co.Sphere(2, (0, 0, -1.5)) & co.Sphere(2, (0, 0, 1.5)), both(ball(2, (0, 0, -1.5)), ball(2, (0, 0, 1.5)))),
-    "three balls": (
-        co.Sphere(1) | co.Sphere(0.75, (1, 0, 0)) | co.Sphere(0.75, (0.25, 1, 0)),
-        any_of(ball(1), ball(0.75, (1, 0, 0)), ball(0.75, (0.25, 1, 0))),
-    ),
-    "steinmetz": (
-        co.Cylinder((-2, 0, 0), (2, 0, 0), 0.75) & co.Cylinder((0, -2, 0), (0, 2, 0), 0.75),
-        both(rod(0, 0.75), rod(1, 0.75)),
-    ),
-    "cross": (
-        co.Cylinder((-1, 0, 0), (1, 0, 0), 0.5) | co.Cylinder((0, -1, 0), (0, 1, 0), 0.5),
-        any_of(
-            both(rod(0, 0.5), plane((1, 0, 0), 1), plane((-1, 0, 0), 1)),
-            both(rod(1, 0.5), plane((0, 1, 0), 1), plane((0, -1, 0), 1)),
-        ),
-    ),
-    "unequal pipes": (
-        co.Cylinder((-2, 0, 0), (2, 0, 0), 0.75) - co.Cylinder((0, -2, 0.125), (0, 2, 0.125), 0.5),
-        less(both(rod(0, 0.75), plane((1, 0, 0), 2), plane((-1, 0, 0), 2)), rod(1, 0.5, (0, 0, 0.125))),
-    ),
-    "bitten egg": (
-        co.Ellipsoid((1, 1.5, 0.75)) - co.Sphere(0.75, (0.5, 0.75, 0.25)),
-        less(quadric((1, 1 / np.longdouble(2.25), 1 / np.longdouble(0.5625))), ball(0.75, (0.5, 0.75, 0.25))),
-    ),
-    "flush": (
-        co.Box((-1, -1, -1), (0, 1, 1)) | co.Box((0, -1, -1), (1, 1, 0.5)),
-        any_of(box((-1, -1, -1), (0, 1, 1)), box((0, -1, -1), (1, 1, 0.5))),
-    ),
-    "flush bite": (
-        CUBE - co.Box((-0.5, -0.5, 0), (0.5, 0.5, 1)),
-        less(
-            HALVES,
-            both(
-                plane((1, 0, 0), 0.5),
-                plane((-1, 0, 0), 0.5),
-                plane((0, 1, 0), 0.5),
-                plane((0, -1, 0), 0.5),
-                plane(DOWN, 0),
-            ),
-        ),
-    ),
-    "turned": (
-        (CUBE - co.Cylinder((0, 0, -2), (0, 0, 2), 0.75)).rotate("z", 30),
-        turned(less(HALVES, rod(2, 0.75)), 0.5, np.sqrt(np.longdouble(3)) / 2),
-    ),
-    "wedge": (
-        co.Cylinder((0, 0, 0), (0, 0, 1), 1, 0, 270, reference=(1, 0, 0)),
-        both(rod(2, 1), plane(DOWN, 0), plane(UP, 1), any_of(plane((0, -1, 0), 0), plane((1, 0, 0), 0))),
-    ),
-}
-"""Name: (the shape, its field). Fields are not distances; of flush walls only the sign counts."""
+CUBE, DRUM, WITHIN = box((-1, -1, -1), (1, 1, 1)), rod((0, 0, -2), (0, 0, 2), 0.5), ((-1, -1, -1), (1, 1, 1))
+TETRAHEDRON = [(1, 1, 1), (-1, -1, 1), (-1, 1, -1), (1, -1, -1)]
+OBLIQUE = dict(xx=2, yy=1, zz=3, xy=0.5, yz=-1, xz=0.25, x=0.5, y=-0.25, z=1, constant=-1)
+ITEMS = {
+    "ball": ball(1.5, (0.25, 0, 0)),
+    "ellipsoid": solid("Ellipsoid", radii=(1, 2, 0.5)),
+    "needle": solid("Ellipsoid", radii=(0.125, 0.125, 2)),
+    "box": box((-1, -0.5, -2), (1, 0.5, 0.75)),
+    "cylinder": DRUM,
+    "cone": solid("Cone", start=(0, 0, 0), end=(0, 0, 2), start_radius=1, end_radius=0),
+    "frustum": solid("Cone", start=(0, 0, 0), end=(0, 0, 2), start_radius=1, end_radius=0.5),
+    "bow tie": solid("DoubleCone", slope=0.5, z_range=(-1, 1)),
+    "bowl": solid("EllipticParaboloid", A=1, E=2, z_range=(0, 1.5)),
+    "saddle": solid("HyperbolicParaboloid", A=1, E=1.5, within=WITHIN),
+    "waist": solid("OneSheetHyperboloid", A=4, E=2, H=1, z_range=(-1, 1.5)),
+    "two bowls": solid("TwoSheetHyperboloid", A=1, E=2, H=4, z_range=(-1, 1)),
+    "trough": solid("ParabolicCylinder", G=0.5, within=WITHIN),
+    "flanks": solid("HyperbolicCylinder", A=4, E=1, within=WITHIN),
+    "oblique": solid("Quadric", coefficients=OBLIQUE),
+    "tetrahedron": solid("Polyhedron", normals=TETRAHEDRON, offsets=[1, 1, 1, 1]),
+    "drilled ball": less(ball(1.25), DRUM),
+    "drilled box": less(CUBE, DRUM),
+    "lens": combined("Intersection", ball(2, (0, 0, -1.5)), ball(2, (0, 0, 1.5))),
+    "three balls": combined("Union", ball(1), ball(0.75, (1, 0, 0)), ball(0.75, (0.25, 1, 0))),
+    "steinmetz": combined("Intersection", rod((-2, 0, 0), (2, 0, 0), 0.75), rod((0, -2, 0), (0, 2, 0), 0.75)),
+    "cross": combined("Union", rod((-1, 0, 0), (1, 0, 0), 0.5), rod((0, -1, 0), (0, 1, 0), 0.5)),
+    "unequal pipes": less(rod((-2, 0, 0), (2, 0, 0), 0.75), rod((0, -2, 0.125), (0, 2, 0.125), 0.5)),
+    "bitten egg": less(solid("Ellipsoid", radii=(1, 1.5, 0.75)), ball(0.75, (0.5, 0.75, 0.25))),
+    "flush": combined("Union", box((-1, -1, -1), (0, 1, 1)), box((0, -1, -1), (1, 1, 0.5))),
+    "flush bite": less(CUBE, box((-0.5, -0.5, 0), (0.5, 0.5, 1))),
+    "turned": less(CUBE, rod((0, 0, -2), (0, 0, 2), 0.75)).moved(("rotate", (0, 0, 1), 30)),
+    "wedge": Item("Cylinder", {**rod((0, 0, 0), (0, 0, 1), 1).parameters, "start_angle": 0, "end_angle": 270, "reference": (1, 0, 0)}),
+}  # fmt: skip
+BODIES = {name: shape_and_field(item) for name, item in ITEMS.items()}
+"""Name: (the shape, its field)."""
 
 
 def random_body(rng):
     """Return (shape, field) of up to four turned and moved primitives in a random Boolean."""
-    shape, field = _random_part(rng)
-    for _ in range(rng.integers(1, 4)):
-        other, its = _random_part(rng)
-        kind = rng.integers(0, 3)
-        if kind == 0:
-            shape, field = shape | other, any_of(field, its)
-        elif kind == 1:
-            shape, field = shape - other, less(field, its)
-        else:
-            shape, field = shape & other, both(field, its)
-    return shape, field
-
-
-def _random_part(rng):
-    """Return a primitive, turned and moved by a matrix of floats, which both the shape and the field take as it is."""
-    a, b, c = rng.integers(4, 13, 3) / 8
-    shape, field = [
-        (co.Sphere(a), ball(a)),
-        (co.Ellipsoid((a, b, c)), quadric([1 / np.longdouble(r) ** 2 for r in (a, b, c)])),
-        (co.Cylinder((0, 0, -a), (0, 0, a), b), both(rod(2, b), plane(UP, a), plane(DOWN, a))),
-        (co.Box((-a, -b, -c), (a, b, c)), box((-a, -b, -c), (a, b, c))),
-        (co.DoubleCone(0.5, (-1, 1)), both(quadric((1, 1, -0.25), c=0), plane(DOWN, 1), plane(UP, 1))),
-    ][rng.integers(0, 5)]
-    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
-    if rng.integers(0, 3) == 0:
-        turn = np.eye(3)[rng.permutation(3)]
-    move = rng.integers(-6, 7, 3) / 8
-    matrix = np.eye(4)
-    matrix[:3, :3], matrix[:3, 3] = turn, move
-    return shape.transform(matrix), field.moved(inverse(turn.astype(np.longdouble)), move)
-
-
-def inverse(matrix):
-    """Return the inverse of a matrix that is nearly a rotation, in extended precision."""
-    found = matrix.T
-    for _ in range(4):
-        found = found @ (2 * np.eye(3) - matrix @ found)
-    return found
+    parts = []
+    for _ in range(rng.integers(2, 5)):
+        part = plain(rng, str(pick(rng, ("Sphere", "Ellipsoid", "Cylinder", "Box", "Cone"))))
+        turn = ("rotate", axis(rng), float(rng.choice([rng.uniform(0, 360), 90.0])))
+        parts.append(part.moved(("scale", 0.25), turn, ("translate", tuple((rng.integers(-4, 5, 3) / 8).tolist()))))
+    return shape_and_field(joined(rng, parts))

@@ -71,11 +71,10 @@ class Walls:
         found = [first[0]]
         for start in starts:
             near = []
-            for A, b, c, center in self.field.surfaces():
-                v = start - center
-                value, g = v @ A @ v + b @ v + c, 2 * A @ v + b
+            for A, b, c in self.field.surfaces():
+                value, g = start @ A @ start + b @ start + c, 2 * A @ start + b
                 if abs(value) < 0.3 * (np.sqrt(g @ g) + 0.1):
-                    near.append((A, b, c, center))
+                    near.append((A, b, c))
             for count in (1, 2, 3):
                 for chosen in combinations(near, count):
                     point = stationary(x, start, chosen)
@@ -91,11 +90,11 @@ class Walls:
 def stationary(x, start, surfaces):
     """Return, by Newton's method from a start, a point of some surfaces at a stationary distance from x, or None."""
     p, count = start, len(surfaces)
-    rows = np.array([2 * A @ (p - center) + b for A, b, _, center in surfaces], dtype=float)
+    rows = np.array([2 * A @ p + b for A, b, _ in surfaces], dtype=float)
     multipliers = np.linalg.lstsq(rows.T, (x - p).astype(float), rcond=None)[0].astype(np.longdouble)
     for _ in range(40):
-        gradients = [2 * A @ (p - center) + b for A, b, _, center in surfaces]
-        values = [(p - center) @ A @ (p - center) + b @ (p - center) + c for A, b, c, center in surfaces]
+        gradients = [2 * A @ p + b for A, b, _ in surfaces]
+        values = [p @ A @ p + b @ p + c for A, b, c in surfaces]
         residual = np.concatenate([p - x + sum(m * g for m, g in zip(multipliers, gradients, strict=True)), values])
         jacobian = np.zeros((3 + count, 3 + count), np.longdouble)
         jacobian[:3, :3] = np.eye(3) + sum(m * 2 * s[0] for m, s in zip(multipliers, surfaces, strict=True))
@@ -111,7 +110,7 @@ def stationary(x, start, surfaces):
         p, multipliers = p + scale * step[:3], multipliers + scale * step[3:]
         if length < 1e-17 * (1 + float(np.abs(p).max())):
             break
-    gradients = [2 * A @ (p - center) + b for A, b, _, center in surfaces]
-    values = [(p - center) @ A @ (p - center) + b @ (p - center) + c for A, b, c, center in surfaces]
+    gradients = [2 * A @ p + b for A, b, _ in surfaces]
+    values = [p @ A @ p + b @ p + c for A, b, c in surfaces]
     off = max((abs(v) / (np.sqrt(g @ g) + 1e-30) for v, g in zip(values, gradients, strict=True)), default=0)
     return p if off < 1e-15 and np.linalg.norm((p - start).astype(float)) < 1.5 else None

@@ -181,10 +181,10 @@ def test_no_wall_and_none_within_reach():
     assert scene.distance([(3, 0, 0)] * 2, max_distance=[1, 4]).distance == pytest.approx([math.inf, 2])
 
 
-def test_ties_go_to_the_body_listed_first():
-    for order in (1, -1):
-        scene = co.Scene([co.Sphere(1, (2, 0, 0)), co.Sphere(1, (-2, 0, 0)), co.Sphere(1, (0, 2, 0))][::order])
-        assert scene.distance((0, 0, 0), exact=True).body == 0
+@pytest.mark.parametrize("order", [1, -1])
+def test_ties_go_to_the_body_listed_first(order):
+    scene = co.Scene([co.Sphere(1, (2, 0, 0)), co.Sphere(1, (-2, 0, 0)), co.Sphere(1, (0, 2, 0))][::order])
+    assert scene.distance((0, 0, 0), exact=True).body == 0
 
 
 def test_a_corner_of_many_surfaces_has_the_face_of_a_wall():
@@ -285,10 +285,10 @@ def test_slender_tips_of_four_planes_are_proved(sides, tip):
     assert all(np.isclose(walls, n).all(axis=1).any() for n in found.normal)
 
 
-def test_far_points():
-    for away in (1e3, 1e6, 1e9):
-        found = exact(co.Ellipsoid((1, 2, 3)), (0, 0, away))
-        assert abs(found.distance - (away - 3)) <= found.error <= 1e-12 * away
+@pytest.mark.parametrize("away", [1e3, 1e6, 1e9])
+def test_far_points(away):
+    found = exact(co.Ellipsoid((1, 2, 3)), (0, 0, away))
+    assert abs(found.distance - (away - 3)) <= found.error <= 1e-12 * away
 
 
 def test_shapes_of_arrays_and_refusals():
@@ -650,7 +650,7 @@ def random_faults(seed, count, forced):
 
 @pytest.mark.parametrize(
     ("seed", "count", "forced"),
-    [(1, 40, 2), *deeper([(2, 40, 2), (5, 40, 2)]), *deeper((seed, 100, 4) for seed in range(100, 300))],
+    [(1, 40, 1), *deeper([(2, 40, 2), (5, 40, 2)]), *deeper((seed, 100, 4) for seed in range(100, 300))],
 )
 def test_random_bodies(seed, count, forced):
     assert random_faults(seed, count, forced) == []
@@ -678,22 +678,6 @@ def test_heat_between_two_spheres(example):
     assert exactly[1] == pytest.approx((1 / 1.5 - 1 / 2) / (1 - 1 / 2))
     assert (error < 0.03).all()
     assert np.abs(value - exactly) == pytest.approx(np.zeros(4), abs=4 * error.max())
-
-
-@pytest.mark.deep
-def test_a_map_of_the_block_and_of_the_closed_form(example):
-    pixels = example.picture(24, 40).pixels
-    assert pixels.shape == (24, 58 + 2 + 24, 3)
-    assert np.isfinite(pixels).all()
-    ring = pixels[:, 60:]
-    assert ring[12, [0, 8, 16, 23]] == pytest.approx(0.8)  # the hole, and outside
-    assert ring[:, 12].min() == 1  # the line between
-    # Walks on the left, the formula on the right: mirror images but for the noise and the lines
-    left, right = ring[:, 1:11], ring[:, 22:12:-1]
-    wall = (left != 0.8).any(axis=-1) & (right != 0.8).any(axis=-1)
-    assert wall.sum() > 100
-    assert np.median(np.abs(left - right)[wall]) < 0.1
-    assert np.abs(left - right)[wall].mean() < 0.15
 
 
 def test_neighbours_that_are_there_are_averaged(example):

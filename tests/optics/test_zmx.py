@@ -260,15 +260,15 @@ def test_files_are_known_by_their_first_surface(end, tmp_path):
     assert co.load(tmp_path / "lens").unit == "mm"
 
 
-def test_files_that_are_none(tmp_path):
-    with pytest.raises(FileNotFoundError):
-        co.optics.load_zmx(tmp_path / "no.zmx")
-    (tmp_path / "binary.zmx").write_bytes(b"SURF 0\0\0\0")
-    with pytest.raises(co.SceneFileError, match="is no text: it holds NUL characters"):
-        co.optics.load_zmx(tmp_path / "binary.zmx")
-    (tmp_path / "large.zmx").write_bytes(b"\n" * 8_000_001)
-    with pytest.raises(co.SceneFileError, match="is larger than 8,000,000 bytes"):
-        co.optics.load_zmx(tmp_path / "large.zmx")
+@pytest.mark.parametrize(("content", "error", "message"), [
+    (None, FileNotFoundError, "none.zmx"), (b"SURF 0\0\0\0\0", co.SceneFileError, "is no text: it holds NUL characters"),
+    (b"\n" * 8_000_001, co.SceneFileError, "is larger than 8,000,000 bytes"),
+], ids=["missing", "binary", "large"])  # fmt: skip
+def test_files_that_are_none(content, error, message, tmp_path):
+    if content:
+        (tmp_path / "none.zmx").write_bytes(content)
+    with pytest.raises(error, match=message):
+        co.optics.load_zmx(tmp_path / "none.zmx")
 
 
 def mutated_text(text, rng):
@@ -487,8 +487,8 @@ def test_other_names_of_glasses(name, index):
     assert model.media[1].index(0.5875618) == pytest.approx(1.7, rel=1e-12)
 
 
-def test_a_file_states_its_unit(tmp_path):
-    for word, unit in (("MM", "mm"), ("CM", "cm"), ("IN", "in"), ("METER", "m"), ("M", "m")):
-        path = tmp_path / "lens.zmx"
-        path.write_text(file(SINGLET).replace("UNIT MM", f"UNIT {word}"))
-        assert co.optics.load_zmx(path).unit == co.optics.load_zmx(path).scene.unit == co.load(path).unit == unit
+@pytest.mark.parametrize(("word", "unit"), [("MM", "mm"), ("CM", "cm"), ("IN", "in"), ("METER", "m"), ("M", "m")])
+def test_a_file_states_its_unit(tmp_path, word, unit):
+    path = tmp_path / "lens.zmx"
+    path.write_text(file(SINGLET).replace("UNIT MM", f"UNIT {word}"))
+    assert co.optics.load_zmx(path).unit == co.optics.load_zmx(path).scene.unit == co.load(path).unit == unit

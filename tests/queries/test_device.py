@@ -21,13 +21,13 @@ from native import objects, ptx
 
 from ..emulation import Card, Kernels, device_kernels, device_module, from_store, sources_of
 from ..engine.test_routes import camera, crowded_scene
+from ..interruptions import Interruption
 from ..reference import aimed_rays
 from ..reference.quadratics import Table
-from ..reference.random_items import KINDS, extreme, ordinary
+from ..reference.random_items import KINDS, SCENES, extreme, ordinary
 from ..reference.random_shapes import generator
 from ..reference.solids import bodies
 from ..reference.suite import whole_score
-from ..reference.whole_items import SCENES
 from ..samples import sampled
 
 FIELDS = ("t", "body", "face", "surface", "entering", "doubtful", "point", "normal", "t_error")
@@ -311,15 +311,7 @@ def test_a_device_for_all_queries(card, monkeypatch):
 def test_ctrl_c_leaves_no_chunk_behind(card, monkeypatch):
     scene, rays = crowded_scene(), camera(48)
     expected = scene.first_hit(rays)
-    usual, calls = card.is_done, []
-
-    def interrupted(stream):
-        calls.append(1)
-        if len(calls) == 20:
-            raise KeyboardInterrupt
-        return usual(stream)
-
-    monkeypatch.setattr(card, "is_done", interrupted)
+    monkeypatch.setattr(card, "is_done", Interruption(20, card.is_done))
     with pytest.raises(KeyboardInterrupt):
         scene.first_hit(rays, device="cuda")
     same_hits(scene.first_hit(rays, device="cuda"), expected)
@@ -448,10 +440,12 @@ def test_invalid_arrays_on_a_card_are_refused(card):
         scene.contains(good)
 
 
-def test_another_name_is_refused():
-    for query in (lambda: co.Scene([]).first_hit((0, 0, 0), (0, 0, 1), device="gpu"), lambda: co.set_device("gpu")):
-        with pytest.raises(ValueError, match="device must be 'cpu' or 'cuda', got 'gpu'"):
-            query()
+@pytest.mark.parametrize(
+    "query", [lambda: co.Scene([]).first_hit((0, 0, 0), (0, 0, 1), device="gpu"), lambda: co.set_device("gpu")]
+)
+def test_another_name_is_refused(query):
+    with pytest.raises(ValueError, match="device must be 'cpu' or 'cuda', got 'gpu'"):
+        query()
 
 
 class Driver:
@@ -644,34 +638,32 @@ def ptx_files(monkeypatch, tmp_path):
     monkeypatch.setattr(device, "CHUNK", 300)
 
 
-def test_missing_parts_are_named(nvidia, monkeypatch):
+NO_CARD = "device='cuda' needs a card of NVIDIA's; the driver finds none"
+
+
+@pytest.mark.parametrize(("driver", "error", "message"), [
+    (None, RuntimeError, "device='cuda' needs NVIDIA's driver, and none was found here"),
+    (dict(failures={"cuInit": 100}), RuntimeError, rf"{NO_CARD} \(no CUDA-capable device"),
+    (dict(capability=(6, 1)), RuntimeError, r"needs compute capability 7\.5; A card has 6\.1"),
+    (dict(count=0), RuntimeError, NO_CARD),
+    (dict(failures={"cuInit": 3}), RuntimeError, "a process that was forked from one that uses a card cannot use it"),
+])  # fmt: skip
+def test_missing_parts_are_named(nvidia, driver, error, message, monkeypatch):
+    nvidia(types.SimpleNamespace() if driver is None else Driver(**driver))
+    with pytest.raises(error, match=message):
+        co.set_device("cuda")
+    monkeypatch.setenv("CONICOID_DEVICE", "cuda")
+    with pytest.raises(error, match=message):  # also for one point, which the CPU answers
+        co.Scene([]).contains((0, 0, 0))
+
+
+def test_missing_bindings_and_memory_are_named(nvidia, monkeypatch):
     monkeypatch.setitem(sys.modules, "cuda", None)
-    with pytest.raises(
-        ImportError, match=r"device='cuda' needs NVIDIA's cuda-bindings: pip install 'conicoid\[cuda\]'"
-    ):
+    with pytest.raises(ImportError, match=r"needs NVIDIA's cuda-bindings: pip install 'conicoid\[cuda\]'"):
         co.Scene([]).contains((0, 0, 0), device="cuda")
-    nvidia(types.SimpleNamespace())
-    with pytest.raises(RuntimeError, match="device='cuda' needs NVIDIA's driver, and none was found here"):
-        co.set_device("cuda")
-    nvidia(Driver(failures={"cuInit": 100}))
-    with pytest.raises(RuntimeError, match="needs a card of NVIDIA's; the driver finds none \\(no CUDA-capable device"):
-        co.set_device("cuda")
-    nvidia(Driver(capability=(6, 1)))
-    with pytest.raises(RuntimeError, match=r"needs compute capability 7\.5; A card has 6\.1"):
-        co.set_device("cuda")
-    nvidia(Driver(count=0))
-    with pytest.raises(RuntimeError, match="needs a card of NVIDIA's; the driver finds none"):
-        co.set_device("cuda")
-    nvidia(Driver(failures={"cuInit": 3}))
-    with pytest.raises(RuntimeError, match="a process that was forked from one that uses a card cannot use it"):
-        co.set_device("cuda")
     nvidia(Driver())
     with pytest.raises(MemoryError, match="device='cuda': 5,000 bytes are needed, 1,000 are free on A card"):
         nvidia_driver.NvidiaDriver().allocate(5000)
-    monkeypatch.setenv("CONICOID_DEVICE", "cuda")
-    nvidia(Driver(failures={"cuInit": 100}))
-    with pytest.raises(RuntimeError, match="the driver finds none"):  # also for one point, which the CPU answers
-        co.Scene([]).contains((0, 0, 0))
 
 
 @pytest.mark.parametrize(

@@ -4,5 +4,5 @@ It starts from the parameters of a user. A solid is a Boolean formula over polyn
 that are exact where sines and axes let them be, and else rounded to 3,000 bits (`numbers`). A ray makes integer
 quadratics of the polynomials (`quadratics`). Resultants decide which roots are equal, intervals which comes first.
 `trace` finds the crossings, `judge`, `intervals` and `routes` compare the package's answers with them. `random_items`
-and `whole_items` draw bodies, `aimed_rays` and `whole_rays` draw rays, and `suite` puts them together.
+draws bodies, `aimed_rays` and `whole_rays` draw rays, and `suite` puts them together.
 """

@@ -273,7 +273,6 @@ def body(item: Item, first_face: int = 0) -> Body:
 
 def _clipped(item: Item) -> Body:
     base, solid = (body(operand) for operand in item.operands)
-    assert base.sheet is not None
     clip = ("not", solid.formula) if item.parameters["keep"] == "outside" else solid.formula
     whole = clip if base.sheet.clip is None else ("all", (base.sheet.clip, clip))
     return replace(base, sheet=replace(base.sheet, clip=whole))

@@ -1,7 +1,6 @@
 """Scenes with the answers of every query about their rays, in the amounts of a suite."""
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -11,13 +10,11 @@ from . import aimed_rays
 from .aimed_rays import Aim
 from .intervals import Interval, ends
 from .items import Item
-from .judge import Comparison, Judge
-from .random_items import extreme, ordinary
+from .judge import Comparison, Judge, Score
+from .random_items import SCENES, axis, extreme, ordinary
 from .random_shapes import LEAST, MOST, Random, generator, pick
 from .routes import Routes
-from .score import Score
 from .trace import Array
-from .whole_items import SCENES, axis
 from .whole_rays import directions, nudged, picture, whole_points, whole_rays
 
 BOUNCES = 2
@@ -27,7 +24,7 @@ ODD_ANGLES = (1.0, 7.5, 22.5, 33.3, 89.999, 120.5, -0.001, 1e-9, 179.0, 37.0)
 """Angles whose sines are not sums of square roots."""
 
 
-def compare(r: Random, rays: Comparison, grid: Array | None = None) -> Any:
+def compare(r: Random, rays: Comparison, grid: Array | None = None):
     """Compare lists, first hits, spans, intervals and routes; return the first hits."""
     good = rays.lists()
     hits = rays.first()
@@ -87,14 +84,14 @@ def random_score(kind: str, sort: Callable[[str, Random], Item], number: int, co
     return judge.score
 
 
-def lattice(r: Random, hits: Any) -> Array:
+def lattice(r: Random, hits) -> Array:
     """Return directions along and across the surfaces of whole numbers."""
     d = directions(r, len(hits.t))
     d = np.where(r.random((len(d), 1)) < 0.2, co.reflect(hits.rays.directions, hits.normal), d)
     return np.where(np.abs(d) < 1e-90, 0.0, d)
 
 
-def onward(r: Random, hits: Any) -> Array:
+def onward(r: Random, hits) -> Array:
     """Return directions at random, mirrored, straight on, and nearly along the surface."""
     count = len(hits.t)
     wild = aimed_rays.directions(r, count)
@@ -105,7 +102,7 @@ def onward(r: Random, hits: Any) -> Array:
     return d / np.abs(d).max(axis=1, keepdims=True)
 
 
-def bounced(r: Random, judge: Judge, hits: Any, d: Array) -> Any:
+def bounced(r: Random, judge: Judge, hits, d: Array):
     """Compare rays from hits on; return the next hits."""
     some = np.isfinite(hits.t)
     hits, d = hits[some], d[some]

@@ -142,7 +142,6 @@ class Trace:
     def _body(self, body: Body) -> tuple[Array, Array, Array, Array]:
         """Return (crossed, entering, face), each (rays, groups); inside towards -inf."""
         if body.sheet is None:
-            assert body.formula is not None
             gaps = truth(body.formula, self.held)
             entering = gaps[:, 1:]
             return entering != gaps[:, :-1], entering, self._faces(body.formula, entering), gaps[:, 0]

@@ -14,6 +14,7 @@ from native import ptx
 
 from ..emulation import Card, device_kernels, ptx_of
 from ..engine.test_routes import crowded_scene
+from ..interruptions import Interruption
 from ..samples import deep, marked, sampled
 
 WIDTH, HEIGHT = 45, 37
@@ -145,6 +146,7 @@ def test_all_integrators(card):
         same_pictures(card, materials(LIGHTS), integrator, 2)
 
 
+@pytest.mark.parametrize("form", ["box", "mitchell", "gaussian"])
 @pytest.mark.parametrize(
     "view",
     sampled(
@@ -158,10 +160,9 @@ def test_all_integrators(card):
         3,
     ),
 )
-def test_cameras_and_filters(card, view):
-    for form in ("box", "mitchell", "gaussian"):
-        same_pictures(card, lamps(), "path", 3, camera=view, filter=form)
-        same_pictures(card, lamps(), "whitted", 3, camera=view, filter=form)
+def test_cameras_and_filters(card, view, form):
+    same_pictures(card, lamps(), "path", 3, camera=view, filter=form)
+    same_pictures(card, lamps(), "whitted", 3, camera=view, filter=form)
 
 
 def test_passes_layers_and_groups(card):
@@ -189,15 +190,7 @@ def test_a_shutter(card):
 
 def interrupt(card, monkeypatch, at):
     """Let Ctrl-C come at one of the checks for finished work."""
-    usual, calls = card.is_done, []
-
-    def is_done(stream):
-        calls.append(1)
-        if len(calls) == at:
-            raise KeyboardInterrupt
-        return usual(stream)
-
-    monkeypatch.setattr(card, "is_done", is_done)
+    monkeypatch.setattr(card, "is_done", Interruption(at, card.is_done))
 
 
 @pytest.mark.parametrize("at", [5, 150, 400])

@@ -8,6 +8,8 @@ import pytest
 import conicoid as co
 from conicoid.render.film import SUMS, square_means
 
+from ..interruptions import Interruption
+
 WHITE, BLACK = (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)
 RADIUS, WAY = 0.3, 1.4
 VIEW = co.OrthographicCamera((0, 0, 5), (0, 0, 0), up=(0, 1, 0), height=2.0)
@@ -166,19 +168,13 @@ def test_refusals(make, error, message):
 @pytest.mark.parametrize("at", [3, 9, 40])
 def test_a_shutter_that_was_interrupted_goes_on(tmp_path, integrator, at):
     """A break may come in the middle of a moment. Finished work is not repeated."""
-    scene, calls = moving_ball(), []
+    scene, stop = moving_ball(), Interruption(at)
     options = dict(width=70, height=40, samples=12, integrator=integrator, shutter=(0, 1), times=5)
-
-    def stop(done, count):
-        calls.append(done)
-        if len(calls) == at:
-            raise KeyboardInterrupt
-
     whole = scene.render(**options).pixels
     try:
         scene.render(**options, resume=tmp_path / "file", progress=stop)
     except KeyboardInterrupt:
-        assert len(calls) == at
+        assert len(stop.calls) == at
     assert (scene.render(**options, resume=tmp_path / "file").pixels == whole).all()
     done = []
     assert (scene.render(**options, resume=tmp_path / "file", progress=lambda *s: done.append(s)).pixels == whole).all()
@@ -256,21 +252,12 @@ def test_a_lower_limit_of_noise_continues_a_picture(tmp_path):
     options = UNTIL | dict(samples=3 * ROUND + 10)
     whole = scene.render(**options).pixels
     assert (scene.render(**options, executor=workers).pixels == whole).all()
-    calls = []
-
-    def stop(done, count):
-        calls.append((done, count))
-        if len(calls) == 20:
-            raise KeyboardInterrupt
-
     with pytest.raises(KeyboardInterrupt):
-        scene.render(**options | dict(noise=0.1), resume=tmp_path / "file", progress=stop)
+        scene.render(**options | dict(noise=0.1), resume=tmp_path / "file", progress=Interruption(20))
     scene.render(**options | dict(noise=0.1), resume=tmp_path / "file")
     assert (scene.render(**options, resume=tmp_path / "file").pixels == whole).all()
     assert (scene.render(**options, resume=tmp_path / "file", executor=workers).pixels == whole).all()
-    calls.clear()
-    scene.render(**options, resume=tmp_path / "file", progress=lambda *step: calls.append(step))
-    assert calls == []
+    scene.render(**options, resume=tmp_path / "file", progress=Interruption())  # nothing is left to do
     for other in (dict(samples=4 * ROUND), dict(noise=None), dict(times=13)):
         with pytest.raises(ValueError, match="holds parts of other work"):
             scene.render(**options | other, resume=tmp_path / "file")

@@ -14,9 +14,6 @@ from mpmath import mp
 import conicoid as co
 from conicoid.geometry import shape as shape_module
 from conicoid.geometry.bounds.support import inverse_root, inverse_roots
-from conicoid.geometry.general_quadric import Quadric
-from conicoid.geometry.polyhedron import Polyhedron
-from conicoid.geometry.primitives import Box, Cone, Cylinder, HalfSpace, Sphere
 from conicoid.geometry.quadrics import (
     BoxedQuadric,
     DoubleCone,
@@ -38,14 +35,12 @@ from ..reference.forms import PAIRS, chain
 from ..reference.items import Item, combined
 from ..reference.numbers import number
 from ..reference.quadratics import Table
+from ..reference.random_items import SOLIDS, motion, plain, whole_motion
 from ..reference.random_shapes import Random, generator, pick
 from ..reference.solids import bodies
 from ..reference.trace import body_at, truth
-from ..reference.whole_items import SOLIDS, motion, plain, whole_motion
 from ..samples import in_turn, many, sampled
-from .catalogue import SAMPLES, Sample
-from .evaluate import contains
-from .motions import carried, climb, random_motion
+from .samples import SAMPLES, Sample, carried, climb, contains, random_motion
 
 # --- Bounds of solids that cut one another: closed forms, and random cuts against points that are inside
 
@@ -55,12 +50,12 @@ R2, R3, H3 = math.sqrt(2), math.sqrt(3), math.sqrt(3) / 2
 C30, S30 = H3, 0.5
 
 
-def below(z: float) -> HalfSpace:
-    return HalfSpace((0, 0, 1), z)
+def below(z: float) -> co.HalfSpace:
+    return co.HalfSpace((0, 0, 1), z)
 
 
-def above(z: float) -> HalfSpace:
-    return HalfSpace((0, 0, -1), -z)
+def above(z: float) -> co.HalfSpace:
+    return co.HalfSpace((0, 0, -1), -z)
 
 
 def intersection(*parts: Solid) -> Solid:
@@ -70,9 +65,9 @@ def intersection(*parts: Solid) -> Solid:
     return result
 
 
-CUBE = intersection(*(HalfSpace(tuple(s * (i == k) for k in range(3)), 1) for i in range(3) for s in (1, -1)))
+CUBE = intersection(*(co.HalfSpace(tuple(s * (i == k) for k in range(3)), 1) for i in range(3) for s in (1, -1)))
 PRISM = intersection(
-    above(0), below(2), *(HalfSpace((math.cos(math.pi * k / 3), math.sin(math.pi * k / 3), 0), 1) for k in range(6))
+    above(0), below(2), *(co.HalfSpace((math.cos(math.pi * k / 3), math.sin(math.pi * k / 3), 0), 1) for k in range(6))
 )
 SADDLE = HyperbolicParaboloid(1, 1)
 
@@ -80,93 +75,93 @@ KNOWN = {
     # Half-spaces alone
     "prism": (PRISM, (-1, -2 / R3, 0), (1, 2 / R3, 2)),
     "turned cube": (CUBE.rotate((0, 0, 1), 30), (-C30 - S30, -C30 - S30, -1), (C30 + S30, C30 + S30, 1)),
-    "complement of their union": (~(~HalfSpace((1, 1, 0), 1) | HalfSpace((1, 0, 0), 0) | HalfSpace((0, 1, 0), 0)
+    "complement of their union": (~(~co.HalfSpace((1, 1, 0), 1) | co.HalfSpace((1, 0, 0), 0) | co.HalfSpace((0, 1, 0), 0)
                                     | below(-1) | above(2)), (0, 0, -1), (1, 1, 2)),
-    "corner cut off": (Box((0, 0, 0), (1, 1, 1)) & HalfSpace((1, 1, 1), 0.5), (0, 0, 0), (0.5, 0.5, 0.5)),
-    "wedge of two planes": (HalfSpace((1, 1, 0), 1) & HalfSpace((-1, 1, 0), 1), (-INF, -INF, -INF), (INF, 1, INF)),
-    "two polyhedra": (Polyhedron(((1, 1, 0), (-1, -1, 0)), (1, 1)) & Polyhedron(((1, -1, 0), (-1, 1, 0)), (1, 1)),
+    "corner cut off": (co.Box((0, 0, 0), (1, 1, 1)) & co.HalfSpace((1, 1, 1), 0.5), (0, 0, 0), (0.5, 0.5, 0.5)),
+    "wedge of two planes": (co.HalfSpace((1, 1, 0), 1) & co.HalfSpace((-1, 1, 0), 1), (-INF, -INF, -INF), (INF, 1, INF)),
+    "two polyhedra": (co.Polyhedron(((1, 1, 0), (-1, -1, 0)), (1, 1)) & co.Polyhedron(((1, -1, 0), (-1, 1, 0)), (1, 1)),
                       (-1, -1, -INF), (1, 1, INF)),
     # A ball
-    "cap": (Sphere() & above(0.5), (-H3, -H3, 0.5), (H3, H3, 1)),
-    "ball without its cap": (Sphere() - below(0.5), (-H3, -H3, 0.5), (H3, H3, 1)),
-    "ball with a flat": (Sphere() - above(0.5), (-1, -1, -1), (1, 1, 0.5)),
-    "far cap": (Sphere(1, (1e6, 0, 0)) & above(0.5), (1e6 - H3, -H3, 0.5), (1e6 + H3, H3, 1)),
-    "oblique half": (Sphere() & HalfSpace((1, 0, 1), 0), (-1, -1, -1), (1 / R2, 1, 1 / R2)),
-    "oblique halves": (Sphere() & HalfSpace((1, 0, 1), 0) & HalfSpace((-1, 0, 1), 0), (-1 / R2, -1, -1), (1 / R2, 1, 0)),
-    "needle eye": (Sphere() & HalfSpace((1, 0, 0), 0) & HalfSpace((-1, 0, 0), 0), (0, -1, -1), (0, 1, 1)),
-    "lens": (Sphere() & Sphere(1, (1, 0, 0)), (0, -1, -1), (1, 1, 1)),
-    "thin lens": (Sphere() & Sphere(1, (1.6, 0, 0)), (0.6, -0.8, -0.8), (1, 0.8, 0.8)),
-    "ball beyond a plane": (Sphere() & above(1.5), (INF,) * 3, (-INF,) * 3),
-    "ball outside of a corner": (Sphere() & intersection(*(HalfSpace(tuple(-1.0 * (i == k) for k in range(3)), -0.6)
+    "cap": (co.Sphere() & above(0.5), (-H3, -H3, 0.5), (H3, H3, 1)),
+    "ball without its cap": (co.Sphere() - below(0.5), (-H3, -H3, 0.5), (H3, H3, 1)),
+    "ball with a flat": (co.Sphere() - above(0.5), (-1, -1, -1), (1, 1, 0.5)),
+    "far cap": (co.Sphere(1, (1e6, 0, 0)) & above(0.5), (1e6 - H3, -H3, 0.5), (1e6 + H3, H3, 1)),
+    "oblique half": (co.Sphere() & co.HalfSpace((1, 0, 1), 0), (-1, -1, -1), (1 / R2, 1, 1 / R2)),
+    "oblique halves": (co.Sphere() & co.HalfSpace((1, 0, 1), 0) & co.HalfSpace((-1, 0, 1), 0), (-1 / R2, -1, -1), (1 / R2, 1, 0)),
+    "needle eye": (co.Sphere() & co.HalfSpace((1, 0, 0), 0) & co.HalfSpace((-1, 0, 0), 0), (0, -1, -1), (0, 1, 1)),
+    "lens": (co.Sphere() & co.Sphere(1, (1, 0, 0)), (0, -1, -1), (1, 1, 1)),
+    "thin lens": (co.Sphere() & co.Sphere(1, (1.6, 0, 0)), (0.6, -0.8, -0.8), (1, 0.8, 0.8)),
+    "ball beyond a plane": (co.Sphere() & above(1.5), (INF,) * 3, (-INF,) * 3),
+    "ball outside of a corner": (co.Sphere() & intersection(*(co.HalfSpace(tuple(-1.0 * (i == k) for k in range(3)), -0.6)
                                                             for i in range(3))), (INF,) * 3, (-INF,) * 3),
     # x² + y² <= 1 and x + z <= 0 ...: the ellipse of the cut
-    "slanted cylinder": (EllipticCylinder(1, 1) & HalfSpace((-1, 0, 1), 0) & HalfSpace((-1, 0, -1), 0),
+    "slanted cylinder": (EllipticCylinder(1, 1) & co.HalfSpace((-1, 0, 1), 0) & co.HalfSpace((-1, 0, -1), 0),
                          (0, -1, -1), (1, 1, 1)),
-    "quadric outside": (~Quadric(coefficients=dict(xx=-1, yy=-1, zz=1, constant=-1)) & above(0) & below(2),
+    "quadric outside": (~co.Quadric(coefficients=dict(xx=-1, yy=-1, zz=1, constant=-1)) & above(0) & below(2),
                         (-R3, -R3, 1), (R3, R3, 2)),
     # The other quadrics between planes
     "paraboloid": (EllipticParaboloid(1, 2) & below(1.5), (-math.sqrt(1.5), -H3, 0), (math.sqrt(1.5), H3, 1.5)),
     # x² <= z <= x + 2 for -1 <= x <= 2; y² <= x + 2 - x² is largest at x = 1/2
-    "slanted paraboloid": (EllipticParaboloid(1, 1) & HalfSpace((-1, 0, 1), 2), (-1, -1.5, 0), (2, 1.5, 4)),
-    "quarter paraboloid": (EllipticParaboloid(1, 1) & HalfSpace((-1, 0, 0), 0), (0, -INF, 0), (INF, INF, INF)),
+    "slanted paraboloid": (EllipticParaboloid(1, 1) & co.HalfSpace((-1, 0, 1), 2), (-1, -1.5, 0), (2, 1.5, 4)),
+    "quarter paraboloid": (EllipticParaboloid(1, 1) & co.HalfSpace((-1, 0, 0), 0), (0, -INF, 0), (INF, INF, INF)),
     "tower": (OneSheetHyperboloid(1, 4, 1) & above(-1) & below(R3), (-2, -1, -1), (2, 1, R3)),
     "bow tie": (DoubleCone(2) & above(-1) & below(3), (-6, -6, -1), (6, 6, 3)),
     "one nappe": (DoubleCone(2) & above(0), (-INF, -INF, 0), (INF, INF, INF)),
     # x² <= z², 2 z <= x + 3: the ellipse from x = -1, z = 1 to x = z = 3; its half-axis across is sqrt(3)
-    "slanted cone": (DoubleCone(1) & above(0) & HalfSpace((-1, 0, 2), 3), (-1, -R3, 0), (3, R3, 3)),
+    "slanted cone": (DoubleCone(1) & above(0) & co.HalfSpace((-1, 0, 2), 3), (-1, -R3, 0), (3, R3, 3)),
     "bowls": (TwoSheetHyperboloid(1, 1, 4) & above(-2) & below(1),
               (-math.sqrt(15), -math.sqrt(15), -2), (math.sqrt(15), math.sqrt(15), 1)),
     "no bowl": (TwoSheetHyperboloid(1, 1, 4) & above(-0.4) & below(0.4), (INF,) * 3, (-INF,) * 3),
     # x² <= z + y² <= 1 + 4 and z >= -4
-    "saddle": (SADDLE & below(1) & HalfSpace((0, 1, 0), 2) & HalfSpace((0, -1, 0), 2),
+    "saddle": (SADDLE & below(1) & co.HalfSpace((0, 1, 0), 2) & co.HalfSpace((0, -1, 0), 2),
                (-math.sqrt(5), -2, -4), (math.sqrt(5), 2, 1)),
     "open saddle": (SADDLE & below(1), (-INF, -INF, -INF), (INF, INF, 1)),
-    "half cylinder": (EllipticCylinder(1, 1) & HalfSpace((1, 0, 0), -0.5), (-1, -H3, -INF), (-0.5, H3, INF)),
-    "half cylinder with an end": (EllipticCylinder(1, 1) & HalfSpace((1, 0, 0), -0.5) & above(3),
+    "half cylinder": (EllipticCylinder(1, 1) & co.HalfSpace((1, 0, 0), -0.5), (-1, -H3, -INF), (-0.5, H3, INF)),
+    "half cylinder with an end": (EllipticCylinder(1, 1) & co.HalfSpace((1, 0, 0), -0.5) & above(3),
                                   (-1, -H3, 3), (-0.5, H3, INF)),
-    "waist": (HyperbolicCylinder(1, 1) & HalfSpace((0, 1, 0), 1) & HalfSpace((0, -1, 0), 2),
+    "waist": (HyperbolicCylinder(1, 1) & co.HalfSpace((0, 1, 0), 1) & co.HalfSpace((0, -1, 0), 2),
               (-math.sqrt(5), -2, -INF), (math.sqrt(5), 1, INF)),
-    "trough": (ParabolicCylinder(2) & HalfSpace((0, 1, 0), 4), (-4, 0, -INF), (4, 4, INF)),
+    "trough": (ParabolicCylinder(2) & co.HalfSpace((0, 1, 0), 4), (-4, 0, -INF), (4, 4, INF)),
     # Complements, differences and unions
-    "POV-Ray 128": (EllipticParaboloid(1, 1) & Cylinder((0, 0, -1), (0, 0, 2), 5), (-R2, -R2, 0), (R2, R2, 2)),
-    "POV-Ray 128, narrow": (EllipticParaboloid(1, 1) & Cylinder((0, 0, -1), (0, 0, 4), 1), (-1, -1, 0), (1, 1, 4)),
-    "POV-Ray 315": (Sphere() - EllipticCylinder(4, 4), (-1, -1, -1), (1, 1, 1)),
-    "De Morgan": (~(~Sphere() | below(0.5)), (-H3, -H3, 0.5), (H3, H3, 1)),
-    "union cut": ((Sphere() | Sphere(1, (3, 0, 0))) & above(0.5), (-H3, -H3, 0.5), (3 + H3, H3, 1)),
-    "cut union": ((Sphere() | Sphere(1, (3, 0, 0)) | Box((9, 9, -9), (10, 10, -8))) - below(0.5),
+    "POV-Ray 128": (EllipticParaboloid(1, 1) & co.Cylinder((0, 0, -1), (0, 0, 2), 5), (-R2, -R2, 0), (R2, R2, 2)),
+    "POV-Ray 128, narrow": (EllipticParaboloid(1, 1) & co.Cylinder((0, 0, -1), (0, 0, 4), 1), (-1, -1, 0), (1, 1, 4)),
+    "POV-Ray 315": (co.Sphere() - EllipticCylinder(4, 4), (-1, -1, -1), (1, 1, 1)),
+    "De Morgan": (~(~co.Sphere() | below(0.5)), (-H3, -H3, 0.5), (H3, H3, 1)),
+    "union cut": ((co.Sphere() | co.Sphere(1, (3, 0, 0))) & above(0.5), (-H3, -H3, 0.5), (3 + H3, H3, 1)),
+    "cut union": ((co.Sphere() | co.Sphere(1, (3, 0, 0)) | co.Box((9, 9, -9), (10, 10, -8))) - below(0.5),
                   (-H3, -H3, 0.5), (3 + H3, H3, 1)),
-    "nested": ((Sphere() & (above(0.5) | above(0.8))) - (HalfSpace((1, 0, 0), 0) & above(-2)), (0, -1, 0.5), (1, 1, 1)),
-    "cone in a ball": (DoubleCone(0.5) & Sphere(), (-0.5, -0.5, -1), (0.5, 0.5, 1)),
-    "box without a box": (Box() - Box((0, -2, -2), (2, 2, 2)), (-1, -1, -1), (1, 1, 1)),
-    "wedge over a half turn": (Cylinder((0, 0, 0), (0, 0, 1), 2, 0, 270, (1, 0, 0)) & HalfSpace((-1, 0, 0), -1),
+    "nested": ((co.Sphere() & (above(0.5) | above(0.8))) - (co.HalfSpace((1, 0, 0), 0) & above(-2)), (0, -1, 0.5), (1, 1, 1)),
+    "cone in a ball": (DoubleCone(0.5) & co.Sphere(), (-0.5, -0.5, -1), (0.5, 0.5, 1)),
+    "box without a box": (co.Box() - co.Box((0, -2, -2), (2, 2, 2)), (-1, -1, -1), (1, 1, 1)),
+    "wedge over a half turn": (co.Cylinder((0, 0, 0), (0, 0, 1), 2, 0, 270, (1, 0, 0)) & co.HalfSpace((-1, 0, 0), -1),
                                (1, -R3, 0), (2, R3, 1)),
-    "cut cone": (Cone((0, 0, 0), (0, 0, 4), 2, 0) & above(1), (-1.5, -1.5, 1), (1.5, 1.5, 4)),
+    "cut cone": (co.Cone((0, 0, 0), (0, 0, 4), 2, 0) & above(1), (-1.5, -1.5, 1), (1.5, 1.5, 4)),
 }  # fmt: skip
 
 
 # Of radius R3 about the z-axis, endless along it
-HEXAGON = Polyhedron(tuple((x, y * R3, 0) for s in (1, -1) for x, y in ((2 * s, 0), (s, s), (s, -s))), (2 * R3,) * 6)
+HEXAGON = co.Polyhedron(tuple((x, y * R3, 0) for s in (1, -1) for x, y in ((2 * s, 0), (s, s), (s, -s))), (2 * R3,) * 6)
 PRIMITIVES = [
     (Ellipsoid((1, 2, 3), (5, 0, 0)), (4, -2, -3), (6, 2, 3)),
     # The widest section in the range is at z = 1: sqrt(1 - 1/9)
     (Ellipsoid((1, 2, 3), z_range=(1, 2)), (-2 * R2 / 3, -4 * R2 / 3, 1), (2 * R2 / 3, 4 * R2 / 3, 2)),
     (Ellipsoid((1, 2, 3), z_range=(-1, 9)), (-1, -2, -1), (1, 2, 3)),
-    (Ellipsoid((1, 2, 3)) & HalfSpace((0, 0, -1), -4), (INF, INF, INF), (-INF, -INF, -INF)),
+    (Ellipsoid((1, 2, 3)) & co.HalfSpace((0, 0, -1), -4), (INF, INF, INF), (-INF, -INF, -INF)),
     # A ball of radius 1 turned by any angle
     (Ellipsoid((1, 1, 1)).rotate((1, 2, 3), 77), (-1, -1, -1), (1, 1, 1)),
     # An ellipse turned by 45°: sqrt((a² + b²) / 2)
     (Ellipsoid((3, 1, 1)).rotate((0, 0, 1), 45), (-math.sqrt(5), -math.sqrt(5), -1), (math.sqrt(5), math.sqrt(5), 1)),
     (Ellipsoid.from_coefficients(4, 0.25, 1 / 9), (-0.5, -2, -3), (0.5, 2, 3)),
-    (Box((0, 0, 0), (1, 2, 3)).rotate((0, 0, 1), 90), (-2, 0, 0), (0, 1, 3)),
-    (Box().rotate((0, 0, 1), 45), (-R2, -R2, -1), (R2, R2, 1)),
+    (co.Box((0, 0, 0), (1, 2, 3)).rotate((0, 0, 1), 90), (-2, 0, 0), (0, 1, 3)),
+    (co.Box().rotate((0, 0, 1), 45), (-R2, -R2, -1), (R2, R2, 1)),
     # An upright disc of radius r across (1, 1, 0): r / sqrt(2)
-    (Cylinder((0, 0, 0), (1, 1, 0), 1), (-1 / R2, -1 / R2, -1), (1 + 1 / R2, 1 + 1 / R2, 1)),
-    (Cylinder((0, 0, 0), (0, 0, 1), 2, 0, 90, (1, 0, 0)), (0, 0, 0), (2, 2, 1)),
-    (Cylinder((0, 0, 0), (0, 0, 1), 2, 45, 135, (1, 0, 0)), (-R2, 0, 0), (R2, 2, 1)),
-    (Cylinder((0, 0, 0), (0, 0, 1), 2, 0, 270, (1, 0, 0)), (-2, -2, 0), (2, 2, 1)),
-    (Cylinder((0, 0, 0), (0, 0, 1), 2, 30, 60, (1, 0, 0)), (0, 0, 0), (R3, R3, 1)),
-    (Cone((0, 0, 0), (0, 0, 4), 1, 3), (-3, -3, 0), (3, 3, 4)),
-    (Cone((0, 0, 0), (4, 0, 0), 1, 0), (0, -1, -1), (4, 1, 1)),
+    (co.Cylinder((0, 0, 0), (1, 1, 0), 1), (-1 / R2, -1 / R2, -1), (1 + 1 / R2, 1 + 1 / R2, 1)),
+    (co.Cylinder((0, 0, 0), (0, 0, 1), 2, 0, 90, (1, 0, 0)), (0, 0, 0), (2, 2, 1)),
+    (co.Cylinder((0, 0, 0), (0, 0, 1), 2, 45, 135, (1, 0, 0)), (-R2, 0, 0), (R2, 2, 1)),
+    (co.Cylinder((0, 0, 0), (0, 0, 1), 2, 0, 270, (1, 0, 0)), (-2, -2, 0), (2, 2, 1)),
+    (co.Cylinder((0, 0, 0), (0, 0, 1), 2, 30, 60, (1, 0, 0)), (0, 0, 0), (R3, R3, 1)),
+    (co.Cone((0, 0, 0), (0, 0, 4), 1, 3), (-3, -3, 0), (3, 3, 4)),
+    (co.Cone((0, 0, 0), (4, 0, 0), 1, 0), (0, -1, -1), (4, 1, 1)),
     (DoubleCone(2), (-INF, -INF, -INF), (INF, INF, INF)),
     (DoubleCone(2, (-1, 3)), (-6, -6, -1), (6, 6, 3)),
     (DoubleCone(2, (0, INF)), (-INF, -INF, 0), (INF, INF, INF)),
@@ -174,59 +169,59 @@ PRIMITIVES = [
     (EllipticParaboloid(1, 4, (1, 4)), (-2, -1, 1), (2, 1, 4)),
     (EllipticParaboloid(1, 4, (-3, 4)), (-2, -1, 0), (2, 1, 4)),
     (EllipticParaboloid(1, 4).rotate((1, 0, 0), 90), (-INF, -INF, -INF), (INF, 0, INF)),
-    (EllipticParaboloid(1, 4) & HalfSpace((0, 0, 1), -1), (INF, INF, INF), (-INF, -INF, -INF)),
+    (EllipticParaboloid(1, 4) & co.HalfSpace((0, 0, 1), -1), (INF, INF, INF), (-INF, -INF, -INF)),
     (OneSheetHyperboloid(1, 4, 1), (-INF, -INF, -INF), (INF, INF, INF)),
     (OneSheetHyperboloid(1, 4, 1, (-1, R3)), (-2, -1, -1), (2, 1, R3)),
     (TwoSheetHyperboloid(1, 1, 4), (-INF, -INF, -INF), (INF, INF, INF)),
     (TwoSheetHyperboloid(1, 1, 4, (0, INF)), (-INF, -INF, 0.5), (INF, INF, INF)),
     (TwoSheetHyperboloid(1, 1, 4, (-2, 1)), (-math.sqrt(15), -math.sqrt(15), -2), (math.sqrt(15), math.sqrt(15), 1)),
-    (TwoSheetHyperboloid(1, 1, 4) & Box((-9, -9, -0.4), (9, 9, 0.4)), (INF, INF, INF), (-INF, -INF, -INF)),
+    (TwoSheetHyperboloid(1, 1, 4) & co.Box((-9, -9, -0.4), (9, 9, 0.4)), (INF, INF, INF), (-INF, -INF, -INF)),
     (EllipticCone(1, 4, 1, (-1, 2)), (-2, -1, -1), (2, 1, 2)),
     (EllipticCylinder(1, 4), (-1, -0.5, -INF), (1, 0.5, INF)),
     (EllipticCylinder(1, 4, (2, 3)).translate((0, 0, 1)), (-1, -0.5, 3), (1, 0.5, 4)),
     (EllipticCylinder(1, 4).rotate((0, 1, 0), 90), (-INF, -0.5, -1), (INF, 0.5, 1)),
     (HyperbolicParaboloid(1, 1), (-INF, -INF, -INF), (INF, INF, INF)),
     # z >= x² - y² reaches down to -1 in the box, where y = ±1
-    (HyperbolicParaboloid(1, 1, Box((-1, -1, -2), (1, 1, 2))), (-1, -1, -1), (1, 1, 2)),
-    (HyperbolicParaboloid(1, 1, Box((-2, 0, -9), (2, 0.5, 0))), (-0.5, 0, -0.25), (0.5, 0.5, 0)),
+    (HyperbolicParaboloid(1, 1, co.Box((-1, -1, -2), (1, 1, 2))), (-1, -1, -1), (1, 1, 2)),
+    (HyperbolicParaboloid(1, 1, co.Box((-2, 0, -9), (2, 0.5, 0))), (-0.5, 0, -0.25), (0.5, 0.5, 0)),
     (HyperbolicCylinder(1, 1), (-INF, -INF, -INF), (INF, INF, INF)),
-    (HyperbolicCylinder(1, 1, Box((-9, -1, 0), (9, 1, 2))), (-R2, -1, 0), (R2, 1, 2)),
-    (HyperbolicCylinder(1, 1) & Box((2, -1, 0), (9, 1, 2)), (INF, INF, INF), (-INF, -INF, -INF)),
-    (HyperbolicCylinder(1, 1, Box((2, -2, 0), (9, 1, 2))), (2, -2, 0), (math.sqrt(5), -R3, 2)),
+    (HyperbolicCylinder(1, 1, co.Box((-9, -1, 0), (9, 1, 2))), (-R2, -1, 0), (R2, 1, 2)),
+    (HyperbolicCylinder(1, 1) & co.Box((2, -1, 0), (9, 1, 2)), (INF, INF, INF), (-INF, -INF, -INF)),
+    (HyperbolicCylinder(1, 1, co.Box((2, -2, 0), (9, 1, 2))), (2, -2, 0), (math.sqrt(5), -R3, 2)),
     (ParabolicCylinder(2), (-INF, 0, -INF), (INF, INF, INF)),
     (ParabolicCylinder(2).rotate((0, 0, 1), 90), (-INF, -INF, -INF), (0, INF, INF)),
-    (ParabolicCylinder(2, Box((-9, -1, 0), (1, 4, 2))), (-4, 0, 0), (1, 4, 2)),
+    (ParabolicCylinder(2, co.Box((-9, -1, 0), (1, 4, 2))), (-4, 0, 0), (1, 4, 2)),
     # Turned by 45°: y - x over x² <= 4 y is least at x = 2, y = 1
-    (ParabolicCylinder(2, Box((0, -1, 0), (9, 4, 2))).rotate((0, 0, 1), -45), (0, -1 / R2, 0), (8 / R2, 2 * R2, 2)),
-    (HalfSpace((0, 0, -2), 3), (-INF, -INF, -1.5), (INF, INF, INF)),
-    (HalfSpace((0, 1, 1), 0).rotate((1, 0, 0), 45), (-INF, -INF, -INF), (INF, INF, 0)),
-    (HalfSpace((0, 1, 2), 0), (-INF, -INF, -INF), (INF, INF, INF)),
-    (~HalfSpace((0, 0, -2), 3), (-INF, -INF, -INF), (INF, INF, -1.5)),
-    (Polyhedron(((1, 1, 1), (-1, 0, 0), (0, -1, 0), (0, 0, -1)), (3, 0, 0, 0)), (0, 0, 0), (3, 3, 3)),
-    (Polyhedron(((1, 0, 0), (-1, 0, 0)), (1, 1)), (-1, -INF, -INF), (1, INF, INF)),
-    (Polyhedron(((1, 1, 0), (-1, -1, 0)), (1, 1)).rotate((0, 0, 1), 45), (-INF, -1 / R2, -INF), (INF, 1 / R2, INF)),
+    (ParabolicCylinder(2, co.Box((0, -1, 0), (9, 4, 2))).rotate((0, 0, 1), -45), (0, -1 / R2, 0), (8 / R2, 2 * R2, 2)),
+    (co.HalfSpace((0, 0, -2), 3), (-INF, -INF, -1.5), (INF, INF, INF)),
+    (co.HalfSpace((0, 1, 1), 0).rotate((1, 0, 0), 45), (-INF, -INF, -INF), (INF, INF, 0)),
+    (co.HalfSpace((0, 1, 2), 0), (-INF, -INF, -INF), (INF, INF, INF)),
+    (~co.HalfSpace((0, 0, -2), 3), (-INF, -INF, -INF), (INF, INF, -1.5)),
+    (co.Polyhedron(((1, 1, 1), (-1, 0, 0), (0, -1, 0), (0, 0, -1)), (3, 0, 0, 0)), (0, 0, 0), (3, 3, 3)),
+    (co.Polyhedron(((1, 0, 0), (-1, 0, 0)), (1, 1)), (-1, -INF, -INF), (1, INF, INF)),
+    (co.Polyhedron(((1, 1, 0), (-1, -1, 0)), (1, 1)).rotate((0, 0, 1), 45), (-INF, -1 / R2, -INF), (INF, 1 / R2, INF)),
     (HEXAGON.rotate((0, 0, 1), 30), (-2, -R3, -INF), (2, R3, INF)),
     (HEXAGON.rotate((0, 0, 1), 170).rotate((0, 1, 0), -6).rotate((1, 0, 0), 119), (-INF, -INF, -INF), (INF, INF, INF)),
-    (Polyhedron(((1, 0, 0), (-1, 0, 0)), (1, -2)), (INF, INF, INF), (-INF, -INF, -INF)),
-    (Polyhedron(((1, 0, 0), (1, 1, 0), (1, -1, 0)), (5, 1, 1)), (-INF, -INF, -INF), (1, INF, INF)),
-    (~Polyhedron(((1, 0, 0),), (1,)), (1, -INF, -INF), (INF, INF, INF)),
-    (Quadric(coefficients=dict(xx=1, yy=0.25, zz=4, x=-2)), (0, -2, -0.5), (2, 2, 0.5)),
+    (co.Polyhedron(((1, 0, 0), (-1, 0, 0)), (1, -2)), (INF, INF, INF), (-INF, -INF, -INF)),
+    (co.Polyhedron(((1, 0, 0), (1, 1, 0), (1, -1, 0)), (5, 1, 1)), (-INF, -INF, -INF), (1, INF, INF)),
+    (~co.Polyhedron(((1, 0, 0),), (1,)), (1, -INF, -INF), (INF, INF, INF)),
+    (co.Quadric(coefficients=dict(xx=1, yy=0.25, zz=4, x=-2)), (0, -2, -0.5), (2, 2, 0.5)),
     # x² + x y + y² + z² <= 1: inverse of [[1, ½], [½, 1]] has 4/3 on the diagonal
-    (Quadric(coefficients=dict(xx=1, yy=1, zz=1, xy=1, constant=-1)), (-2 / R3, -2 / R3, -1), (2 / R3, 2 / R3, 1)),
-    (Quadric(coefficients=dict(xx=1, yy=1, z=-1, constant=2)), (-INF, -INF, 2), (INF, INF, INF)),
-    (Quadric(coefficients=dict(xx=1, yy=1, z=1, constant=2)), (-INF, -INF, -INF), (INF, INF, -2)),
-    (Quadric(coefficients=dict(xx=1, z=-1)), (-INF, -INF, 0), (INF, INF, INF)),
-    (Quadric(coefficients=dict(xx=1, constant=-4)), (-2, -INF, -INF), (2, INF, INF)),
+    (co.Quadric(coefficients=dict(xx=1, yy=1, zz=1, xy=1, constant=-1)), (-2 / R3, -2 / R3, -1), (2 / R3, 2 / R3, 1)),
+    (co.Quadric(coefficients=dict(xx=1, yy=1, z=-1, constant=2)), (-INF, -INF, 2), (INF, INF, INF)),
+    (co.Quadric(coefficients=dict(xx=1, yy=1, z=1, constant=2)), (-INF, -INF, -INF), (INF, INF, -2)),
+    (co.Quadric(coefficients=dict(xx=1, z=-1)), (-INF, -INF, 0), (INF, INF, INF)),
+    (co.Quadric(coefficients=dict(xx=1, constant=-4)), (-2, -INF, -INF), (2, INF, INF)),
     # (x + y)² <= 2 is |x + y| <= sqrt(2), a slab of |x'| <= 1 across the diagonal
-    (Quadric(coefficients=dict(xx=1, yy=1, xy=2, constant=-2)).rotate((0, 0, 1), 45), (-INF, -1, -INF), (INF, 1, INF)),
-    (Quadric(coefficients=dict(xx=1, yy=1, zz=1, constant=1)), (INF, INF, INF), (-INF, -INF, -INF)),
-    (Quadric(coefficients=dict(xx=1, yy=1, zz=1)), (0, 0, 0), (0, 0, 0)),
-    (Quadric(coefficients=dict(xx=1, yy=1, x=-2, constant=1)), (1, 0, -INF), (1, 0, INF)),
-    (Quadric(coefficients=dict(xx=-1)), (-INF, -INF, -INF), (INF, INF, INF)),
-    (Quadric(coefficients=dict(xx=1, yy=-1)), (-INF, -INF, -INF), (INF, INF, INF)),
-    (~Quadric(coefficients=dict(xx=-1, yy=-1, zz=-1, constant=4)), (-2, -2, -2), (2, 2, 2)),
-    (Quadric(coefficients=dict(y=-2, constant=3)), (-INF, 1.5, -INF), (INF, INF, INF)),
-    (~Quadric(coefficients=dict(y=-2, constant=3)), (-INF, -INF, -INF), (INF, 1.5, INF)),
+    (co.Quadric(coefficients=dict(xx=1, yy=1, xy=2, constant=-2)).rotate((0, 0, 1), 45), (-INF, -1, -INF), (INF, 1, INF)),
+    (co.Quadric(coefficients=dict(xx=1, yy=1, zz=1, constant=1)), (INF, INF, INF), (-INF, -INF, -INF)),
+    (co.Quadric(coefficients=dict(xx=1, yy=1, zz=1)), (0, 0, 0), (0, 0, 0)),
+    (co.Quadric(coefficients=dict(xx=1, yy=1, x=-2, constant=1)), (1, 0, -INF), (1, 0, INF)),
+    (co.Quadric(coefficients=dict(xx=-1)), (-INF, -INF, -INF), (INF, INF, INF)),
+    (co.Quadric(coefficients=dict(xx=1, yy=-1)), (-INF, -INF, -INF), (INF, INF, INF)),
+    (~co.Quadric(coefficients=dict(xx=-1, yy=-1, zz=-1, constant=4)), (-2, -2, -2), (2, 2, 2)),
+    (co.Quadric(coefficients=dict(y=-2, constant=3)), (-INF, 1.5, -INF), (INF, INF, INF)),
+    (~co.Quadric(coefficients=dict(y=-2, constant=3)), (-INF, -INF, -INF), (INF, 1.5, INF)),
 ]  # fmt: skip
 
 
@@ -245,15 +240,15 @@ def test_bounds_are_the_known_ones(shape, low, high) -> None:
 
 @pytest.mark.parametrize("scale", [1e-90, 1e-9, 1e9, 1e90])
 def test_bounds_scale_with_the_solid(scale: float) -> None:
-    cap = Sphere(scale) & HalfSpace((0, 0, -1), -scale / 2)
-    cup = EllipticParaboloid(1 / scale, 2 / scale) & HalfSpace((0, 0, 1), 1.5 * scale)
+    cap = co.Sphere(scale) & co.HalfSpace((0, 0, -1), -scale / 2)
+    cup = EllipticParaboloid(1 / scale, 2 / scale) & co.HalfSpace((0, 0, 1), 1.5 * scale)
     for shape, name in ((cap, "cap"), (cup, "paraboloid")):
         for found, expected in zip(shape.bounds, KNOWN[name][1:], strict=True):
             np.testing.assert_allclose(found / scale, expected, rtol=1e-11, atol=1e-12)
 
 
 CONVEX = [
-    Sphere(1.2),
+    co.Sphere(1.2),
     Ellipsoid((1, 2, 0.5)),
     EllipticParaboloid(1, 3),
     EllipticCylinder(1, 4),
@@ -265,7 +260,7 @@ OTHERS = [
     DoubleCone(0.7),
     SADDLE,
     HyperbolicCylinder(1, 4),
-    Quadric(coefficients=dict(xx=1, yy=-1, xy=0.5, z=1, x=0.3, constant=0.1)),
+    co.Quadric(coefficients=dict(xx=1, yy=-1, xy=0.5, z=1, x=0.3, constant=0.1)),
 ]
 
 
@@ -279,7 +274,7 @@ def test_random_cuts_hold_the_solid_and_touch_it(quadric, seed: int) -> None:
     rng = np.random.default_rng([seed, 7])
     normals = rng.normal(size=(rng.integers(1, 7), 3))
     offsets = rng.uniform(0.2, 1.5, len(normals))
-    planes = [HalfSpace(tuple(n), d) for n, d in zip(normals.tolist(), offsets.tolist(), strict=True)]
+    planes = [co.HalfSpace(tuple(n), d) for n, d in zip(normals.tolist(), offsets.tolist(), strict=True)]
     motion = random_motion(rng)
     low, high = intersection(quadric, *planes).bounds_under(motion)
     parts = [quadric.tree(), *(plane.tree() for plane in planes)]
@@ -304,18 +299,18 @@ def test_random_cuts_hold_the_solid_and_touch_it(quadric, seed: int) -> None:
 def test_thousands_of_holes_and_deep_trees_stay_quick() -> None:
     """The limit bounds the work, not the time. Both would take minutes if they tried every candidate."""
     started = time.process_time()
-    plate = Box((0, 0, 0), (100, 100, 1))
+    plate = co.Box((0, 0, 0), (100, 100, 1))
     for k in range(1000):
-        plate = plate - Cylinder((k % 50, k // 50, -1), (k % 50, k // 50, 2), 0.3)
+        plate = plate - co.Cylinder((k % 50, k // 50, -1), (k % 50, k // 50, 2), 0.3)
     assert [end.tolist() for end in plate.bounds] == [[0, 0, 0], [100, 100, 1]]
-    body: Solid = Sphere()
+    body: Solid = co.Sphere()
     for k in range(300):
-        body = Sphere(1 + k / 300) - (body & HalfSpace((1, k, 0), k))
+        body = co.Sphere(1 + k / 300) - (body & co.HalfSpace((1, k, 0), k))
     low, high = body.bounds
     assert (low >= -2).all()
     assert (high <= 2).all()
-    facets = [HalfSpace((math.cos(k), math.sin(k), math.cos(7 * k)), 1.5) for k in range(60)]
-    low, high = intersection(Sphere(), *facets).bounds
+    facets = [co.HalfSpace((math.cos(k), math.sin(k), math.cos(7 * k)), 1.5) for k in range(60)]
+    low, high = intersection(co.Sphere(), *facets).bounds
     assert (low >= -1).all()
     assert (high <= 1).all()
     assert time.process_time() - started < 30
@@ -467,7 +462,7 @@ ENDLESS = {
         co.DoubleCone(0.5) & co.HalfSpace((0, 0, -1), 4) & co.HalfSpace((0, 0, 1), -1), (-2, -2, -4), (2, 2, -1)
     ),
     "what the outside of a hyperboloid leaves": (
-        co.Complement(Quadric(coefficients=dict(xx=-1, yy=-1, zz=1, constant=1))) & UP & DOWN,
+        co.Complement(co.Quadric(coefficients=dict(xx=-1, yy=-1, zz=1, constant=1))) & UP & DOWN,
         (-math.sqrt(17), -math.sqrt(17), 1), (math.sqrt(17), math.sqrt(17), 4),
     ),
     "a sector of a cone, to its apex": (
@@ -480,7 +475,7 @@ ENDLESS = {
     ),
     # x² + y² - 2^31 x <= 2^30 z²: so flat that the surface is written about the origin
     "a hyperboloid far from its center": (
-        Quadric(coefficients=dict(xx=2.0**-30, yy=2.0**-30, zz=-1, x=-2)) & UP & DOWN,
+        co.Quadric(coefficients=dict(xx=2.0**-30, yy=2.0**-30, zz=-1, x=-2)) & UP & DOWN,
         (2.0**30 - WIDE, -WIDE, 1), (2.0**30 + WIDE, WIDE, 4),
     ),
 }  # fmt: skip
@@ -606,13 +601,13 @@ def test_bounds_of_unbounded_solids_hold_them(sample: Sample) -> None:
 
 
 EXACT = [
-    (Box((-3, 0, 0.1), (1, 2, 0.3)), (-3, 0, 0.1), (1, 2, 0.3)),
+    (co.Box((-3, 0, 0.1), (1, 2, 0.3)), (-3, 0, 0.1), (1, 2, 0.3)),
     (EllipticParaboloid(1, 4, (1, 4)), (-2, -1, 1), (2, 1, 4)),
     (EllipticCylinder(1, 4, (-1, 2)), (-1, -0.5, -1), (1, 0.5, 2)),
     (DoubleCone(2, (-1, 3)), (-6, -6, -1), (6, 6, 3)),
-    (HyperbolicParaboloid(1, 1, Box()), (-1, -1, -1), (1, 1, 1)),
-    (Quadric(coefficients=dict(xx=1, yy=0.25, zz=4, x=-2)), (0, -2, -0.5), (2, 2, 0.5)),
-    (Polyhedron(((1, 1, 1), (-1, 0, 0), (0, -1, 0), (0, 0, -1)), (3, 0, 0, 0)), (0, 0, 0), (3, 3, 3)),
+    (HyperbolicParaboloid(1, 1, co.Box()), (-1, -1, -1), (1, 1, 1)),
+    (co.Quadric(coefficients=dict(xx=1, yy=0.25, zz=4, x=-2)), (0, -2, -0.5), (2, 2, 0.5)),
+    (co.Polyhedron(((1, 1, 1), (-1, 0, 0), (0, -1, 0), (0, 0, -1)), (3, 0, 0, 0)), (0, 0, 0), (3, 3, 3)),
 ]
 
 

@@ -375,8 +375,9 @@ def test_a_face_on_several_surfaces_is_no_wall():
         co.Wall(Slab(), 0)
 
 
-def test_missing_walls_are_refused():
-    for call, error, message in (
+@pytest.mark.parametrize(
+    ("call", "error", "message"),
+    [
         (lambda: co.Wall(co.Box(), 6), ValueError, r"Wall: face must be one of Box's, 0, 1, 2, 3, 4, 5, got 6"),
         (
             lambda: co.Wall(co.Box() | co.Sphere(), 0),
@@ -384,6 +385,8 @@ def test_missing_walls_are_refused():
             r"Wall: solid must be a primitive, got Union; Wall\(part, face\) & others",
         ),
         (lambda: co.Wall(co.Disc((0, 0, 0), (0, 0, 1), 1), 0), TypeError, r"Wall: solid must be a solid, got Disc"),
-    ):
-        with pytest.raises(error, match=message):
-            call()
+    ],
+)
+def test_missing_walls_are_refused(call, error, message):
+    with pytest.raises(error, match=message):
+        call()

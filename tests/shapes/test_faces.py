@@ -22,8 +22,7 @@ from conicoid.geometry.quadrics import (
 )
 from conicoid.geometry.shape import PrimitiveSolid
 
-from .catalogue import MATRIX, SAMPLES, Sample
-from .evaluate import faces, gradient, uv, value
+from .samples import MATRIX, SAMPLES, Sample, faces, gradient, uv, value
 
 # --- Face numbers, uv and outward normals at points, by hand
 

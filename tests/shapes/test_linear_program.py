@@ -150,13 +150,11 @@ def random_cell(rng: np.random.Generator, count: int) -> list[tuple[Any, Any]]:
 
 
 @pytest.mark.parametrize("count", [0, 1, 3, 6])
-def test_boxes_hold_all_corners_tightly(count, monkeypatch) -> None:
+def test_boxes_hold_all_corners_tightly(count, noted_calls) -> None:
     """All bodies have one plan, or each is alone. Floats decide nearly all."""
     rng = np.random.default_rng(count)
     cells = [random_cell(rng, count) for _ in range(12)]
-    left: list[Any] = []
-    exact = shape.region_bounds
-    monkeypatch.setattr(shape, "region_bounds", lambda *of, **sides: left.append(of) or exact(*of, **sides))
+    left = noted_calls(shape, "region_bounds")
     solids = [co.Intersection(tuple(co.HalfSpace(*plane) for plane in planes)) for planes in cells]
     together = co.Scene(solids)._prepared.lowered.boxes
     for planes, solid, box in zip(cells, solids, together, strict=True):

@@ -76,11 +76,8 @@ def test_faces_together_give_the_numbers_of_each(name: str):
         assert np.array_equal(row, single.row)
 
 
-def test_a_flat_solid_that_stands_twice_at_one_place_is_lowered_once(monkeypatch):
-    counts, first_columns = [], PrimitiveBatch._first_columns
-    monkeypatch.setattr(
-        PrimitiveBatch, "_first_columns", lambda self, key, of, *rest: counts.append(len(of)) or first_columns(self, key, of, *rest)
-    )  # fmt: skip
+def test_a_flat_solid_that_stands_twice_at_one_place_is_lowered_once(noted_calls):
+    counts = noted_calls(PrimitiveBatch, "_first_columns", lambda self, key, of, *rest: len(of))
     twice = BATCHES["extrusions"]
     for shapes in (twice[:5], twice):
         batch = PrimitiveBatch()
@@ -92,10 +89,9 @@ def test_a_flat_solid_that_stands_twice_at_one_place_is_lowered_once(monkeypatch
 
 
 @pytest.mark.parametrize(("axis", "degrees"), [("x", 90), ("x", 30), ((1, 2, 3), 25)])
-def test_faces_of_a_turned_solid_are_recorded(axis, degrees, monkeypatch):
+def test_faces_of_a_turned_solid_are_recorded(axis, degrees, noted_calls):
     """Sources of OpenSCAD turn cylinders of a hundred sides. A face takes 10 µs from a recording, and 15 ms alone."""
-    computed = []
-    monkeypatch.setattr(primitive_batch, "compute_shape", lambda face: computed.append(face) or compute_shape(face))
+    computed = noted_calls(primitive_batch, "compute_shape")
     quadrangles = [co.Extrusion([(0, 0), (1 + 0.1 * k, 0), (1, 1), (0, 0.7)]) for k in range(8)]
     for solids in ([PRISM], quadrangles):
         shapes = [solid.translate((0.1, 0.2, 0.3)).rotate(axis, degrees) for solid in solids]

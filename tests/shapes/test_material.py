@@ -3,7 +3,6 @@
 import dataclasses
 import math
 import pickle
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,7 +11,6 @@ import conicoid as co
 from conicoid.materials.background import as_background
 from conicoid.materials.color import amount_rgb, check_amount, check_color, linear_rgb, srgb_decode, srgb_encode
 from conicoid.materials.light import as_lights
-from conicoid.materials.material import Material
 from conicoid.materials.presets import CONSTRUCTORS
 
 # --- Materials, textures, lights and backgrounds: errors name the wrong field
@@ -23,14 +21,14 @@ def test_named_constructors_give_equal_records_that_survive_their_fields(name):
     material = CONSTRUCTORS[name]()
     assert material == CONSTRUCTORS[name]()
     assert hash(material) == hash(CONSTRUCTORS[name]())
-    fields = {field.name: getattr(material, field.name) for field in dataclasses.fields(Material)}
-    assert Material(**fields) == material
+    fields = {field.name: getattr(material, field.name) for field in dataclasses.fields(co.Material)}
+    assert co.Material(**fields) == material
 
 
 @pytest.mark.parametrize(("material", "field", "value"), [
     (co.phong("red"), "highlight", "phong"), (co.blinn_phong("red"), "highlight", "blinn_phong"), (co.mirror(0.9), "reflectivity", 0.9),
     (co.glass(co.materials.WATER), "refractive_index", 1.33), (co.matte("red"), "specular", 0), (co.metal((1, 0.5, 0.2)), "fresnel", True),
-    (co.metal((1, 0.5, 0.2), reflectivity=0.5), "reflectivity", (0.5, 0.25, 0.1)), (Material(color=[1, 0, 0]), "color", (1.0, 0.0, 0.0)),
+    (co.metal((1, 0.5, 0.2), reflectivity=0.5), "reflectivity", (0.5, 0.25, 0.1)), (co.Material(color=[1, 0, 0]), "color", (1.0, 0.0, 0.0)),
     (co.Checker("red", [0, 0, 1], scale=[2, 1]), "scales", (2.0, 1.0, 1.0)), (co.Checker(scale=2), "scales", (2.0, 2.0, 2.0)),
     (co.PointLight((0, 0, 0), intensity=[10, 2, 3]), "intensity", (10.0, 2.0, 3.0)),
 ])  # fmt: skip
@@ -65,20 +63,20 @@ REFUSED = [
     ),
     (lambda: as_background(3), TypeError, "Scene: background"),
     # materials, textures and surroundings name the field
-    (lambda: Material(color=(1, 2, 0)), ValueError, r"Material: color\[1\] must be in \[0, 1\], got 2.0"),
-    (lambda: Material(ambient=-1), ValueError, "Material: ambient must be >= 0, got -1.0"),
-    (lambda: Material(diffuse="much"), ValueError, "Material: diffuse must be a number, got 'much'"),
-    (lambda: Material(shininess=0), ValueError, "Material: shininess must be > 0, got 0.0"),
-    (lambda: Material(refractive_index=math.nan), ValueError, "Material: refractive_index"),
-    (lambda: Material(reflectivity=1.5), ValueError, r"Material: reflectivity must be in \[0, 1\], got 1.5"),
-    (lambda: Material(transparency=(0, 0)), ValueError, "Material: transparency must be 3 numbers"),
-    (lambda: Material(absorption=-2), ValueError, "Material: absorption must be >= 0, got -2.0"),
+    (lambda: co.Material(color=(1, 2, 0)), ValueError, r"Material: color\[1\] must be in \[0, 1\], got 2.0"),
+    (lambda: co.Material(ambient=-1), ValueError, "Material: ambient must be >= 0, got -1.0"),
+    (lambda: co.Material(diffuse="much"), ValueError, "Material: diffuse must be a number, got 'much'"),
+    (lambda: co.Material(shininess=0), ValueError, "Material: shininess must be > 0, got 0.0"),
+    (lambda: co.Material(refractive_index=math.nan), ValueError, "Material: refractive_index"),
+    (lambda: co.Material(reflectivity=1.5), ValueError, r"Material: reflectivity must be in \[0, 1\], got 1.5"),
+    (lambda: co.Material(transparency=(0, 0)), ValueError, "Material: transparency must be 3 numbers"),
+    (lambda: co.Material(absorption=-2), ValueError, "Material: absorption must be >= 0, got -2.0"),
     (
-        lambda: Material(highlight="gouraud"),
+        lambda: co.Material(highlight="gouraud"),
         ValueError,
         "Material: highlight must be 'phong' or 'blinn_phong', got 'gouraud'",
     ),
-    (lambda: Material(fresnel=1), ValueError, "Material: fresnel must be true or false, got 1"),
+    (lambda: co.Material(fresnel=1), ValueError, "Material: fresnel must be true or false, got 1"),
     (lambda: co.Checker(scale=0), ValueError, "Checker: scale must be > 0, got 0.0"),
     (lambda: co.Checker(scale=(1, -1)), ValueError, r"Checker: scale\[1\] must be > 0, got -1.0"),
     (lambda: co.Checker(scale=(1, 1, 1, 1)), ValueError, "Checker: scale must be 3 numbers, got 4"),
@@ -242,7 +240,7 @@ def test_pictures_are_those_of_the_bodies_apart(name: str) -> None:
 
 
 @pytest.mark.parametrize("count", [1, 30])
-def test_values(count: int, tmp_path: Any) -> None:
+def test_values(count: int, tmp_path) -> None:
     """Such entries are equal, and come back from pickles and scene files, inline and beside the scene."""
     shape = co.Spheres(np.tile(PLACES, (count, 1)), 1)
     body = co.Body(shape, materials=[RED, BLUE, None], material_index=np.tile(INDEX, count))
@@ -269,6 +267,6 @@ def test_one_material_for_each_needs_no_index() -> None:
     (lambda shape: co.Body(shape, material_index=[0] * 6), "material_index must be left out, or go with materials"),
     (lambda shape: co.Body(shape.single(0), materials=["red"]), "materials are for many bodies in one entry"),
 ])  # fmt: skip
-def test_refusals(make: Any, message: str) -> None:
+def test_refusals(make, message: str) -> None:
     with pytest.raises((TypeError, ValueError), match=f"^Body: {message}"):
         make(ENTRIES["Boxes"])

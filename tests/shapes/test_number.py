@@ -154,9 +154,11 @@ def test_fractions_are_recognised(ratio):
     assert simplest_ratio(blurred, 1024) == ratio
 
 
-def test_inexact_numbers_are_no_fractions():
-    for value in (sqrt(2), sin_cos_degrees(20)[0], sqrt(3) / 7, exact(Fraction(3**900, 7**800)) * sqrt(5) / sqrt(5)):
-        assert simplest_ratio(value, 1024) is None
+@pytest.mark.parametrize(
+    "value", [sqrt(2), sin_cos_degrees(20)[0], sqrt(3) / 7, exact(Fraction(3**900, 7**800)) * sqrt(5) / sqrt(5)]
+)
+def test_inexact_numbers_are_no_fractions(value):
+    assert simplest_ratio(value, 1024) is None
 
 
 @pytest.mark.parametrize(("first", "second"), list(itertools.combinations((15, 33.25, 75, 105, 170.125), 2)))
@@ -221,8 +223,8 @@ def test_threads_do_not_share_a_precision():
     assert not wrong
 
 
-def test_zero_divided_by_an_inexact_number_is_zero():
+@pytest.mark.parametrize("zero", [exact(0), exact(0.0)])
+def test_zero_divided_by_an_inexact_number_is_zero(zero):
     root = sqrt(2)
-    for zero in (exact(0), exact(0.0)):
-        assert zero / root == 0
-        assert not (zero / root).off
+    assert zero / root == 0
+    assert not (zero / root).off

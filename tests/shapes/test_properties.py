@@ -104,12 +104,18 @@ def test_others_are_refused_by_name(properties, message):
         co.Material(properties=properties)
 
 
-def test_names_are_texts():
-    for wrong in ("", 3, b"lead"):
-        with pytest.raises(ValueError, match="Material: name must be a non-empty text or None"):
-            co.matte(name=wrong)
-    with pytest.raises(KeyError, match="no property 'densty'; properties: 'density'"):
-        co.matte(properties={"density": 1}).properties["densty"]
+@pytest.mark.parametrize(("call", "error", "message"), [
+    *((lambda name=name: co.matte(name=name), ValueError, "Material: name must be a non-empty text or None") for name in ("", 3, b"lead")),
+    (lambda: co.matte(properties={"density": 1}).properties["densty"], KeyError, "no property 'densty'; properties: 'density'"),
+    (lambda: co.Painted(co.Box(), "red", (-1,)), ValueError, r"Painted: faces\[0\] must be an integer >= 0, got -1"),
+    (lambda: co.Painted(co.Box(), "red", (0.5,)), ValueError, r"Painted: faces\[0\] must be an integer"),
+    (lambda: co.Painted(co.Box(), "red", "red"), TypeError, "Painted: faces must be numbers of faces"),
+    (lambda: co.Scene([co.Box().painted("red", (6,))]).first_hit((0, 0, 5), (0, 0, -1)), ValueError,
+     "Painted: faces must be below 6, of its operand, got 6"),
+])  # fmt: skip
+def test_names_and_faces_to_paint_are_checked(call, error, message):
+    with pytest.raises(error, match=message):
+        call()
 
 
 @pytest.mark.parametrize("suffix", [".yaml", ".json"])
@@ -206,16 +212,3 @@ def test_single_faces_are_painted(count):
                 for one in (scene, co.Scene([co.Body(box.translate(at), colour)], light))
             )
             assert painted_pixels.tolist() == plain.tolist(), (shape, direction)
-
-
-def test_faces_to_paint_are_checked():
-    box = co.Box()
-    for faces, error, message in (
-        ((-1,), ValueError, r"Painted: faces\[0\] must be an integer >= 0, got -1"),
-        ((0.5,), ValueError, r"Painted: faces\[0\] must be an integer"),
-        ("red", TypeError, "Painted: faces must be numbers of faces"),
-    ):
-        with pytest.raises(error, match=message):
-            co.Painted(box, "red", faces)
-    with pytest.raises(ValueError, match="Painted: faces must be below 6, of its operand, got 6"):
-        co.Scene([box.painted("red", (6,))]).first_hit((0, 0, 5), (0, 0, -1))

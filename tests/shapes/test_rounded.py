@@ -88,18 +88,18 @@ def test_products_are_added_from_the_first_term_to_the_last():
     assert (matmul_rows(a[0], b) == matmul_rows(a, b)[0]).all()
 
 
-def test_stationary_directions_are_eigenvectors_across_the_normal():
+@pytest.mark.parametrize("squares", [(1, 1, -1), (1, -1, 0), (1, 0, 0), (1, 1, 1), (-1, -1, 1), (0, 0, 0)])
+def test_stationary_directions_are_eigenvectors_across_the_normal(squares):
     """P S P v = λ v with P the projection across n. Where S is the same in all directions across n, any two will do."""
     normals = np.concatenate([unit_rows(np.random.default_rng(5).normal(size=(40, 3)))[0], np.eye(3), -np.eye(3)])
-    for squares in ((1, 1, -1), (1, -1, 0), (1, 0, 0), (1, 1, 1), (-1, -1, 1), (0, 0, 0)):
-        first, second = _stationary_directions(normals, np.array(squares, float)).reshape(2, -1, 3)
-        assert np.abs((first * second).sum(axis=1)).max() < 1e-15
-        for v in (first, second):
-            assert np.abs((v * v).sum(axis=1) - 1).max() < 1e-15
-            assert np.abs((v * normals).sum(axis=1)).max() < 1e-15
-            image = v * squares
-            image -= (image * normals).sum(axis=1)[:, None] * normals
-            assert np.abs(image - (image * v).sum(axis=1)[:, None] * v).max() < 1e-14
+    first, second = _stationary_directions(normals, np.array(squares, float)).reshape(2, -1, 3)
+    assert np.abs((first * second).sum(axis=1)).max() < 1e-15
+    for v in (first, second):
+        assert np.abs((v * v).sum(axis=1) - 1).max() < 1e-15
+        assert np.abs((v * normals).sum(axis=1)).max() < 1e-15
+        image = v * squares
+        image -= (image * normals).sum(axis=1)[:, None] * normals
+        assert np.abs(image - (image * v).sum(axis=1)[:, None] * v).max() < 1e-14
 
 
 def test_the_axis_along_which_a_vector_is_least_is_the_first_of_several():

@@ -8,7 +8,7 @@ import pytest
 from conicoid.geometry.cell import PolygonSheet, SurfaceSheet
 from conicoid.geometry.sheets import CylinderPatch, Disc, Plane, Polygon, Triangle
 
-from .evaluate import gradient, uv, value
+from .samples import gradient, uv, value
 
 INF = math.inf
 R2, R3 = math.sqrt(2), math.sqrt(3)

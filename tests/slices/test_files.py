@@ -252,14 +252,14 @@ def test_vti(tmp_path):
         assert (values.reshape(8, 6, 4) == expected.transpose(2, 1, 0)).all()  # x goes fastest
 
 
-def test_nrrd(tmp_path):
+@pytest.mark.parametrize(("voxels", "array"), [(IDS, IDS.body), (SHARES, SHARES.fractions)])
+def test_nrrd(tmp_path, voxels, array):
     nrrd = pytest.importorskip("nrrd")
-    for voxels, array in ((IDS, IDS.body), (SHARES, SHARES.fractions)):
-        voxels.save(tmp_path / "voxels.nrrd")
-        values, header = nrrd.read(str(tmp_path / "voxels.nrrd"))
-        assert (values == array).all()
-        assert header["space origin"].tolist() == [-0.75, -0.75, -0.75]
-        assert header["space directions"][-3:].tolist() == [[0.5, 0, 0], [0, 0.5, 0], [0, 0, 0.5]]
+    voxels.save(tmp_path / "voxels.nrrd")
+    values, header = nrrd.read(str(tmp_path / "voxels.nrrd"))
+    assert (values == array).all()
+    assert header["space origin"].tolist() == [-0.75, -0.75, -0.75]
+    assert header["space directions"][-3:].tolist() == [[0.5, 0, 0], [0, 0.5, 0], [0, 0, 0.5]]
 
 
 def test_zarr(tmp_path):

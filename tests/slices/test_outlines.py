@@ -8,7 +8,6 @@ import pytest
 import conicoid as co
 from benchmarks.same_answers import solids
 from conicoid.apps.section import outline
-from conicoid.apps.section.slice import Slice
 
 from ..samples import deep, deeper
 
@@ -24,13 +23,13 @@ def planes(rng: np.random.Generator, count: int):
         yield -0.5 * u - 0.5 * v + rng.normal(scale=0.2, size=3), u, v
 
 
-def place(cut: Slice, points):
+def place(cut: co.section.Slice, points):
     """Return coordinates of points in the plane, along u and v."""
     sides = [side / math.sqrt(side @ side) for side in (cut.u, cut.v)]
     return np.stack([points @ side for side in sides], axis=-1)
 
 
-def rays_in(cut: Slice, rng: np.random.Generator, count: int):
+def rays_in(cut: co.section.Slice, rng: np.random.Generator, count: int):
     """Return lines in the plane: across, up and oblique."""
     s, t, angle = rng.uniform(0, 1, (count, 1)), rng.uniform(0, 1, (count, 1)), rng.uniform(0, 2 * np.pi, (count, 1))
     angle[: count // 2] = 0
@@ -45,7 +44,7 @@ def within(outline, where) -> bool:
     return any(outline._begin - slack <= t + turn <= outline._stop + slack for turn in turns)
 
 
-def check_roots(cut: Slice, scene: co.Scene, rng: np.random.Generator, count: int) -> int:
+def check_roots(cut: co.section.Slice, scene: co.Scene, rng: np.random.Generator, count: int) -> int:
     """Check that every crossing of rays in the plane is on an outline of its surface and its body, to 1e-12.
 
     Return how many.
@@ -67,7 +66,7 @@ def check_roots(cut: Slice, scene: co.Scene, rng: np.random.Generator, count: in
     return checked
 
 
-def check_sides(cut: Slice, scene: co.Scene) -> int:
+def check_sides(cut: co.section.Slice, scene: co.Scene) -> int:
     """Check that the bodies of an outline are a little to its left and right. Return at how many places."""
     left, right, bottom, top = cut.extent
     size, checked = max(right - left, top - bottom), 0
@@ -107,7 +106,7 @@ def test_walls_cross_walls_of_other_batches(monkeypatch):
     assert check_sides(cut, scene) > 5 * 16
 
 
-def only(cut: Slice):
+def only(cut: co.section.Slice):
     """Return the single outline of a slice."""
     (one,) = cut.outlines
     return one
@@ -256,19 +255,19 @@ def test_outlines_of_turned_shapes_are_near_those_at_rest(shape, degrees):
     assert np.array(ends(turned)) == pytest.approx(np.array(ends(rest)), abs=0.2 * abs(degrees) + 1e-12)
 
 
+@pytest.mark.parametrize("axis", ["x", "y", "z", (1, 1, 0), (1, 2, 3)])
 @pytest.mark.parametrize("degrees", [1e-100, 1e-20, 1e-16, 1e-9, 37])
-def test_a_plane_cuts_a_parabolic_cylinder_in_parabolas_or_lines(degrees):
+def test_a_plane_cuts_a_parabolic_cylinder_in_parabolas_or_lines(degrees, axis):
     """The turn may be very small: the determinant is zero, and so are both of its terms but for 1e-204."""
     windows = (
         ((-4, -4, 0.3), (8, 0, 0), (0, 8, 0)), ((0.2, -4, -4), (0, 8, 0), (0, 0, 8)), ((-4, 0.7, -4), (8, 0, 0), (0, 0, 8)),
         ((-4, -3, -4), (8, 0, 0), (0, 6, 8)), ((1, 1, 1), (2, 1, 2), (1, 2, -2)), ((-0.5, -3, -1), (2, 0, 1), (-1, 0, 2)),
     )  # fmt: skip
-    for axis in ("x", "y", "z", (1, 1, 0), (1, 2, 3)):
-        scene = co.Scene([co.ParabolicCylinder(1).rotate(axis, degrees)])
-        cuts = [scene.slice(origin=origin, u=u, v=v, pixels=8) for origin, u, v in windows]
-        kinds = {one.kind for cut in cuts for one in cut.outlines}
-        assert kinds, axis
-        assert kinds <= {"parabola", "line"}, axis
+    scene = co.Scene([co.ParabolicCylinder(1).rotate(axis, degrees)])
+    cuts = [scene.slice(origin=origin, u=u, v=v, pixels=8) for origin, u, v in windows]
+    kinds = {one.kind for cut in cuts for one in cut.outlines}
+    assert kinds, axis
+    assert kinds <= {"parabola", "line"}, axis
 
 
 @pytest.mark.parametrize("off", [s * 10.0**-k for k in (2, 4, 5, 6, 8, 10, 13, 15, 17, 30) for s in (1, -1)])
@@ -375,9 +374,9 @@ def test_a_far_center_costs_no_digit():
     assert x == pytest.approx(y * y / 2.0**41, abs=1e-15)
 
 
-def test_invalid_slices_are_refused():
-    scene = co.Scene([BALL])
-    for arguments, message in (
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
         (dict(plane="w"), "plane must be 'x', 'y' or 'z', got 'w'"),
         (dict(origin=(0, 0, 0)), "origin, u and v must be given together"),
         (dict(origin=(0, 0, 0), u=(1, 0, 0), v=(1, 1, 0)), "u and v must be at right angles"),
@@ -385,9 +384,12 @@ def test_invalid_slices_are_refused():
         (dict(plane="z", u=(1, 0, 0)), "leave out the axis"),
         (dict(origin=(0, 0, 0), u=(1, 0, 0), v=(0, 1, 0), at=1), "origin gives the place"),
         (dict(plane="z", pixels=0), "pixels must be a whole number"),
-    ):
-        with pytest.raises(ValueError, match=message):
-            scene.slice(**arguments)
+    ],
+)
+def test_invalid_slices_are_refused(arguments, message):
+    scene = co.Scene([BALL])
+    with pytest.raises(ValueError, match=message):
+        scene.slice(**arguments)
 
 
 @pytest.mark.parametrize("size", [1e-90, 1e90])

@@ -8,6 +8,8 @@ import pytest
 import conicoid as co
 from conicoid.apps.section import voxels, voxels as voxel_blocks
 
+from ..interruptions import Interruption
+
 SCENE = co.Scene([
     co.Body(co.Sphere(1) - co.Cylinder((0, 0, -2), (0, 0, 2), 0.5), co.matte("red", name="red"), "ring"),
     co.Body(co.Box((0.5, -1, -1), (1.5, 1, 0.5)), co.matte("blue", name="blue")),
@@ -36,24 +38,26 @@ def same_voxels(stored, in_memory):
     return np.array_equal(np.asarray(stored[...]), in_memory)
 
 
+@pytest.mark.parametrize(
+    "counts", [SHAPE, (1, 1, 1), (40, 1, 3), (3, 50, 2), (2, 3, 130), (9, 13, 10), (5, 65, 2), (3, 2, 200)]
+)
 @pytest.mark.parametrize("side", [4, 1])
-def test_boxes_hold_each_voxel_once(side):
-    for counts in (SHAPE, (1, 1, 1), (40, 1, 3), (3, 50, 2), (2, 3, 130), (9, 13, 10), (5, 65, 2), (3, 2, 200)):
-        visits = np.zeros(counts, int)
-        for box in voxel_blocks.block_boxes(counts, 130, side):
-            assert visits[box].size <= 130
-            assert all(part.start % side == 0 for part in box)
-            assert side > 1 or visits[box].flags.c_contiguous
-            visits[box] += 1
-        assert (visits == 1).all()
+def test_boxes_hold_each_voxel_once(side, counts):
+    visits = np.zeros(counts, int)
+    for box in voxel_blocks.block_boxes(counts, 130, side):
+        assert visits[box].size <= 130
+        assert all(part.start % side == 0 for part in box)
+        assert side > 1 or visits[box].flags.c_contiguous
+        visits[box] += 1
+    assert (visits == 1).all()
 
 
-def test_rows_are_whole_or_parts_of_one():
-    for first, second, each in ((10, 10, 1), (10, 10, 20), (10, 300, 1), (10, 300, 100)):
-        rows, columns = voxel_blocks.block_rows(first, second, each, 600)
-        assert rows == 1 or columns == second
-        assert columns == second or columns % 4 == 0
-        assert rows * columns * each <= max(600, 4 * each)
+@pytest.mark.parametrize(("first", "second", "each"), [(10, 10, 1), (10, 10, 20), (10, 300, 1), (10, 300, 100)])
+def test_rows_are_whole_or_parts_of_one(first, second, each):
+    rows, columns = voxel_blocks.block_rows(first, second, each, 600)
+    assert rows == 1 or columns == second
+    assert columns == second or columns % 4 == 0
+    assert rows * columns * each <= max(600, 4 * each)
 
 
 def test_ids_are_those_in_memory(path):
@@ -100,15 +104,11 @@ def test_files_hold_their_window(path):
     assert group["fractions"].chunks[0] == 1
 
 
-def test_interrupted_work_leaves_no_files(path):
-    def stop(done, count):
-        if done > count / 2:
-            raise KeyboardInterrupt
-
-    for options in ({}, dict(fractions="body")):
-        with pytest.raises(KeyboardInterrupt):
-            SCENE.voxels(WINDOW, SHAPE, path=path, progress=stop, **options)
-        assert list(path.parent.iterdir()) == []
+@pytest.mark.parametrize("options", [{}, dict(fractions="body")])
+def test_interrupted_work_leaves_no_files(path, options):
+    with pytest.raises(KeyboardInterrupt):
+        SCENE.voxels(WINDOW, SHAPE, path=path, progress=Interruption(2), **options)
+    assert list(path.parent.iterdir()) == []
 
 
 def test_workers_write_the_same(path):

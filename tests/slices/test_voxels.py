@@ -147,21 +147,14 @@ def test_parts_computed_by_workers_are_equal_to_the_bit():
     assert here.names == ("body 0", "ball")
 
 
-def test_invalid_voxels_are_refused():
-    scene = co.Scene([BALL])
-    for arguments, message in (
-        (dict(bounds=(0, 1)), "bounds"),
-        (dict(bounds=((0, 0, 0), (1, 1, 0))), "low below high"),
-        (dict(shape=0), "shape must be"),
-        (dict(shape=(1, 2)), "shape must be"),
-        (dict(shape=(1 << 20, 1 << 20, 1)), "GiB"),
-        (dict(fractions="bodies"), "did you mean 'body'"),
-        (dict(samples=0), "samples must be"),
-        (dict(axis="w"), "axis must be one of x, y, z"),
-    ):
-        with pytest.raises(ValueError, match=message):
-            scene.voxels(**arguments)
-    with pytest.raises(ValueError, match="bounds must be given"):
-        co.Scene([co.HalfSpace((0, 0, 1), 0)]).voxels()
-    with pytest.raises(ValueError, match="no fractions"):
-        scene.voxels(shape=2).volumes()
+@pytest.mark.parametrize(("call", "message"), [
+    *((lambda options=options: co.Scene([BALL]).voxels(**options), message) for options, message in (
+        (dict(bounds=(0, 1)), "bounds"), (dict(bounds=((0, 0, 0), (1, 1, 0))), "low below high"), (dict(shape=0), "shape must be"),
+        (dict(shape=(1, 2)), "shape must be"), (dict(shape=(1 << 20, 1 << 20, 1)), "GiB"), (dict(fractions="bodies"), "did you mean 'body'"),
+        (dict(samples=0), "samples must be"), (dict(axis="w"), "axis must be one of x, y, z"))),
+    (lambda: co.Scene([co.HalfSpace((0, 0, 1), 0)]).voxels(), "bounds must be given"),
+    (lambda: co.Scene([BALL]).voxels(shape=2).volumes(), "no fractions"),
+])  # fmt: skip
+def test_invalid_voxels_are_refused(call, message):
+    with pytest.raises(ValueError, match=message):
+        call()

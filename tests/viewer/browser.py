@@ -8,14 +8,12 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.viewer import export
 from conicoid.viewer.server import Server
 from conicoid.viewer.session import Session
 
@@ -118,10 +116,10 @@ class Page:
         return str(self.page.locator(selector).inner_text())
 
 
-def open_exported(browser: Any, scene: co.Scene, folder: Path, viewport: dict[str, int], **context: Any) -> Page:
+def open_exported(browser: Any, scene: co.Scene, folder, viewport: dict[str, int], **context: Any) -> Page:
     """Open the exported page of a scene."""
     path = folder / "scene.html"
-    export(scene, path)
+    co.export(scene, path)
     return Page(browser, path.as_uri(), viewport, **context)
 
 

@@ -144,7 +144,6 @@ def test_a_page_has_the_memory_that_the_kernels_declare():
     """A new field of `Ranks` or `HitBuffers` is in the page without a change there, with the size of `record_shapes`."""
     scene = sheets()
     data, tables = engine.engine_data(scene, {}), scene._prepared.lowered.tables
-    assert data is not None
     lengths = {"surface_kind": len(tables.surface_kind), "polygon_surface": len(tables.polygon_surface)}
     assert [count for _, count in data["ranks"]] == [eval(size, lengths) for size in Ranks.__shapes__.values()]
     assert [name for name, _ in data["hit"]] == list(HitBuffers._fields)
@@ -192,7 +191,6 @@ def test_all_bodies_have_their_names(tmp_path):
 @needs_engine
 def test_the_engine_takes_nothing_from_javascript(tmp_path):
     code = engine.read_engine()
-    assert code is not None
     (tmp_path / "engine.wasm").write_bytes(code)
     script = "console.log(WebAssembly.Module.imports(new WebAssembly.Module(require('fs').readFileSync(process.argv[1]))).length)"
     run = subprocess.run(

@@ -243,15 +243,13 @@ def test_few_of_a_kind_are_not_worth_a_recording(monkeypatch):
 
 
 @pytest.mark.parametrize("kind", ["Cylinder", "Cone", "Disc"])
-def test_one_recording_serves_every_direction_and_growth(kind, monkeypatch):
+def test_one_recording_serves_every_direction_and_growth(kind, monkeypatch, noted_calls):
     """x lies towards the coordinate axis with the least component of the axis, and a cone grows or shrinks.
 
     Neither is a test of the recording.
     """
     monkeypatch.setattr(recordings, "RECORDINGS", recordings.RecordingCache())
-    programs: list[Any] = []
-    whole = recordings.TapeProgram.of
-    monkeypatch.setattr(recordings.TapeProgram, "of", lambda tape: programs.append(tape) or whole(tape))
+    programs = noted_calls(recordings.TapeProgram, "of")
     rng = random.Random(f"all directions {kind}")
     check([KINDS[kind](rng) for _ in range(60)], 0)
     assert len(programs) == 1
@@ -319,11 +317,10 @@ def test_a_shape_that_goes_by_the_types_of_its_numbers_is_not_recorded(monkeypat
     """
     tree = co.Sphere.tree
 
-    def by_type(self):
-        return tree(self if isinstance(self.radius, float) else co.Sphere(7.0))
-
     monkeypatch.setattr(recordings, "RECORDINGS", recordings.RecordingCache())
-    monkeypatch.setattr(co.Sphere, "tree", by_type)
+    monkeypatch.setattr(
+        co.Sphere, "tree", lambda self: tree(self if isinstance(self.radius, float) else co.Sphere(7.0))
+    )
     assert lowered_together([co.Sphere(2.0, (k, 0, 0)) for k in range(20)], 20) == {}
 
 

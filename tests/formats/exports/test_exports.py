@@ -26,12 +26,12 @@ from conicoid.io.openmc.values import read_title
 from ...command_line import execute, failure, run
 from ...samples import deep, in_turn, sampled
 from ..gdml.files import placed, text_of, volume
-from ..mcnp.decks import chosen, load_deck
+from ..mcnp.models import chosen, load_deck
 from ..mcnp.test_models import DECK, GUIDES, PINS, PITCH, XML
 from ..openmc.models import EXAMPLE_FILES, KINDS, TURNS
 from ..strategies import SOLIDS, moved, primitive
 from . import models
-from .comparison import assert_close_answers, assert_same_answers, written_and_read
+from .models import assert_close_answers, assert_same_answers, written_and_read
 
 # --- Every solid of Conicoid, moved and combined: a format writes it so that it answers as before, or refuses it by
 # name
@@ -175,10 +175,9 @@ def test_cells_of_openmc_do_not_overlap(tmp_path: Path) -> None:
     assert back.spans((-5, 0, 0), (1, 0, 0)).t_enter.tolist() == [4, 6]
 
 
-def test_one_overlap_of_a_body_is_enough_for_gdml(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_one_overlap_of_a_body_is_enough_for_gdml(tmp_path: Path, noted_calls) -> None:
     """10 balls all share the origin. Regions are compared once for each but the first, not for all 45 pairs."""
-    count, is_empty = [], EmptinessTest.is_empty
-    monkeypatch.setattr(EmptinessTest, "is_empty", lambda *parts: count.append(1) or is_empty(*parts))  # type: ignore[func-returns-value]
+    count = noted_calls(EmptinessTest, "is_empty")
     scene = co.Scene([co.Sphere(2, (k / 8, 0, 0)) for k in range(10)])
     notes = co.export(scene, tmp_path / "out.gdml")
     assert len(count) <= 9
@@ -254,16 +253,15 @@ LATTICE = """<geometry><surface id="1" type="sphere" coeffs="0 0 0 9" boundary="
 <cell id="8" name="it's outside&#160;" material="void" region="-1 -3"/></geometry>"""
 
 
-def test_a_region_in_many_places_is_simplified_once(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_region_in_many_places_is_simplified_once(noted_calls) -> None:
     # (r and b) or (r outside b), r within it again, 16 deep: 2^17 sides as a tree, 33 different ones
     table = ExportSurfaceTable()
-    regions, emptiness, tested = RegionWriter(table), EmptinessTest(table), []
+    regions, emptiness = RegionWriter(table), EmptinessTest(table)
     region = regions.of(co.Sphere(1))
     for k in range(16):
         ball = regions.of(co.Sphere(1, (0.05 * (k + 1), 0, 0)))
         region = UnionNode(tuple(IntersectionNode((region, side)) for side in (ball, emptiness.complement(ball))))
-    of = SurfaceSide.of
-    monkeypatch.setattr(SurfaceSide, "of", lambda side, extent: tested.append(side) or of(side, extent))
+    tested = noted_calls(SurfaceSide, "of")
     assert not emptiness.is_empty(region)
     # The intersection, and those of at most two branches at three splits: 1 + 2 + 4 + 8
     assert 0 < len(tested) <= 15 * 33
@@ -407,7 +405,6 @@ def test_the_examples(name: str, tmp_path: Path, caplog: pytest.LogCaptureFixtur
         back = written_and_read(scene, tmp_path / "out.xml")
     assert [body.shape for body in scene.bodies] == [body.shape for body in back.bodies]
     assert [body.material for body in scene.bodies] == [body.material for body in back.bodies]
-    assert scene.domain is not None
     assert np.array_equal(scene.domain.bounds, back.domain.bounds)
     if name == "pin":
         assert_same_answers(scene, back)

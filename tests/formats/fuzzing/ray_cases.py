@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 import conicoid as co
-from conicoid._util.files import SceneFileError
 from conicoid.io.ray_file import RayFile
 
 from .mutations import NUMBERS, bytes_damaged
@@ -70,7 +69,7 @@ def balls_read(folder: Path, path: Path) -> bool:
     scene.write_text(f"bodies:\n  - shape: {{Spheres: {{file: {path.name}}}}}\n")
     try:
         loaded = co.load(scene)
-    except SceneFileError as error:
+    except co.SceneFileError as error:
         (problem,) = error.problems
         assert problem.line == 2
         assert path.name in problem.message or problem.message.startswith(("centers[", "radii[")), problem.message

@@ -11,7 +11,6 @@ import numpy as np
 import yaml
 
 import conicoid as co
-from conicoid._util.files import SceneFileError
 from conicoid.io.scene_file.schema import scene_schema
 from conicoid.io.scene_file.writer import dump_yaml
 from conicoid.prepare.lowering import lower
@@ -122,7 +121,7 @@ def check(data: bytes, folder: Path) -> bool:
     path.write_bytes(data)
     try:
         scene = co.load(path)
-    except SceneFileError as error:
+    except co.SceneFileError as error:
         check_problems(error)
         return False
     for body in scene.bodies:
@@ -139,7 +138,7 @@ def check(data: bytes, folder: Path) -> bool:
     return True
 
 
-def check_problems(error: SceneFileError) -> None:
+def check_problems(error: co.SceneFileError) -> None:
     """Check that each mistake has a line of its own, with its place unless it is one of the file as a whole."""
     assert error.problems
     for problem in error.problems:

@@ -1,7 +1,5 @@
 """GDML texts, and scenes of them."""
 
-from pathlib import Path
-
 import conicoid as co
 
 HEAD = '<?xml version="1.0"?>\n<gdml xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance">\n'
@@ -28,12 +26,12 @@ def placed(volume: str, inside: str = "", attributes: str = "") -> str:
     return f'<physvol {attributes}><volumeref ref="{volume}"/>{inside}</physvol>'
 
 
-def scene_of(folder: Path, text: str, **options) -> co.Scene:
+def scene_of(folder, text: str, **options) -> co.Scene:
     path = folder / "a.gdml"
     path.write_text(text, encoding="utf-8")
     return co.load(path, **options)
 
 
-def solid_scene(folder: Path, solids: str, name: str, define: str = "") -> co.Scene:
+def solid_scene(folder, solids: str, name: str, define: str = "") -> co.Scene:
     """Return a scene of one solid."""
     return scene_of(folder, text_of(solids, volume("world", name), define))

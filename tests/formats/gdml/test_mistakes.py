@@ -6,7 +6,6 @@ from fractions import Fraction
 import pytest
 
 import conicoid as co
-from conicoid._util.files import SceneFileError
 from conicoid.io.gdml.expressions import UNIT_VALUES, ExpressionError, evaluate
 
 from ...command_line import execute
@@ -90,7 +89,7 @@ def test_mistakes_in_solids_are_reported_with_their_line(tmp_path, solid, messag
     define = '<constant name="height" value="3"/>'
     text = text_of(WORLD + "\n" + solid, volume("world", "s" if "name" in solid else "w"), define)
     line = text[: text.index(solid)].count("\n") + 1
-    with pytest.raises((SceneFileError, ValueError)) as error:
+    with pytest.raises((co.SceneFileError, ValueError)) as error:
         scene_of(tmp_path, text, strict=True)
     assert message in str(error.value)
     assert f"a.gdml:{line}" in str(error.value)
@@ -117,7 +116,7 @@ def test_mistakes_in_solids_are_reported_with_their_line(tmp_path, solid, messag
     ],
 )
 def test_mistakes_in_the_structure(tmp_path, structure, message):
-    with pytest.raises(SceneFileError) as error:
+    with pytest.raises(co.SceneFileError) as error:
         scene_of(tmp_path, text_of(WORLD, structure))
     assert message in str(error.value)
     assert "a.gdml:" in str(error.value)
@@ -167,7 +166,7 @@ HOSTILE = {
 @pytest.mark.parametrize("name", HOSTILE)
 def test_hostile_files_are_refused(tmp_path, name):
     text, message = HOSTILE[name]
-    with pytest.raises(SceneFileError, match=message):
+    with pytest.raises(co.SceneFileError, match=message):
         scene_of(tmp_path, text)
 
 
@@ -192,7 +191,7 @@ def test_files_in_the_folder_are_read_on_request(tmp_path):
     (tmp_path / "materials.xml").write_text(MATERIALS.replace("<materials>", "<materials>&more;"))
     (tmp_path / "more.xml").write_text('<?xml version="1.0" encoding="utf-8"?><!-- none -->')
     path = gdml_file(tmp_path, '<!ENTITY parts SYSTEM "./materials.xml"><!ENTITY more SYSTEM "more.xml">')
-    with pytest.raises(SceneFileError, match=r"declares an entity.*entities=True \(--entities\)"):
+    with pytest.raises(co.SceneFileError, match=r"declares an entity.*entities=True \(--entities\)"):
         co.load(path)
     scene = co.load(path, entities=True)
     assert scene.bodies[0].material.name == "iron"
@@ -225,7 +224,7 @@ def test_other_entities_are_refused(tmp_path, declarations, message):
     (tmp_path / "none_in_it.xml").write_text("")
     (tmp_path / "often.xml").write_text("<materials>" + "&none;" * 300 + "</materials>")
     (tmp_path / "link.xml").symlink_to("/etc/passwd")
-    with pytest.raises(SceneFileError) as error:
+    with pytest.raises(co.SceneFileError) as error:
         co.load(gdml_file(tmp_path, declarations), entities=True)
     assert message in str(error.value)
     assert "root:" not in str(error.value)

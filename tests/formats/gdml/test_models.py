@@ -4,7 +4,6 @@ import copy
 import importlib
 import pickle
 import tracemalloc
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -168,7 +167,7 @@ PROTOCOLS = 2, pickle.HIGHEST_PROTOCOL
 _ACROSS = 2
 
 
-def rows_of(folder: Path, solids: str) -> co.Scene:
+def rows_of(folder, solids: str) -> co.Scene:
     """Return a solid in rows and columns in a box around all of them."""
     inside = "".join(
         placed("it", f'<position x="{40 * (k % _ACROSS)}" y="{40 * (k // _ACROSS)}" z="1"/>') for k in range(_ACROSS**2)
@@ -188,7 +187,7 @@ def answers(scene: co.Scene) -> list[np.ndarray]:
 
 
 @pytest.mark.parametrize("name", sampled(EVERY_SOLID, 16))
-def test_scenes_of_each_solid(name: str, tmp_path: Path) -> None:
+def test_scenes_of_each_solid(name: str, tmp_path) -> None:
     scene = rows_of(tmp_path, EVERY_SOLID[name][0])
     assert isinstance(scene.bodies, InstanceList)
     pickles, copies = [pickle.dumps(scene, protocol) for protocol in PROTOCOLS], [copy.deepcopy(scene)]

@@ -51,7 +51,6 @@ def test_a_byte_order_mark_hides_no_format(text, name, tmp_path):
 
 def test_a_format_is_known_by_its_content(pin):
     found = detect_format(pin)
-    assert found is not None
     assert found.name.startswith("OpenMC")
     assert [body.name for body in co.load(pin).bodies] == ["cell 1 'fuel'", "cell 2 'cladding'"]
 

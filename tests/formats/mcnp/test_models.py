@@ -1,16 +1,27 @@
 """Decks: surfaces by MCNP's manual, whole decks by an evaluator, by OpenMC, and voids around parts from CAD."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 import conicoid as co
 
-from .decks import chosen, load_deck, names_at
-from .evaluator import carried
-from .models import ABOUT_Z, ASYMMETRIC, MODELS, TRANSFORMS, cuboid
-from .senses import BODIES, SIMPLE, Sense, beyond_any, plane, tube
+from .models import (
+    ABOUT_Z,
+    ASYMMETRIC,
+    BODIES,
+    MODELS,
+    SIMPLE,
+    TRANSFORMS,
+    Sense,
+    beyond_any,
+    carried,
+    chosen,
+    cuboid,
+    load_deck,
+    names_at,
+    plane,
+    tube,
+)
 
 # --- Whole decks: against an evaluator, against OpenMC, and voids around parts from CAD
 
@@ -20,7 +31,7 @@ POINTS = chosen(2, 10_000, 3.0)
 
 
 @pytest.mark.parametrize("name", MODELS)
-def test_every_point_is_in_the_cell_of_mcnp(tmp_path: Path, name: str) -> None:
+def test_every_point_is_in_the_cell_of_mcnp(tmp_path, name: str) -> None:
     model = MODELS[name]
     expected = model.names(POINTS)
     assert len(set(expected)) > 3
@@ -28,7 +39,7 @@ def test_every_point_is_in_the_cell_of_mcnp(tmp_path: Path, name: str) -> None:
 
 
 @pytest.mark.parametrize("name", TRANSFORMS)
-def test_transformations_of_a_surface_a_cell_and_a_filling(tmp_path: Path, name: str) -> None:
+def test_transformations_of_a_surface_a_cell_and_a_filling(tmp_path, name: str) -> None:
     card, change = TRANSFORMS[name]
     body, sense = ASYMMETRIC[1]
     expected = [None if out else "cell 1" for out in sense(carried(POINTS, change))]
@@ -42,7 +53,7 @@ def test_transformations_of_a_surface_a_cell_and_a_filling(tmp_path: Path, name:
     assert names_at(load_deck(tmp_path, as_filling), POINTS) == inner
 
 
-def test_a_row_and_a_column_give_a_rotation(tmp_path: Path) -> None:
+def test_a_row_and_a_column_give_a_rotation(tmp_path) -> None:
     """The deck gives five cosines of a turn about (1, 2, 2)/3 by 60 degrees (Rodrigues' formula)."""
     axis = np.array([1, 2, 2]) / 3
     x, y, z = axis
@@ -80,7 +91,7 @@ HEXAGON = [np.array([np.cos(a), np.sin(a), 0]) for a in np.radians([0, 60, 120])
         ),
     ],
 )  # fmt: skip
-def test_slanted_walls_end_a_lattice_without_end(tmp_path: Path, container: str, sense: Sense) -> None:
+def test_slanted_walls_end_a_lattice_without_end(tmp_path, container: str, sense: Sense) -> None:
     """A rod of radius 0.2 in each element, in a box turned by 30 degrees, a hexagonal can and an oblique one."""
     scene = load_deck(
         tmp_path,
@@ -106,7 +117,7 @@ def test_slanted_walls_end_a_lattice_without_end(tmp_path: Path, container: str,
     assert [name and name.split(" @")[0] for name in names_at(scene, POINTS)] == expected
 
 
-def test_elements_about_another_point_than_their_universes_are_cut(tmp_path: Path) -> None:
+def test_elements_about_another_point_than_their_universes_are_cut(tmp_path) -> None:
     """The elements are 0.87 high and their middles 0.3 below the origins: the box cuts the lowest, though not by half."""
     scene = load_deck(
         tmp_path,
@@ -133,7 +144,7 @@ def test_elements_about_another_point_than_their_universes_are_cut(tmp_path: Pat
     assert [name and name.split(" @")[0] for name in names_at(scene, POINTS)] == expected
 
 
-def test_surfaces_of_a_moved_cell_have_numbers(tmp_path: Path) -> None:
+def test_surfaces_of_a_moved_cell_have_numbers(tmp_path) -> None:
     """1000 c + s is surface s as TRCL moves it with cell c."""
     text = "title\n5 0 -1 trcl=(2 0 0)\n6 0 5001 -2\n\n1 so 1\n2 so 4\n"
     scene = load_deck(tmp_path, text)
@@ -145,7 +156,7 @@ def test_surfaces_of_a_moved_cell_have_numbers(tmp_path: Path) -> None:
 NEAR = chosen(1, 10_000, 3.0)
 
 
-def check(folder: Path, card: str, region: str, sense: Sense) -> None:
+def check(folder, card: str, region: str, sense: Sense) -> None:
     """Put cell 1 on the positive side of a region and cell 2 on its other side."""
     scene = load_deck(folder, f"title\n1 0 {region}\n2 0 #1\n\n7 {card}\n")
     expected = np.where(sense(NEAR), "cell 1", "cell 2").tolist()
@@ -154,12 +165,12 @@ def check(folder: Path, card: str, region: str, sense: Sense) -> None:
 
 
 @pytest.mark.parametrize(("card", "sense"), SIMPLE, ids=[card for card, _ in SIMPLE])
-def test_surfaces(tmp_path: Path, card: str, sense: Sense) -> None:
+def test_surfaces(tmp_path, card: str, sense: Sense) -> None:
     check(tmp_path, card, "7", sense)
 
 
 @pytest.mark.parametrize(("card", "facets"), BODIES, ids=[card for card, _ in BODIES])
-def test_macrobodies_and_facets(tmp_path: Path, card: str, facets: list[Sense]) -> None:
+def test_macrobodies_and_facets(tmp_path, card: str, facets: list[Sense]) -> None:
     check(tmp_path, card, "7", beyond_any(*facets))
     for number, sense in enumerate(facets, 1):
         check(tmp_path, card, f"7.{number}", sense)
@@ -186,7 +197,7 @@ A ball, a ring around it and a ball beside it
 """
 
 
-def test_cells_with_tori_are_left_out_by_name(tmp_path: Path) -> None:
+def test_cells_with_tori_are_left_out_by_name(tmp_path) -> None:
     scene = load_deck(tmp_path, TORI)
     points = [(0.1, 0, 0), (20.1, 0, 0), (20.1, 40, 0), (5, 0, 0), (8, 0, 0), (0, 50, 0), (40, 0, 0)]
     assert names_at(scene, points) == ["cell 1", "cell 4", "cell 6", None, None, None, None]
@@ -196,7 +207,7 @@ def test_cells_with_tori_are_left_out_by_name(tmp_path: Path) -> None:
         load_deck(tmp_path, TORI, strict=True)
 
 
-def test_cells_of_a_mesh_are_left_out_by_name(tmp_path: Path) -> None:
+def test_cells_of_a_mesh_are_left_out_by_name(tmp_path) -> None:
     """For cells that take their shape from a mesh, MCNP writes 0 in place of surfaces."""
     scene = load_deck(
         tmp_path, "title\n1 1 -1 0 u=5 imp:n=1\n2 0 -1 fill=5 imp:n=1\n3 1 -1 1 -2 imp:n=1\n\n1 so 1\n2 so 2\n"
@@ -205,7 +216,7 @@ def test_cells_of_a_mesh_are_left_out_by_name(tmp_path: Path) -> None:
     assert "surface 0 stands for a mesh (EMBED): cell 1 left out" in scene.notes
 
 
-def test_unknown_facets(tmp_path: Path) -> None:
+def test_unknown_facets(tmp_path) -> None:
     for card, region in (("rcc 0 0 0 0 0 1 1", "-7.4"), ("so 1", "-7.1"), ("ell 0 0 0 0 0 2 -1", "7.1")):
         with pytest.raises(ValueError, match=r":2:1: cell 1: region: surface 7 has .*facets"):
             load_deck(tmp_path, f"title\n1 0 {region}\n\n7 {card}\n")

@@ -2,7 +2,6 @@
 
 import re
 from fractions import Fraction
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,7 +10,7 @@ import conicoid as co
 from conicoid.io.importers import is_mcnp
 from conicoid.io.mcnp.cards import Card, DataCards, expand_entries, parse_deck
 
-from .decks import load_deck, names_at
+from .models import load_deck, names_at
 
 PIN = """\
 A pin
@@ -50,7 +49,7 @@ def test_shortcuts_and_numbers() -> None:
             expand_entries(wrong.split())
 
 
-def test_materials_importances_and_notes(tmp_path: Path) -> None:
+def test_materials_importances_and_notes(tmp_path) -> None:
     scene = load_deck(tmp_path, PIN)
     assert [(b.name, b.material.name) for b in scene.bodies] == [
         ("cell 1", "m1 at 10.4 g/cm3"), ("cell 2", "m2"), ("cell 3", "m1 at 10 g/cm3"),
@@ -64,20 +63,20 @@ def test_materials_importances_and_notes(tmp_path: Path) -> None:
     assert not co.check(scene)
 
 
-def test_a_gap_is_found(tmp_path: Path) -> None:
+def test_a_gap_is_found(tmp_path) -> None:
     """Cells must fill the outside of the cells of importance 0."""
     text = PIN.replace("2 2 0.05   1 -2 imp:n=1\n", "")
     assert [finding.kind for finding in co.check(load_deck(tmp_path, text), rays=20_000)] == ["undefined"]
 
 
-def test_importances_in_the_data_block(tmp_path: Path) -> None:
+def test_importances_in_the_data_block(tmp_path) -> None:
     text = PIN.replace(" imp:n=1", "").replace(" imp:n=0", "") + "imp:n 1 2r 0\n"
     assert [body.name for body in load_deck(tmp_path, text).bodies] == ["cell 1", "cell 2", "cell 3"]
     both = PIN.replace("imp:n=0", "imp:n=0 imp:p=1")
     assert len(load_deck(tmp_path, both).bodies) == 4
 
 
-def test_options(tmp_path: Path) -> None:
+def test_options(tmp_path) -> None:
     text = PIN.replace("2 2 0.05 ", "2 0 ")
     assert len(load_deck(tmp_path, text).bodies) == 3
     assert len(load_deck(tmp_path, text, void=False).bodies) == 2
@@ -119,13 +118,13 @@ def test_options(tmp_path: Path) -> None:
         ("m2 40000 -1", "#   imp:n", ":12:1: #: begins a table in columns"),
     ],
 )  # fmt: skip
-def test_mistakes_have_their_lines(tmp_path: Path, old: str, new: str, message: str) -> None:
+def test_mistakes_have_their_lines(tmp_path, old: str, new: str, message: str) -> None:
     assert old in PIN
     with pytest.raises(ValueError, match=message):
         load_deck(tmp_path, PIN.replace(old, new, 1))
 
 
-def test_a_continued_card_inserts_no_file(tmp_path: Path) -> None:
+def test_a_continued_card_inserts_no_file(tmp_path) -> None:
     """After & the line belongs to the card, whatever its first word is, also beyond comments."""
     (tmp_path / "x.txt").write_text("imp:n=1\n")
     for between in ("", "c note\n", "     $ note\n"):
@@ -136,7 +135,7 @@ def test_a_continued_card_inserts_no_file(tmp_path: Path) -> None:
             co.load(tmp_path / "deck.mcnp")
 
 
-def test_files_that_a_deck_reads(tmp_path: Path) -> None:
+def test_files_that_a_deck_reads(tmp_path) -> None:
     """READ inserts a file after the card, also within an inserted file, and in any block (the manual, on READ)."""
     lines = PIN.splitlines()
     (tmp_path / "parts").mkdir()
@@ -173,12 +172,12 @@ COMPLEMENTS = "".join(f"{n} 0 #{n - 1} #{n - 1} -1 imp:n=1\n" for n in range(2, 
     ("t\n1 0 -1 fill=2\n2 0 -1 u=2 fill=3\n3 0 -1 u=3 fill=2\n\n1 so 1\n", "contain themselves: universe 2 → universe 3 → universe 2"),
     (f"t\n1 0 -1\n{COMPLEMENTS}\n1 so 1\n", "too many half-spaces|nests deeper"),
 ], ids=["universes in circles", "complements of complements"])  # fmt: skip
-def test_cyclic_and_exploding_decks_are_refused(tmp_path: Path, deck: str, message: str) -> None:
+def test_cyclic_and_exploding_decks_are_refused(tmp_path, deck: str, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         load_deck(tmp_path, deck)
 
 
-def test_a_transformation_of_the_filling_takes_the_place_of_trcl(tmp_path: Path) -> None:
+def test_a_transformation_of_the_filling_takes_the_place_of_trcl(tmp_path) -> None:
     """The filling of a cell moves with the cell only where FILL has no transformation (the manual, on FILL)."""
     text = "t\n1 0 -1 u=1\n2 0 -2 fill=1{} trcl=(2 0 0)\n\n1 so 1\n2 so 9\n"
     assert names_at(load_deck(tmp_path, text.format("")), [(2, 0, 0), (0, 1.5, 0)]) == ["cell 1 @ cell 2", None]
@@ -186,7 +185,7 @@ def test_a_transformation_of_the_filling_takes_the_place_of_trcl(tmp_path: Path)
     assert names_at(moved, [(2, 0, 0), (0, 1.5, 0)]) == [None, "cell 1 @ cell 2"]
 
 
-def test_transformations_of_fillings_in_a_lattice_with_trcl(tmp_path: Path) -> None:
+def test_transformations_of_fillings_in_a_lattice_with_trcl(tmp_path) -> None:
     """A universe with a transformation does not inherit that of the cell (the manual, on FILL): only the planes do."""
     text = "t\n1 0 -1 u=1\n4 0 1 u=1\n2 0 -2 3 u=2 lat=1 fill=0:1 0:0 0:0 1{} 1 trcl=(2 0 0 0 1 0 -1 0 0 0 0 1)\n"
     text += "3 0 -4 fill=2\n9 0 4 imp:n=0\n\n1 s 0.5 0 0 0.4\n2 px 1\n3 px 0\n4 rpp 1 4 -3 3 -3 3\n"
@@ -197,7 +196,7 @@ def test_transformations_of_fillings_in_a_lattice_with_trcl(tmp_path: Path) -> N
     assert names_at(moved, [(3.5, 0.5, 0), *balls]) == [same[0], same[0].replace("cell 1", "cell 4"), same[1]]
 
 
-def test_a_lattice_beside_other_cells_of_its_universe(tmp_path: Path) -> None:
+def test_a_lattice_beside_other_cells_of_its_universe(tmp_path) -> None:
     text = "t\n1 0 -1 u=1\n2 0 -2 u=2 lat=1 fill=0:1 0:0 0:0 1 1\n5 0 2 u=2\n3 0 -4 fill=2\n9 0 4 imp:n=0\n\n"
     text += "1 so 99\n2 rpp 0 1 0 1 0 0\n4 rpp -3 3 -3 3 -3 3\n"
     scene = load_deck(tmp_path, text)
@@ -214,7 +213,7 @@ def test_a_lattice_beside_other_cells_of_its_universe(tmp_path: Path) -> None:
     ]
 
 
-def test_shortcuts_in_a_filling(tmp_path: Path) -> None:
+def test_shortcuts_in_a_filling(tmp_path) -> None:
     text = "t\n1 0 -1 u=1\n4 0 -1 u=3\n2 0 -2 u=2 lat=1 fill=0:4 0:0 0:0 {}\n3 0 -4 fill=2\n9 0 4 imp:n=0\n\n"
     text += "1 so 99\n2 rpp 0 1 0 1 0 0\n4 rpp -9 9 -9 9 -9 9\n"
     written = load_deck(tmp_path, text.format("1 1 0 0 3")).bodies
@@ -246,7 +245,7 @@ Repeated structures, an example of the manual
 """
 
 
-def test_boxes_that_are_infinite_in_a_direction(tmp_path: Path) -> None:
+def test_boxes_that_are_infinite_in_a_direction(tmp_path) -> None:
     """Equal ends leave a direction out. The numbers of the facets after it are lower by two (the manual, on facets)."""
     planes, box = load_deck(tmp_path, MANUAL.format("1 -2 -3 4 -5 6", "-7 1 -3 8")), load_deck(
         tmp_path, MANUAL.format("-20", "-30")
@@ -262,7 +261,7 @@ def test_boxes_that_are_infinite_in_a_direction(tmp_path: Path) -> None:
         load_deck(tmp_path, text.replace("-1 1 3 3", "1 1 3 3"))
 
 
-def test_hexagonal_prisms_of_a_million_centimetres_have_no_ends(tmp_path: Path) -> None:
+def test_hexagonal_prisms_of_a_million_centimetres_have_no_ends(tmp_path) -> None:
     text = "t\n1 0 -1 -2{}\n\n1 rhp 0 0 0 0 0 {} 1 0 0\n2 so 1e7\n"
     assert names_at(load_deck(tmp_path, text.format("", 999_999)), [(0, 0, 5), (0, 0, -5)]) == ["cell 1", None]
     assert names_at(load_deck(tmp_path, text.format("", "1e6")), [(0, 0, 5), (0, 0, -5), (2, 0, 0)]) == [
@@ -272,7 +271,7 @@ def test_hexagonal_prisms_of_a_million_centimetres_have_no_ends(tmp_path: Path) 
         load_deck(tmp_path, text.format(" -1.7", "1e6"))
 
 
-def test_a_continued_line_that_lacks_a_blank(tmp_path: Path) -> None:
+def test_a_continued_line_that_lacks_a_blank(tmp_path) -> None:
     hint = "a continued line needs five blanks, this one has 4"
     for first, second in (("-1", "-2 imp:n=1"), ("(-1", "-2) imp:n=1"), ("-1", "2 1 -1 imp:n=1"), ("-1", "#2 imp:n=1")):
         text = PIN.replace("1 1 -10.4 -1 imp:n=1", f"1 1 -10.4 {first}\n    {second}")
@@ -295,7 +294,7 @@ def test_a_continued_line_that_lacks_a_blank(tmp_path: Path) -> None:
     assert any(f"line 12: '92238.80c' is not read; {hint}" in note for note in notes)
 
 
-def test_no_elements_beyond_the_cell_around_a_turned_lattice(tmp_path: Path) -> None:
+def test_no_elements_beyond_the_cell_around_a_turned_lattice(tmp_path) -> None:
     """A box of half side 1.4 reaches 1.4 (0.6 + 0.8) = 1.96 along the lattice's axes; elements 3 begin at 2.5."""
     text = "t\n1 0 -1 fill=1 (0 0 0 0.6 0.8 0 -0.8 0.6 0 0 0 1)\n2 0 -2 lat=1 u=1 fill=2\n3 1 -1 -3 u=2\n4 0 3 u=2\n\n"
     surfaces = "1 rpp -1.4 1.4 -1.4 1.4 -1.4 1.4\n2 rpp -0.5 0.5 -0.5 0.5 -0.5 0.5\n3 so 0.3\n\nm1 1001 1\n"
@@ -306,7 +305,7 @@ def test_no_elements_beyond_the_cell_around_a_turned_lattice(tmp_path: Path) -> 
     assert np.abs(steps).max(axis=0).tolist() == [2, 2, 1]
 
 
-def test_one_axis_is_enough_where_the_others_do_not_matter(tmp_path: Path) -> None:
+def test_one_axis_is_enough_where_the_others_do_not_matter(tmp_path) -> None:
     text = "t\n1 0 -1\n\n1 1 rcc 0 0 0 3 0 0 1\n\ntr1 0 0 0 0 1 0\n"
     scene = load_deck(tmp_path, text)
     assert names_at(scene, [(0, 2.5, 0.9), (2.5, 0, 0)]) == ["cell 1", None]
@@ -324,7 +323,7 @@ def test_detection(text: str, suffix: str, known: bool) -> None:
     assert is_mcnp(text, suffix) == known
 
 
-def test_a_deck_is_known_without_a_suffix(tmp_path: Path) -> None:
+def test_a_deck_is_known_without_a_suffix(tmp_path) -> None:
     (tmp_path / "input").write_text(PIN, encoding="utf-8")
     assert len(co.load(tmp_path / "input").bodies) == 3
 
@@ -341,13 +340,13 @@ def test_a_deck_is_known_without_a_suffix(tmp_path: Path) -> None:
         ("m2 40000 -1", "m2 zr-90 -1", "m2: its nuclides are not read: 'zr-90' is no nuclide"),
     ],
 )
-def test_a_card_without_geometry_refuses_no_deck(tmp_path: Path, old: str, new: str, remark: str | None) -> None:
+def test_a_card_without_geometry_refuses_no_deck(tmp_path, old: str, new: str, remark: str | None) -> None:
     expected, scene = load_deck(tmp_path, PIN), load_deck(tmp_path, PIN.replace(old, new, 1))
     assert [body.shape for body in scene.bodies] == [body.shape for body in expected.bodies]
     assert remark is None or remark in " ".join(scene.notes)
 
 
-def test_shortcuts_of_materials_and_of_logarithms(tmp_path: Path) -> None:
+def test_shortcuts_of_materials_and_of_logarithms(tmp_path) -> None:
     cards = DataCards()
     cards.read(Card(1, "m3 8016 8016"))
     assert cards.materials[3] == {"ao": {"8016": 8016}, "wo": {}}
@@ -361,7 +360,7 @@ def test_shortcuts_of_materials_and_of_logarithms(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("sign", "inside"), [("", -2), ("-", 2)])
-def test_a_quadric_about_a_point_and_its_expansion_are_one(sign: str, inside: int, tmp_path: Path) -> None:
+def test_a_quadric_about_a_point_and_its_expansion_are_one(sign: str, inside: int, tmp_path) -> None:
     """0.1 (x - 0.7)² + 0.2 (y + 0.3)² + 0.3 (z - 0.9)² - 0.7 by hand: few of the decimals of its products are floats."""
     numbers = f"{sign}0.1 {sign}0.2 {sign}0.3 0 0 0 {sign}-0.14 {sign}0.12 {sign}-0.54 {sign}-0.39".replace("--", "")
     cells = f"1 0 -1\n2 0 {inside} 3\n3 0 1 -4"

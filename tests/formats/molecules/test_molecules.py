@@ -189,54 +189,6 @@ def test_elements_by_names_of_atoms(tmp_path):
     assert co.molecule(path).symbols == ["H", "Ca"]
 
 
-def test_places_that_exclude_one_another(tmp_path):
-    """Of two residues at one place the first is read. A warning names an atom that only half of the copies have."""
-    path = tmp_path / "a.pdb"
-    path.write_text(
-        "CRYST1    0.000    0.000    0.000  90.00  90.00  90.00 P 1           1\n"
-        + _pdb((" CB ", "A", "SER", 1, 0.6), (" CB ", "B", "THR", 1, 0.4), (" OG ", "A", "SER", 1, 0.6),
-               (" OG1", "B", "THR", 1, 0.4), (" N  ", " ", "ALA", 2, 0.5), (" CA ", " ", "ALA", 2, 1))
-    )  # fmt: skip
-    found = co.molecule(path)
-    assert found.symbols == ["C", "O", "N", "C"]
-    assert found.cell is None
-    assert found.remarks == (
-        "2 alternate places of atoms are left out", "1 atom of an occupancy below 1 shown as a whole",
-    )  # fmt: skip
-
-
-def test_places_of_residues_with_insertion_codes(tmp_path):
-    """Residues 100 and 100A are two, as in files of PDB.
-
-    The first place of the second is no alternate place of the first.
-    """
-    pytest.importorskip("gemmi")
-    names = (
-        "label_atom_id label_alt_id label_comp_id label_asym_id auth_seq_id pdbx_PDB_ins_code Cartn_x Cartn_y Cartn_z"
-    )
-    head = "data_x\nloop_\n" + "".join(f"_atom_site.{name}\n" for name in ("type_symbol", *names.split()))
-    rows = [f"O OG {letter} SER A 100 {code} {x} 0 0\n" for letter, code, x in ("A?0", "B?1", "AA5", "BA6")]
-    (tmp_path / "a.cif").write_text(head + "".join(rows))
-    found = co.molecule(tmp_path / "a.cif")
-    assert found.positions[:, 0].tolist() == [0, 5]
-    assert found.labels == ("OG SER 100 A", "OG SER 100A A")
-    assert found.remarks == ("2 alternate places of atoms are left out",)
-
-
-def test_a_crystal_whose_sites_exclude_one_another(tmp_path):
-    """In the core dictionary of CIF a disorder group of 1 or 2 excludes the other, and one below 0 its own images."""
-    pytest.importorskip("gemmi")
-    extra = "\n_atom_site_disorder_group\n_atom_site_occupancy\n"
-    head = SALT.replace("F m -3 m", "P 1").rstrip("\n").rpartition("_atom_site_fract_z")[0] + "_atom_site_fract_z"
-    rows = "C1 C 0 0 0 . 1\nO1 O .12 0 0 2 .6\nO1 O .09 .06 0 1 .4\nN1 N .5 .5 .5 -1 .5\nQ1 Q .1 .2 .3 . 1\n"
-    found = co.molecule(text_file(tmp_path, head + extra + rows, "a.cif"))
-    assert (found.symbols, found.positions[1, 1]) == (["C", "O", "N"], 0)
-    assert found.remarks == (
-        "1 site without an element left out", "1 site of other disorder groups than 2 left out",
-        "2 atoms of an occupancy below 1 shown as a whole",
-    )  # fmt: skip
-
-
 @pytest.mark.parametrize(
     ("stated", "count"),
     [
@@ -261,34 +213,6 @@ def test_a_crystal_without_its_numbers(old, new, tmp_path):
     pytest.importorskip("gemmi")
     with pytest.raises(co.SceneFileError, match="sites must have places as fractions of a cell: _.*must be there"):
         co.molecule(text_file(tmp_path, SALT.replace(old, new), "a.cif"))
-
-
-def test_a_component_and_a_file_without_atoms(tmp_path):
-    pytest.importorskip("gemmi")
-    head = "data_ALA\nloop_\n_chem_comp_atom.atom_id\n_chem_comp_atom.type_symbol\n"
-    axes = "".join(f"_chem_comp_atom.model_Cartn_{axis}\n" for axis in "xyz")
-    ideal = "".join(f"_chem_comp_atom.pdbx_model_Cartn_{axis}_ideal\n" for axis in "xyz")
-    path = tmp_path / "a.cif"
-    path.write_text(f"{head}{axes}{ideal}N N 1 2 3 4 5 6\nCA C 2 2 3 5 5 6\n")
-    assert co.molecule(path).positions.tolist() == [[1, 2, 3], [2, 2, 3]]
-    path.write_text(f"{head}{axes}{ideal}N N ? ? ? 4 5 6\nCA C ? ? ? 5 5 6\n")
-    assert co.molecule(path).positions.tolist() == [[4, 5, 6], [5, 5, 6]]
-    # Structures list the atoms of their residues too; dictionaries of restraints begin with a list of components
-    site = "loop_\n_atom_site.type_symbol\n" + "".join(f"_atom_site.Cartn_{axis}\n" for axis in "xyz") + "C 7 8 9\n"
-    path.write_text(f"{head}N N\n{site}")
-    assert co.molecule(path).positions.tolist() == [[7, 8, 9]]
-    places = "".join(f"_chem_comp_atom.{axis}\n" for axis in "xyz")
-    path.write_text(f"data_comp_list\n_chem_comp.id ALA\n{head}{places}N N 1 1 2\n")
-    assert co.molecule(path).positions.tolist() == [[1, 1, 2]]
-    assert co.molecule(path).remarks == ("1 other data block not read",)
-    # A category of one row has no loop: https://www.iucr.org/resources/cif/spec/version1.1/cifsyntax, paragraph 4
-    ion = {"atom_id": "ZN", "type_symbol": "ZN", "model_Cartn_x": 1, "model_Cartn_y": 2, "model_Cartn_z": 3}
-    for category, prefix in (("_chem_comp_atom", "model_"), ("_atom_site", "")):
-        items = [f"{category}.{name.replace('model_', prefix)} {value}\n" for name, value in ion.items()]
-        path.write_text("data_ZN\n" + "".join(items))
-        assert (co.molecule(path).symbols, co.molecule(path).positions.tolist()) == (["Zn"], [[1, 2, 3]])
-    path.write_text("data_none\n_cell.length_a 5\n")
-    assert "the file holds no atoms" in co.load(path).notes
 
 
 def test_no_atoms():
@@ -416,19 +340,90 @@ def text_file(folder, text, name="a.txt"):
     return path
 
 
-def test_xyz(tmp_path):
-    found = co.molecule(text_file(tmp_path, XYZ))
-    assert found.symbols == ["O", "H", "H"]
-    assert found.positions[1].tolist() == [0.0, 0.7572, -0.4692]
-    assert len(found.bonds) == 2
-    assert found.cell is None
+def _rows(category, *names):
+    """Return the head of a loop of CIF."""
+    return "loop_\n" + "".join(f"{category}.{name}\n" for name in names)
 
 
-def test_extended_xyz_has_a_cell_and_frames(tmp_path):
-    frame = XYZ.replace("water, from its angle and bond", 'Lattice="9 0 0 0 8 0 1 0 7" Properties=species:S:1:pos:R:3')
-    found = co.molecule(text_file(tmp_path, frame + frame))
-    assert found.cell.tolist() == [[9, 0, 0], [0, 8, 0], [1, 0, 7]]
-    assert found.remarks == ("the first of several frames is read",)
+SITES = ("type_symbol", "Cartn_x", "Cartn_y", "Cartn_z")
+CODED = "type_symbol label_atom_id label_alt_id label_comp_id label_asym_id auth_seq_id pdbx_PDB_ins_code Cartn_x Cartn_y Cartn_z".split()
+COMPONENT = "atom_id type_symbol model_Cartn_x model_Cartn_y model_Cartn_z pdbx_model_Cartn_x_ideal pdbx_model_Cartn_y_ideal pdbx_model_Cartn_z_ideal".split()
+ZINC = {"atom_id": "ZN", "type_symbol": "ZN", "{}Cartn_x": 1, "{}Cartn_y": 2, "{}Cartn_z": 3}
+LINES = PDB.splitlines(keepends=True)
+OBLIQUE = [(10, 0, 0), (0, 20, 0), (30 * math.cos(math.radians(100)), 0, 30 * math.sin(math.radians(100)))]
+LATTICE = XYZ.replace("water, from its angle and bond", 'Lattice="9 0 0 0 8 0 1 0 7" Properties=species:S:1:pos:R:3')
+DISORDERED = SALT.replace("F m -3 m", "P 1").rstrip("\n").rpartition("_atom_site_fract_z")[0] + (
+    "_atom_site_fract_z\n_atom_site_disorder_group\n_atom_site_occupancy\n"
+    "C1 C 0 0 0 . 1\nO1 O .12 0 0 2 .6\nO1 O .09 .06 0 1 .4\nN1 N .5 .5 .5 -1 .5\nQ1 Q .1 .2 .3 . 1\n"
+)
+FIRST = dict(symbols=["N"], remarks=("the first of several models is read",))
+HOLDS = {
+    "XYZ": (XYZ, dict(symbols=["O", "H", "H"], positions=WATER[0], bonds=[(0, 1, 1), (0, 2, 1)], cell=None)),
+    "XYZ with a cell and frames": (LATTICE + LATTICE, dict(
+        cell=[[9, 0, 0], [0, 8, 0], [1, 0, 7]], remarks=("the first of several frames is read",))),
+    "PDB": (PDB, dict(
+        symbols=["N", "C", "C", "Ca", "O"], labels=("N GLY 12 A", "CA GLY 12 A", "C GLY 12 A", "CA CA 101 A", "O HOH 201 A"),
+        positions=[(11.104, 6.134, -6.504), (11.639, 6.071, -5.147), (13.15, 6.1, -5.1), (20, 6, -5), (1, 2, 3)],
+        bonds=[[0, 1, 1], [1, 2, 1], [3, 4, 2]], cell=OBLIQUE, remarks=("1 alternate places of atoms are left out",))),
+    # From the second atom alone, to one that is too far for a bond by distance
+    "PDB of a far bond": (PDB.replace("CONECT    5    6", "CONECT    6    4"), dict(bonds=[[0, 1, 1], [1, 2, 1], [2, 4, 2]])),
+    "PDB of models": ([*LINES[:2], "MODEL        1\n", LINES[2], "ENDMDL\n", "MODEL        2\n", LINES[5], "ENDMDL\n"], FIRST),
+    "PDB of models without an end": ([*LINES[:2], "MODEL        1\n", LINES[2], "MODEL        2\n", LINES[5]], FIRST),
+    "PDB of frames": ([LINES[2], "END\n", LINES[5], "END\n"], FIRST),  # as programs for moving molecules write them
+    # Of two residues at one place the first is read; a warning names an atom that only half of the copies have
+    "PDB of places that exclude one another": (
+        "CRYST1    0.000    0.000    0.000  90.00  90.00  90.00 P 1           1\n"
+        + _pdb((" CB ", "A", "SER", 1, 0.6), (" CB ", "B", "THR", 1, 0.4), (" OG ", "A", "SER", 1, 0.6),
+               (" OG1", "B", "THR", 1, 0.4), (" N  ", " ", "ALA", 2, 0.5), (" CA ", " ", "ALA", 2, 1)),
+        dict(symbols=["C", "O", "N", "C"], cell=None, remarks=(
+            "2 alternate places of atoms are left out", "1 atom of an occupancy below 1 shown as a whole"))),
+    "CIF": (CIF, dict(symbols=["C", "O"], labels=("C5' DA 1 A", "O1 DA 1 A"), cell=np.diag([10, 20, 30]), remarks=(
+        "the first of several models is read", "1 alternate places of atoms are left out"))),
+    # Residues 100 and 100A are two: the first place of the second is no alternate place of the first
+    "CIF of insertion codes": (
+        "data_x\n" + _rows("_atom_site", *CODED)
+        + "".join(f"O OG {letter} SER A 100 {code} {x} 0 0\n" for letter, code, x in ("A?0", "B?1", "AA5", "BA6")),
+        dict(positions=[(0, 0, 0), (5, 0, 0)], labels=("OG SER 100 A", "OG SER 100A A"),
+             remarks=("2 alternate places of atoms are left out",))),
+    # A disorder group of 1 or 2 excludes the other, and one below 0 its own images
+    "CIF of sites that exclude one another": (DISORDERED, dict(
+        symbols=["C", "O", "N"], positions=[(0, 0, 0), (0.12 * 5.64, 0, 0), (2.82, 2.82, 2.82)], remarks=(
+            "1 site without an element left out", "1 site of other disorder groups than 2 left out",
+            "2 atoms of an occupancy below 1 shown as a whole"))),
+    "CIF of a component": ("data_ALA\n" + _rows("_chem_comp_atom", *COMPONENT) + "N N 1 2 3 4 5 6\nCA C 2 2 3 5 5 6\n",
+                           dict(positions=[[1, 2, 3], [2, 2, 3]])),
+    "CIF of ideal places": ("data_ALA\n" + _rows("_chem_comp_atom", *COMPONENT) + "N N ? ? ? 4 5 6\nCA C ? ? ? 5 5 6\n",
+                            dict(positions=[[4, 5, 6], [5, 5, 6]])),
+    # Structures list the atoms of their residues too; dictionaries of restraints begin with a list of components
+    "CIF of residues": ("data_ALA\n" + _rows("_chem_comp_atom", *COMPONENT[:2]) + "N N\n" + _rows("_atom_site", *SITES) + "C 7 8 9\n",
+                        dict(positions=[[7, 8, 9]])),
+    "CIF of restraints": (
+        "data_comp_list\n_chem_comp.id ALA\ndata_ALA\n" + _rows("_chem_comp_atom", *COMPONENT[:2], "x", "y", "z") + "N N 1 1 2\n",
+        dict(positions=[[1, 1, 2]], remarks=("1 other data block not read",))),
+    # A category of one row has no loop: https://www.iucr.org/resources/cif/spec/version1.1/cifsyntax, paragraph 4
+    **{f"CIF of one row of {category}": (
+        "data_ZN\n" + "".join(f"{category}.{name.format(prefix)} {value}\n" for name, value in ZINC.items()),
+        dict(symbols=["Zn"], positions=[[1, 2, 3]])) for category, prefix in (("_chem_comp_atom", "model_"), ("_atom_site", ""))},
+}  # fmt: skip
+"""By name, the text of a file, and what the molecule has of it."""
+
+
+@pytest.mark.parametrize("name", HOLDS)
+def test_files_hold_their_atoms(name, tmp_path):
+    text, expected = HOLDS[name]
+    if name.startswith("CIF"):
+        pytest.importorskip("gemmi")
+    found = co.molecule(text_file(tmp_path, "".join(text), "a.txt" if text is CIF else f"a.{name[:3].lower()}"))
+    for field, value in expected.items():
+        if field in ("positions", "bonds", "cell") and value is not None:
+            np.testing.assert_allclose(getattr(found, field), value, rtol=0, atol=1e-14)
+        else:
+            assert getattr(found, field) == value
+
+
+def test_a_file_without_atoms(tmp_path):
+    pytest.importorskip("gemmi")
+    assert "the file holds no atoms" in co.load(text_file(tmp_path, "data_none\n_cell.length_a 5\n", "a.cif")).notes
 
 
 @pytest.mark.parametrize(
@@ -458,40 +453,6 @@ def test_a_byte_order_mark_takes_no_atom(text, tmp_path):
     assert co.molecule(marked).symbols == co.molecule(plain).symbols
 
 
-def test_pdb(tmp_path):
-    found = co.molecule(text_file(tmp_path, PDB))
-    assert found.symbols == ["N", "C", "C", "Ca", "O"]
-    assert found.labels == ("N GLY 12 A", "CA GLY 12 A", "C GLY 12 A", "CA CA 101 A", "O HOH 201 A")
-    assert found.positions[1].tolist() == [11.639, 6.071, -5.147]
-    assert found.remarks == ("1 alternate places of atoms are left out",)
-    assert found.bonds.tolist() == [[0, 1, 1], [1, 2, 1], [3, 4, 2]]
-    expected = [(10, 0, 0), (0, 20, 0), (30 * math.cos(math.radians(100)), 0, 30 * math.sin(math.radians(100)))]
-    assert np.allclose(found.cell, expected, rtol=0, atol=1e-14)
-    # From the second atom alone, to one that is too far for a bond by distance
-    far = co.molecule(text_file(tmp_path, PDB.replace("CONECT    5    6", "CONECT    6    4")))
-    assert far.bonds.tolist() == [[0, 1, 1], [1, 2, 1], [2, 4, 2]]
-
-
-def test_the_first_model_of_a_pdb(tmp_path):
-    lines = PDB.splitlines(keepends=True)
-    models = [*lines[:2], "MODEL        1\n", lines[2], "ENDMDL\n", "MODEL        2\n", lines[5], "ENDMDL\n"]
-    without_end = [line for line in models if line != "ENDMDL\n"]
-    frames = [lines[2], "END\n", lines[5], "END\n"]  # as programs for moving molecules write them
-    for text in (models, without_end, frames):
-        found = co.molecule(text_file(tmp_path, "".join(text)))
-        assert found.symbols == ["N"]
-        assert found.remarks == ("the first of several models is read",)
-
-
-def test_mmcif(tmp_path):
-    pytest.importorskip("gemmi")
-    found = co.molecule(text_file(tmp_path, CIF))
-    assert found.symbols == ["C", "O"]
-    assert found.labels == ("C5' DA 1 A", "O1 DA 1 A")
-    assert found.cell.tolist() == [[10, 0, 0], [0, 20, 0], [0, 0, 30]]
-    assert len(found.remarks) == 2
-
-
 @pytest.mark.parametrize("dot", ["_", "."])
 def test_a_crystal_has_all_sites_of_its_cell(dot, tmp_path):
     """Version 3 of the core dictionary names its items with a dot."""
@@ -507,7 +468,6 @@ def test_a_crystal_has_all_sites_of_its_cell(dot, tmp_path):
 def test_files_of_many_atoms_are_known(serial, tmp_path):
     """Hybrid-36 numbers an atom after 99,999 with letters, and other programs write stars."""
     found = detect_format(text_file(tmp_path, f"ATOM  {serial}  CA  ALA A   1       1.000   2.000   3.000\n", "a"))
-    assert found is not None
     assert found.name.startswith("molecules")
 
 
@@ -515,7 +475,6 @@ def test_files_of_many_atoms_are_known(serial, tmp_path):
 def test_files_are_scenes_like_others(text, kind, tmp_path):
     path = text_file(tmp_path, text, "a.yaml")
     found = detect_format(path)
-    assert found is not None
     assert found.name.startswith("molecules")
     scene = co.load(path)
     assert scene.notes[0].startswith(f"{kind} atoms: ")

@@ -35,7 +35,6 @@ class Evaluator:
     def __init__(self, path: Path) -> None:
         root = ElementTree.parse(path).getroot()
         geometry = root if root.tag == "geometry" else root.find("geometry")
-        assert geometry is not None
         self.surfaces = {
             int(value(e, "id") or 0): (value(e, "type") or "", floats(e, "coeffs")) for e in geometry.iter("surface")
         }

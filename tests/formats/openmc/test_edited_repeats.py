@@ -2,7 +2,6 @@
 
 import dataclasses
 import pickle
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,7 +10,6 @@ import conicoid as co
 from benchmarks.comparison.scenes import core_xml
 from conicoid._util.arrays import Vector
 from conicoid.geometry import instance_edits as repeated_edited
-from conicoid.geometry.body import Body
 from conicoid.geometry.cell import NOTHING, Tree
 from conicoid.geometry.instance_edits import EditedInstances
 from conicoid.geometry.instances import InstanceList
@@ -19,8 +17,7 @@ from conicoid.geometry.shape import PrimitiveSolid
 from conicoid.prepare import prepared_scene
 
 from ...samples import in_turn
-from .models import geometry_file
-from .repeated_models import MODELS
+from .models import MODELS, geometry_file
 from .test_repeated import written_out
 
 
@@ -176,7 +173,7 @@ def test_names_stay_different(core: co.Scene) -> None:
     for call, error, message in (
         (lambda: edited.added(PROBE, before=6), ValueError, r"bodies\[5\] and bodies\[6\] are both named 'probe'"),
         (
-            lambda: core.added(Body(co.Sphere(), name=taken), before=0),
+            lambda: core.added(co.Body(co.Sphere(), name=taken), before=0),
             ValueError,
             r"bodies\[0\] and bodies\[8\] are both named ",
         ),
@@ -242,11 +239,10 @@ def bits_of_answers(scene: co.Scene) -> list[bytes]:
     return [*(np.ascontiguousarray(each).tobytes() for each in found), scene._prepared.key]
 
 
-def test_bodies_are_exchanged_in_the_tables_of_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_bodies_are_exchanged_in_the_tables_of_others(tmp_path, noted_calls) -> None:
     """Most edits prepare nothing anew. All have the numbers and the bits of a newly prepared scene."""
     scene = co.load_openmc(geometry_file(core_xml(1), tmp_path), void=False)
-    fresh, work = [], prepared_scene.lowering.lower
-    monkeypatch.setattr(prepared_scene.lowering, "lower", lambda *of: fresh.append(1) or work(*of))
+    fresh = noted_calls(prepared_scene.lowering, "lower")
     scene.prepare()
     scenes, random = [], np.random.default_rng(3)
     for step in range(14):

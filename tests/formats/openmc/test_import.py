@@ -338,7 +338,6 @@ def named_in_file(path: Path) -> dict[str, object]:
     """Return the entries under `materials` of a scene file, by name."""
     document = yaml_parser.parse_document(path.read_text(encoding="utf-8"))
     root, problems = document.root, document.problems
-    assert root is not None
     assert not problems
     return dict(root.entries["materials"].entries)  # type: ignore[union-attr]
 

@@ -3,7 +3,6 @@
 import functools
 import itertools
 from fractions import Fraction
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -77,10 +76,8 @@ def test_clear_elements() -> None:
     around += [([*lattice.hull[0].sides(), rod], count) for rod, count in zip(rods, (5, 9, 8), strict=True)]
     for sides, count in around:
         room = ElementRoom.of(lattice, place, PlaceBounds().and_(IDENTITY_MOTION, sides) or PlaceBounds())
-        assert room is not None
         assert sum(room.has(lattice.center(index)) for index in lattice.universes) == count
     free = ElementRoom.of(lattice, place, PlaceBounds())
-    assert free is not None
     assert all(free.has(lattice.center(index)) for index in lattice.universes)
 
 
@@ -171,7 +168,6 @@ def test_elements_around_a_box_are_those_that_reach_into_it(lattice: Lattice) ->
     zero = Fraction(0)
     whole = functools.reduce(Extent.union, (prism.extent for prism in lattice.hull))
     tiles = lattice.tiles_around(whole)
-    assert tiles is not None
     found = list(tiles.indices)
     assert len(found) == len(set(found)) <= tiles.count
     assert set(lattice.universes) <= set(found)
@@ -180,7 +176,6 @@ def test_elements_around_a_box_are_those_that_reach_into_it(lattice: Lattice) ->
     # Far from there: the elements in which points of a box lie
     far = Extent((Fraction(6), Fraction(7), zero), (Fraction(9), Fraction(11), Fraction(2)))
     tiles = lattice.tiles_around(far)
-    assert tiles is not None
     prisms = [lattice.prism(index) for index in tiles.indices]
     assert not any(prism.extent.common(far).is_empty for prism in prisms)
     points = np.random.default_rng(3).uniform((6, 7, 0), (9, 11, 2), (500, 3))
@@ -239,14 +234,14 @@ def test_every_point_is_in_the_cell_that_the_rules_give(model: Model, count: int
     compare(model, count)
 
 
-def test_the_scene_is_an_ordinary_one(model: Model, tmp_path: Path) -> None:
+def test_the_scene_is_an_ordinary_one(model: Model, tmp_path) -> None:
     """The scene saves, and loads as an equal one."""
     co.save(model.scene, tmp_path / "scene.yaml")
     assert co.load(tmp_path / "scene.yaml") == model.scene
 
 
 @pytest.mark.parametrize("orientation", ["x", "y"])
-def test_beside_corners_of_hexagons_rounded_walls_decide(orientation: str, tmp_path: Path) -> None:
+def test_beside_corners_of_hexagons_rounded_walls_decide(orientation: str, tmp_path) -> None:
     """Three walls should meet there, but leave gaps and overlaps of 1e-16.
 
     A point is in no body or in the first of the list, and so are spans.

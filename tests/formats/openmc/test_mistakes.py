@@ -14,8 +14,7 @@ from conicoid.io.openmc import geometry as limits
 from conicoid.io.openmc.importer import MAX_NESTING, read_openmc_geometry
 
 from ...children import ROOT
-from .broken import CASES, geometry
-from .models import geometry_file
+from .models import CASES, geometry, geometry_file
 
 # --- Mistakes in a file are errors with line and name, and nothing else happens
 
@@ -350,15 +349,12 @@ def test_a_core_of_400000_pins_is_no_more_than_is_allowed(tmp_path: Path) -> Non
     assert 417_316 < read_openmc_geometry(tmp_path / "geometry.xml").body_count < options.DEFAULT_BODY_LIMITS.bodies
 
 
-def test_bodies_beyond_scene_files_are_refused_before_they_are_made(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_bodies_beyond_scene_files_are_refused_before_they_are_made(tmp_path: Path, noted_calls) -> None:
     """A cylinder in a lattice is two primitives, each with its motion: four parts at least."""
     write_core(tmp_path / "geometry.xml", 15)
     scene = co.load_openmc(tmp_path / "geometry.xml")
-    lists, kind = [], type(scene.bodies)
-    work = kind.shape_at
-    monkeypatch.setattr(kind, "shape_at", lambda *of: lists.append(of[1]) or work(*of))
+    kind = type(scene.bodies)
+    lists = noted_calls(kind, "shape_at")
     with pytest.raises(
         ValueError, match=r"scene.yaml: a scene file may have 1,000,000 parts .* has about [12],\d{3},\d{3}"
     ):

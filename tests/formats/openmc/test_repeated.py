@@ -8,14 +8,12 @@ import pytest
 
 import conicoid as co
 from benchmarks.comparison.scenes import core_xml
-from conicoid.geometry.body import Body
 from conicoid.geometry.instances import InstanceList
 from conicoid.prepare.lowering import lower
 
 from ...samples import marked
 from .evaluator import Evaluator, same_place
-from .models import geometry_file
-from .repeated_models import BALL, MODELS
+from .models import BALL, MODELS, geometry_file
 
 SLANTED = {"hexagons", "core at an angle", "cubes at an angle", "hexagons at an angle"}
 """Models with slanted walls, for which another record may stand for equal planes."""
@@ -37,9 +35,9 @@ def model_name(path: Path) -> str:
     return next(name for name, text in MODELS.items() if text == path.read_text())
 
 
-def written_out(scene: co.Scene) -> tuple[Body, ...]:
+def written_out(scene: co.Scene) -> tuple[co.Body, ...]:
     """Return the bodies, each a shape of its own."""
-    return tuple(Body(body.shape, body.material, body.name) for body in scene.bodies)
+    return tuple(co.Body(body.shape, body.material, body.name) for body in scene.bodies)
 
 
 def test_pins_that_a_vessel_does_not_cut_are_alike(tmp_path: Path) -> None:
@@ -52,12 +50,11 @@ def test_pins_that_a_vessel_does_not_cut_are_alike(tmp_path: Path) -> None:
     assert len({int(bodies.kinds[number]) for number in within}) == 1
 
 
-def test_copies_are_lowered_without_a_shape_for_each_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_copies_are_lowered_without_a_shape_for_each_place(tmp_path: Path, noted_calls) -> None:
     """A pin of 81 assemblies has 153 places along each axis. A few of its shapes show the effect of a shift."""
     bodies = co.load_openmc(geometry_file(core_xml(9), tmp_path), void=False).bodies
     assert isinstance(bodies, InstanceList)
-    shapes, work = [], type(bodies).shape_at
-    monkeypatch.setattr(type(bodies), "shape_at", lambda self, *place: shapes.append(place) or work(self, *place))
+    shapes = noted_calls(type(bodies), "shape_at")
     lower(bodies)
     assert len(bodies.shifts.values[0]) >= 153
     assert len(shapes) <= 12 * len(bodies.members)

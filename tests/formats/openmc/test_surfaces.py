@@ -5,14 +5,12 @@ import math
 import xml.etree.ElementTree as ElementTree
 from decimal import Decimal
 from fractions import Fraction
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
 import conicoid as co
-from conicoid.geometry.shape import Solid
 from conicoid.io.openmc.placement import Extent, UniversePlacement, rotation_by_angles
 from conicoid.io.openmc.region_expression import (
     MAX_PARENTHESES,
@@ -44,7 +42,7 @@ def surface(kind: str, coefficients: str) -> Surface:
     return read_surface(XmlElement("surface", 1, 1, {"id": "1", "type": kind, "coeffs": coefficients})).surface
 
 
-def solid(item: Surface, positive: bool = False) -> Solid:
+def solid(item: Surface, positive: bool = False) -> co.Solid:
     if isinstance(item, FlatSurface):
         return item.solid(positive)
     return ~item.solid() if positive else item.solid()
@@ -195,7 +193,7 @@ def test_the_cylinder_is_the_one_that_a_user_would_write() -> None:
 
 
 @pytest.mark.parametrize("ring", ["z-cylinder' coeffs='0 0 0", "sphere' coeffs='0 0 0 0"])
-def test_the_innermost_ring_may_have_radius_0(ring: str, tmp_path: Path) -> None:
+def test_the_innermost_ring_may_have_radius_0(ring: str, tmp_path) -> None:
     """Programs divide a pin into rings from radius 0 on. The first cell has no volume, and the second is whole."""
     text = (
         endless(2, 0.3)
@@ -213,7 +211,7 @@ def test_the_innermost_ring_may_have_radius_0(ring: str, tmp_path: Path) -> None
     assert all(map(same_place, Evaluator(path).find(points), names))
 
 
-def test_elements_and_attributes_are_the_same(tmp_path: Path) -> None:
+def test_elements_and_attributes_are_the_same(tmp_path) -> None:
     path = model_file("kinds", tmp_path)
     root = ElementTree.parse(path).getroot()
     for element in root:

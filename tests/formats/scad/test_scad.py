@@ -323,5 +323,4 @@ def test_files_are_known_by_their_first_call(head, tmp_path):
             tmp_path, head + "multmatrix([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]) { cube(size = 1); }"
         )
     )
-    assert found is not None
     assert found.name == "OpenSCAD's .csg"

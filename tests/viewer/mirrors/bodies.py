@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from . import table as engine
@@ -53,10 +51,10 @@ def chords(world, scratch, x, out):
         out[0] += x[7] - t
 
 
-def _with_ends(some_rays: Any) -> Any:
+def _with_ends(some_rays):
     find = with_number("entry_kind", some_rays, CHORDS)
 
-    def inputs(scene: Any, rng: Any) -> Any:
+    def inputs(scene, rng):
         result = find(scene, rng)
         result[:, 1, 3] = np.minimum(result[:, 1, 3], result[:, 0, 3] + 8)
         result[:, 2, 0] = -1
@@ -90,7 +88,7 @@ def comes_first(world, scratch, x, out):
     out[0] = engine.comes_first(x[0], np.int64(x[1]), x[2], np.int64(x[3]))
 
 
-def _two_crossings(scene: Any, rng: Any) -> Any:
+def _two_crossings(scene, rng):
     bodies = rng.permuted(np.tile(np.arange(4), (FEW, 1)), axis=1)[:, :2]
     times = rng.integers(0, 3, (FEW, 2)) / 2
     return records(FEW, np.column_stack([times[:, 0], bodies[:, 0], times[:, 1], bodies[:, 1]]))
@@ -154,11 +152,11 @@ for (int k = 0; k < 64; k++) {
 if (hit.body < 0) put(-1);"""
 
 
-def _programs(mode: int) -> Any:
+def _programs(mode: int):
     return lambda some_rays: with_number("program_leaf", some_rays, mode, ends=1)
 
 
-def _scene_rays(mode: int) -> Any:
+def _scene_rays(mode: int):
     return lambda some_rays: with_number("entry_kind", some_rays, mode, FEW)
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 COUNT = 2048
@@ -11,7 +9,7 @@ FEW = 512
 NO_SURFACE = -1
 
 
-def records(count: int, *parts: Any) -> Any:
+def records(count: int, *parts):
     """Return parts of one to four numbers, (count, k) or (count,) or one number, as records of float32.
 
     Each part begins a new record.
@@ -26,7 +24,7 @@ def records(count: int, *parts: Any) -> Any:
     return result
 
 
-def directions(rng: Any, count: int) -> Any:
+def directions(rng, count: int):
     """Return unit vectors, some along an axis or in a plane of two."""
     d = rng.normal(size=(count, 3))
     axis, kind = rng.integers(0, 3, count), rng.integers(0, 8, count)
@@ -36,7 +34,7 @@ def directions(rng: Any, count: int) -> Any:
     return np.float32(d / np.linalg.norm(d, axis=1, keepdims=True)).astype(float)
 
 
-def rays(rng: Any, count: int, reach: float = 1.2) -> Any:
+def rays(rng, count: int, reach: float = 1.2):
     """Return three records: rays past the origin, from near and far, of any length, with intervals, without a start."""
     d = directions(rng, count)
     target = rng.uniform(-reach, reach, (count, 3))
@@ -57,7 +55,7 @@ _ACROSS = np.array([(a, b) for a in (-1.25, -1, -0.75, 0, 0.75, 1, 1.25) for b i
 _RIGHT = [(a, b) for a, b in _ACROSS if a * b == 0 or {abs(a), abs(b)} == {0.75, 1.0}]
 
 
-def exact_rays(rng: Any, count: int) -> Any:
+def exact_rays(rng, count: int):
     """Return rays along an axis, with roots of perfect squares, in steps of a quarter; half of them start on faces."""
     axis, sign = rng.integers(0, 3, count), rng.choice([-1.0, 1.0], count)
     origin, d = np.zeros((count, 3)), np.zeros((count, 3))
@@ -71,7 +69,7 @@ def exact_rays(rng: Any, count: int) -> Any:
     return [np.column_stack([origin, t_min]), np.column_stack([d, t_max]), np.full((count, 1), NO_SURFACE)]
 
 
-def diagonal_rays(rng: Any, count: int) -> Any:
+def diagonal_rays(rng, count: int):
     """Return `exact_rays`, half of them along the diagonal of a square: they meet edges, crossing two planes at once."""
     o, d, start = exact_rays(rng, count)
     axis, rows = d[:, :3].nonzero()[1], np.arange(count)
@@ -79,7 +77,7 @@ def diagonal_rays(rng: Any, count: int) -> Any:
     return [o, d, start]
 
 
-def starting(rng: Any, some_rays: Any, surfaces: Any) -> Any:
+def starting(rng, some_rays, surfaces):
     """Return the rays, a third of them with a surface to start on."""
     count = len(some_rays[2])
     start = np.where(rng.random(count) < 0.34, surfaces, NO_SURFACE)

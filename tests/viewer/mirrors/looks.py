@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from . import table as engine
@@ -17,11 +15,11 @@ _DEEPER = 2.0**-13 - 2.0**-20
 """The depth below a surface at which the shader reads patterns in space, as a share of a cube's side."""
 
 
-def _materials(scene: Any) -> Any:
+def _materials(scene):
     return scene.python.look.materials
 
 
-def normalized_columns(v: Any) -> Any:
+def normalized_columns(v):
     return np.float32(v / np.linalg.norm(v, axis=1, keepdims=True)).astype(float)
 
 
@@ -29,24 +27,16 @@ def camera_ray(world, scratch, x, out):
     out[0], out[1], out[2], out[3], out[4], out[5] = engine.camera_ray(world.lens, x[0], x[1], SIZE[0], SIZE[1])
 
 
-def _pixels(scene: Any, rng: Any) -> Any:
-    return records(FEW, rng.uniform(0, 1, (FEW, 2)) * SIZE)
-
-
 def turns(world, scratch, x, out):
     out[0] = engine.turns(x[0], x[1])
 
 
-def _angles(scene: Any, rng: Any) -> Any:
+def _angles(scene, rng):
     points = rng.normal(size=(FEW, 2)) * (rng.random((FEW, 2)) > 0.1)
     return records(FEW, points)
 
 
-def _short_angles(scene: Any, rng: Any) -> Any:
-    return records(FEW, rng.integers(-1, 2, (FEW, 2)))
-
-
-def _faces(scene: Any, rng: Any) -> Any:
+def _faces(scene, rng):
     """Return (body, face, surface), a face of each body; the surface is the ball's where the body is one of many."""
     tables = tables_of(scene)
     body = rng.integers(0, len(tables.body_face), COUNT)
@@ -57,11 +47,11 @@ def _faces(scene: Any, rng: Any) -> Any:
     return np.column_stack([body, face, np.where(first < 0, tables.entry_index[body], 0)])
 
 
-def _points_of_faces(scene: Any, rng: Any) -> Any:
+def _points_of_faces(scene, rng):
     return records(COUNT, rng.normal(size=(COUNT, 3)), _faces(scene, rng), directions(rng, COUNT))
 
 
-def _points_of_patterns(scene: Any, rng: Any) -> Any:
+def _points_of_patterns(scene, rng):
     """Return points, half of them on the side of a cube of the pattern, with the normal along one of its edges."""
     points, materials = _points_of_faces(scene, rng), _materials(scene)
     scales = materials.rows["scale"][materials.row_of[points[:, 1, 0].astype(int)]]
@@ -99,11 +89,11 @@ def is_even(world, scratch, x, out):
     out[0] = engine.is_even(x[0], x[1], x[2])
 
 
-def _places(scene: Any, rng: Any) -> Any:
+def _places(scene, rng):
     return records(FEW, rng.normal(size=(FEW, 3)) * 5)
 
 
-def _corners(scene: Any, rng: Any) -> Any:
+def _corners(scene, rng):
     return records(FEW, rng.integers(-8, 8, (FEW, 3)) / 2)
 
 
@@ -111,7 +101,7 @@ def medium_of(world, scratch, x, out):
     out[0] = engine.body_medium(world.look.materials, np.int64(x[0]))
 
 
-def _bodies(scene: Any, rng: Any) -> Any:
+def _bodies(scene, rng):
     return records(FEW, rng.integers(-1, len(_materials(scene).row_of), FEW))
 
 
@@ -119,7 +109,7 @@ def index_of(world, scratch, x, out):
     out[0] = engine.medium_index(world.look.materials, np.int64(x[0]))
 
 
-def _media(scene: Any, rng: Any) -> Any:
+def _media(scene, rng):
     return records(FEW, rng.integers(-1, len(_materials(scene).rows), FEW))
 
 
@@ -127,7 +117,7 @@ def unseen(world, scratch, x, out):
     out[0] = engine.is_invisible_wall(world.look.materials, np.int64(x[0]), np.int64(x[1]), np.int64(x[2]))
 
 
-def _walls(scene: Any, rng: Any) -> Any:
+def _walls(scene, rng):
     """Return any body between any two media."""
     rows = len(_materials(scene).rows)
     return records(
@@ -140,7 +130,7 @@ def absorbed(world, scratch, x, out):
     out[0], out[1], out[2] = engine.absorb(world.look.materials, np.int64(x[4]), x[5], x[0], x[1], x[2])
 
 
-def _ways(scene: Any, rng: Any) -> Any:
+def _ways(scene, rng):
     """Return short and long ways, none, and one without end."""
     length = rng.choice([0.0, -1.0, 0.3, 2.0, 1e30], FEW) * rng.uniform(0.5, 1, FEW)
     return records(
@@ -152,7 +142,7 @@ def background_color(world, scratch, x, out):
     out[0], out[1], out[2] = engine.background_color(world.look.background, x[0])
 
 
-def _heights(scene: Any, rng: Any) -> Any:
+def _heights(scene, rng):
     return records(FEW, rng.choice([-1.0, 0.0, 1.0, 2.0, 3.0], FEW) * rng.uniform(-1, 1, FEW))
 
 
@@ -160,7 +150,7 @@ def dielectric(world, scratch, x, out):
     out[0] = engine.dielectric_fresnel(x[0], x[1], x[2])
 
 
-def _cosines(scene: Any, rng: Any) -> Any:
+def _cosines(scene, rng):
     cosines = rng.random((FEW, 2)) * (rng.random((FEW, 2)) > 0.1)
     cosines[:, 1] = np.where(rng.random(FEW) < 0.1, -1, cosines[:, 1])
     return records(FEW, np.column_stack([cosines, rng.uniform(0.4, 2.5, FEW)]))
@@ -170,7 +160,7 @@ def opaque_reflectance(world, scratch, x, out):
     out[0], out[1], out[2] = engine.opaque_reflectance(world.look.materials.rows[np.int64(x[0])], x[1])
 
 
-def _rows_and_cosines(scene: Any, rng: Any) -> Any:
+def _rows_and_cosines(scene, rng):
     return records(FEW, np.column_stack([rng.integers(0, len(_materials(scene).rows), FEW), rng.random(FEW)]))
 
 
@@ -179,7 +169,7 @@ def refract(world, scratch, x, out):
     out[0], out[1], out[2], out[3], out[4] = cosine < 0.0, tx, ty, tz, cosine
 
 
-def _arriving(scene: Any, rng: Any) -> Any:
+def _arriving(scene, rng):
     """Return directions against a normal, from grazing to straight, into denser and rarer media."""
     d, n = directions(rng, COUNT), directions(rng, COUNT)
     d = np.where((d * n).sum(axis=1, keepdims=True) > 0, -d, d)
@@ -190,7 +180,7 @@ def wall_reflectance(world, scratch, x, out):
     out[0] = engine.wall_reflectance(x[0], x[1], x[2])
 
 
-def _wall_angles(scene: Any, rng: Any) -> Any:
+def _wall_angles(scene, rng):
     return records(FEW, np.column_stack([rng.random(FEW) * 1.02, rng.choice([1.0, 1.25, 1.5], (FEW, 2))]))
 
 
@@ -217,7 +207,7 @@ def light_at(world, scratch, x, out):
         out[5], out[6], out[7] = cosine, shine, part
 
 
-def _lit(scene: Any, rng: Any) -> Any:
+def _lit(scene, rng):
     """Return (point, light), (normal, material), direction to the eye; half of the points near the axis of a light."""
     lights, materials = scene.python.look.lights, _materials(scene)
     light = rng.integers(0, len(lights), COUNT)
@@ -237,17 +227,17 @@ def _lit(scene: Any, rng: Any) -> Any:
     return point, light, normal, row, eye, to_light
 
 
-def _light_and_point(scene: Any, rng: Any) -> Any:
+def _light_and_point(scene, rng):
     point, light, normal, row, eye, _ = _lit(scene, rng)
     return records(COUNT, np.column_stack([point, light]), np.column_stack([normal, row]), eye)
 
 
-def _light_and_direction(scene: Any, rng: Any) -> Any:
+def _light_and_direction(scene, rng):
     _, light, _, _, _, to_light = _lit(scene, rng)
     return records(COUNT, np.column_stack([to_light, light]), rng.uniform(0.5, 9, COUNT))
 
 
-def _material_and_directions(scene: Any, rng: Any) -> Any:
+def _material_and_directions(scene, rng):
     _, _, normal, row, eye, to_light = _lit(scene, rng)
     return records(COUNT, np.column_stack([to_light, row]), eye, normal)
 
@@ -272,7 +262,7 @@ put(ray_count);
 if (ray_count > 0) put(rays[ray_count - 1].weight);"""
 
 
-def _weights(scene: Any, rng: Any) -> Any:
+def _weights(scene, rng):
     """Return weights about the smallest that the integrator follows, and it."""
     weights = 2.0**-12 * rng.choice([0.0, 0.5, 1.0, 1.5], (FEW, 8))
     return records(FEW, weights[:, :3], weights[:, 4:7])
@@ -280,10 +270,10 @@ def _weights(scene: Any, rng: Any) -> Any:
 
 CASES = {
     "camera_ray": Case(
-        f"Ray r = camera_ray(vec2(given(0).x, {SIZE[1]}.0 - given(0).y)); put(r.o); put(r.d);", camera_ray, 6, _pixels, ("ss--",),
+        f"Ray r = camera_ray(vec2(given(0).x, {SIZE[1]}.0 - given(0).y)); put(r.o); put(r.d);", camera_ray, 6, lambda scene, rng: records(FEW, rng.uniform(0, 1, (FEW, 2)) * SIZE), ("ss--",),
         view={"lens": LENS.tolist(), "size": SIZE, "section": None},
     ),
-    "turns": Case("put(turns(given(0).x, given(0).y));", turns, 1, _angles, ("ss--",), exact_inputs=_short_angles),
+    "turns": Case("put(turns(given(0).x, given(0).y));", turns, 1, _angles, ("ss--",), exact_inputs=lambda scene, rng: records(FEW, rng.integers(-1, 2, (FEW, 2)))),
     "uv_at": Case(
         "put(uv_at(int(given(1).x), int(given(1).y), int(given(1).z), given(0).xyz));",
         uv_at, 2, _points_of_faces, ("vvv-", "----", "----"),

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from conicoid._jit.decorators import inline
@@ -23,12 +21,12 @@ def ray_of(x, k):
     )  # fmt: skip
 
 
-def _surfaces(scene: Any, *kinds: int) -> Any:
+def _surfaces(scene, *kinds: int):
     return np.flatnonzero(np.isin(scene.scene._prepared.lowered.tables.surface_kind, kinds))
 
 
-def rays_and_surface(kinds: tuple[int, ...], some_rays: Any, count: int = COUNT) -> Any:
-    def inputs(scene: Any, rng: Any) -> Any:
+def rays_and_surface(kinds: tuple[int, ...], some_rays, count: int = COUNT):
+    def inputs(scene, rng):
         surface = rng.choice(_surfaces(scene, *kinds), count)
         return records(count, *starting(rng, some_rays(rng, count), surface), surface)
 
@@ -39,7 +37,7 @@ def normalized(world, scratch, x, out):
     out[0], out[1], out[2] = engine.normalize(x[0], x[1], x[2])
 
 
-def _vectors(scene: Any, rng: Any) -> Any:
+def _vectors(scene, rng):
     vectors = directions(rng, FEW) * 10.0 ** rng.uniform(-15, 15, (FEW, 1))
     vectors[:4] = [(0, 0, 0), (1e-25, 0, 0), (0, 1e25, 1e25), (0, 0, -2)]
     return records(FEW, vectors)
@@ -60,13 +58,13 @@ def roots_of(world, scratch, x, out):
     _put_roots(out, engine.roots_of(x[0], x[1], x[2], x[1] * x[1] - x[0] * x[2], x[3], False))
 
 
-def _quadratics(scene: Any, rng: Any) -> Any:
+def _quadratics(scene, rng):
     """Return quadratics with every sign, and zero in every place."""
     values = rng.normal(size=(COUNT, 4)) * 10.0 ** rng.uniform(-3, 3, (COUNT, 4))
     return records(COUNT, values * (rng.random((COUNT, 4)) > 0.15))
 
 
-def _short_quadratics(scene: Any, rng: Any) -> Any:
+def _short_quadratics(scene, rng):
     """Return a (t - u)(t - v) and b (t - u), with touches."""
     a, u, v = rng.choice([-2, -1, 0, 0, 1, 2], FEW), rng.integers(-3, 4, FEW), rng.integers(-3, 4, FEW)
     b, c = np.where(a == 0, rng.integers(-2, 3, FEW), -a * (u + v) / 2), np.where(a == 0, u, a * u * v)
@@ -83,7 +81,7 @@ def sphere_roots(world, scratch, x, out):
     _put_roots(out, engine.sphere_roots(sphere, line_of(ray), engine.span_inverse(ray), x[9] > 0.5))
 
 
-def _balls(scene: Any, rng: Any) -> Any:
+def _balls(scene, rng):
     """Return balls of radii from 1e-6 to 1e6, from near and from far; rays graze them and start on them."""
     o, d, start = rays(rng, COUNT)
     size = 10.0 ** rng.uniform(-6, 6, (COUNT, 1))
@@ -111,8 +109,8 @@ def quadric_gradient(world, scratch, x, out):
     out[0], out[1], out[2] = engine.quadric_gradient(quadric, x[0], x[1], x[2])
 
 
-def _points_and_surface(*kinds: int) -> Any:
-    def inputs(scene: Any, rng: Any) -> Any:
+def _points_and_surface(*kinds: int):
+    def inputs(scene, rng):
         return records(COUNT, rng.normal(size=(COUNT, 3)), rng.choice(_surfaces(scene, *kinds), COUNT))
 
     return inputs
@@ -123,13 +121,13 @@ def normal_at(world, scratch, x, out):
     out[0], out[1], out[2] = engine.normal_at(world.geometry, np.int64(x[4]), side, x[0], x[1], x[2])
 
 
-def _points_of_normals(scene: Any, rng: Any) -> Any:
+def _points_of_normals(scene, rng):
     """Return points, among them a surface's own anchor, where the gradient of a cone vanishes."""
     surface = rng.choice(_surfaces(scene, 0, 1, 2), FEW)
     return records(FEW, np.column_stack([rng.normal(size=(FEW, 3)), rng.choice([-1, 1], FEW)]), surface)
 
 
-def _apexes(scene: Any, rng: Any) -> Any:
+def _apexes(scene, rng):
     """Return the middle of the cone about the origin, and points of faces."""
     surface = rng.choice(_surfaces(scene, 0, 2), FEW)
     point = rng.choice([0.0, 0.0, 1.0], (FEW, 3)) * (rng.random((FEW, 1)) < 0.5)
@@ -157,7 +155,7 @@ def is_curved(world, scratch, x, out):
     out[0] = engine.is_curved(world.geometry, np.int64(x[0]))
 
 
-def _all_surfaces(scene: Any, rng: Any) -> Any:
+def _all_surfaces(scene, rng):
     surfaces = _surfaces(scene, 0, 1, 2)
     return records(len(surfaces), surfaces)
 
@@ -167,7 +165,7 @@ def seen_along(world, scratch, x, out):
     out[0], out[1] = u, v
 
 
-def _vertices(scene: Any, rng: Any) -> Any:
+def _vertices(scene, rng):
     some_rays = rays(rng, COUNT)
     axis = np.abs(some_rays[1][:, :3]).argmax(axis=1)
     return records(COUNT, *some_rays, np.column_stack([rng.normal(size=(COUNT, 3)), axis]))
@@ -181,8 +179,8 @@ def inside_loop(world, scratch, x, out):
     out[0] = inside
 
 
-def _loops(some_rays: Any) -> Any:
-    def inputs(scene: Any, rng: Any) -> Any:
+def _loops(some_rays):
+    def inputs(scene, rng):
         return records(
             COUNT,
             *some_rays(rng, COUNT),
@@ -217,14 +215,14 @@ for (int k = 0; k < stack_top; k++) {
 put(bits); put(sorted);"""
 
 
-def _between(expected: Any, found: Any) -> Any:
+def _between(expected, found):
     """Check that all of the former are pushed, none outside of the latter, and the nearest on top."""
     least, most, bits = expected[:, 0].astype(int), expected[:, 1].astype(int), found[:, 0].astype(int)
     return (least & ~bits == 0) & (bits & ~most == 0) & (found[:, 1] == 1)
 
 
-def _nodes(some_rays: Any) -> Any:
-    def inputs(scene: Any, rng: Any) -> Any:
+def _nodes(some_rays):
+    def inputs(scene, rng):
         nodes, (o, d, start) = len(scene.scene._prepared.lowered.tables.node_children), some_rays(rng, COUNT)
         d[:, 3] = np.minimum(d[:, 3], 1e4)  # t of a box without end beside a parallel ray is not a real number
         return records(COUNT, o, d, start, rng.integers(0, nodes, COUNT))
@@ -236,7 +234,7 @@ def leaf_range(world, scratch, x, out):
     out[0], out[1] = engine.leaf_range(np.int64(x[0]))
 
 
-def _leaves(scene: Any, rng: Any) -> Any:
+def _leaves(scene, rng):
     first, count = rng.integers(0, 1 << 18, FEW), rng.integers(0, 16, FEW)
     return records(FEW, -(first << 4 | count) - 1)
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from conicoid.geometry.cell import UV, All, Cell, Face, Not, Tree
 from conicoid.geometry.general_quadric import Quadric
 from conicoid.geometry.polyhedron import Polyhedron
 from conicoid.geometry.primitives import Box, Cone, Cylinder, HalfSpace, Sphere
@@ -26,6 +27,8 @@ from conicoid.geometry.quadrics import (
     TwoSheetHyperboloid,
 )
 from conicoid.geometry.shape import PrimitiveSolid
+from conicoid.geometry.surface import PlaneSurface, Surface
+from conicoid.geometry.transform import IDENTITY_MOTION, Motion
 
 Inside = Callable[[Any, Any, Any], Any]
 
@@ -229,3 +232,104 @@ SAMPLES = [
         bounded=False,
     ),
 ]
+
+
+# --- Trees of cells and uv maps at points, in plain NumPy, without the package's own kernels
+
+
+def _principal(surface: Any, points: Any) -> tuple[Any, ...]:
+    """Return points on the principal axes, the axes as rows, the squares and the linear terms."""
+    rows = np.array([[float(c) for c in row] for row in surface.rows])
+    y = (points - np.array([float(c) for c in surface.anchor])) @ rows.T
+    squares, linear = (np.array([float(c) for c in row]) for row in (surface.squares, surface.linear))
+    return y, rows, squares, linear
+
+
+def value(surface: Surface, points: Any) -> Any:
+    """Return the surface's left side at points (..., 3)."""
+    if isinstance(surface, PlaneSurface):
+        return points @ np.array([float(c) for c in surface.normal]) - float(surface.offset)
+    y, _, squares, linear = _principal(surface, points)
+    return (y * y) @ squares + 2 * y @ linear - float(surface.constant)
+
+
+def gradient(surface: Surface, points: Any) -> Any:
+    """Return ∇ of the left side at points (..., 3)."""
+    if isinstance(surface, PlaneSurface):
+        return np.broadcast_to(np.array([float(c) for c in surface.normal]), np.shape(points))
+    y, rows, squares, linear = _principal(surface, points)
+    return 2 * (y * squares + linear) @ rows
+
+
+def contains(tree: Tree, points: Any, motion: Motion = IDENTITY_MOTION) -> Any:
+    """Return which points (..., 3) of the world are inside the tree moved by a motion."""
+    if isinstance(tree, Cell):
+        sides = [face.inside * value(face.surface.moved(motion), points) <= 0 for face in tree.faces]
+        return np.all(sides, axis=0)
+    if isinstance(tree, Not):
+        return ~contains(tree.part, points, motion)
+    parts = [contains(part, points, motion) for part in tree.parts]
+    return np.all(parts, axis=0) if isinstance(tree, All) else np.any(parts, axis=0)
+
+
+def faces(tree: Tree) -> dict[int, Face]:
+    """Return the faces of a tree by number."""
+    if isinstance(tree, Cell):
+        return {face.number: face for face in tree.faces}
+    found: dict[int, Face] = {}
+    for part in (tree.part,) if isinstance(tree, Not) else tree.parts:
+        found.update(faces(part))
+    return found
+
+
+def uv(mapping: UV, point: Any) -> tuple[float, float]:
+    """Return (u, v) at a point (3,) of the frame of the map."""
+    a, b, c = np.array(mapping.matrix) @ np.append(np.array(point, float), 1.0)
+    return (np.arctan2(b, a) / (2 * np.pi) % 1.0, c) if mapping.angular else (a, b)
+
+
+# --- Motions for tests: a few plain ones and random affine ones, mirrors and shears among them
+
+
+SHEAR = [[1, 0.7, 0, 0.5], [0, 1, -0.4, -1], [0.2, 0, 1, 2], [0, 0, 0, 1]]
+
+MOTIONS = {
+    "still": IDENTITY_MOTION,
+    "shifted": IDENTITY_MOTION.translate((3, -1, 0.5)),
+    "turned": IDENTITY_MOTION.rotate((1, 2, -1), 47).translate((1, 0, 0)),
+    "quarter": IDENTITY_MOTION.rotate((0, 1, 0), 90),
+    "mirrored": IDENTITY_MOTION.scale((1, -1, 1)).rotate((1, 0, 0), 20),
+    "stretched": IDENTITY_MOTION.scale((3, 0.2, 1)).rotate((0, 0, 1), 33),
+    "sheared": IDENTITY_MOTION.transform(SHEAR),
+}
+
+
+def random_motion(rng: np.random.Generator) -> Motion:
+    """Return a random invertible matrix, half of them mirrors, with a shift."""
+    matrix = np.eye(4)
+    matrix[:3, :3] = rng.normal(size=(3, 3)) + np.diag(rng.choice([-1.0, 1.0], 3))
+    matrix[:3, 3] = rng.normal(size=3) * 3
+    return IDENTITY_MOTION.transform(matrix)
+
+
+def climb(
+    inside: Callable[[Any], Any],
+    direction: Any,
+    start: np.ndarray,
+    rng: np.random.Generator,
+    rounds: int,
+    count: int = 60,
+) -> np.ndarray:
+    """Return the furthest point along a direction, by differential evolution: points move by differences of others."""
+    people = start[np.argsort(-(start @ direction))][:count]
+    for _ in range(rounds):
+        others = people[rng.integers(len(people), size=(3, len(people)))]
+        tries = others[0] + rng.uniform(0.3, 1.1, (len(people), 1)) * (others[1] - others[2])
+        better = inside(tries) & (tries @ direction > people @ direction)
+        people = np.where(better[:, None], tries, people)
+    return people[np.argmax(people @ direction)]
+
+
+def carried(motion: Motion, points: np.ndarray) -> np.ndarray:
+    matrix = motion.matrix
+    return points @ matrix[:3, :3].T + matrix[:3, 3]
