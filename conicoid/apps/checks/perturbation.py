@@ -21,7 +21,7 @@ from ..._util.dataclass import dataclass
 from ...geometry.cell import Cell, PolygonSheet, cells_of_tree
 from ...geometry.general_quadric import Quadric
 from ...geometry.polyhedron import Extrusion, FlatSolid, Polyhedron
-from ...geometry.primitives import Cylinder
+from ...geometry.primitives import Box, Cylinder, HalfSpace
 from ...geometry.shape import PrimitiveSheet, PrimitiveSolid
 from ...geometry.surface import UPRIGHT, PlaneSurface, QuadricSurface, Surface
 from ...geometry.transform import IDENTITY_MOTION, Motion
@@ -378,19 +378,19 @@ def localize(own: OwnForms, frame: LocalFrame, cut: bool, bounded: bool = False)
 def has_face_shifts(leaf: Any) -> bool:
     """Return whether a shape has bounds of all changes together.
 
-    Flat solids, polyhedra, general quadrics and whole cylinders have.
+    Boxes, half-spaces, flat solids, polyhedra, general quadrics and whole cylinders have.
     """
     whole = isinstance(leaf, Cylinder) and leaf.end_angle - leaf.start_angle == 360
-    return whole or isinstance(leaf, (FlatSolid, Polyhedron, Quadric))
+    return whole or isinstance(leaf, (Box, HalfSpace, FlatSolid, Polyhedron, Quadric))
 
 
 def _face_shifts(leaf: Any, frame: LocalFrame) -> dict[int, float]:
     """Return for each face a bound of how much all numbers together change its form within the tested part.
 
     It is twice as large as needed, which leaves room for terms of second order. For a plane n·x - d of a polyhedron
-    that is u (Σ |n_k p_k| + |d|), u = 2^-53, and for a quadric the same sum over its terms. Sides and caps of cylinders
-    move as in `conditioning.least_digits`; the gradient of x² + y² - r² is 2 √2 r at most in the box around the
-    cylinder.
+    that is u (Σ |n_k p_k| + |d|), u = 2^-53, of a box u |d|, and for a quadric the same sum over its terms. Sides and
+    caps of cylinders move as in `conditioning.least_digits`; the gradient of x² + y² - r² is 2 √2 r at most in the box
+    around the cylinder.
     """
     if isinstance(leaf, FlatSolid):
         return {face: math.sqrt(3) * shift for face, shift in _flat_shifts(leaf, frame).items()}
@@ -404,7 +404,11 @@ def _face_shifts(leaf: Any, frame: LocalFrame) -> dict[int, float]:
     if isinstance(leaf, Quadric):
         point = np.array([*reach, 1.0])
         return {0: float(2 * HALF_ULP * point @ np.abs(np.array(leaf.symmetric, np.float64)) @ point)}
-    sums = np.abs(np.array(leaf.normals)) @ reach + np.abs(leaf.offsets)
+    if isinstance(leaf, Box):
+        sums = np.abs([leaf.low, leaf.high]).T.ravel()
+    else:
+        planes = ([leaf.normal], [leaf.offset]) if isinstance(leaf, HalfSpace) else (leaf.normals, leaf.offsets)
+        sums = np.abs(planes[0]) @ reach + np.abs(planes[1])
     return dict(enumerate((2 * HALF_ULP * sums).tolist()))
 
 
