@@ -1,5 +1,6 @@
 """How well rays and points are conditioned: by formulas, and by force."""
 
+import dataclasses
 import itertools
 import math
 import tracemalloc
@@ -328,6 +329,43 @@ def test_ordinary_bodies_are_tested_without_a_change_of_each_number(monkeypatch)
         for kind in ("block", "rod", "ellipsoid")
     ]
     assert not conditioning(co.Scene(shapes), SINGLE_PRECISION_DIGITS)
+
+
+_CUBE = [(3, 2, 1, 0), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
+_CUBE_CORNERS = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+
+
+def _triangles(faces):
+    return [(face[0], a, b) for face in faces for a, b in itertools.pairwise(face[1:])]
+
+
+@pytest.mark.parametrize("height", [1.2, 0.8])
+def test_a_face_that_is_not_flat_counts_as_its_triangles(height):
+    corners = [*_CUBE_CORNERS[:6], (1, 1, height), _CUBE_CORNERS[7]]
+    whole, cut = (
+        conditioning(co.Scene([co.Mesh(corners, faces)]))[0]
+        for faces in (_CUBE, [*_CUBE[:1], *_triangles(_CUBE[1:2]), *_CUBE[2:3], *_triangles(_CUBE[3:5]), *_CUBE[5:]])
+    )
+    assert (whole.movement, whole.number, whole.point.tolist()) == (cut.movement, cut.number, cut.point.tolist())
+    # Parts of the one that is convex have no other corners
+    assert height < 1 or any(np.allclose(whole.point, corner, atol=1e-12) for corner in corners)
+
+
+def test_flat_solids_are_not_cut_anew_for_a_change_of_each_number(monkeypatch):
+    notch = [(0, 0), (3, 0), (3, 2), (1.5, 1), (0, 2)]
+    low, high = [(*p, -1.0) for p in notch], [(0.8 * x, 0.7 * y, 1.0 + 0.1 * x * y) for x, y in notch]
+    sides = [(i, (i + 1) % 5, 5 + (i + 1) % 5, 5 + i) for i in range(5)]
+    faces = _triangles([(4, 3, 2, 1, 0), (5, 6, 7, 8, 9), *sides])
+    for solid in (co.Mesh([*low, *high], faces), co.Extrusion(notch, (-1, 2), 0.7)):
+        own = OwnForms(solid)
+        for change, _ in own.changes:  # planes are those of a solid that is cut anew
+            planes = set(dataclasses.replace(change.result).parts.planes)
+            assert planes.issuperset(solid.moved_planes(change.result).values())
+        assert len(own.changes) >= 9
+        scene = co.Scene([solid])
+        with monkeypatch.context() as patch:
+            patch.setattr("conicoid.geometry.polyhedron.convex_parts", None)
+            assert conditioning(scene)[0].digits > 13
 
 
 def test_a_tip_of_many_planes_takes_little_memory():
