@@ -25,7 +25,7 @@ _TOLERANCE = 1e-9
 _REACH = 0.5 + 1e-6
 """The tested part reaches this far along each axis, with some room for rounding."""
 _SAME_CORNER = 2.0**-44
-"""Corners that agree to this count once for widths, which changes them by less than any digit that is shown."""
+"""Corners that agree to this count once, which changes movements by less than any digit that is shown."""
 _SMALL = 1e-300
 """Shorter gradients have no direction."""
 
@@ -66,7 +66,6 @@ def tests_of(cell: LocalCell) -> TestPoints:
             corners.append(at)
         tests.append(_tests_at(cell, at, through))
     points, surfaces, weights = (np.concatenate(each) for each in zip(*tests, strict=True))
-    # A corner of many planes is found by each three of them
     _, first = np.unique(np.round(np.concatenate(corners) / _SAME_CORNER), axis=0, return_index=True)
     return TestPoints(points, surfaces, weights, np.concatenate(corners)[first])
 
@@ -80,8 +79,13 @@ def _tests_at(cell: LocalCell, points: FloatArray, through: IndexArray) -> tuple
     owners, surfaces, weights = [np.zeros(0, np.intp)], [np.zeros((0, 3), np.intp)], [np.zeros((0, 3))]
     counts = (through < len(cell.forms)).sum(axis=1)
     for count in range(1, through.shape[1] + 1):
-        some = np.flatnonzero(counts == count)
-        for combination in _combinations(range(count if len(some) else 0)):
+        rows = np.flatnonzero(counts == count)
+        for combination in _combinations(range(count if len(rows) else 0)):
+            some = rows
+            # A corner of many planes is found by each three of them, and has each plane and each two of them many times
+            if len(combination) < through.shape[1] == 3:
+                keys = np.column_stack([through[some[:, None], combination], np.round(points[some] / _SAME_CORNER)])
+                some = some[np.sort(np.unique(keys, axis=0, return_index=True)[1])]
             chosen = through[some[:, None], combination]
             for weight in _weights(cell, points[some], chosen):
                 padded = np.zeros((len(some), 3))
@@ -99,9 +103,13 @@ def _combinations(surfaces: Sequence[int]) -> Iterator[tuple[int, ...]]:
         yield from itertools.combinations(surfaces, size)
 
 
-def gradients(forms: FloatArray, points: FloatArray) -> FloatArray:
-    """Return the gradients (T, S, 3) of S forms at T points (T, 3): of the same (S, 4, 4), or own ones (T, S, 4, 4)."""
-    return 2 * (np.einsum("...sij,...j->...si", forms[..., :3, :3], points) + forms[..., :3, 3])
+def gradients(forms: FloatArray, surfaces: IndexArray, points: FloatArray) -> FloatArray:
+    """Return the gradients (T, k, 3) of k of the forms (S, 4, 4) at each of T points (T, 3), by `surfaces` (T, k)."""
+    half = forms[:, :3, 3][surfaces]
+    for s in np.flatnonzero(forms[:, :3, :3].any(axis=(1, 2))).tolist():
+        row, place = np.nonzero(surfaces == s)
+        half[row, place] += points[row] @ forms[s, :3, :3]
+    return 2 * half
 
 
 def _products(points: FloatArray) -> FloatArray:
@@ -112,7 +120,9 @@ def _products(points: FloatArray) -> FloatArray:
 
 def values(forms: FloatArray, points: FloatArray) -> FloatArray:
     """Return the values (T, S) of S forms (S, 4, 4) at T points (T, 3)."""
-    return _products(points) @ forms.reshape(-1, 16).T
+    # Without BLAS, whose threads wait for each other longer than such small products take
+    result: FloatArray = np.einsum("ti,si->ts", _products(points), forms.reshape(-1, 16))
+    return result
 
 
 def _inside(cell: LocalCell, points: FloatArray, through: IndexArray) -> Any:
@@ -134,7 +144,7 @@ def _weights(cell: LocalCell, points: FloatArray, surfaces: IndexArray) -> Itera
         yield np.ones(surfaces.shape)
         return
     # Unit normals, so that weights of different surfaces compare; points without some normal get no test
-    normals = gradients(cell.forms[surfaces], points)
+    normals = gradients(cell.forms, surfaces, points)
     sizes = np.linalg.norm(normals, axis=2)
     usable = sizes.min(axis=1) > _SMALL
     sizes = np.where(usable[:, None], sizes, 1.0)
@@ -254,7 +264,7 @@ def _singular(cell: LocalCell) -> Iterator[WeightedPoints]:
         # The pseudoinverse gives the center, or the nearest of many centers
         at = point[None, :]
         doubt = 4 * (np.abs(values(cell.moves[:, q], at)).sum() + cell.shifts[q])
-        slope = np.abs(gradients(form[None], at)).sum()
+        slope = np.abs(gradients(form[None], np.zeros((1, 1), np.intp), at)).sum()
         if abs(float(values(form[None], at)[0, 0])) <= doubt + 2.0**-50 and slope < 1e-9:
             yield np.full((1, 1), q), at
 
@@ -323,7 +333,7 @@ def _worst_of(cell: LocalCell, tests: TestPoints, fields: MotionFields, is_sheet
     """Return the worst movement of some tests of a cell."""
     points, surfaces, weights = tests.points[some], tests.surfaces[some], tests.weights[some]
     products = _products(points)
-    slopes = gradients(cell.forms[surfaces], points)
+    slopes = gradients(cell.forms, surfaces, points)
     gradient = np.einsum("ts,tsi->ti", weights, slopes)
     # The change of the combined form at each test by each number: of the shape, then of the motion
     by_own = np.zeros((len(points), len(cell.moves)))
@@ -332,7 +342,7 @@ def _worst_of(cell: LocalCell, tests: TestPoints, fields: MotionFields, is_sheet
         number = np.flatnonzero(cell.moves[:, s].any(axis=(1, 2)))
         change = products[row] @ cell.moves[number, s].reshape(-1, 16).T
         by_own[row[:, None], number] += weights[row, place][:, None] * change
-    by_motion = np.einsum("ti,mij,tj->tm", gradient, fields.fields, products[:, 12:], optimize=True)
+    by_motion = (gradient[:, :, None] * products[:, None, 12:]).reshape(-1, 12) @ fields.fields.reshape(-1, 12).T
     by_number = np.abs(np.concatenate([by_own, by_motion], axis=1))
     change = by_number.sum(axis=1) + (np.abs(weights) * cell.shifts[surfaces]).sum(axis=1)
     # The width of the tested part, or of a polyhedron's corners, along the gradient; a sheet has none of its own
