@@ -260,6 +260,31 @@ class FlatSolid(PrimitiveSolid, abstract=True):
         found: FlatParts | None = vars(self).get("_parts")
         return found or _decompose_faces(*self._boundary())
 
+    @cached_property
+    def _facets(self) -> list[tuple[int, tuple[int, ...]]]:
+        """The plane and the corners of each flat piece of a face."""
+        numbers = {_name(plane): k for k, plane in enumerate(self.parts.planes)}
+        _, _, corners, faces = self._boundary()
+        pieces = (piece for face in faces for piece in _flat_pieces(corners, face))
+        return [(numbers[_name(plane)], piece) for piece, plane in pieces if plane is not None]
+
+    def moved_planes(self, other: FlatSolid) -> dict[int, FlatPlane] | None:
+        """Return the planes, by number, of which `other` has moved a corner; None if a piece then leaves its plane.
+
+        `other` is the same solid with other numbers; its parts are not needed.
+        """
+        old, new = self._boundary()[2], other._boundary()[2]
+        moved = {k for k, (a, b) in enumerate(zip(old, new, strict=True)) if a != b}
+        touched = {number for number, piece in self._facets if not moved.isdisjoint(piece)}
+        planes: dict[int, FlatPlane] = {}
+        for number, piece in self._facets:
+            if number in touched:
+                plane = planes.get(number) or fit_plane([new[k] for k in piece])
+                if plane is None or any(side_of_plane(plane, new[k]) for k in piece):
+                    return None
+                planes[number] = plane
+        return planes
+
     @property
     def _near(self) -> Vector:
         """The point by which all planes are anchored: the first corner."""

@@ -178,6 +178,24 @@ def test_empty_bodies():
     assert "body 0 (nothing) is empty" in found[0].message
 
 
+_NEEDLES = """<geometry><cell id="1" fill="7" region="-1 2 -3 4 -5 6"/>
+<surface id="1" type="x-plane" coeffs="20"/><surface id="2" type="x-plane" coeffs="-20"/>
+<surface id="3" type="y-plane" coeffs="20"/><surface id="4" type="y-plane" coeffs="-20"/>
+<surface id="5" type="z-plane" coeffs="0.4"/><surface id="6" type="z-plane" coeffs="-0.4"/>
+<surface id="7" type="plane" coeffs="1 -1 0 0.001"/><surface id="8" type="plane" coeffs="1 -1 0 -0.001"/>
+<surface id="9" type="z-plane" coeffs="0.001"/><surface id="10" type="z-plane" coeffs="-0.001"/>
+<lattice id="7" dimension="40 40" lower_left="-20 -20" pitch="1 1" universes="{}"/>
+<cell id="11" universe="2" material="1" region="-7 8 -9 10"/>
+<cell id="12" universe="2" material="2" region="7 | -8 | 9 | -10"/></geometry>"""
+
+
+def test_instances_are_empty_only_together(tmp_path):
+    # Few of the rays through the box of a needle along x = y hit it, but many hit one of 1,600
+    path = tmp_path / "needles.xml"
+    path.write_text(_NEEDLES.format("2 " * 1600))
+    assert not of_kind(co.check(co.load_openmc(path), rays=2000), "empty")
+
+
 def test_the_same_seed_finds_the_same():
     scene = co.Scene([co.Sphere(), co.Sphere(1, (1, 0, 0)), co.Sphere(1, (0, 1, 0))])
     one, other, third = (co.check(scene, rays=600, seed=seed) for seed in (1, 1, 2))

@@ -1,7 +1,9 @@
 """How well rays and points are conditioned: by formulas, and by force."""
 
+import dataclasses
 import itertools
 import math
+import tracemalloc
 from fractions import Fraction
 
 import numpy as np
@@ -328,6 +330,57 @@ def test_ordinary_bodies_are_tested_without_a_change_of_each_number(monkeypatch)
     assert not conditioning(co.Scene(shapes), SINGLE_PRECISION_DIGITS)
 
 
+_CUBE = [(3, 2, 1, 0), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
+_CUBE_CORNERS = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+
+
+def _triangles(faces):
+    return [(face[0], a, b) for face in faces for a, b in itertools.pairwise(face[1:])]
+
+
+@pytest.mark.parametrize("height", [1.2, 0.8])
+def test_a_face_that_is_not_flat_counts_as_its_triangles(height):
+    corners = [*_CUBE_CORNERS[:6], (1, 1, height), _CUBE_CORNERS[7]]
+    whole, cut = (
+        conditioning(co.Scene([co.Mesh(corners, faces)]))[0]
+        for faces in (_CUBE, [*_CUBE[:1], *_triangles(_CUBE[1:2]), *_CUBE[2:3], *_triangles(_CUBE[3:5]), *_CUBE[5:]])
+    )
+    assert (whole.movement, whole.number, whole.point.tolist()) == (cut.movement, cut.number, cut.point.tolist())
+    # Parts of the one that is convex have no other corners
+    assert height < 1 or any(np.allclose(whole.point, corner, atol=1e-12) for corner in corners)
+
+
+def test_flat_solids_are_not_cut_anew_for_a_change_of_each_number(monkeypatch):
+    notch = [(0, 0), (3, 0), (3, 2), (1.5, 1), (0, 2)]
+    low, high = [(*p, -1.0) for p in notch], [(0.8 * x, 0.7 * y, 1.0 + 0.1 * x * y) for x, y in notch]
+    sides = [(i, (i + 1) % 5, 5 + (i + 1) % 5, 5 + i) for i in range(5)]
+    faces = _triangles([(4, 3, 2, 1, 0), (5, 6, 7, 8, 9), *sides])
+    for solid in (co.Mesh([*low, *high], faces), co.Extrusion(notch, (-1, 2), 0.7)):
+        own = OwnForms(solid)
+        for change, _ in own.changes:  # planes are those of a solid that is cut anew
+            planes = set(dataclasses.replace(change.result).parts.planes)
+            assert planes.issuperset(solid.moved_planes(change.result).values())
+        assert len(own.changes) >= 9
+        scene = co.Scene([solid])
+        with monkeypatch.context() as patch:
+            patch.setattr("conicoid.geometry.polyhedron.convex_parts", None)
+            assert conditioning(scene)[0].digits > 13
+
+
+def test_a_tip_of_many_planes_takes_little_memory():
+    # 82,160 triples of 80 planes meet at the tip: a million tests, each of three surfaces at most
+    turn = 2 * np.pi * np.arange(80) / 80
+    sides = np.stack([np.cos(turn), np.sin(turn), np.ones(80)], axis=1)
+    tip = co.Polyhedron([*sides, (0, 0, -1)], [*(sides @ (3, 4, 1)), 0])
+    scene = co.Scene([tip])
+    scene.prepare()
+    tracemalloc.start()
+    assert not conditioning(scene, SINGLE_PRECISION_DIGITS)
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert most < 512 * 2**20
+
+
 def _leaf(kind: str, far: float, thin: float) -> co.Shape:
     """Return a turned block of planes of any scale, or a rod across it or a quadric, `far` from the origin."""
     random = np.random.default_rng(7)
@@ -338,13 +391,17 @@ def _leaf(kind: str, far: float, thin: float) -> co.Shape:
         second = turn.T @ np.diag([1.0, thin**-2, thin**-2 if kind == "ellipsoid" else -1.0]) @ turn
         first, rest = -second @ at, at @ second @ at - (kind == "ellipsoid")
         return co.Quadric(matrix=np.block([[second, first[:, None]], [first, rest]]).tolist())
+    if kind == "box":
+        return co.Box(at - [1.0, thin, thin], at + [1.0, thin, 2 * thin])
+    if kind == "half-space":
+        return co.HalfSpace(3 * turn[0], 3 * turn[0] @ at)
     normals = np.concatenate([turn, -turn]) * random.uniform(0.1, 10, (6, 1))
     reach = np.tile([1.0, thin, thin], 2) * np.linalg.norm(normals, axis=1)
     return co.Polyhedron(normals.tolist(), normals @ at + reach)
 
 
 _PLACES = [(0.0, 1.0), (0.5, 1e-3), (1e3, 1.0), (1e6, 1e-2)]
-_CASES = [*((kind, *place) for kind in ("block", "rod") for place in _PLACES)]
+_CASES = [*((kind, *place) for kind in ("block", "box", "half-space", "rod") for place in _PLACES)]
 _CASES += [*((kind, *place) for kind in ("ellipsoid", "tip") for place in _PLACES[:3])]  # farther off, none is left
 
 
@@ -352,7 +409,7 @@ _CASES += [*((kind, *place) for kind in ("ellipsoid", "tip") for place in _PLACE
 def test_bounds_of_all_changes_are_not_below_the_sum_of_the_single_ones(kind, far, thin):
     leaf, random = _leaf(kind, far, thin), np.random.default_rng(8)
     frame, (low, high), _ = own_frame(leaf)
-    low, high = (-2 * np.ones(3), 2 * np.ones(3)) if kind == "tip" else (low, high)
+    low, high = (-2 * np.ones(3), 2 * np.ones(3)) if kind in ("half-space", "tip") else (low, high)
     for share in (0.0, 0.1, 0.4):
         cut = share * random.uniform(0, 1, (2, 3)) * (high - low)
         extent = tuple((low + cut[0]).tolist()), tuple((high - cut[1]).tolist())
@@ -364,5 +421,8 @@ def test_bounds_of_all_changes_are_not_below_the_sum_of_the_single_ones(kind, fa
             )
             for bounded in (False, True)
         )
+        if exact is None:  # no face is in the part
+            assert bound is None
+            continue
         assert exact.relative <= bound.relative
         assert kind == "tip" or bound.relative <= 100 * exact.relative  # at a tip nothing moves where all terms are 0

@@ -11,10 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from ..._util.arrays import FloatArray, ignore_fp_errors
+from ..._util.arrays import FloatArray, IndexArray, ignore_fp_errors
 from ..._util.dataclass import dataclass
 from ..._util.validation import check_callback, check_integer
 from ...geometry.body import Body
+from ...geometry.instances import InstanceList
 from ...geometry.shape import Shape
 from ...kernels.tables import BALL, PLANE, POLYGON, SHEET, Tables
 from ...queries.result import extension
@@ -232,20 +233,35 @@ def _probe_pairs(scan: ProbeScan, targets: ProbeTargets, rays: int, random: np.r
 
 
 def _probe_unseen(scan: ProbeScan, targets: ProbeTargets, rays: int, random: np.random.Generator) -> Any:
-    """Return the ids of bodies that no ray has hit, after more rays through their boxes. A ball is never empty."""
-    tables = scan.scene._prepared.lowered.tables
-    missing = ~scan.is_hit
-    missing[tables.entry_kind == BALL] = False
-    bodies = np.flatnonzero(missing & ~targets.empty)
+    """Return the ids of bodies that no ray has hit, after more rays through their boxes. A ball is never empty.
+
+    Instances of one shape are empty together: if a ray hits one of them, none is, and rays go through the first alone.
+    """
+    kinds = _rigid_kinds(scan.scene.bodies, len(scan.is_hit))
+    is_ball = scan.scene._prepared.lowered.tables.entry_kind == BALL
+
+    def unseen() -> Any:
+        seen = np.zeros(kinds.max() + 1, np.bool_)
+        seen[kinds[scan.is_hit | is_ball]] = True
+        return ~seen[kinds]
+
+    missing = np.flatnonzero(unseen() & ~targets.empty)
+    _, first = np.unique(kinds[missing], return_index=True)
+    bodies = np.sort(missing[first])
     if len(bodies):
-        scan.follow(
-            targets.through_bodies(
-                # At least one ray for each of the bodies
-                np.resize(bodies, min(_FOR_THE_UNSEEN * len(bodies), max(rays, len(bodies)))),
-                random,
-            )
-        )
-    return np.flatnonzero(missing & ~scan.is_hit)
+        # At least one ray for each of the bodies
+        picks = np.resize(bodies, min(_FOR_THE_UNSEEN * len(bodies), max(rays, len(bodies))))
+        scan.follow(targets.through_bodies(picks, random))
+    return np.flatnonzero(unseen())
+
+
+def _rigid_kinds(bodies: Any, count: int) -> IndexArray:
+    """Return a number for each of `count` bodies, which instances of one shape have in common."""
+    own = np.arange(count)
+    if not isinstance(bodies, InstanceList):
+        return own
+    rigid = np.array([bodies.is_rigid(kind) for kind in range(len(bodies.members))])
+    return np.where(rigid[bodies.kinds], bodies.kinds, len(rigid) + own)
 
 
 def _by_length(sightings: Any) -> Any:

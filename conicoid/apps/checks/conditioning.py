@@ -414,8 +414,10 @@ def _examine_bodies(
     bodies = scene.bodies
     balls: dict[Motion, dict[int, Sphere]] = {}
     good = examiner.good_instances(bodies) if isinstance(bodies, InstanceList) else frozenset()
-    for item, body in enumerate(bodies):
-        if item in good:
+    for item in range(len(bodies)):
+        # A list of instances builds each body
+        body = None if item in good else bodies[item]
+        if body is None:
             first += 1
         elif isinstance(body.shape, Spheres):
             yield BallsConditioning.of(body.shape, np.arange(first, first + len(body.shape)))

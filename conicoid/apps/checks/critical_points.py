@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ..._util.arrays import FloatArray, cross_rows, unit_rows
+from ..._util.arrays import FloatArray, IndexArray, cross_rows, unit_rows
 from ..._util.dataclass import dataclass
 from .perturbation import LocalCell, LocalShape, MotionFields
 
@@ -24,6 +24,8 @@ _TOLERANCE = 1e-9
 """A point is inside a face if the face's function is at most this."""
 _REACH = 0.5 + 1e-6
 """The tested part reaches this far along each axis, with some room for rounding."""
+_SAME_CORNER = 2.0**-44
+"""Corners that agree to this count once, which changes movements by less than any digit that is shown."""
 _SMALL = 1e-300
 """Shorter gradients have no direction."""
 
@@ -37,9 +39,13 @@ for _k in range(3):
 
 @dataclass(frozen=True, eq=False)
 class TestPoints:
-    """Points (T, 3), weights (T, S) of the surfaces in each test, and the corners (V, 3) of a polyhedron."""
+    """Points (T, 3), the surfaces (T, 3) in each test with weights (T, 3), and the corners (V, 3) of a polyhedron.
+
+    A test of fewer surfaces has weights of 0.
+    """
 
     points: FloatArray
+    surfaces: IndexArray
     weights: FloatArray
     corners: FloatArray
 
@@ -50,33 +56,45 @@ def tests_of(cell: LocalCell) -> TestPoints:
     lines = random.random((_LINES, 2, 3)) - 0.5
     # Also the three axes of the tested part
     lines = np.concatenate([lines, np.stack([-np.eye(3), np.eye(3)], axis=1) / 2])
-    sources = [*_on_lines(cell, lines), *_corners(cell), *_rims(cell, lines), *_singular(cell)]
-    count = len(cell.forms)
-    points: list[FloatArray] = []
-    weights: list[FloatArray] = []
-    corners: list[FloatArray] = []
-    for through, at in sources:
-        mask = _inside(cell, at, through)
-        if not mask.any():
-            continue
-        at = at[mask]
-        # The corners of a polyhedron also give its width
-        if cell.flat.all() and len(through) == 3:
-            corners.append(at)
-        for combination in _combinations([s for s in through if s < count]):
-            for weight in _weights(cell, at, combination):
-                points.append(at)
-                weights.append(weight)
     none = np.zeros((0, 3))
-    return TestPoints(
-        np.concatenate([none, *points]),
-        np.concatenate([np.zeros((0, count)), *weights]),
-        np.concatenate([none, *corners]),
-    )
+    tests, corners = [(none, none.astype(np.intp), none)], [none]
+    for through, at in (*_on_lines(cell, lines), *_corners(cell), *_rims(cell, lines), *_singular(cell)):
+        mask = _inside(cell, at, through)
+        through, at = through[mask], at[mask]
+        # The corners of a polyhedron also give its width
+        if cell.flat.all() and through.shape[1] == 3:
+            corners.append(at)
+        tests.append(_tests_at(cell, at, through))
+    points, surfaces, weights = (np.concatenate(each) for each in zip(*tests, strict=True))
+    _, first = np.unique(np.round(np.concatenate(corners) / _SAME_CORNER), axis=0, return_index=True)
+    return TestPoints(points, surfaces, weights, np.concatenate(corners)[first])
 
 
-WeightedPoints = tuple[tuple[int, ...], FloatArray]
-"""Numbers of the surfaces through some points, and the points (n, 3)."""
+WeightedPoints = tuple[IndexArray, FloatArray]
+"""Numbers (n, 1, 2 or 3) of the surfaces through some points, sides of the tested part last, and the points (n, 3)."""
+
+
+def _tests_at(cell: LocalCell, points: FloatArray, through: IndexArray) -> tuple[FloatArray, IndexArray, FloatArray]:
+    """Return the points, surfaces and weights of all tests at some points: those of a point follow each other."""
+    owners, surfaces, weights = [np.zeros(0, np.intp)], [np.zeros((0, 3), np.intp)], [np.zeros((0, 3))]
+    counts = (through < len(cell.forms)).sum(axis=1)
+    for count in range(1, through.shape[1] + 1):
+        rows = np.flatnonzero(counts == count)
+        for combination in _combinations(range(count if len(rows) else 0)):
+            some = rows
+            # A corner of many planes is found by each three of them, and has each plane and each two of them many times
+            if len(combination) < through.shape[1] == 3:
+                keys = np.column_stack([through[some[:, None], combination], np.round(points[some] / _SAME_CORNER)])
+                some = some[np.sort(np.unique(keys, axis=0, return_index=True)[1])]
+            chosen = through[some[:, None], combination]
+            for weight in _weights(cell, points[some], chosen):
+                padded = np.zeros((len(some), 3))
+                padded[:, : len(combination)] = weight
+                owners.append(some)
+                surfaces.append(chosen[:, (0, 1, 2)[: len(combination)] + (0,) * (3 - len(combination))])
+                weights.append(padded)
+    order = np.argsort(np.concatenate(owners), kind="stable")
+    return points[np.concatenate(owners)[order]], np.concatenate(surfaces)[order], np.concatenate(weights)[order]
 
 
 def _combinations(surfaces: Sequence[int]) -> Iterator[tuple[int, ...]]:
@@ -85,47 +103,57 @@ def _combinations(surfaces: Sequence[int]) -> Iterator[tuple[int, ...]]:
         yield from itertools.combinations(surfaces, size)
 
 
-def gradients(forms: FloatArray, points: FloatArray) -> FloatArray:
-    """Return the gradients (T, S, 3) of S forms (S, 4, 4) at T points (T, 3)."""
-    return 2 * (np.einsum("sij,tj->tsi", forms[:, :3, :3], points) + forms[None, :, :3, 3])
+def gradients(forms: FloatArray, surfaces: IndexArray, points: FloatArray) -> FloatArray:
+    """Return the gradients (T, k, 3) of k of the forms (S, 4, 4) at each of T points (T, 3), by `surfaces` (T, k)."""
+    half = forms[:, :3, 3][surfaces]
+    for s in np.flatnonzero(forms[:, :3, :3].any(axis=(1, 2))).tolist():
+        row, place = np.nonzero(surfaces == s)
+        half[row, place] += points[row] @ forms[s, :3, :3]
+    return 2 * half
+
+
+def _products(points: FloatArray) -> FloatArray:
+    """Return all products (T, 16) of two of x, y, z and 1."""
+    h = np.concatenate([points, np.ones((len(points), 1))], axis=1)
+    return (h[:, :, None] * h[:, None, :]).reshape(-1, 16)
 
 
 def values(forms: FloatArray, points: FloatArray) -> FloatArray:
     """Return the values (T, S) of S forms (S, 4, 4) at T points (T, 3)."""
-    h = np.concatenate([points, np.ones((len(points), 1))], axis=1)
-    return np.einsum("ti,sij,tj->ts", h, forms, h)
+    # Without BLAS, whose threads wait for each other longer than such small products take
+    result: FloatArray = np.einsum("ti,si->ts", _products(points), forms.reshape(-1, 16))
+    return result
 
 
-def _inside(cell: LocalCell, points: FloatArray, through: Sequence[int]) -> Any:
+def _inside(cell: LocalCell, points: FloatArray, through: IndexArray) -> Any:
     """Return (T,) bool: is the point in the tested part, and inside all faces but those through it?"""
     mask: Any = (np.isfinite(points) & (np.abs(points) <= _REACH)).all(axis=1)
-    others = [s for s in range(len(cell.forms)) if s not in through and cell.sides[s]]
-    if others and mask.any():
-        height = values(cell.forms[others], np.where(mask[:, None], points, 0.0)) * cell.sides[others]
-        mask &= (height <= _TOLERANCE).all(axis=1)
+    some, count = np.flatnonzero(mask), len(cell.forms)
+    # The last column is for the sides of the tested part
+    height = np.zeros((len(some), count + 1))
+    height[:, :count] = values(cell.forms, points[some]) * cell.sides
+    np.put_along_axis(height, np.minimum(through[some], count), 0.0, axis=1)
+    mask[some] = (height <= _TOLERANCE).all(axis=1)
     return mask
 
 
-def _weights(cell: LocalCell, points: FloatArray, combination: tuple[int, ...]) -> Iterator[FloatArray]:
-    """Yield weights (T, S) for each chosen surface: it alone, or without its components along the others' normals."""
-    weights = np.zeros((len(points), len(cell.forms)))
-    if len(combination) == 1:
-        weights[:, combination[0]] = 1.0
-        yield weights
+def _weights(cell: LocalCell, points: FloatArray, surfaces: IndexArray) -> Iterator[FloatArray]:
+    """Yield weights (T, k) for each of k surfaces (T, k): it alone, or without its components along others' normals."""
+    count = surfaces.shape[1]
+    if count == 1:
+        yield np.ones(surfaces.shape)
         return
     # Unit normals, so that weights of different surfaces compare; points without some normal get no test
-    normals = gradients(cell.forms[list(combination)], points)
+    normals = gradients(cell.forms, surfaces, points)
     sizes = np.linalg.norm(normals, axis=2)
     usable = sizes.min(axis=1) > _SMALL
-    units = normals / np.where(usable, sizes.T, 1.0).T[:, :, None]
-    for k in range(len(combination)):
-        others = [j for j in range(len(combination)) if j != k]
+    sizes = np.where(usable[:, None], sizes, 1.0)
+    units = normals / sizes[:, :, None]
+    for k in range(count):
+        others = [j for j in range(count) if j != k]
         # The weighted sum of gradients is the unit normal k without its projection onto the others
-        parts = _along(units[:, others], units[:, k])
-        result = weights.copy()
-        result[:, combination[k]] = 1 / np.where(usable, sizes[:, k], 1.0)
-        for column, j in enumerate(others):
-            result[:, combination[j]] = -parts[:, column] / np.where(usable, sizes[:, j], 1.0)
+        result = 1 / sizes
+        result[:, others] = -_along(units[:, others], units[:, k]) / sizes[:, others]
         result[~usable | ~np.isfinite(result).all(axis=1)] = 0.0
         yield result
 
@@ -152,11 +180,12 @@ def _on_lines(cell: LocalCell, lines: FloatArray) -> Iterator[WeightedPoints]:
     if cell.flat.all() and len(cell.forms) <= _MOST_PLANES:
         return
     for s in range(len(cell.forms)):
-        yield (s,), _line_crossings(cell.forms[s], lines)
+        points, _ = _line_crossings(cell.forms[s], lines)
+        yield np.full((len(points), 1), s), points
 
 
-def _line_crossings(form: FloatArray, lines: FloatArray) -> FloatArray:
-    """Return the points (n, 3) where lines (L, 2, 3), each through two points, cross a surface."""
+def _line_crossings(form: FloatArray, lines: FloatArray) -> tuple[FloatArray, IndexArray]:
+    """Return the points (n, 3) where lines (L, 2, 3), each through two points, cross a surface, and their lines."""
     start, along = lines[:, 0], lines[:, 1] - lines[:, 0]
     second, first = form[:3, :3], form[:3, 3]
     a = np.einsum("ti,ij,tj->t", along, second, along)
@@ -168,19 +197,20 @@ def _line_crossings(form: FloatArray, lines: FloatArray) -> FloatArray:
         q = -(b + np.copysign(root, b))
         t = np.stack([np.where(a == 0, np.nan, q / a), np.where(a == 0, -c / (2 * b), c / q)], axis=1)
         points = start[:, None] + t[:, :, None] * along[:, None]
-    points = points.reshape(-1, 3)
-    return points[np.isfinite(points).all(axis=1)]
+    line, root = np.nonzero(np.isfinite(points).all(axis=2))
+    return points[line, root], line
 
 
 def _rims(cell: LocalCell, lines: FloatArray) -> Iterator[WeightedPoints]:
     """Yield points of the edges between the quadric and each plane, where lines of the plane cross the quadric."""
     for q in np.flatnonzero(~cell.flat).tolist():
         for p in np.flatnonzero(cell.flat).tolist():
-            points = _line_crossings(cell.forms[p], lines)
+            points, _ = _line_crossings(cell.forms[p], lines)
             points = points[(np.abs(points) <= _REACH).all(axis=1)]
             if len(points) > 1:  # two points of a plane give a line in it
                 pairs = np.stack([points, np.roll(points, 1, axis=0)], axis=1)
-                yield (p, q), _line_crossings(cell.forms[q], pairs)
+                points, _ = _line_crossings(cell.forms[q], pairs)
+                yield np.broadcast_to((p, q), (len(points), 2)), points
 
 
 def _corners(cell: LocalCell) -> Iterator[WeightedPoints]:
@@ -205,12 +235,12 @@ def _corners(cell: LocalCell) -> Iterator[WeightedPoints]:
         t = -(start @ normals[planes].T + offsets[planes]) / (along @ normals[planes].T)
         points = start[:, None] + t[:, :, None] * along[:, None]
         mask = (np.abs(points) <= _REACH).all(axis=2) & (planes > second[:, None])
-    for k, c in np.argwhere(mask).tolist():
-        yield (int(first[k]), int(second[k]), int(planes[c])), points[k, c][None, :]
+    k, c = np.nonzero(mask)
+    yield np.stack([first[k], second[k], planes[c]], axis=1), points[k, c]
     for q in np.flatnonzero(~cell.flat).tolist():
-        for k in range(len(first)):
-            line = np.stack([start[k], start[k] + along[k]])[None]
-            yield (int(first[k]), int(second[k]), q), _line_crossings(cell.forms[q], line)
+        points, k = _line_crossings(forms[q], np.stack([start, start + along], axis=1))
+        through = np.stack([first[k], second[k], np.full(len(k), q)], axis=1)
+        yield np.take_along_axis(through, np.argsort(through >= count, axis=1, kind="stable"), axis=1), points
 
 
 def _common_lines(normals: FloatArray, offsets: FloatArray, planes: Any) -> tuple[Any, Any, FloatArray, FloatArray]:
@@ -234,9 +264,9 @@ def _singular(cell: LocalCell) -> Iterator[WeightedPoints]:
         # The pseudoinverse gives the center, or the nearest of many centers
         at = point[None, :]
         doubt = 4 * (np.abs(values(cell.moves[:, q], at)).sum() + cell.shifts[q])
-        slope = np.abs(gradients(form[None], at)).sum()
+        slope = np.abs(gradients(form[None], np.zeros((1, 1), np.intp), at)).sum()
         if abs(float(values(form[None], at)[0, 0])) <= doubt + 2.0**-50 and slope < 1e-9:
-            yield (q,), at
+            yield np.full((1, 1), q), at
 
 
 # How far a relative change of 2^-53 of each of its numbers moves a shape, in units of its own extent.
@@ -245,6 +275,8 @@ def _singular(cell: LocalCell) -> Iterator[WeightedPoints]:
 
 _ROUNDING = 2.0**-50
 """Widths are increased by this share of the gradients' size, as they are rounded."""
+_MOST_NUMBERS = 2**20
+"""About so many changes of tests by numbers are computed together."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -292,21 +324,27 @@ def movement(part: TestedPart, fields: MotionFields, is_sheet: bool) -> Movement
 
 def _cell_movement(cell: LocalCell, tests: TestPoints, fields: MotionFields, is_sheet: bool) -> Movement | None:
     """Return the worst movement of a cell; None if it has no test."""
-    if not len(tests.points):
-        return None
-    h = np.concatenate([tests.points, np.ones((len(tests.points), 1))], axis=1)
-    slopes = gradients(cell.forms, tests.points)
-    gradient = np.einsum("ts,tsi->ti", tests.weights, slopes)
+    step = max(_MOST_NUMBERS // (16 + len(cell.moves) + len(fields.fields)), 1)
+    found = [_worst_of(cell, tests, fields, is_sheet, slice(k, k + step)) for k in range(0, len(tests.points), step)]
+    return max(found, key=lambda one: one.relative, default=None)
+
+
+def _worst_of(cell: LocalCell, tests: TestPoints, fields: MotionFields, is_sheet: bool, some: slice) -> Movement:
+    """Return the worst movement of some tests of a cell."""
+    points, surfaces, weights = tests.points[some], tests.surfaces[some], tests.weights[some]
+    products = _products(points)
+    slopes = gradients(cell.forms, surfaces, points)
+    gradient = np.einsum("ts,tsi->ti", weights, slopes)
     # The change of the combined form at each test by each number: of the shape, then of the motion
-    by_number = np.concatenate(
-        [
-            np.einsum("ts,ti,nsij,tj->tn", tests.weights, h, cell.moves, h, optimize=True),
-            np.einsum("ti,mij,tj->tm", gradient, fields.fields, h, optimize=True),
-        ],
-        axis=1,
-    )
-    by_number = np.abs(by_number)
-    change = by_number.sum(axis=1) + np.abs(tests.weights) @ cell.shifts
+    by_own = np.zeros((len(points), len(cell.moves)))
+    for s in range(len(cell.forms) if len(cell.moves) else 0):
+        row, place = np.nonzero((surfaces == s) & (weights != 0))
+        number = np.flatnonzero(cell.moves[:, s].any(axis=(1, 2)))
+        change = products[row] @ cell.moves[number, s].reshape(-1, 16).T
+        by_own[row[:, None], number] += weights[row, place][:, None] * change
+    by_motion = (gradient[:, :, None] * products[:, None, 12:]).reshape(-1, 12) @ fields.fields.reshape(-1, 12).T
+    by_number = np.abs(np.concatenate([by_own, by_motion], axis=1))
+    change = by_number.sum(axis=1) + (np.abs(weights) * cell.shifts[surfaces]).sum(axis=1)
     # The width of the tested part, or of a polyhedron's corners, along the gradient; a sheet has none of its own
     width = np.abs(gradient).sum(axis=1)
     if is_sheet:
@@ -314,19 +352,19 @@ def _cell_movement(cell: LocalCell, tests: TestPoints, fields: MotionFields, is_
     elif len(tests.corners) > 3 and not cell.cut:
         reach = gradient @ tests.corners.T
         width = np.minimum(width, reach.max(axis=1) - reach.min(axis=1))
-    width = width + _ROUNDING * np.einsum("ts,ts->t", np.abs(tests.weights), np.abs(slopes).sum(axis=2))
-    bend = np.abs(tests.weights) @ np.abs(cell.forms[:, :3, :3]).sum(axis=(1, 2))
+    width = width + _ROUNDING * (np.abs(weights) * np.abs(slopes).sum(axis=2)).sum(axis=1)
+    bend = (np.abs(weights) * np.abs(cell.forms[:, :3, :3]).sum(axis=(1, 2))[surfaces]).sum(axis=1)
     relative = least_displacement(change, width, bend)
     worst = int(relative.argmax())
     names = (*cell.numbers, *fields.numbers)
     return Movement(
         float(relative[worst]),
         names[int(by_number[worst].argmax())] if names else "",
-        tests.points[worst],
+        points[worst],
         gradient[worst],
         float(width[worst]),
         bool(4 * bend[worst] * change[worst] > width[worst] ** 2),
-        slopes[worst][tests.weights[worst] != 0],
+        slopes[worst][weights[worst] != 0],
     )
 
 

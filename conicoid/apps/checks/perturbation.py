@@ -18,15 +18,16 @@ import numpy as np
 
 from ..._util.arrays import FloatArray
 from ..._util.dataclass import dataclass
+from ...geometry.bounds.support import plane_through
 from ...geometry.cell import Cell, PolygonSheet, cells_of_tree
 from ...geometry.general_quadric import Quadric
 from ...geometry.polyhedron import Extrusion, FlatSolid, Polyhedron
-from ...geometry.primitives import Cylinder
+from ...geometry.primitives import Box, Cylinder, HalfSpace
 from ...geometry.shape import PrimitiveSheet, PrimitiveSolid
 from ...geometry.surface import UPRIGHT, PlaneSurface, QuadricSurface, Surface
 from ...geometry.transform import IDENTITY_MOTION, Motion
 from ...numerics import bigfloat as ex
-from ..derivatives.parameters import map_numbers, numbers_of, replace_checked
+from ..derivatives.parameters import Make, map_numbers, numbers_of, replace_checked, replace_unchecked
 
 # The numbers of a shape, and the shape with one of them changed.
 
@@ -50,10 +51,10 @@ class NumberChange(Generic[Changed]):
     result: Changed
 
 
-def number_changes(thing: Changed) -> Iterator[NumberChange[Changed]]:
+def number_changes(thing: Changed, make: Make = replace_checked) -> Iterator[NumberChange[Changed]]:
     """Yield a change of each number of a shape or a motion other than 0.
 
-    A number moves away from 0, or towards 0 if the constructor refuses that; it is left out if both are refused.
+    A number moves away from 0, or towards 0 if `make` refuses that; it is left out if both are refused.
     """
     for place, (name, value) in enumerate(zip(*numbers_of(thing), strict=True)):
         for towards in (math.copysign(math.inf, value), 0.0):
@@ -62,25 +63,25 @@ def number_changes(thing: Changed) -> Iterator[NumberChange[Changed]]:
             if not value or not changed or math.isinf(changed):
                 continue
             try:
-                made = _with_number(thing, place, changed)
+                made = _with_number(thing, place, changed, make)
             except ValueError:
                 continue
             yield NumberChange(name, HALF_ULP * abs(value / (changed - value)), made)
             break
 
 
-def _with_number(thing: Changed, place: int, number: float) -> Changed:
+def _with_number(thing: Changed, place: int, number: float, make: Make) -> Changed:
     """Return a shape or a motion with another number at a place in the order of `numbers_of`."""
     places = itertools.count()
 
     def take(_: str, old: float) -> float:
         return number if next(places) == place else old
 
-    result: Changed = map_numbers(thing, take, replace_checked, None)
+    result: Changed = map_numbers(thing, take, make, None)
     return result
 
 
-def column_change(table_rows: Any, change: NumberChange[Any]) -> NumberChange[Any] | None:
+def column_change(table_rows: Any, change: NumberChange[Any], make: Make) -> NumberChange[Any] | None:
     """Return a change of all numbers of a table's column that are equal to one; None for any but the first of them.
 
     None also for a change that makes one corner of two, as then rows of both tables are no pairs.
@@ -97,9 +98,9 @@ def column_change(table_rows: Any, change: NumberChange[Any]) -> NumberChange[An
     # Equal numbers change once, by the first of them
     if rows[0] != row:
         return None
-    changed = ((*each[:column], new, *each[column + 1 :]) if k in rows else each for k, each in enumerate(table))
+    changed = tuple((*each[:column], new, *each[column + 1 :]) if k in rows else each for k, each in enumerate(table))
     try:
-        return dataclasses.replace(change, result=dataclasses.replace(table_rows, **{field: tuple(changed)}))
+        return dataclasses.replace(change, result=make(table_rows, {field: changed}))
     except ValueError:
         return None
 
@@ -201,8 +202,8 @@ def kinds_of(cells: Sequence[Sequence[CellSide]]) -> list[list[tuple[Any, ...]]]
     return [[(side.number, side.inside, type(side.surface)) for side in cell] for cell in cells]
 
 
-def forms_of(leaf: Any, cells: Sequence[Sequence[CellSide]] | None = None) -> list[dict[int, ExactForm]]:
-    """Return the forms of the faces of each cell by number, moved by the shape's placement.
+def forms_of(leaf: Any, cells: Sequence[Sequence[CellSide]]) -> list[list[ExactForm]]:
+    """Return the forms of the faces of each cell, moved by the shape's placement.
 
     A general quadric gives its form from its coefficients, without its principal axes.
     """
@@ -211,9 +212,9 @@ def forms_of(leaf: Any, cells: Sequence[Sequence[CellSide]] | None = None) -> li
         second = (ex.exact_row(q[0][:3]), ex.exact_row(q[1][:3]), ex.exact_row(q[2][:3]))
         # Without terms of the second degree it is a plane
         curved = any(c for row in second for c in row)
-        return [{0: ExactForm(second if curved else None, (q[0][3], q[1][3], q[2][3]), q[3][3])}]
+        return [[ExactForm(second if curved else None, (q[0][3], q[1][3], q[2][3]), q[3][3])]]
     placement = leaf.placement
-    return [{side.number: form_of(side.surface.moved(placement)) for side in cell} for cell in cells or cells_of(leaf)]
+    return [[form_of(side.surface.moved(placement)) for side in cell] for cell in cells]
 
 
 def form_of(surface: Surface) -> ExactForm:
@@ -343,21 +344,45 @@ class OwnForms:
         return cells_of(self.leaf)
 
     @cached_property
-    def forms(self) -> list[dict[int, ExactForm]]:
-        """The forms of the faces of every cell, by number."""
+    def forms(self) -> list[list[ExactForm]]:
+        """The forms of the faces of every cell."""
         return forms_of(self.leaf, self.sides)
 
     @cached_property
     def changes(self) -> list[tuple[NumberChange[Any], list[dict[int, ExactForm]]]]:
-        """Each change of a number, and how it changes the forms of every cell, up to a multiple of each form."""
+        """Each change of a number, and how it changes forms of every cell by place, up to a multiple of each form."""
+        if isinstance(self.leaf, FlatSolid):
+            return self._flat_changes(self.leaf)
         found = []
         for change, cells in _comparable_changes(self.leaf, self.sides):
             pairs = zip(forms_of(change.result, cells), self.forms, strict=False)
             # Most numbers leave most faces as they are
             found.append((change, [
-                {k: _difference(form, own[k]) for k, form in forms.items() if k in own and form != own[k]}
+                {k: _difference(form, own[k]) for k, form in enumerate(forms) if form != own[k]}
                 for forms, own in pairs
             ]))  # fmt: skip
+        return found
+
+    def _flat_changes(self, solid: FlatSolid) -> list[tuple[NumberChange[Any], list[dict[int, ExactForm]]]]:
+        """Return `changes` of a solid whose parts stay between the planes that they have: nothing is cut anew."""
+        parts, found = solid.parts.parts, []
+        own = {
+            k: form
+            for part, forms in zip(parts, self.forms, strict=True)
+            for (k, _), form in zip(part, forms, strict=True)
+        }
+        for single in number_changes(solid, replace_unchecked):
+            for change in (single, column_change(solid, single, replace_unchecked)):
+                planes = None if change is None else solid.moved_planes(change.result)
+                if change is not None and planes is not None:
+                    moved = {
+                        k: _difference(form_of(plane_through(plane.normal, plane.offset, solid._near)), own[k])
+                        for k, plane in planes.items()
+                        if k in own
+                    }
+                    sides = [{place: moved[k] for place, (k, _) in enumerate(part) if k in moved} for part in parts]
+                    found.append((change, sides))
+                    break
         return found
 
 
@@ -378,19 +403,19 @@ def localize(own: OwnForms, frame: LocalFrame, cut: bool, bounded: bool = False)
 def has_face_shifts(leaf: Any) -> bool:
     """Return whether a shape has bounds of all changes together.
 
-    Flat solids, polyhedra, general quadrics and whole cylinders have.
+    Boxes, half-spaces, flat solids, polyhedra, general quadrics and whole cylinders have.
     """
     whole = isinstance(leaf, Cylinder) and leaf.end_angle - leaf.start_angle == 360
-    return whole or isinstance(leaf, (FlatSolid, Polyhedron, Quadric))
+    return whole or isinstance(leaf, (Box, HalfSpace, FlatSolid, Polyhedron, Quadric))
 
 
 def _face_shifts(leaf: Any, frame: LocalFrame) -> dict[int, float]:
     """Return for each face a bound of how much all numbers together change its form within the tested part.
 
     It is twice as large as needed, which leaves room for terms of second order. For a plane n·x - d of a polyhedron
-    that is u (Σ |n_k p_k| + |d|), u = 2^-53, and for a quadric the same sum over its terms. Sides and caps of cylinders
-    move as in `conditioning.least_digits`; the gradient of x² + y² - r² is 2 √2 r at most in the box around the
-    cylinder.
+    that is u (Σ |n_k p_k| + |d|), u = 2^-53, of a box u |d|, and for a quadric the same sum over its terms. Sides and
+    caps of cylinders move as in `conditioning.least_digits`; the gradient of x² + y² - r² is 2 √2 r at most in the box
+    around the cylinder.
     """
     if isinstance(leaf, FlatSolid):
         return {face: math.sqrt(3) * shift for face, shift in _flat_shifts(leaf, frame).items()}
@@ -404,7 +429,11 @@ def _face_shifts(leaf: Any, frame: LocalFrame) -> dict[int, float]:
     if isinstance(leaf, Quadric):
         point = np.array([*reach, 1.0])
         return {0: float(2 * HALF_ULP * point @ np.abs(np.array(leaf.symmetric, np.float64)) @ point)}
-    sums = np.abs(np.array(leaf.normals)) @ reach + np.abs(leaf.offsets)
+    if isinstance(leaf, Box):
+        sums = np.abs([leaf.low, leaf.high]).T.ravel()
+    else:
+        planes = ([leaf.normal], [leaf.offset]) if isinstance(leaf, HalfSpace) else (leaf.normals, leaf.offsets)
+        sums = np.abs(planes[0]) @ reach + np.abs(planes[1])
     return dict(enumerate((2 * HALF_ULP * sums).tolist()))
 
 
@@ -457,13 +486,13 @@ def _comparable_changes(
         if kinds_of(cells) == kinds:
             yield single, cells
             continue
-        change = column_change(leaf, single)
+        change = column_change(leaf, single, replace_checked)
         if change is not None and kinds_of(cells := cells_of(change.result)) == kinds:
             yield change, cells
 
 
 def _cell(
-    forms: dict[int, ExactForm],
+    forms: Sequence[ExactForm],
     sides: Sequence[CellSide],
     changed: Sequence[tuple[float, dict[int, ExactForm]]],
     numbers: tuple[str, ...],
@@ -474,16 +503,15 @@ def _cell(
     """Return a cell as float64 forms in a frame; `changed` holds (share, changes of forms) for each number."""
     rounded, moves = np.empty((len(sides), 4, 4)), np.zeros((len(changed), len(sides), 4, 4))
     shifts = np.zeros(len(sides))
-    for s, side in enumerate(sides):
-        form = forms[side.number]
+    for s, (form, side) in enumerate(zip(forms, sides, strict=True)):
         local = form.seen_from(frame.origin, frame.columns)
         # The largest entry becomes 1, and changes are divided by the same number
         largest = max(abs(entry) for entry in local.entries) or ex.ONE
         rounded[s] = _divide_form(local, largest)
         shifts[s] = face_shifts.get(side.number, 0.0) / float(largest)
         for n, (share, changed_forms) in enumerate(changed):
-            if side.number in changed_forms:
-                difference = changed_forms[side.number].seen_from(frame.origin, frame.columns)
+            if s in changed_forms:
+                difference = changed_forms[s].seen_from(frame.origin, frame.columns)
                 moves[n, s] = share * _divide_form(difference, largest)
     flat = np.array([isinstance(side.surface, PlaneSurface) for side in sides])
     return LocalCell(rounded, flat, np.array([side.inside for side in sides]), moves, numbers, cut, shifts)

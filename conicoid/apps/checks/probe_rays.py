@@ -81,7 +81,7 @@ class ProbeTargets:
         low, high = self._ends
         return np.linalg.norm(np.maximum(high - low, 0.0), axis=1)
 
-    @property
+    @cached_property
     def empty(self) -> Any:
         """(n,) bool: is the box empty?"""
         return (self.low > self.high).any(axis=1)

@@ -97,12 +97,21 @@ class UndefinedRegions:
         # In blocks, as the distances of all pairs would need too much memory
         for begin in range(0, len(points), 256):
             block = points[begin : begin + 256]
-            squares = ((block[:, None] - self.places[own][None]) ** 2).sum(axis=2)
-            close = np.argsort(squares, axis=1, kind="stable")[:, :_LOOKS]
+            squares = sum((block[:, k, None] - self.places[own, k]) ** 2 for k in range(3))
+            close = _nearest(squares)
             sees = free(np.repeat(block, close.shape[1], axis=0), self.places[own[close.ravel()]]).reshape(close.shape)
             first = np.argmax(sees, axis=1)  # the nearest one where none is seen
             result[begin : begin + 256] = self.region[own[close[np.arange(len(block)), first]]]
         return result
+
+
+def _nearest(squares: FloatArray) -> Any:
+    """Return the columns (n, _LOOKS) of the least numbers of each row, the least first, and the first of equal ones."""
+    limits = np.partition(squares, _LOOKS - 1, axis=1)[:, _LOOKS - 1]
+    row, column = np.nonzero(squares <= limits[:, None])
+    order = np.lexsort((squares[row, column], row))
+    begins = np.searchsorted(row, np.arange(len(squares)))
+    return column[order][begins[:, None] + np.arange(_LOOKS)]
 
 
 Free = Callable[[FloatArray, FloatArray], Any]
