@@ -81,7 +81,7 @@ class Trace:
             found = roots(surface, quadratic, form.exact)
             negative = negative_at_start(form, quadratic)
             if start >= 0 and surface in self.table.twins[start]:
-                found, negative = _without_start(form, quadratic, found, negative)
+                found, negative = _without_start(form, found, negative)
             every += found
             self.before[surface, ray] = negative
         self.groups.append(in_order(every))
@@ -188,26 +188,16 @@ class Trace:
             e.roots[row] = next(root for root in group if root.surface == surface)
 
 
-def _without_start(form: Form, quadratic: Any, found: list[Root], negative: bool) -> tuple[list[Root], bool]:
+def _without_start(form: Form, found: list[Root], negative: bool) -> tuple[list[Root], bool]:
     """Remove the root that a ray starts on. The form begins with its value beyond it."""
     if not found:  # it runs along the plane that it starts on: within it
         return found, form.side > 0 if form.flat else negative
-    if len(found) == 2 and not quadratic[1]:  # a tangent: both roots are equally near
-        return [], negative
-    near = min(found, key=lambda root: _Size(root))
-    return [root for root in found if root is not near], not negative
-
-
-class _Size:
-    """|root| for comparisons."""
-
-    def __init__(self, root: Root) -> None:
-        self.root = root
-
-    def __lt__(self, other: _Size) -> bool:
-        p, q = (abs(x.root.ball(400)) for x in (self, other))
-        assert p < q or p > q, "two roots equally far from the origin"
-        return bool(p < q)
+    if len(found) == 2:
+        p, q = (abs(root.ball(400)) for root in found)
+        if not (p < q or p > q):  # a tangent, or a tip but for the rounding of sines: both roots are equally near
+            return [], negative
+        return found[1:] if p < q else found[:1], not negative
+    return [], not negative
 
 
 class Loop:
