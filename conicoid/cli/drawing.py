@@ -98,7 +98,7 @@ class RenderRequest:
         elif self.output.suffix.lower() not in SUFFIXES:
             raise ValueError(f"{self.output}: pictures are saved as {', '.join(SUFFIXES)}")
         elif self.output.suffix.lower() == ".exr":
-            from ..materials.image_file import import_openexr
+            from ..materials.color import import_openexr
 
             import_openexr()
         check_folder(self.output)

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from .._util.lazy_names import import_extra
 from .terminal import EXIT_USAGE, PATIENCE, Bar, show_message
 
 if TYPE_CHECKING:
@@ -220,12 +221,9 @@ def executor_of(command: str, workers: int | None, cluster: str | None, slurm: i
 
 def _client(command: str, address: str) -> Any:
     """Return a client of a Dask scheduler."""
+    distributed = import_extra("distributed", "--cluster needs Dask", "cluster")
     try:
-        from distributed import Client
-    except ImportError:
-        raise ImportError("--cluster needs Dask: pip install 'conicoid[cluster]'") from None
-    try:
-        return Client(address, timeout=_PATIENCE)
+        return distributed.Client(address, timeout=_PATIENCE)
     except (OSError, ValueError, RuntimeError) as error:
         first = (str(error).splitlines() or [type(error).__name__])[0]
         raise ValueError(f"{command}: --cluster: no scheduler answers at {address[:80]!r} ({first})") from None

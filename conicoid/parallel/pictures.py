@@ -26,8 +26,8 @@ from ..render.integrators import INTEGRATORS
 from ..render.job import FilmResult, RenderJob, lower_scene_light
 from ..render.tiles import SIDE, SQUARE, tile_corner, tile_total, tiles_of_squares
 from .queries import workers_of
-from .scheduler import ChunkSize, ScheduledTask, prepare_first, run_tasks
 from .shared_state import SharedObject, shared_scene, source_version
+from .workers import ChunkSize, ScheduledTask, prepare_first, run_tasks
 
 _MAGIC = b"conicoid parts 2\n"
 _HEAD = struct.Struct("<QQQI")

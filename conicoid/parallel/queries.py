@@ -28,9 +28,8 @@ from ..queries.rays import LazyRays, Rays, lines_of
 from ..queries.scene_protocol import SceneLike
 from ..queries.spans import Crossings, Spans, refuse_large_lengths
 from ..queries.voxel_columns import ColumnGrid, voxel_shares as columns_here
-from .scheduler import ChunkSize, ScheduledTask, prepare_first, run_tasks
 from .shared_state import SharedObject, shared_scene
-from .workers import Workers, as_workers, inline_workers
+from .workers import ChunkSize, ScheduledTask, Workers, as_workers, inline_workers, prepare_first, run_tasks
 
 RAY_BYTES = 48
 """Bytes of a ray that travels as numbers."""

@@ -27,8 +27,7 @@ from .._util.process import fork_safe_rlock
 from ..io.scene_file import scene_file
 from ..scene.scene import Scene
 from .html import MODULES, as_url, asset, embed_json, join_modules, markup, preview_of, shaders
-from .picks import MISTAKES, explain_pick, pick
-from .scene_data import pack_scene
+from .scene_data import MISTAKES, explain_pick, pack_scene, pick
 from .session import Session
 
 _MOST_SCENES = 16

@@ -23,15 +23,13 @@ from ..apps.derivatives.parameters import (
     replace_unchecked,
 )
 from ..geometry.bulk import Bulk
-from ..geometry.general_quadric import Quadric
-from ..geometry.quadric_classification import COEFFICIENT_NAMES
+from ..geometry.general_quadric import COEFFICIENT_NAMES, Quadric
 from ..geometry.shape import Boolean, ClippedSheet
 from ..geometry.sheets import Wall
 from ..scene.files import load
 from ..scene.scene import Scene
 from .html import page, preview_of
-from .picks import explain_pick, pick
-from .scene_data import pack_scene
+from .scene_data import explain_pick, pack_scene, pick
 
 MOST = 40
 """The largest number of sliders of one body."""

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.viewer.picks import pick
 from conicoid.viewer.playground import Playground, TextScenes, examples, in_page, page, scene_of
+from conicoid.viewer.scene_data import pick
 
 from .browser import Page, needs_browser, serve
 from .test_engine import bits

@@ -11,7 +11,7 @@ from math import gcd
 from typing import TypeAlias
 
 from ..._util.dataclass import dataclass
-from ...geometry.quadric_classification import Classification, classify, classify_surface
+from ...geometry.general_quadric import Classification, classify, classify_surface
 from ...geometry.surface import PlaneSurface, QuadricSurface
 from ...kernels.tables import SPHERE
 from ...numerics import bigfloat as ex

@@ -16,7 +16,7 @@ from typing import Any
 from ..._util.arrays import Vector
 from ..._util.dataclass import dataclass
 from ..._util.files import printable
-from ...geometry.quadric_classification import PLANE
+from ...geometry.general_quadric import PLANE
 from ...numerics.rational import dot
 from ...queries.hits import Hits
 from ...queries.scene_protocol import SceneLike

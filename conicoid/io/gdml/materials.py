@@ -12,9 +12,8 @@ from fractions import Fraction
 from typing import Any
 
 from ..._util.dataclass import dataclass
-from ...materials.material import Material
+from ...materials.material import Material, Properties
 from ...materials.presets import matte
-from ...materials.properties import Properties
 from ..importers import palette_color
 from ..scene_file.nodes import shorten
 from ..xml_tree import XmlElement

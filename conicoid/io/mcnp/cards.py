@@ -20,7 +20,7 @@ from types import MappingProxyType
 from ..._util.dataclass import dataclass
 from ..._util.files import Problem, SceneFileError, read_bounded, resolve_part
 from ..._util.text import suggest_name
-from ...materials.properties import Properties
+from ...materials.material import Properties
 from ..openmc.values import OpenmcMaterial
 from ..scene_file.nodes import is_beyond_float64, shorten
 from ..xml_tree import XmlElement

@@ -21,7 +21,7 @@ from ..._util.files import Problem, SceneFileError
 from ..._util.text import format_bytes, format_count
 from ...geometry.bounds.aabb import enclose_boxes
 from ...geometry.shape import Solid
-from ...materials.properties import Properties
+from ...materials.material import Properties
 from ..xml_tree import XmlElement
 from .lattices import Lattice
 from .placement import NO_ROTATION, CellRotation, Point

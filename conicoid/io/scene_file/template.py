@@ -37,7 +37,24 @@ from ...geometry.transform import (
     Translate,
 )
 from .fields import argument_fields
-from .nodes import MappingNode, Node, ScalarNode, SequenceNode, parse_float, shorten
+from .nodes import (
+    BAD,
+    BadValue,
+    FixedListType,
+    ListType,
+    MappingNode,
+    Node,
+    NodeReader,
+    NumberType,
+    OptionalType,
+    ScalarNode,
+    SequenceNode,
+    TextType,
+    UnionType,
+    ValueType,
+    parse_float,
+    shorten,
+)
 from .shape_reader import (
     AXIS_TYPE,
     MAX_PARTS,
@@ -48,18 +65,6 @@ from .shape_reader import (
     build_boolean,
     operand_field,
     read_bulk_arrays,
-)
-from .value_types import (
-    BAD,
-    BadValue,
-    FixedListType,
-    ListType,
-    NodeReader,
-    NumberType,
-    OptionalType,
-    TextType,
-    UnionType,
-    ValueType,
 )
 from .writer import format_number
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..._util.arrays import row_lengths
 from ..._util.dataclass import dataclass
-from ...geometry.instances import InstanceBlock
+from ...geometry.body import InstanceBlock
 from ...kernels.bvh.walk import FEW, ROWS
 from ...kernels.programs import leaves_of_programs
 from ...kernels.tables import (
