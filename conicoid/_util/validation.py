@@ -20,7 +20,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from .arrays import FloatArray, Matrix4, Vector
+from .records import FloatArray, Matrix4, Vector
 
 _PACKAGE = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "")
 _RAISE = ContextVar("refused", default=False)

@@ -7,9 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
-from .._util.dataclass import dataclass
 from ..render.integrators import INTEGRATORS
 from ..render.options import MOST_SAMPLES, Filter, Tone
 from .resources import (
@@ -60,8 +59,7 @@ _ROWS = 16
 PROGRESSIVE = tuple(name for name, one in INTEGRATORS.items() if one.progressive)
 
 
-@dataclass(frozen=True)
-class RenderRequest:
+class RenderRequest(NamedTuple):
     """The options of a picture; the defaults are those of the command."""
 
     output: Path

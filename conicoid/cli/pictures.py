@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -150,7 +149,7 @@ def render(
         if preview is not None:
             only_with(context, f"--integrator {' or '.join(PROGRESSIVE)}", integrator in PROGRESSIVE, "preview")
             check_folder(preview)
-        request = replace(request, layers=names, plane=plane, shutter=interval)
+        request = request._replace(layers=names, plane=plane, shutter=interval)
         loaded = load(scene, threads, outside)
         loaded = loaded if time is None else loaded.at(time)
         with show_warnings():

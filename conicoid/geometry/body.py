@@ -15,11 +15,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeAlias, overload
 import numpy as np
 import numpy.typing as npt
 
-from .._util.arrays import BoxEnds, FloatArray, VectorLike
-from .._util.dataclass import dataclass
+from .._util.records import BoxEnds, FloatArray, VectorLike, dataclass, restore_state
 from .._util.text import html_table, unknown_attribute
 from .._util.validation import describe_kind, format_value, real_array
-from .._util.value_objects import restore_state
 from ..materials.presets import as_material
 from .bulk import Bulk
 from .shape import Shape, Solid

@@ -9,8 +9,7 @@ from typing import Any, ClassVar, NoReturn, Self
 import numpy as np
 import numpy.typing as npt
 
-from .._util.arrays import BoxEnds, FloatArray, ignore_fp_errors, matmul_rows, two_sum
-from .._util.dataclass import dataclass
+from .._util.records import BoxEnds, FloatArray, dataclass, ignore_fp_errors, matmul_rows, two_sum
 from .._util.validation import DOMAIN, as_integer, format_value, is_outside_domain, real_array
 from .bounds.aabb import EVERYWHERE
 from .primitives import Box, Cone, Cylinder, Sphere

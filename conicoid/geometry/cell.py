@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from .._util.arrays import Vector
+from .._util.records import Vector
 from ..numerics import bigfloat as ex
 from .surface import PlaneSurface, QuadricSurface, Surface
 from .transform import Motion

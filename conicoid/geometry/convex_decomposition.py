@@ -18,8 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .._util.arrays import FloatArray
-from .._util.dataclass import dataclass
+from .._util.records import FloatArray, dataclass
 from ..numerics.rational import cross, dot3
 from .facets import (
     PROBES,

@@ -10,7 +10,7 @@ from typing import Any, SupportsIndex, TypeAlias
 
 import numpy as np
 
-from .._util.arrays import FloatArray
+from .._util.records import FloatArray
 from .._util.text import check_choice, describe_names
 from .._util.validation import describe_kind, format_value
 from .body import Body, InstanceList, bodies_table

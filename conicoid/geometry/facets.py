@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .._util.arrays import FloatArray, IndexArray, ignore_fp_errors
+from .._util.records import FloatArray, IndexArray, ignore_fp_errors
 from ..numerics.rational import cross, dot3
 from .bounds.linear_program import integer_row
 

@@ -10,8 +10,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from .._util.arrays import BoxEnds, Matrix4, Vector
-from .._util.dataclass import dataclass
+from .._util.records import BoxEnds, Matrix4, Vector, dataclass
 from .._util.validation import check_matrix4, check_number, format_value
 from ..numerics import bigfloat as ex, rational
 from .bounds.quadric_extent import dual_support, quadric_ends

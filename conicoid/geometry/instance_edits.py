@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._util.arrays import unique_sorted
-from .._util.dataclass import dataclass
+from .._util.records import dataclass, unique_sorted
 from .body import (
     Body,
     Coordinates,

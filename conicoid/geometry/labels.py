@@ -12,9 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from .._util.arrays import unique_sorted
-from .._util.dataclass import dataclass
-from .._util.value_objects import pickle_state
+from .._util.records import dataclass, pickle_state, unique_sorted
 from ..materials.color import amount_rgb
 from .body import Body, InstanceList
 from .bulk import Bulk

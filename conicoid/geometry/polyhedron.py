@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from .._util.arrays import BoxEnds, FloatArray, IndexArray, Interval, Vector, unique_sorted
-from .._util.dataclass import dataclass
+from .._util.records import BoxEnds, FloatArray, IndexArray, Interval, Vector, dataclass, unique_sorted
 from .._util.validation import (
     as_integer,
     check_interval,

@@ -11,8 +11,7 @@ from dataclasses import replace
 from operator import sub
 from typing import Any, ClassVar
 
-from .._util.arrays import BoxEnds, Vector, VectorLike
-from .._util.dataclass import dataclass
+from .._util.records import BoxEnds, Vector, VectorLike, dataclass
 from .._util.validation import (
     check_angle_range,
     check_direction,

@@ -20,8 +20,7 @@ from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
-from .._util.arrays import FloatArray, Interval, Vector, VectorLike, ignore_fp_errors
-from .._util.dataclass import dataclass
+from .._util.records import FloatArray, Interval, Vector, VectorLike, dataclass, ignore_fp_errors
 from .._util.validation import check_fields, check_interval, check_positive, check_vector, format_value
 from ..numerics import bigfloat as ex
 from ..numerics.portable_math import (

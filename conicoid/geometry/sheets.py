@@ -12,8 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from .._util.arrays import BoxEnds, Vector, VectorLike
-from .._util.dataclass import dataclass
+from .._util.records import BoxEnds, Vector, VectorLike, dataclass
 from .._util.validation import (
     check_direction,
     check_fields,

@@ -19,10 +19,9 @@ from typing import IO, Any, Protocol
 
 import numpy as np
 
-from .._util.arrays import FloatArray
-from .._util.dataclass import dataclass
 from .._util.files import create_partial, open_regular, printable, refuse_devices, release_partial, replace_file
 from .._util.lazy_names import import_extra
+from .._util.records import FloatArray, dataclass
 from .npz import (
     MAX_DATA_BYTES,
     ArrayHeader,

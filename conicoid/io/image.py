@@ -12,11 +12,10 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 import numpy.typing as npt
 
-from .._util.arrays import ignore_fp_errors
 from .._util.lazy_names import import_extra
+from .._util.records import compare_by_value, ignore_fp_errors, restore_state
 from .._util.text import check_choice
 from .._util.validation import check_path as checked_path, format_value, is_masked, real_array
-from .._util.value_objects import compare_by_value, restore_state
 from ..materials.color import srgb_decode
 from ..render.color_mapping import COLORMAPS, apply_colormap, apply_tone, check_exposure, check_tone
 from ..render.film import Layers

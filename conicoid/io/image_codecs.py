@@ -21,8 +21,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from .._util.arrays import FloatArray
 from .._util.files import replace_file
+from .._util.records import FloatArray
 from ..kernels.tables import Floats
 from ..materials.color import import_openexr, srgb_encode
 

@@ -25,9 +25,8 @@ from typing import IO, Any, BinaryIO
 
 import numpy as np
 
-from .._util.arrays import FloatArray
-from .._util.dataclass import dataclass
 from .._util.files import check_memory, open_regular, printable, replace_file
+from .._util.records import FloatArray, dataclass
 from .scene_file.nodes import is_beyond_float64
 
 # .npy files.

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from .._jit.decorators import helper, inline, kernel, record_shapes
 from .._jit.machine_code import empty_array
-from .._util.arrays import FloatArray
+from .._util.records import FloatArray
 from .body.hit import DOUBTFUL, Hit, ResolvedHit, cull_limit, intersect_item, no_hit, resolve_hit, scale_hit, turn_of
 from .body.scratch import Scratch, new_scratch
 from .bvh.culling import LAST, finish_streams, hit_balls, lowest_bit, prefetch, prefetch_to_write, store_eight

@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from .._util.arrays import FloatArray, Vector
 from .._util.lazy_names import import_extra
+from .._util.records import FloatArray, Vector
 from .._util.text import near_name
 from .._util.validation import check_number, check_numbers, format_value, real_array
 from ..numerics.portable_math import odd_root

@@ -10,8 +10,7 @@ from typing import Any, ClassVar, Literal, TypeAlias, get_args
 
 import numpy as np
 
-from .._util.arrays import FloatArray, VectorLike, ignore_fp_errors
-from .._util.dataclass import dataclass
+from .._util.records import FloatArray, VectorLike, dataclass, ignore_fp_errors
 from .._util.validation import (
     as_integer,
     check_degrees,

@@ -12,8 +12,7 @@ from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
 
-from .._util.arrays import Vector
-from .._util.dataclass import dataclass
+from .._util.records import Vector, dataclass
 from .._util.validation import (
     check_fields,
     check_nonnegative,

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .._util.arrays import VectorLike
+from .._util.records import VectorLike
 from .._util.validation import check_number, check_numbers, describe_kind
 from .coating import Coating
 from .color import Amount, Color, check_color, linear_rgb

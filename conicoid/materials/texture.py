@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Literal, TypeAlias, get_args
 
 import numpy as np
 
-from .._util.dataclass import dataclass
+from .._util.records import dataclass
 from .._util.text import check_choice
 from .._util.validation import (
     as_integer,

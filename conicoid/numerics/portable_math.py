@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from .._util.arrays import FloatArray
+from .._util.records import FloatArray
 from .bigfloat import BigFloat, Symbol, exact, rounded, sin_cos_degrees as exact_sin_cos, sqrt, total
 from .tracing import TracedBig, TracedFloat
 

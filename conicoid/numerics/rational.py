@@ -10,7 +10,7 @@ from functools import cached_property
 from math import gcd, inf, isqrt, nextafter
 from typing import Any, TypeAlias
 
-from .._util.dataclass import dataclass
+from .._util.records import dataclass
 
 FractionRow: TypeAlias = Sequence[Fraction]
 FractionMatrix: TypeAlias = Sequence[FractionRow]

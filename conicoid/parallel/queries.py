@@ -13,9 +13,8 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from .._util.arrays import FloatArray
+from .._util.records import FloatArray, align_array, freeze_arrays
 from .._util.validation import describe_kind, is_dask_array, replace_default
-from .._util.value_objects import align_array, freeze_arrays
 from ..kernels.first_hits import HitBuffers
 from ..kernels.threads import Progress
 from ..queries import points as at_points, points as distances, ray_queries

@@ -20,9 +20,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._util.dataclass import dataclass
+from .._util.records import align_array, dataclass
 from .._util.validation import check_callback, check_integer, check_path as checked_path, describe_kind
-from .._util.value_objects import align_array
 from .._util.version import __version__
 from ..kernels.threads import Progress, limit_threads
 from ..queries.overlaps import collect_notes, log_once

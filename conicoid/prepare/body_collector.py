@@ -16,8 +16,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from .._jit.decorators import kernel
-from .._util.arrays import FloatArray, unique_first_with_inverse, unique_sorted
-from .._util.dataclass import dataclass
+from .._util.records import FloatArray, dataclass, unique_first_with_inverse, unique_sorted
 from ..geometry.body import Body, InstanceList
 from ..geometry.bulk import Bulk, Spheres
 from ..geometry.shape import PrimitiveSolid, Shape

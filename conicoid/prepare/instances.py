@@ -15,8 +15,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from .._jit.decorators import kernel
-from .._util.arrays import unique_sorted, unique_with_inverse
-from .._util.dataclass import dataclass
+from .._util.records import dataclass, unique_sorted, unique_with_inverse
 from ..geometry.body import Coordinates, InstanceList, Ints, Shift, ShiftTable, round_sums
 from ..geometry.shape import Solid
 from ..geometry.surface import CENTER_TOLERANCE, ORIGIN, PlaneSurface, QuadricSurface

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from .._util.dataclass import dataclass
+from .._util.records import dataclass
 from ..geometry.body import Body, InstanceList
 from ..geometry.shape import Shape
 from ..kernels.tables import Floats, Geometry, Ints, Longs, Tables, unpack_tables

@@ -17,8 +17,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from .._jit.decorators import kernel
-from .._util.arrays import unique_with_inverse
-from .._util.dataclass import dataclass
+from .._util.records import dataclass, unique_with_inverse
 from ..geometry.body import InstanceList, Ints as InstancesInts, ShiftTable, round_sums, transform_offsets
 from ..geometry.shape import Shape
 from ..geometry.transform import Step

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .._jit.decorators import helper, inline, kernel
-from .._util.arrays import two_sum
+from .._util.records import two_sum
 from ..geometry.transform import Motion, Step
 from ..kernels.numbers.double_double import (
     BoundedPair,

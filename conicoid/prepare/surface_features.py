@@ -18,8 +18,7 @@ from typing import Any, Protocol, TypeAlias
 import numpy as np
 
 from .._jit.decorators import inline, kernel
-from .._util.arrays import unique_with_inverse
-from .._util.dataclass import dataclass
+from .._util.records import dataclass, unique_with_inverse
 from ..kernels.numbers.double_double import (
     BoundedPair,
     bounded_pair,

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from .._util.arrays import two_product, two_sum, unique_first_with_inverse, unique_sorted, unique_with_inverse
+from .._util.records import two_product, two_sum, unique_first_with_inverse, unique_sorted, unique_with_inverse
 from ..geometry.cell import faces_of_tree
 from ..geometry.surface import UPRIGHT, PlaneSurface, QuadricSurface, Surface, Triple
 from ..geometry.transform import AxisFrame, Rotate, Step, Transform, Translate

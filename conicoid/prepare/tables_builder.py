@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from .._jit.decorators import kernel
-from .._util.arrays import row_ends, unique_first_with_inverse, unique_sorted, unique_with_inverse
+from .._util.records import row_ends, unique_first_with_inverse, unique_sorted, unique_with_inverse
 from ..kernels.faces import as_bytes, cell_faces
 from ..kernels.tables import (
     BALL,

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from .._util.arrays import FloatArray, ignore_fp_errors
-from .._util.dataclass import dataclass
+from .._util.records import FloatArray, dataclass, ignore_fp_errors
 from .rays import lines_of
 from .result import extension
 from .weights import weights_of

@@ -12,20 +12,18 @@ import numpy as np
 import numpy.typing as npt
 
 from .._jit.machine_code import empty_array
-from .._util.arrays import FloatArray, ignore_fp_errors
+from .._util.records import FloatArray, ignore_fp_errors
 from .._util.text import format_count
 from .._util.validation import DOMAIN, check_npz_path, is_outside_domain, zero_negligible
 from ..kernels.body.media import AFTER, BEFORE
 from ..kernels.first_hits import HitBuffers
 from ..kernels.ray import DEAD, RayArrays
 from ..kernels.threads import run_rows
+from ..prepare.prepared_scene import PreparedScene
 from .derivatives import HitDerivatives
 from .hit_fields import faces_of, hit_points, local_points_of, normals_of, uvs_of
 from .rays import Rays, find_invalid_ray, lines_of, own_copy, points_array
 from .result import NO_SCENE, QueryResult, check_parts, extension, format_body, format_field, merge_labels
-
-if TYPE_CHECKING:
-    from ..prepare.prepared_scene import PreparedScene
 
 _NO_RAYS = np.zeros(0, np.int64)
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from .._util.arrays import FloatArray
+from .._util.records import FloatArray
 from ..kernels.crossings import DOUBTFUL, OVERLAPPING, sum_rays
 from ..kernels.packet.lanes import LANES
 from ..kernels.ray import RayArrays

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .._util.arrays import unique_sorted
+from .._util.records import unique_sorted
 from .._util.text import format_count, near_name
 from .._util.validation import format_value
 from ..geometry.labels import Labels

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._jit.decorators import kernel
-from .._util.arrays import FloatArray, ignore_fp_errors
+from .._util.records import FloatArray, ignore_fp_errors
 from .._util.text import format_count
 from .._util.validation import LARGEST, format_value, real_array, zero_negligible
 from ..geometry.labels import Labels
@@ -20,7 +20,7 @@ from ..kernels.closest.nearest_walls import nearest_walls
 from ..kernels.closest.neighbourhood import MOST_IN_DOUBT
 from ..kernels.closest.safety import bounds_of_points
 from ..kernels.tables import Floats, Ints, Signs
-from ..kernels.threads import KernelRange, chunk_of_rays, chunk_size, run_on, run_rows
+from ..kernels.threads import KernelRange, Progress, chunk_of_rays, chunk_size, run_on, run_rows
 from ..prepare.prepared_scene import PreparedScene, exact_form
 from .device_choice import device_of
 from .exact.doubtful_rays import resolve_bodies
@@ -30,8 +30,6 @@ from .rays import points_array
 from .result import NO_SCENE, QueryResult, check_parts, common_scene_state, format_body, format_field
 
 if TYPE_CHECKING:
-    from ..kernels.threads import Progress
-    from ..prepare.prepared_scene import PreparedScene
     from .device import Device
 
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from .._jit.machine_code import empty_array, is_frozen
-from .._util.arrays import FloatArray, dot_rows
+from .._util.records import FloatArray, dot_rows
 from .._util.validation import describe_kind, format_value, real_array
 from ..kernels.body.hit import is_doubtful
 from ..kernels.first_hits import (

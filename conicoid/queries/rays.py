@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._jit.machine_code import empty_array, is_frozen
-from .._util.arrays import FloatArray, ignore_fp_errors
+from .._util.records import FloatArray, align_array, ignore_fp_errors
 from .._util.validation import (
     DOMAIN,
     check_npz_path,
@@ -21,13 +21,11 @@ from .._util.validation import (
     real_array,
     refuse_columns,
 )
-from .._util.value_objects import align_array
 from ..kernels.threads import KernelRange, run_chunks
 from .result import ArrayRecord, check_parts, extension
 
 if TYPE_CHECKING:
     from ..prepare.prepared_scene import PreparedScene
-
 
 # Arrays of rays
 

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, Self, TypeVar
 
 import numpy as np
 
+from .._util.records import restore_state
 from .._util.text import format_count, unknown_attribute
 from .._util.validation import describe_kind, format_value
-from .._util.value_objects import restore_state
 from ..geometry.labels import Labels
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeGuard, overload
 if TYPE_CHECKING:
     import numpy as np
 
-    from .._util.arrays import BoxEnds, FloatArray
+    from .._util.records import BoxEnds, FloatArray
     from ..geometry.body import Body
     from ..geometry.bounds.aabb import Bounds
     from ..geometry.entries import Bodies

@@ -15,10 +15,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 import numpy as np
 import numpy.typing as npt
 
-from .._util.arrays import FloatArray, ignore_fp_errors
+from .._util.records import FloatArray, freeze_arrays, ignore_fp_errors
 from .._util.text import MOST_ROWS, NameTuple, format_count, html_table
 from .._util.validation import check_npz_path, format_value, zero_negligible
-from .._util.value_objects import freeze_arrays
 from ..kernels.body.crossing_rows import (
     BODY as BODY_OF_ROW,
     ENTER,
@@ -47,6 +46,7 @@ from ..kernels.crossings import (
 )
 from ..kernels.ray import RayArrays
 from ..kernels.threads import KernelRange, chunk_of_rays, run_chunks, run_on, run_rows
+from ..prepare.prepared_scene import PreparedScene
 from .derivatives import SpanDerivatives
 from .exact.doubtful_rays import resolve_rows
 from .exact.error_bounds import bounds_of_t, refine_points
@@ -67,7 +67,6 @@ from .result import (
 from .weights import BODY, DistinctMaterials, LineValues, Weights, check_by, weights_of
 
 if TYPE_CHECKING:
-    from ..prepare.prepared_scene import PreparedScene
     from .device import Device
 
 

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._jit.decorators import allocator, helper, inline, kernel, record_shapes
-from .._util.arrays import FloatArray
+from .._util.records import FloatArray
 from ..kernels import tables as table
 from ..kernels.body.boolean import read_crossing, region_crossings
 from ..kernels.body.scratch import LEAF_COUNT, Scratch, new_scratch

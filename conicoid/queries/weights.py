@@ -8,8 +8,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from .._util.arrays import FloatArray
-from .._util.dataclass import dataclass
+from .._util.records import FloatArray, dataclass
 from .._util.text import check_choice, describe_names
 from .._util.validation import format_value, real_array
 from ..materials.material import Properties

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from .._util.arrays import FloatArray, matmul_rows
+from .._util.records import FloatArray, matmul_rows
 from .._util.text import check_choice
 from .._util.validation import check_number
 from ..materials.color import srgb_decode

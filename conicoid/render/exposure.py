@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from .._util.arrays import FloatArray
-from ..kernels.threads import KernelRange, chunk_size, has_ended, marked_items, run_on
+from .._util.records import FloatArray
+from ..kernels.tables import Longs
+from ..kernels.threads import KernelRange, Progress, chunk_size, has_ended, marked_items, run_on
 from . import tiles
 from .camera_rays import lower_view
 from .film import COUNT, STEP, SUMS, mean_pixels, next_end, pixel_errors
@@ -22,8 +23,6 @@ from .job import FilmResult, RenderJob, lower_scene_light, most_turns, scale_to_
 from .tiles import SIDE, SQUARE, Film
 
 if TYPE_CHECKING:
-    from ..kernels.tables import Longs
-    from ..kernels.threads import Progress
     from ..queries.device import Device
 
 

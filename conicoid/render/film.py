@@ -15,7 +15,7 @@ from typing import Any, NoReturn
 import numpy as np
 import numpy.typing as npt
 
-from .._util.arrays import FloatArray
+from .._util.records import FloatArray
 from .._util.text import check_choice, near_name
 from .._util.validation import format_value
 from ..numerics.portable_math import portable_cos, portable_exp, portable_interp

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .._util.arrays import FloatArray
-from .._util.dataclass import dataclass
+from .._util.records import FloatArray, dataclass
 from .._util.text import check_choice
 from .._util.validation import as_integer, check_numbers, check_positive, format_value
 from ..geometry.labels import body_material_table

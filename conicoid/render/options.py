@@ -10,7 +10,7 @@ import os
 from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeAlias, get_args
 
 if TYPE_CHECKING:
-    from .._util.arrays import FloatArray
+    from .._util.records import FloatArray
 
 BY = ("body", "material")
 """Keys by which slices are coloured and volume fractions are grouped."""

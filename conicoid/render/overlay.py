@@ -16,14 +16,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from .._util.arrays import dot_rows, ignore_fp_errors, row_lengths
 from .._util.files import printable
+from .._util.records import dot_rows, ignore_fp_errors, row_lengths
 from ..materials.color import linear_rgb, srgb_decode, srgb_encode
 from ..numerics.portable_math import hypot
 from .camera import Camera, FisheyeCamera, OrthographicCamera
 
 if TYPE_CHECKING:
-    from .._util.arrays import FloatArray
+    from .._util.records import FloatArray
     from ..queries.scene_protocol import SceneLike
     from .camera import AnyCamera
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .._util.arrays import ignore_fp_errors
+from .._util.records import ignore_fp_errors
 from .._util.text import check_choice
 from .._util.validation import check_flag, check_nonnegative, check_positive, format_value
 from ..geometry.body import Body

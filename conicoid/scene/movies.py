@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from .._util.arrays import dot_rows, ignore_fp_errors, unit_rows
 from .._util.files import open_regular, replace_file, resolve_output
+from .._util.records import dot_rows, ignore_fp_errors, unit_rows
 from .._util.validation import (
     as_integer,
     check_callback,

@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING, Any, Literal, SupportsIndex, overload
 
 import numpy as np
 
-from .._util.arrays import BoxEnds, FloatArray, ignore_fp_errors
 from .._util.process import fork_safe_lock, pause_gc
+from .._util.records import BoxEnds, FloatArray, ignore_fp_errors
 from .._util.text import NameTuple, format_count, unknown_attribute
 from .._util.validation import (
     DEFAULT_T_MAX,

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .._util.arrays import FloatArray, Vector, dot_rows, row_ends, row_lengths
+from .._util.records import FloatArray, Vector, dot_rows, row_ends, row_lengths
 from .._util.validation import check_number, check_vector
 from ..geometry.labels import body_material_table
 from ..kernels import tables as table

@@ -8,7 +8,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from conicoid._util.arrays import dot_rows, matmul_rows, unit_rows
+from conicoid._util.records import dot_rows, matmul_rows, unit_rows
 from conicoid.apps.derivatives.wall_jacobians import Dual
 from conicoid.geometry.bounds.quadric_extent import _stationary_directions
 from conicoid.numerics import portable_math as rounded

@@ -11,7 +11,7 @@ from hypothesis import given, strategies as st
 
 import conicoid as co
 from conicoid._util import validation as validate
-from conicoid._util.arrays import is_member_sorted, unique_first_with_inverse, unique_sorted, unique_with_inverse
+from conicoid._util.records import is_member_sorted, unique_first_with_inverse, unique_sorted, unique_with_inverse
 from conicoid._util.validation import is_masked
 from conicoid.geometry.primitives import Box, Sphere
 from conicoid.geometry.quadrics import Ellipsoid

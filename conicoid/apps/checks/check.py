@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..._util.arrays import FloatArray, ignore_fp_errors
-from ..._util.dataclass import dataclass
+from ..._util.records import FloatArray, dataclass, ignore_fp_errors
 from ..._util.validation import check_callback, check_integer
 from ...geometry.body import Body
 from ...geometry.shape import Shape

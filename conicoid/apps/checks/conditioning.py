@@ -16,8 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..._util.arrays import FloatArray, Vector
-from ..._util.dataclass import dataclass
+from ..._util.records import FloatArray, Vector, dataclass
 from ...geometry.body import InstanceList, transform_offsets
 from ...geometry.bulk import Bulk, Spheres
 from ...geometry.primitives import Cylinder, Sphere

@@ -12,8 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ..._util.arrays import FloatArray, cross_rows, unit_rows
-from ..._util.dataclass import dataclass
+from ..._util.records import FloatArray, cross_rows, dataclass, unit_rows
 from .perturbation import LocalCell, LocalShape, MotionFields
 
 _LINES = 48

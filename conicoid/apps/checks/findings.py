@@ -6,9 +6,7 @@ from collections.abc import Iterable
 from html import escape
 from typing import TYPE_CHECKING
 
-from ..._util.arrays import FloatArray
-from ..._util.dataclass import dataclass
-from ..._util.value_objects import compare_by_value
+from ..._util.records import FloatArray, compare_by_value, dataclass
 
 if TYPE_CHECKING:
     from ...queries.scene_protocol import SceneLike

@@ -16,8 +16,7 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from ..._util.arrays import FloatArray
-from ..._util.dataclass import dataclass
+from ..._util.records import FloatArray, dataclass
 from ...geometry.cell import Cell, PolygonSheet, cells_of_tree
 from ...geometry.general_quadric import Quadric
 from ...geometry.polyhedron import Extrusion, FlatSolid, Polyhedron

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..._util.arrays import ignore_fp_errors
 from ..._util.files import replace_file
+from ..._util.records import ignore_fp_errors
 from ..._util.validation import check_callback, check_integer, check_path as checked_path, describe_kind
 from ...geometry.body import Body
 from ...geometry.shape import Shape

@@ -10,8 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from ..._util.arrays import FloatArray
-from ..._util.dataclass import dataclass
+from ..._util.records import FloatArray, dataclass
 from ..._util.validation import describe_kind
 from .parameters import Parameters
 

@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..._util.arrays import BoxEnds, FloatArray, ignore_fp_errors
-from ..._util.dataclass import dataclass
+from ..._util.records import BoxEnds, FloatArray, dataclass, ignore_fp_errors
 from ..._util.validation import check_integer, describe_kind, format_value, real_array
 from ...geometry.bulk import Bulk
 from ...kernels.crossings import row_owners

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..._jit.decorators import inline, kernel, record_shapes
-from ..._util.arrays import FloatArray
+from ..._util.records import FloatArray
 from ...kernels.numbers.vectors import Vector, dot
 from ...kernels.tables import Floats, Ints, Longs, Signs
 from ...kernels.threads import KernelRange, run_calls, run_chunks

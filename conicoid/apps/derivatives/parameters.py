@@ -17,7 +17,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from ..._util.arrays import FloatArray, ignore_fp_errors
+from ..._util.records import FloatArray, ignore_fp_errors
 from ..._util.text import describe_names
 from ..._util.validation import describe_kind, format_value, real_array
 from ...geometry.body import Body, InstanceList

@@ -12,8 +12,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..._util.arrays import FloatArray, unique_sorted
-from ..._util.dataclass import dataclass
+from ..._util.records import FloatArray, dataclass, unique_sorted
 from ...geometry.surface import PlaneSurface, QuadricSurface, Surface, expand_quadric
 from ...kernels.programs import cells_of_leaves, leaves_of_programs
 from ...kernels.tables import BALL, CELL, PLANE, POLYGON, REGION, SHEET, SPHERE, Tables

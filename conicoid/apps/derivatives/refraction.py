@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..._util.arrays import FloatArray, ignore_fp_errors
+from ..._util.records import FloatArray, ignore_fp_errors
 from ..._util.validation import real_array
 from ..optics.refraction import dot_columns, reflect, refract
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from ..._jit.decorators import helper, inline, kernel
-from ..._util.arrays import FloatArray
+from ..._util.records import FloatArray
 from ...kernels import tables as table
 from ...kernels.body.cell import place_face, quadric_place
 from ...kernels.body.entry import entry_crossings

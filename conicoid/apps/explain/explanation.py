@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from ..._util.dataclass import dataclass
 from ..._util.files import write_text
+from ..._util.records import dataclass
 from ..._util.validation import check_path as checked_path, format_value
 from ...geometry.entries import as_index, find_entry
 from ...geometry.general_quadric import Classification

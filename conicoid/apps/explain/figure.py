@@ -14,8 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ..._util.arrays import FloatArray
-from ..._util.dataclass import dataclass
+from ..._util.records import FloatArray, dataclass
 from ..._util.validation import check_integer, check_path as checked_path
 from ...geometry.general_quadric import PLANE, SPHERE
 from ...prepare.prepared_scene import PreparedScene

@@ -13,9 +13,8 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-from ..._util.arrays import Vector
-from ..._util.dataclass import dataclass
 from ..._util.files import printable
+from ..._util.records import Vector, dataclass
 from ...geometry.general_quadric import PLANE
 from ...numerics.rational import dot
 from ...queries.hits import Hits

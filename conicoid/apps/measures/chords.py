@@ -16,8 +16,7 @@ from typing import Any
 import numpy as np
 
 from ..._jit.decorators import inline, kernel
-from ..._util.arrays import FloatArray, ignore_fp_errors
-from ..._util.dataclass import dataclass
+from ..._util.records import FloatArray, dataclass, ignore_fp_errors
 from ..._util.validation import SMALLEST
 from ...geometry.shape import Shape
 from ...kernels.surface.records import normal_at

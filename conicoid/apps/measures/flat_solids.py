@@ -16,7 +16,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from ..._util.arrays import BoxEnds, FloatArray
+from ..._util.records import BoxEnds, FloatArray
 from ...geometry.cell import Cell
 from ...geometry.convex_decomposition import exact_face
 from ...geometry.facets import FlatPlane, minus

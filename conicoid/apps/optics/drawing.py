@@ -11,7 +11,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ..._util.text import check_choice
 from ..._util.validation import check_integer, check_number, check_path, describe_kind
 from ...materials.material import Material

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..._util.arrays import unit_rows
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass, unit_rows
 from ..._util.text import format_count
 from ..._util.validation import check_integer, describe_kind
 from ...materials.dispersion import LINE_D

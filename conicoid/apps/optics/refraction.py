@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..._util.arrays import ignore_fp_errors
+from ..._util.records import ignore_fp_errors
 from ..._util.validation import DOMAIN, is_outside_domain, real_array, refuse_columns, zero_negligible
 
 FloatArray = npt.NDArray[np.float64]

@@ -16,7 +16,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ...geometry.exact_crossings import IntegerForm
 from ...kernels.tables import PLANE, SPHERE
 from ...numerics.rational import is_certain

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..._util.arrays import BoxEnds, FloatArray
+from ..._util.records import BoxEnds, FloatArray
 from ..._util.validation import as_integer, check_number, describe_kind, format_value
 from ...geometry.body import Body
 from ...geometry.labels import body_material_table

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..._util.arrays import FloatArray, ignore_fp_errors
+from ..._util.records import FloatArray, ignore_fp_errors
 from ..._util.text import NameTuple, check_choice
 from ..._util.validation import check_callback, check_flag, check_path as checked_path
 from ...io.image import Image

@@ -16,9 +16,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ..._util.arrays import BoxEnds, FloatArray, ignore_fp_errors
 from ..._util.files import replace_file, resolve_output
 from ..._util.lazy_names import import_extra
+from ..._util.records import BoxEnds, FloatArray, ignore_fp_errors
 from ..._util.text import NameTuple, check_choice
 from ..._util.validation import (
     as_integer,

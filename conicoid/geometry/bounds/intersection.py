@@ -13,8 +13,7 @@ from typing import Any, ClassVar, Literal, Protocol, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from ..._util.arrays import BoxEnds, FloatArray, dot_rows
-from ..._util.dataclass import dataclass
+from ..._util.records import BoxEnds, FloatArray, dataclass, dot_rows
 from ..cell import Tree, bounding_faces
 from ..surface import PlaneSurface, QuadricSurface, Surface
 from ..transform import Motion

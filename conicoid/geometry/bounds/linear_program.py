@@ -17,7 +17,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from ..._util.arrays import BoxEnds, FloatArray
+from ..._util.records import BoxEnds, FloatArray
 from ...numerics import bigfloat as ex
 from ...numerics.rational import cross, dot3
 from ..surface import PlaneSurface

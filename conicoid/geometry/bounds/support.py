@@ -16,7 +16,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..._util.arrays import BoxEnds, FloatArray, Vector, dot_rows, ignore_fp_errors, two_product, two_sum
+from ..._util.records import BoxEnds, FloatArray, Vector, dot_rows, ignore_fp_errors, two_product, two_sum
 from ...numerics import bigfloat as ex
 from ...numerics.bigfloat import Symbol
 from ...numerics.portable_math import (

@@ -17,9 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from ..._util.arrays import BoxEnds
-from ..._util.dataclass import dataclass
 from ..._util.files import MAX_LISTED_PROBLEMS, printable, write_text
+from ..._util.records import BoxEnds, dataclass
 from ..._util.text import format_count
 from ..._util.validation import check_callback, check_flag
 from ...geometry.body import InstanceList

@@ -16,8 +16,8 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from ..._util.dataclass import dataclass
 from ..._util.files import printable
+from ..._util.records import dataclass
 from ..._util.text import format_count
 from ...geometry.body import Body
 from ...geometry.shape import Boolean, Difference, PrimitiveSolid, Solid

@@ -11,8 +11,7 @@ from dataclasses import field
 from fractions import Fraction
 from functools import lru_cache
 
-from ..._util.arrays import VectorLike
-from ..._util.dataclass import dataclass
+from ..._util.records import VectorLike, dataclass
 from ...geometry.polyhedron import Polyhedron
 from ...geometry.shape import Solid
 from ...numerics import bigfloat as ex

@@ -10,8 +10,7 @@ from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from typing import Literal, TypeAlias
 
-from ..._util.arrays import Matrix4, Vector
-from ..._util.dataclass import dataclass
+from ..._util.records import Matrix4, Vector, dataclass
 from ...geometry.transform import Step, Transform, Translate
 
 PieceBooleanKind: TypeAlias = Literal["union", "intersection", "difference"]

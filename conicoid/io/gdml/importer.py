@@ -16,8 +16,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import field
 from typing import Any
 
-from ..._util.dataclass import dataclass
 from ..._util.files import MAX_PROBLEMS, Problem, SceneFileError, resolve_part
+from ..._util.records import dataclass
 from ..._util.text import format_count
 from ...geometry.body import Shift
 from ...geometry.shape import Difference, Solid

@@ -11,7 +11,7 @@ from collections.abc import MutableMapping
 from fractions import Fraction
 from typing import Any
 
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ...materials.material import Material, Properties
 from ...materials.presets import matte
 from ..importers import palette_color

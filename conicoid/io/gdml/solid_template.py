@@ -15,7 +15,7 @@ from functools import cached_property
 from itertools import pairwise
 from typing import Literal
 
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ...geometry.body import Shift
 from ...geometry.polyhedron import Polyhedron
 from ...geometry.primitives import Box, Sphere

@@ -13,7 +13,7 @@ from dataclasses import field, replace
 from fractions import Fraction
 from itertools import chain
 
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ..importers import OmittedPart
 from ..openmc.placement import NO_ROTATION, ORIGIN, CellRotation, Point
 from ..scene_file.nodes import shorten

@@ -17,8 +17,8 @@ from dataclasses import field
 from fractions import Fraction
 from typing import Any
 
-from ..._util.dataclass import dataclass
 from ..._util.files import MAX_PROBLEMS, Problem, SceneFileError, Suggestions, printable
+from ..._util.records import dataclass
 from ...geometry.transform import IDENTITY_MOTION
 from ..importers import OmittedPart
 from ..openmc.placement import NO_ROTATION, NO_TURN, ORIGIN, AxisTurn, CellRotation, Point, rotation_by_angles

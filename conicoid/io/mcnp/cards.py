@@ -17,8 +17,8 @@ from dataclasses import field, replace
 from fractions import Fraction
 from types import MappingProxyType
 
-from ..._util.dataclass import dataclass
 from ..._util.files import Problem, SceneFileError, read_bounded, resolve_part
+from ..._util.records import dataclass
 from ..._util.text import suggest_name
 from ...materials.material import Properties
 from ..openmc.values import OpenmcMaterial

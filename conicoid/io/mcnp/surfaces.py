@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import field
 from fractions import Fraction
 
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ..._util.text import suggest_name
 from ...numerics.portable_math import portable_sqrt
 from ...numerics.rational import cross, dot3

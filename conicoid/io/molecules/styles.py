@@ -12,8 +12,7 @@ from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
 
-from ..._util.arrays import FloatArray
-from ..._util.dataclass import dataclass
+from ..._util.records import FloatArray, dataclass
 from ...geometry.body import Body
 from ...geometry.bulk import Capsules, Cylinders, Spheres
 from ...materials.material import Material, rename_material

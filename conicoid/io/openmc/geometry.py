@@ -15,9 +15,8 @@ from dataclasses import field
 from functools import cached_property
 from typing import TypeVar
 
-from ..._util.arrays import BoxEnds
-from ..._util.dataclass import dataclass
 from ..._util.files import Problem, SceneFileError
+from ..._util.records import BoxEnds, dataclass
 from ..._util.text import format_bytes, format_count
 from ...geometry.bounds.aabb import enclose_boxes
 from ...geometry.shape import Solid

@@ -15,8 +15,7 @@ from functools import cache, cached_property, lru_cache
 from itertools import combinations
 from typing import Any, TypeAlias
 
-from ..._util.arrays import Matrix4, Vector
-from ..._util.dataclass import dataclass
+from ..._util.records import Matrix4, Vector, dataclass
 from ...geometry.transform import IDENTITY_MOTION, Motion
 from ...numerics.rational import cross
 

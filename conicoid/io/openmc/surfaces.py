@@ -15,8 +15,7 @@ from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property
 
-from ..._util.arrays import Vector
-from ..._util.dataclass import dataclass
+from ..._util.records import Vector, dataclass
 from ...geometry.general_quadric import Quadric
 from ...geometry.primitives import HalfSpace, Sphere
 from ...geometry.quadrics import EllipticCone, EllipticCylinder

@@ -25,8 +25,7 @@ from typing import Any, ClassVar, Generic, TypeAlias, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from ..._util.arrays import matmul_rows, unique_sorted
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass, matmul_rows, unique_sorted
 from ...geometry.body import Coordinates, InstanceBlock, InstanceList, Ints, Shift, ShiftTable
 from ...geometry.shape import Solid
 from ...geometry.transform import IDENTITY_MOTION, Motion

@@ -15,8 +15,8 @@ from fractions import Fraction
 from functools import partial
 from typing import Any, TypeVar
 
-from ..._util.dataclass import dataclass
 from ..._util.files import Problem
+from ..._util.records import dataclass
 from ..._util.text import suggest_name
 from ...materials.material import Properties
 from ..scene_file.nodes import is_beyond_float64, shorten

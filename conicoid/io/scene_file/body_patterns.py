@@ -25,9 +25,8 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from ..._util.dataclass import dataclass
+from ..._util.records import construct_many, dataclass
 from ..._util.validation import SuppressedWarning, raise_warnings
-from ..._util.value_objects import construct_many
 from ...geometry.body import Body
 from . import yaml_parser
 from .fields import MaterialType

@@ -16,8 +16,7 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 
-from ..._util.arrays import Matrix4
-from ..._util.dataclass import dataclass
+from ..._util.records import Matrix4, dataclass
 from ...geometry.registry import REGISTRY
 from ...geometry.shape import REGISTERED, Shape
 from ...geometry.tracks import TRACKS

@@ -14,12 +14,10 @@ from itertools import repeat
 from pathlib import Path
 from typing import Any, Protocol, TypeAlias
 
-from ..._util.arrays import FloatArray
-from ..._util.dataclass import dataclass
 from ..._util.files import Problem, SceneFileError, resolve_links, write_text
 from ..._util.process import pause_gc
+from ..._util.records import FloatArray, construct_many, dataclass
 from ..._util.text import describe_names
-from ..._util.value_objects import construct_many
 from ...geometry.body import Body, InstanceList, check_materials
 from ...geometry.entries import LENGTH_UNITS
 from ...geometry.shape import Shape, Solid

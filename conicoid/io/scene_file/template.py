@@ -17,9 +17,8 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from ..._util.arrays import FloatArray, Matrix4, Vector
+from ..._util.records import FloatArray, Matrix4, Vector, construct_many, pickle_state
 from ..._util.validation import SuppressedWarning, is_outside_domain, looks_like_radians, raise_warnings, real_array
-from ..._util.value_objects import construct_many, pickle_state
 from ...geometry.bulk import Bulk
 from ...geometry.registry import REGISTRY
 from ...geometry.shape import Shape

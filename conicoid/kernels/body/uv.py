@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._jit.decorators import inline
-from ..._util.arrays import unique_sorted
+from ..._util.records import unique_sorted
 from .. import tables as table
 from ..numbers.elementary import atan2
 from ..numbers.vectors import dot

@@ -15,8 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..._jit.decorators import helper, inline, kernel, record_shapes
-from ..._util.arrays import row_lengths
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass, row_lengths
 from ...geometry.body import InstanceBlock
 from ...kernels.bvh.culling_constants import ORIGIN_SLACK, WALL
 from ...kernels.bvh.walk import leaf_range

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..._util.arrays import row_lengths
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass, row_lengths
 from ...geometry.body import InstanceBlock
 from ...kernels.bvh.walk import FEW, ROWS
 from ...kernels.programs import leaves_of_programs

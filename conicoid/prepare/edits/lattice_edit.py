@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ...geometry.body import InstanceList, transform_offsets
 from ...geometry.instance_edits import InstanceOrigins
 from ...geometry.shape import Shape

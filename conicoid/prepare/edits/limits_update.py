@@ -13,8 +13,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from ..._util.arrays import unique_sorted, unique_with_inverse
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass, unique_sorted, unique_with_inverse
 from ...kernels.programs import cells_of_leaves, leaves_of_program
 from ...kernels.surface.doubt import KAPPA
 from ...kernels.tables import BALL, CELL, PLANE, QUADRIC, REGION, SPHERE, Floats, Longs, Tables

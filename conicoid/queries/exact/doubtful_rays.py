@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..._jit.decorators import allocator, helper, inline, kernel
-from ..._util.arrays import FloatArray
+from ..._util.records import FloatArray
 from ...geometry.exact_crossings import RayPlace, decide_crossing, exact_ranks, integer_line, side_of_loop
 from ...kernels import tables as table
 from ...kernels.body.crossing_rows import (
@@ -49,7 +49,7 @@ from ...kernels.tables import POLYGON, Floats, Geometry, Ints, is_halted, length
 from ...kernels.threads import run_on
 from ...numerics.rational import ZERO, sign
 from ...prepare.mmap_arrays import mapped_zeros
-from ...prepare.prepared_scene import exact_form
+from ...prepare.prepared_scene import PreparedScene, exact_form
 from .membership import located_by_ranks, surfaces_near
 from .ranks import (
     CROSSINGS,
@@ -73,9 +73,6 @@ from .ranks import (
     t_of,
 )
 from .tie_orders import find_ties, first_of_ranks, hangs_on_tie, wall_of_tie
-
-if TYPE_CHECKING:
-    from ...prepare.prepared_scene import PreparedScene
 
 TIED = 2
 """`Doubtful.undecided` of a ray that is decided and hangs on a tie."""

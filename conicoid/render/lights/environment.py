@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._jit.decorators import helper, inline, record_shapes
-from ..._util.arrays import Vector
+from ..._util.records import Vector
 from ...kernels.body.uv import turns
 from ...kernels.numbers.elementary import acos, cos_sin_turns
 from ...kernels.tables import Floats

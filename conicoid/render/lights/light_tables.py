@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._jit.decorators import inline, record_shapes
-from ..._util.arrays import matmul_rows
+from ..._util.records import matmul_rows
 from ...geometry.body import Body
 from ...geometry.bulk import Bulk, Spheres
 from ...geometry.primitives import Cylinder, Sphere

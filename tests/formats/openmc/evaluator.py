@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from conicoid._util.arrays import FloatArray
+from conicoid._util.records import FloatArray
 
 Place = tuple[Any, ...]
 """(cell, ...) from the root inward: numbers of cells, and (lattice, index) for elements."""

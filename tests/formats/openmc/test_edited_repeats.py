@@ -9,7 +9,7 @@ import pytest
 
 import conicoid as co
 from benchmarks.comparison.scenes import core_xml
-from conicoid._util.arrays import Vector
+from conicoid._util.records import Vector
 from conicoid.geometry import instance_edits as repeated_edited
 from conicoid.geometry.body import Body, InstanceList
 from conicoid.geometry.cell import NOTHING, Tree

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid._util.arrays import FloatArray
+from conicoid._util.records import FloatArray
 from conicoid.geometry.transform import IDENTITY_MOTION
 from conicoid.io import openmc
 from conicoid.io.openmc.placement import (
