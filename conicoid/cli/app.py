@@ -123,36 +123,35 @@ def info(
     glasses: GlassesOption = None,
 ) -> None:
     """List the bodies of a scene with their bounds, and its memory; check it."""
-    with user_mistakes():
-        only_with(context, "--check", check, "rays", "seed")
-        for name in [name for name, is_given in (("check", check), ("glasses", glasses)) if system and is_given]:
-            raise ValueError(f"info: --{name} goes with a scene file; with --system it would be ignored")
-        if (scene is None) != system:
-            raise ValueError("info: give either a scene file or --system")
-        if scene is None:
-            from .report import system_report as lines_of_system
+    only_with(context, "--check", check, "rays", "seed")
+    for name in [name for name, is_given in (("check", check), ("glasses", glasses)) if system and is_given]:
+        raise ValueError(f"info: --{name} goes with a scene file; with --system it would be ignored")
+    if (scene is None) != system:
+        raise ValueError("info: give either a scene file or --system")
+    if scene is None:
+        from .report import system_report as lines_of_system
 
-            for line in lines_of_system():
-                typer.echo(line)
-            return
-        loaded = load(scene, None, glasses=glasses)
-        from . import report
-
-        prepare(loaded)
-
-        lines = [*report.list_bodies(loaded), "", *report.totals(loaded)]
-        for line in lines:
+        for line in lines_of_system():
             typer.echo(line)
-        if not check:
-            return
-        from ..apps.checks.check import check as find
+        return
+    loaded = load(scene, None, glasses=glasses)
+    from . import report
 
-        with Bar("checking", "step") as bar:
-            findings = find(loaded, rays, seed, bar)
-        for line in report.findings(findings):
-            typer.echo(line)
-        if findings:  # scripts see them by the exit code
-            raise typer.Exit(EXIT_FINDINGS)
+    prepare(loaded)
+
+    lines = [*report.list_bodies(loaded), "", *report.totals(loaded)]
+    for line in lines:
+        typer.echo(line)
+    if not check:
+        return
+    from ..apps.checks.check import check as find
+
+    with Bar("checking", "step") as bar:
+        findings = find(loaded, rays, seed, bar)
+    for line in report.findings(findings):
+        typer.echo(line)
+    if findings:  # scripts see them by the exit code
+        raise typer.Exit(EXIT_FINDINGS)
 
 
 @app.command(
@@ -197,40 +196,39 @@ def trace(
     threads: Threads = None,
 ) -> None:
     """Follow rays through a scene and write what they hit."""
-    with user_mistakes():
-        from ..parallel.result_writer import SUFFIXES, file_state, parts_folder, result_writer, write_answers
+    from ..parallel.result_writer import SUFFIXES, file_state, parts_folder, result_writer, write_answers
 
-        # Files of these kinds are read and written part by part in any case
-        parts = chunk is not None or bool({rays.suffix.lower(), output.suffix.lower()} & {".parquet", ".zarr"})
-        only_with(context, "--chunk", parts, "resume", "workers", "cluster", "slurm")
-        if errors and output != STDOUT and output.suffix.lower() in (".npz", ".zarr"):
-            raise ValueError(f"trace: --errors goes with .csv; a {output.suffix} file has all fields in any case")
-        if parts and output == STDOUT:
-            raise ValueError("trace: --chunk writes a file, with which it can continue: name one with -o")
-        resumed = resume and parts_folder(output).is_dir()
-        if resume and not resumed and output.is_dir():
-            raise ValueError(f"{output}: is a folder without parts to go on with: it is complete, or of something else")
-        file = ray_file(rays, scene, output, t_min, t_max, SUFFIXES, not parts, resumed)
-        # Without parts invalid rays are found before the preparation, which may take much longer
-        whole = None if parts else file.read()
-        loaded = load(scene, threads)
-        prepare(loaded)
-        query, limits = "spans" if spans else "first_hit", dict(t_min=t_min, t_max=t_max)
-        options: dict[str, Any] = {name: end for name, end in limits.items() if end is not None}
-        with (
-            Bar("tracing", "ray") as bar,
-            executor_of("trace", workers, cluster, slurm) as executor,
-            write_output(output, ".csv") as target,
-        ):
-            # The parts depend on this too, beside the scene
-            key = f"{file_state(rays)} {t_min} {t_max}" if parts else None
-            writer = result_writer(loaded, query, target, {}, errors=errors, key=key, resume=resume)
-            size = (chunk or CHUNK) if parts else PIECE
-            pieces = file.pieces(size, writer.parts.rays) if whole is None else [whole]
-            answers = loaded.stream(pieces, query, chunk=size, executor=executor, **options)
-            shape = None if spans else file.shape
-            write_answers(writer, answers, shape, file.home, bar, math.prod(file.shape or (0,)))
-        show_message(f"{name_of(output)}: {trace_summary(query, writer.parts.found, writer.parts.rays)}")
+    # Files of these kinds are read and written part by part in any case
+    parts = chunk is not None or bool({rays.suffix.lower(), output.suffix.lower()} & {".parquet", ".zarr"})
+    only_with(context, "--chunk", parts, "resume", "workers", "cluster", "slurm")
+    if errors and output != STDOUT and output.suffix.lower() in (".npz", ".zarr"):
+        raise ValueError(f"trace: --errors goes with .csv; a {output.suffix} file has all fields in any case")
+    if parts and output == STDOUT:
+        raise ValueError("trace: --chunk writes a file, with which it can continue: name one with -o")
+    resumed = resume and parts_folder(output).is_dir()
+    if resume and not resumed and output.is_dir():
+        raise ValueError(f"{output}: is a folder without parts to go on with: it is complete, or of something else")
+    file = ray_file(rays, scene, output, t_min, t_max, SUFFIXES, not parts, resumed)
+    # Without parts invalid rays are found before the preparation, which may take much longer
+    whole = None if parts else file.read()
+    loaded = load(scene, threads)
+    prepare(loaded)
+    query, limits = "spans" if spans else "first_hit", dict(t_min=t_min, t_max=t_max)
+    options: dict[str, Any] = {name: end for name, end in limits.items() if end is not None}
+    with (
+        Bar("tracing", "ray") as bar,
+        executor_of("trace", workers, cluster, slurm) as executor,
+        write_output(output, ".csv") as target,
+    ):
+        # The parts depend on this too, beside the scene
+        key = f"{file_state(rays)} {t_min} {t_max}" if parts else None
+        writer = result_writer(loaded, query, target, {}, errors=errors, key=key, resume=resume)
+        size = (chunk or CHUNK) if parts else PIECE
+        pieces = file.pieces(size, writer.parts.rays) if whole is None else [whole]
+        answers = loaded.stream(pieces, query, chunk=size, executor=executor, **options)
+        shape = None if spans else file.shape
+        write_answers(writer, answers, shape, file.home, bar, math.prod(file.shape or (0,)))
+    show_message(f"{name_of(output)}: {trace_summary(query, writer.parts.found, writer.parts.rays)}")
 
 
 CHUNK = 1_000_000
@@ -261,5 +259,4 @@ def schema() -> None:
 
     from ..io.scene_file.schema import scene_schema
 
-    with user_mistakes():
-        typer.echo(json.dumps(scene_schema(), indent=2))
+    typer.echo(json.dumps(scene_schema(), indent=2))

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 import typer
 
 from .options import RayFile, Results, SceneFile, Threads, TMax, TMin, only_with
-from .resources import STDOUT, check_folder, load, name_of, prepare, ray_file, refuse_overwriting, write_output
-from .terminal import Bar, show_message, user_mistakes
+from .resources import STDOUT, check_folder, load, name_of, prepare, ray_file, write_output
+from .terminal import Bar, show_message
 
 if TYPE_CHECKING:
     from ..apps.measures.measure import SceneMeasures
@@ -61,37 +61,36 @@ def lengths(
     threads: Threads = None,
 ) -> None:  # fmt: skip
     """Measure how far rays go inside each body, or material; or sum up a value along them."""
-    with user_mistakes():
-        from .._util.text import check_choice
-        from ..queries.weights import check_by
+    from .._util.text import check_choice
+    from ..queries.weights import check_by
 
-        integral = bool(value) or property_ is not None
-        only_with(context, "--value or --property", integral, "otherwise")
-        only_with(context, "lengths, not with --value or --property", not integral, "by")
-        if value and property_ is not None:
-            raise ValueError("lengths: give either --value or --property")
-        by = check_by("lengths", by)
-        if overlaps is not None:
-            overlaps = check_choice("lengths", "--overlaps", overlaps, ("both", "error"))
-        values = _values(value) if value else property_
-        # Invalid rays are found before the preparation, which may take much longer
-        table = ray_file(rays, scene, output, t_min, t_max, (".npz", ".csv")).read()
-        loaded = load(scene, threads)
-        from ..io.result_file import integral_columns, length_columns, write_values
+    integral = bool(value) or property_ is not None
+    only_with(context, "--value or --property", integral, "otherwise")
+    only_with(context, "lengths, not with --value or --property", not integral, "by")
+    if value and property_ is not None:
+        raise ValueError("lengths: give either --value or --property")
+    by = check_by("lengths", by)
+    if overlaps is not None:
+        overlaps = check_choice("lengths", "--overlaps", overlaps, ("both", "error"))
+    values = _values(value) if value else property_
+    # Invalid rays are found before the preparation, which may take much longer
+    table = ray_file(rays, scene, output, t_min, t_max, (".npz", ".csv")).read()
+    loaded = load(scene, threads)
+    from ..io.result_file import integral_columns, length_columns, write_values
 
-        options: dict[str, Any] = dict(overlaps=overlaps, **table.limits(t_min, t_max))
-        prepare(loaded)
-        with Bar("measuring", "ray") as bar:
-            if integral:
-                results = _integrals(loaded, table.rays, values, dict(otherwise=otherwise, progress=bar) | options)
-            else:
-                results = loaded.lengths(table.rays, by=cast(Any, by), progress=bar, **options)
-        energies = results.shape[len(table.rays.shape) :]  # the axes behind those of the rays
-        columns = integral_columns(energies) if integral else length_columns(loaded, by)
-        name = "line_integrals" if integral else "lengths"
-        with write_output(output, ".csv") as file:
-            write_values(file, name, results, columns, with_names=not integral)
-        show_message(f"{name_of(output)}: {_summary(results, table.rays.shape, len(columns), integral, by)}")
+    options: dict[str, Any] = dict(overlaps=overlaps, **table.limits(t_min, t_max))
+    prepare(loaded)
+    with Bar("measuring", "ray") as bar:
+        if integral:
+            results = _integrals(loaded, table.rays, values, dict(otherwise=otherwise, progress=bar) | options)
+        else:
+            results = loaded.lengths(table.rays, by=cast(Any, by), progress=bar, **options)
+    energies = results.shape[len(table.rays.shape) :]  # the axes behind those of the rays
+    columns = integral_columns(energies) if integral else length_columns(loaded, by)
+    name = "line_integrals" if integral else "lengths"
+    with write_output(output, ".csv") as file:
+        write_values(file, name, results, columns, with_names=not integral)
+    show_message(f"{name_of(output)}: {_summary(results, table.rays.shape, len(columns), integral, by)}")
 
 
 def _integrals(scene: Scene, rays: Rays, values: Any, options: dict[str, Any]) -> Any:
@@ -150,25 +149,23 @@ def measure(
     threads: Threads = None,
 ) -> None:  # fmt: skip
     """Volume, area, centroid and inertia of every body, and the volumes of materials."""
-    with user_mistakes():
-        if output is not None:
-            if output != STDOUT and output.suffix.lower() != ".csv":
-                raise ValueError(f"{output}: measures are written as .csv")
-            check_folder(output)
-            refuse_overwriting(output, scene)
-        loaded = load(scene, threads)
-        from ..apps.measures.measure import measure as measure_scene
+    if output is not None:
+        if output != STDOUT and output.suffix.lower() != ".csv":
+            raise ValueError(f"{output}: measures are written as .csv")
+        check_folder(output, scene)
+    loaded = load(scene, threads)
+    from ..apps.measures.measure import measure as measure_scene
 
-        with Bar("measuring", "body") as bar:
-            measures = measure_scene(loaded, rays, seed, bar)
-        if output is None:
-            typer.echo(_printable(str(measures)))
-            return
-        from ..io.array_file import write_columns
+    with Bar("measuring", "body") as bar:
+        measures = measure_scene(loaded, rays, seed, bar)
+    if output is None:
+        typer.echo(_printable(str(measures)))
+        return
+    from ..io.array_file import write_columns
 
-        with write_output(output, ".csv") as file:
-            write_columns(file, _table(measures))
-        show_message(f"{name_of(output)}: {len(measures):,} bodies")
+    with write_output(output, ".csv") as file:
+        write_columns(file, _table(measures))
+    show_message(f"{name_of(output)}: {len(measures):,} bodies")
 
 
 def _printable(text: str) -> str:
@@ -225,23 +222,21 @@ def explain(
     t_max: TMax = None,
 ) -> None:  # fmt: skip
     """Explain one ray as on a blackboard: the steps by which every body is hit or missed."""
-    with user_mistakes():
-        if html is not None:
-            if html.suffix.lower() not in (".html", ".svg"):
-                raise ValueError(f"{html}: the page is written as .html, the figure as .svg")
-            check_folder(html)
-            refuse_overwriting(html, scene)
-        loaded = load(scene, None)
-        prepare(loaded)
-        limits = {name: value for name, value in (("t_min", t_min), ("t_max", t_max)) if value is not None}
-        try:
-            explanation = loaded.explain(ray[:3], ray[3:], body=_body_number(body, loaded), **limits)
-        except LookupError as error:
-            raise ValueError(f"explain: {error.args[0]}") from None
-        if html is not None:
-            explanation.save(html)
-            show_message(f"{html}: {explanation!r}")
-        typer.echo(explanation.text, nl=False)
+    if html is not None:
+        if html.suffix.lower() not in (".html", ".svg"):
+            raise ValueError(f"{html}: the page is written as .html, the figure as .svg")
+        check_folder(html, scene)
+    loaded = load(scene, None)
+    prepare(loaded)
+    limits = {name: value for name, value in (("t_min", t_min), ("t_max", t_max)) if value is not None}
+    try:
+        explanation = loaded.explain(ray[:3], ray[3:], body=_body_number(body, loaded), **limits)
+    except LookupError as error:
+        raise ValueError(f"explain: {error.args[0]}") from None
+    if html is not None:
+        explanation.save(html)
+        show_message(f"{html}: {explanation!r}")
+    typer.echo(explanation.text, nl=False)
 
 
 def _body_number(body: str | None, scene: object) -> str | int | None:

@@ -82,8 +82,8 @@ def _progress(bar: Bar, message: Callable[[int], str]) -> Callable[[int, int], N
     return progress
 
 
-def check_folder(output: Path) -> None:
-    """Raise OSError for an output that cannot be written, before the work."""
+def check_folder(output: Path, *read: Path) -> None:
+    """Raise OSError for an output that cannot be written, ValueError for one of the files `read`; before the work."""
     if output == STDOUT:
         return
     if output.is_dir():
@@ -92,6 +92,7 @@ def check_folder(output: Path) -> None:
         raise OSError(22, "is not a regular file", str(output))
     if not output.parent.is_dir():
         raise FileNotFoundError(2, "no such folder", str(output.parent))
+    refuse_overwriting(output, *read)
 
 
 def check_stdout(what: str) -> None:
