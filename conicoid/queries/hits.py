@@ -23,12 +23,12 @@ from ..prepare.prepared_scene import PreparedScene
 from .derivatives import HitDerivatives
 from .hit_fields import faces_of, hit_points, local_points_of, normals_of, uvs_of
 from .rays import Rays, find_invalid_ray, lines_of, own_copy, points_array
-from .result import NO_SCENE, QueryResult, check_parts, extension, format_body, format_field, merge_labels
+from .result import NO_SCENE, QueryResult, ShapedRecord, check_parts, extension, format_body, format_field, merge_labels
 
 _NO_RAYS = np.zeros(0, np.int64)
 
 
-class Hits(QueryResult, HitDerivatives):
+class Hits(ShapedRecord, QueryResult, HitDerivatives):
     """First hits of rays, shaped like the rays; one ray gives scalars. All arrays are read-only.
 
     Attributes
@@ -100,22 +100,6 @@ class Hits(QueryResult, HitDerivatives):
     def shape(self) -> tuple[int, ...]:
         """The leading shape, that of `t`."""
         return self.rays.shape
-
-    @property
-    def ndim(self) -> int:
-        """Number of axes of `t`; 0 for a single ray."""
-        return len(self.rays.shape)
-
-    @property
-    def size(self) -> int:
-        """Number of hits, including misses."""
-        return len(self._buffers.t)
-
-    def _shaped(self, array: Any, *last: int) -> Any:
-        """Return a flat array in the rays' shape, with more axes `last`, read-only; one ray gives a scalar."""
-        result = array.reshape((*self.rays.shape, *last))
-        result.flags.writeable = False
-        return result if last else result[()]
 
     @cached_property
     def t(self) -> FloatArray:
@@ -388,9 +372,6 @@ class Hits(QueryResult, HitDerivatives):
             scenes, in which body numbers have different meanings.
         """
         return _concatenate_hits(parts)
-
-    def __len__(self) -> int:
-        return len(self.rays)
 
     def __bool__(self) -> bool:
         if self.size != 1:

@@ -21,8 +21,8 @@ from .._util.validation import (
     real_array,
     refuse_columns,
 )
-from ..kernels.threads import KernelRange, run_chunks
-from .result import ArrayRecord, check_parts, extension
+from ..kernels.threads import KernelRange, Progress, run_chunks
+from .result import ShapedRecord, check_parts, extension
 
 if TYPE_CHECKING:
     from ..prepare.prepared_scene import PreparedScene
@@ -69,7 +69,7 @@ _NO_START = np.array([-1], np.int32)
 _NO_START.flags.writeable = False
 
 
-class Rays(ArrayRecord):
+class Rays(ShapedRecord):
     """Rays of any leading shape, read-only.
 
     Parameters
@@ -310,21 +310,6 @@ class Rays(ArrayRecord):
         """The leading shape."""
         return self.origins.shape[:-1]
 
-    @property
-    def ndim(self) -> int:
-        """Number of axes of `shape`; 0 for a single ray."""
-        return self.origins.ndim - 1
-
-    @property
-    def size(self) -> int:
-        """Number of rays."""
-        return self.origins.size // 3
-
-    def __len__(self) -> int:
-        if not self.shape:
-            raise TypeError("a single ray has no length")
-        return self.shape[0]
-
     def __iter__(self) -> Iterator[FloatArray]:
         return iter((self.origins, self.directions))
 
@@ -416,12 +401,22 @@ def _is_kept(array: Any, shape: tuple[int, ...]) -> bool:
     return array.shape == shape and array.dtype == np.float64 and array.flags.c_contiguous and is_frozen(array)
 
 
+def packets_of(count: int, width: int) -> int:
+    """Return the number of packets: of squares in a picture of that width, or of 64 rays or points in a row."""
+    return -(-width // 8) * -(-count // (8 * width)) if width else -(-count // 64)
+
+
+def packet_progress(progress: Progress, packets: int, count: int) -> Progress:
+    """Return a callback for packets of 64 rays or points that calls another with rays or points."""
+    return lambda done, _: progress(count if done == packets else min(64 * done, count), count)
+
+
 # Rays computed or read in parts, each where it is traced
 
 _BLOCK = 1 << 12  # rays; their arrays (192 KiB) stay in the processor's cache while they are computed and checked
 
 
-class LazyRays(ArrayRecord):
+class LazyRays(ShapedRecord):
     """Rays of a camera, a scan or a file that are computed in parts, so that they take a few bytes until then.
 
     Every query accepts them in place of `Rays`; `to_rays()` returns them as `Rays`. Each ray has the same bits in
@@ -432,30 +427,9 @@ class LazyRays(ArrayRecord):
     """Whether the rays are computed, in blocks and by several threads, rather than read."""
 
     @property
-    def shape(self) -> tuple[int, ...]:
-        """The leading shape."""
-        raise NotImplementedError
-
-    @property
     def interval(self) -> tuple[float, float]:
         """The default t_min and t_max of queries."""
         return 0.0, math.inf
-
-    @property
-    def ndim(self) -> int:
-        """Number of axes of `shape`."""
-        return len(self.shape)
-
-    @property
-    def size(self) -> int:
-        """Number of rays."""
-        count = 1
-        for length in self.shape:
-            count *= length
-        return count
-
-    def __len__(self) -> int:
-        return self.shape[0]
 
     def to_rays(self) -> Rays:
         """Return all rays as `Rays`, 48 bytes each. These have no interval of their own: queries of them start at 0."""

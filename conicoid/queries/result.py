@@ -6,6 +6,7 @@ Functions format one-ray results, join results for `concatenate`, and resolve na
 from __future__ import annotations
 
 import importlib
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, Self, TypeVar
@@ -38,6 +39,38 @@ class ArrayRecord:
 
         def __getattr__(self, name: str) -> Any:
             raise unknown_attribute(self, name)
+
+
+class ShapedRecord(ArrayRecord):
+    """A record with an item for each ray or point, in their leading shape; () for a single one."""
+
+    __slots__ = ()
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The leading shape."""
+        raise NotImplementedError
+
+    @property
+    def ndim(self) -> int:
+        """Number of axes of `shape`; 0 for a single ray or point."""
+        return len(self.shape)
+
+    @property
+    def size(self) -> int:
+        """Number of rays or points."""
+        return math.prod(self.shape)
+
+    def __len__(self) -> int:
+        if not self.shape:
+            raise TypeError(f"{type(self).__name__}: that of a single ray or point has no length")
+        return self.shape[0]
+
+    def _shaped(self, array: Any, *last: int) -> Any:
+        """Return a flat array in the leading shape, with more axes `last`, read-only; a single item gives a scalar."""
+        result = array.reshape((*self.shape, *last))
+        result.flags.writeable = False
+        return result if last else result[()]
 
 
 # The base class of results: names and materials of their bodies, comparison, pickles, and results without a scene.
