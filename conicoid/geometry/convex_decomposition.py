@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._util.records import FloatArray, dataclass
-from ..numerics.rational import cross, dot3
+from ..numerics.rational import cross, dot3, minus
 from .facets import (
     PROBES,
     SIGN_MARGIN,
@@ -29,7 +29,6 @@ from .facets import (
     Point,
     Probe,
     WindingNumbers,
-    minus,
     newell_normal,
     side_of_plane,
 )

@@ -31,6 +31,11 @@ def cross(a: Sequence[Any], b: Sequence[Any]) -> tuple[Any, Any, Any]:
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
+def minus(a: Sequence[Any], b: Sequence[Any]) -> tuple[Any, Any, Any]:
+    """Return the difference of three numbers, which keep their type."""
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
 def matmul(a: FractionMatrix, b: FractionMatrix) -> list[list[Fraction]]:
     """Return the product of two matrices."""
     columns = list(zip(*b, strict=True))
