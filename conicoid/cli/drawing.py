@@ -216,7 +216,7 @@ def _render(scene: Path, output: Path, numbers: dict[str, int]) -> int:
     with user_mistakes():
         check_environment()
         from .._util.process import pause_gc
-        from ..render.job import check_options
+        from ..render.exposure import check_options
 
         threads = numbers.pop("threads", None)
         request = RenderRequest(output, **numbers)  # type: ignore[arg-type]

@@ -248,7 +248,7 @@ def _check(context: typer.Context, samples: int, integrator: str, seed: int, dep
 
 def check_light(context: typer.Context, samples: int, integrator: str, seed: int, depth: int) -> None:
     """Raise ValueError for wrong options of light."""
-    from ..render.job import check_options
+    from ..render.exposure import check_options
 
     check_options(samples, integrator, seed, depth)
     deep = with_option("depth")

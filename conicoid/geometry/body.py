@@ -1,4 +1,4 @@
-"""`Body`: a shape with a material and a name, one entry of a scene."""
+"""`Body`, a shape with a material and a name: one entry of a scene; and `InstanceList`, bodies by kinds and shifts."""
 
 from __future__ import annotations
 

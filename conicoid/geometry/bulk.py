@@ -1,4 +1,4 @@
-"""Many bodies of one kind in one entry of a scene, from arrays: their base class `Bulk`, and `Spheres`."""
+"""Many bodies of one kind in one entry of a scene, from arrays: their base class `Bulk`, and each kind."""
 
 from __future__ import annotations
 

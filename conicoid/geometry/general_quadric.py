@@ -1,4 +1,4 @@
-"""`Quadric`, the general quadric by its matrix or coefficients."""
+"""`Quadric`, the general quadric by its matrix or coefficients, and the exact classification of quadrics."""
 
 from __future__ import annotations
 

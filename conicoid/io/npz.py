@@ -1,4 +1,4 @@
-"""NumPy's .npy and .npz files: readers for untrusted files.
+"""NumPy's .npy and .npz files: readers for untrusted files; and arrays in .npy and .csv files beside a scene.
 
 A .npy file must have a plain header and then exactly the numbers that it declares. Unlike NumPy's reader this one
 evaluates nothing, warns of nothing and knows no objects. Of a .npz file only requested arrays are read, and never more

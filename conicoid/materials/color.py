@@ -1,4 +1,4 @@
-"""Colours: linear light inside, sRGB in texts and images.
+"""Colours: linear light inside, sRGB in texts and images; and the files of images.
 
 A colour is three numbers of linear light (Rec. 709 primaries), or a text: "#rrggbb", "#rgb" or a CSS name such as
 "steelblue". A text is sRGB, decoded by IEC 61966-2-1.

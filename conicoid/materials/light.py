@@ -1,5 +1,6 @@
-"""Lights. Intensities are linear, one number or a colour times a number; see `falloff` for the distance.
+"""Lights and backgrounds.
 
+Intensities are linear, one number or a colour times a number; see `falloff` for the distance.
 A light of intensity I on a matte surface of reflectance c at angle θ gives c I cos θ.
 """
 

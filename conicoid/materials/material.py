@@ -1,4 +1,4 @@
-"""The user's own values of a material: density, attenuation, a number in another program."""
+"""`Material`, the record of a look, and `Properties`, the user's own values of it: density, attenuation, any other."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`Workers` around any executor: the standard library's, Dask's, or this process itself.
+"""`Workers` around any executor, the standard library's, Dask's, or this process itself; and their scheduler.
 
 Only Dask needs an executor of its own, since tasks that it has given up, or results that it lost, leave futures open
 for ever. `tests/cluster/test_losses.py` has each of these cases.

@@ -1,4 +1,4 @@
-"""A scene as plain JSON for the page: the lowered tables, materials and lights, the camera and a list of bodies.
+"""A scene as plain JSON for the page: tables, materials, lights, camera and bodies; and answers about its rays.
 
 The tables have rows of their own for every body: the shaders know no shared rows. `check_limits` refuses scenes beyond
 what every browser with WebGL 2 can be expected to hold.

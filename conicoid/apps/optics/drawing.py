@@ -1,4 +1,4 @@
-"""Beams through a prescription: spots in the image plane, and ray fans."""
+"""Beams through a prescription: spots in the image plane, ray fans, and drawings of the system."""
 
 from __future__ import annotations
 

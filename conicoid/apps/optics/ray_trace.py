@@ -1,4 +1,4 @@
-"""Rays through a prescription, surface by surface, and rays through any scene without splitting."""
+"""Rays through a prescription, surface by surface, and rays through any scene without splitting; cardinal points."""
 
 from __future__ import annotations
 

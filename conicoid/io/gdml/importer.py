@@ -27,11 +27,22 @@ from ..openmc.placement import NO_ROTATION, ORIGIN
 from ..openmc.universe_block import BlockBodies, BlockPiece, PlacePath, UniverseBlock, flatten_block
 from ..scene_file.nodes import shorten
 from ..xml_tree import XmlElement, read_xml
-from .materials import GAS_DENSITY, GdmlMaterial, MaterialTable, read_materials
 from .solid_template import GdmlPlacement, PlacedTemplate, is_rigid, place_solid
 from .solids import SolidTable, read_solids
 from .structure import LogicalVolume, StructureReader
-from .values import GdmlError, GdmlReader, local_tag, look_up, read_defines, read_reference, strip_pointer
+from .values import (
+    GAS_DENSITY,
+    GdmlError,
+    GdmlMaterial,
+    GdmlReader,
+    MaterialTable,
+    local_tag,
+    look_up,
+    read_defines,
+    read_materials,
+    read_reference,
+    strip_pointer,
+)
 
 
 @dataclass(eq=False)

@@ -1,4 +1,4 @@
-"""The tree of a scene file, with lines and columns, and the values of its plain words.
+"""The tree of a scene file, with lines and columns, the values of its plain words, and the types of its values.
 
 Plain words follow the core schema of YAML 1.2 (section 10.3): `no` is a text and `1e-9` a number, unlike in YAML 1.1.
 Nodes keep the words as written and look up values on demand, so that a message can show the word of the file.
