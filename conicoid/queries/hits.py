@@ -22,8 +22,17 @@ from ..kernels.threads import run_rows
 from ..prepare.prepared_scene import PreparedScene
 from .derivatives import HitDerivatives
 from .hit_fields import faces_of, hit_points, local_points_of, normals_of, uvs_of
-from .rays import Rays, find_invalid_ray, lines_of, own_copy, points_array
-from .result import NO_SCENE, QueryResult, ShapedRecord, check_parts, extension, format_body, format_field, merge_labels
+from .rays import Rays, find_invalid_ray, join_rays, lines_of, own_copy, points_array
+from .result import (
+    NO_SCENE,
+    QueryResult,
+    ShapedRecord,
+    check_parts,
+    common_scene_state,
+    extension,
+    format_body,
+    format_field,
+)
 
 _NO_RAYS = np.zeros(0, np.int64)
 
@@ -487,12 +496,7 @@ _HIT_ROWS = ("point_error", "local_point", "normal", "uv", "before", "after")
 def _concatenate_hits(parts: Any) -> Hits:
     """Join hits (see `Hits.concatenate`). They keep their scene if all parts have the same one."""
     results = check_parts(Hits, parts)
-    if not results:
-        raise ValueError("Hits: parts must hold at least one Hits, got none")
-    try:
-        rays = Rays.concatenate(part.rays for part in results)
-    except ValueError as error:
-        raise ValueError(str(error).replace("Rays:", "Hits:", 1)) from None
+    rays = join_rays("Hits", [part.rays for part in results])
     found = HitBuffers(*(np.concatenate(columns) for columns in zip(*(part._buffers for part in results), strict=True)))
     firsts = np.cumsum([0, *(len(part._buffers.t) for part in results)])
     doubtful = np.concatenate([first + part._doubtful for first, part in zip(firsts, results, strict=False)])
@@ -504,11 +508,8 @@ def _concatenate_hits(parts: Any) -> Hits:
 
 def _concatenate_detached_hits(parts: Sequence[Hits], rays: Rays, found: HitBuffers, doubtful: Any) -> Hits:
     """Join detached hits. Raise ValueError if they belong to different scenes."""
-    for i, part in enumerate(parts):
-        if part._home != parts[0]._home:
-            raise ValueError(f"Hits: parts must be of one scene, got parts[0] and parts[{i}] of different ones")
     state: dict[str, Any] = {"rays": rays, "_buffers": found, "_doubtful": doubtful, "_home": parts[0]._home}
-    state["_labels"] = merge_labels([part._labels for part in parts], "Hits")
+    state |= common_scene_state(parts, "Hits")
     state["_faces"] = np.concatenate([part._faces for part in parts], axis=1)
     state["_points"] = np.concatenate([part._points for part in parts])
     state["_errors"] = np.concatenate([part._errors for part in parts])

@@ -418,8 +418,6 @@ class Distances(ShapedRecord, QueryResult):
 def _concatenate_distances(parts: Any) -> Distances:
     """Join distances (see `Distances.concatenate`). They keep their scene if all parts have the same one."""
     given = check_parts(Distances, parts)
-    if not given:
-        raise ValueError("Distances: parts must hold at least one Distances, got none")
     shapes = [part.points.shape if part.shape else (1, 3) for part in given]
     if len({shape[1:] for shape in shapes}) > 1:
         raise ValueError(f"Distances: parts must have one shape but for the first axis, got {shapes[:4]}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -205,18 +205,7 @@ class Rays(ShapedRecord):
         ValueError
             If `parts` is empty, or if shapes differ in another axis than the first.
         """
-        rows = [part if part.shape else part[None] for part in check_parts(Rays, parts)]
-        if len({part.shape[1:] for part in rows}) != 1:
-            shapes = ", ".join(str(part.shape) for part in rows[:8]) or "none"
-            raise ValueError(f"Rays: parts must have shapes that differ in the first axis alone, got {shapes}")
-        starts = [np.broadcast_to(part._starts, (part.origins.size // 3,)) for part in rows]
-        origins, directions = (np.concatenate([p[k] for p in map(tuple, rows)]) for k in (0, 1))
-        homes = {part._home for part in rows if (part._starts >= 0).any()}
-        together = np.concatenate(starts)
-        # Numbers of surfaces mean nothing across scenes
-        if len(homes) > 1:
-            return cls._spawned(origins, directions, np.minimum(together, np.int32(-1)))
-        return cls._spawned(origins, directions, together, homes.pop() if homes else None)
+        return join_rays("Rays", check_parts(Rays, parts))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the rays as a .npz file that `co.Rays.load`, `conicoid trace` and NumPy read.
@@ -399,6 +388,22 @@ def checked_rays(origins: Any, directions: Any) -> Rays:
 def _is_kept(array: Any, shape: tuple[int, ...]) -> bool:
     """Return whether rays keep an array of many as it is."""
     return array.shape == shape and array.dtype == np.float64 and array.flags.c_contiguous and is_frozen(array)
+
+
+def join_rays(owner: str, parts: Sequence[Rays]) -> Rays:
+    """Return `Rays.concatenate` of at least one part; messages name `owner`."""
+    rows = [part if part.shape else part[None] for part in parts]
+    if len({part.shape[1:] for part in rows}) > 1:
+        shapes = ", ".join(str(part.shape) for part in rows[:8])
+        raise ValueError(f"{owner}: parts must have shapes that differ in the first axis alone, got {shapes}")
+    starts = [np.broadcast_to(part._starts, (part.origins.size // 3,)) for part in rows]
+    origins, directions = (np.concatenate([p[k] for p in map(tuple, rows)]) for k in (0, 1))
+    homes = {part._home for part in rows if (part._starts >= 0).any()}
+    together = np.concatenate(starts)
+    # Numbers of surfaces mean nothing across scenes
+    if len(homes) > 1:
+        return Rays._spawned(origins, directions, np.minimum(together, np.int32(-1)))
+    return Rays._spawned(origins, directions, together, homes.pop() if homes else None)
 
 
 def packets_of(count: int, width: int) -> int:

@@ -228,7 +228,7 @@ ResultType = TypeVar("ResultType")
 
 
 def check_parts(kind: type[ResultType], parts: Any) -> list[ResultType]:
-    """Return `parts` as a list. Raise TypeError if it is no list of results of class `kind`."""
+    """Return `parts` as a list. Raise TypeError for others than results of class `kind`, ValueError for none."""
     name = kind.__name__
     if isinstance(parts, kind) or not isinstance(parts, Iterable):
         raise TypeError(f"{name}: parts must be a list of {name}, got {describe_kind(parts)}")
@@ -236,6 +236,8 @@ def check_parts(kind: type[ResultType], parts: Any) -> list[ResultType]:
     for i, part in enumerate(results):
         if not isinstance(part, kind):
             raise TypeError(f"{name}: parts[{i}] must be {name}, got {describe_kind(part)}")
+    if not results:
+        raise ValueError(f"{name}: parts must hold at least one {name}, got none")
     return results
 
 

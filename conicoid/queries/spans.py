@@ -53,7 +53,7 @@ from .exact.error_bounds import bounds_of_t, refine_points
 from .exact.hit_sides import HitPlaces, sides_of
 from .hit_fields import hit_points, normals_of
 from .overlaps import REFUSE_OVERLAPS, check_overlaps, report_overlaps
-from .rays import Rays, lines_of
+from .rays import Rays, join_rays, lines_of
 from .result import (
     NO_SCENE,
     QueryResult,
@@ -591,12 +591,7 @@ def _concatenate_lists(kind: Any, parts: Any) -> Any:
     """Join spans or crossings (see `RayLists.concatenate`). They keep their scene if all parts have the same one."""
     name = kind.__name__
     results = check_parts(kind, parts)
-    if not results:
-        raise ValueError(f"{name}: parts must hold at least one {name}, got none")
-    try:
-        rays = Rays.concatenate(part._rays for part in results)
-    except ValueError as error:
-        raise ValueError(str(error).replace("Rays:", f"{name}:", 1)) from None
+    rays = join_rays(name, [part._rays for part in results])
     is_one = results[0]._scene is not NO_SCENE and all(part._scene is results[0]._scene for part in results)
     rows = results if is_one else [part.detached() for part in results]
     counts = np.concatenate([np.diff(part.offsets) for part in rows])

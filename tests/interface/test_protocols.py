@@ -187,7 +187,7 @@ def test_rays_one_after_the_other():
     assert co.Rays.concatenate([table, table]).shape == (4, 3)
     for wrong, kind, message in (
         ([plain, table], ValueError, r"parts must have shapes .* got \(6,\), \(2, 3\)"),
-        ([], ValueError, "parts must have shapes .* got none"),
+        ([], ValueError, "parts must hold at least one Rays, got none"),
         ([plain, ORIGINS], TypeError, r"parts\[1\] must be Rays, got ndarray"),
         (plain, TypeError, "parts must be a list of Rays, got Rays"),
         (3, TypeError, "parts must be a list of Rays, got int"),
