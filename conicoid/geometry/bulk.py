@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from collections.abc import Iterable, Sequence
 from typing import Any, ClassVar, NoReturn, Self
 
@@ -34,11 +33,14 @@ class Bulk(Shape, abstract=True):
     columns: ClassVar[dict[str, tuple[str, ...]]] = {}
     """Field -> the headings of its numbers in a table: one for a number, three for a vector."""
     leaves: ClassVar[tuple[tuple[str | float, ...], ...]] = ()
+    kind: ClassVar[Any]
     """For each primitive of a single shape: the fields and constants of its numbers, in order."""
 
-    @abstractmethod
     def single(self, index: int) -> Shape:
-        """Return body `index` as a shape of its own under the same motion."""
+        """Return body `index` as a shape of its own under the same motion: a `kind` of the fields in `leaves`."""
+        fields = (self.row(index, part) for part in self.leaves[0] if isinstance(part, str))
+        solid: Shape = self.kind(*fields, motion=self.motion)
+        return solid
 
     def check_rows(self) -> None:
         """Raise ValueError, by `refuse`, for impossible bodies; all numbers are finite and in the domain."""
@@ -353,17 +355,14 @@ class Cylinders(Bulk, Solid):
     radii: Any
     columns: ClassVar = {"starts": _START, "ends": _END, "radii": ("radius",)}
     leaves: ClassVar = (("starts", "ends", "radii", 0.0, 360.0),)
+    kind: ClassVar = Cylinder
 
     def check_rows(self) -> None:
         self.refuse("radii", self.radii <= 0, "> 0")
         self.refuse("ends", (self.starts == self.ends).all(axis=1), "another point than its start")
 
-    def single(self, index: int) -> Cylinder:
-        start, end, radius = (self.row(index, name) for name in self.columns)
-        return Cylinder(start, end, radius, motion=self.motion)
-
     def reaches(self, rows: FloatArray) -> tuple[FloatArray, FloatArray]:
-        return _frustums_reach(self.starts, self.ends, self.radii, self.radii, rows)
+        return discs_reach((self.starts, self.ends), self.ends - self.starts, (self.radii, self.radii), rows)
 
 
 @dataclass(frozen=True, eq=False)
@@ -405,6 +404,7 @@ class Cones(Bulk, Solid):
     end_radii: Any
     columns: ClassVar = {"starts": _START, "ends": _END, "start_radii": ("start radius",), "end_radii": ("end radius",)}
     leaves: ClassVar = (("starts", "ends", "start_radii", "end_radii", 0.0, 360.0),)
+    kind: ClassVar = Cone
 
     def check_rows(self) -> None:
         self.refuse("start_radii", self.start_radii < 0, ">= 0")
@@ -412,12 +412,8 @@ class Cones(Bulk, Solid):
         self.refuse("end_radii", (self.start_radii == 0) & (self.end_radii == 0), "> 0 where start_radii is 0")
         self.refuse("ends", (self.starts == self.ends).all(axis=1), "another point than its start")
 
-    def single(self, index: int) -> Cone:
-        start, end, first, last = (self.row(index, name) for name in self.columns)
-        return Cone(start, end, first, last, motion=self.motion)
-
     def reaches(self, rows: FloatArray) -> tuple[FloatArray, FloatArray]:
-        return _frustums_reach(self.starts, self.ends, self.start_radii, self.end_radii, rows)
+        return discs_reach((self.starts, self.ends), self.ends - self.starts, (self.start_radii, self.end_radii), rows)
 
 
 @dataclass(frozen=True, eq=False)
@@ -432,12 +428,10 @@ class Ellipsoids(Bulk, Solid):
     radii: Any
     columns: ClassVar = {"centers": ("x", "y", "z"), "radii": ("radius x", "radius y", "radius z")}
     leaves: ClassVar = (("radii", "centers"),)
+    kind: ClassVar = Ellipsoid
 
     def check_rows(self) -> None:
         self.refuse("radii", (self.radii <= 0).any(axis=1), "> 0")
-
-    def single(self, index: int) -> Ellipsoid:
-        return Ellipsoid(self.row(index, "radii"), self.row(index, "centers"), motion=self.motion)
 
     def reaches(self, rows: FloatArray) -> tuple[FloatArray, FloatArray]:
         at, reach = matmul_rows(self.centers, rows.T), np.sqrt(matmul_rows(self.radii**2, rows.T**2))
@@ -456,6 +450,7 @@ class Boxes(Bulk, Solid):
     highs: Any
     columns: ClassVar = {"lows": ("low x", "low y", "low z"), "highs": ("high x", "high y", "high z")}
     leaves: ClassVar = (("lows", "highs"),)
+    kind: ClassVar = Box
 
     def check_rows(self) -> None:
         bad = np.flatnonzero(~(self.lows < self.highs).all(axis=1))
@@ -463,21 +458,12 @@ class Boxes(Bulk, Solid):
             low, high = self.row(int(bad[0]), "lows"), self.row(int(bad[0]), "highs")
             raise ValueError(f"Boxes: highs[{bad[0]}] must be > lows[{bad[0]}] = {low} in each component, got {high}")
 
-    def single(self, index: int) -> Box:
-        return Box(self.row(index, "lows"), self.row(index, "highs"), motion=self.motion)
-
     def reaches(self, rows: FloatArray) -> tuple[FloatArray, FloatArray]:
         at, half = (
             matmul_rows((self.lows + self.highs) / 2, rows.T),
             matmul_rows((self.highs - self.lows) / 2, np.abs(rows.T)),
         )
         return half - at, half + at
-
-
-def _frustums_reach(
-    starts: FloatArray, ends: FloatArray, first: FloatArray, last: FloatArray, rows: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    return discs_reach((starts, ends), ends - starts, (first, last), rows)
 
 
 # Sheets
@@ -500,14 +486,11 @@ class Discs(Bulk, Sheet):
         "radii": ("radius",),
     }
     leaves: ClassVar = (("centers", "normals", "radii"),)
+    kind: ClassVar = Disc
 
     def check_rows(self) -> None:
         self.refuse("radii", self.radii <= 0, "> 0")
         self.refuse("normals", (self.normals == 0).all(axis=1), "another vector than zero")
-
-    def single(self, index: int) -> Disc:
-        center, normal, radius = (self.row(index, name) for name in self.columns)
-        return Disc(center, normal, radius, motion=self.motion)
 
     def reaches(self, rows: FloatArray) -> tuple[FloatArray, FloatArray]:
         return discs_reach((self.centers,), self.normals, (self.radii,), rows)
@@ -526,6 +509,7 @@ class Triangles(Bulk, Sheet):
     c: Any
     columns: ClassVar = {"a": ("a x", "a y", "a z"), "b": ("b x", "b y", "b z"), "c": ("c x", "c y", "c z")}
     leaves: ClassVar = (("a", "b", "c"),)
+    kind: ClassVar = Triangle
 
     @classmethod
     def of_mesh(cls, vertices: npt.ArrayLike, faces: npt.ArrayLike) -> Triangles:
@@ -574,10 +558,6 @@ class Triangles(Bulk, Sheet):
                 corners = ", ".join(str(self.row(index, name)) for name in self.columns)
                 corner = f"a[{index}], b[{index}], c[{index}]"
                 raise ValueError(f"Triangles: {corner} must not lie on a line, got {corners}") from None
-
-    def single(self, index: int) -> Triangle:
-        a, b, c = (self.row(index, name) for name in self.columns)
-        return Triangle(a, b, c, motion=self.motion)
 
     def reaches(self, rows: FloatArray) -> tuple[FloatArray, FloatArray]:
         return points_reach((self.a, self.b, self.c), rows)
