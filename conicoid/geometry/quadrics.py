@@ -460,6 +460,10 @@ class BoxedQuadric(PrimitiveSolid, abstract=True):
 
     within: Box | None
 
+    def __post_init__(self) -> None:
+        check_fields(self, **{name: check_positive for name in ("A", "E", "G") if name in vars(self)})
+        self.check_within()
+
     @ignore_fp_errors
     def check_within(self) -> None:
         """Raise ValueError for anything but None and a box that holds a part of the solid."""
@@ -558,10 +562,6 @@ class HyperbolicParaboloid(BoxedQuadric):
     E: float
     within: Box | None = None
 
-    def __post_init__(self) -> None:
-        check_fields(self, A=check_positive, E=check_positive)
-        self.check_within()
-
     @property
     def surface(self) -> QuadricSurface:
         return QuadricSurface((self.A, -self.E, 0.0), (0.0, 0.0, -0.5), 0.0)
@@ -582,10 +582,6 @@ class HyperbolicCylinder(BoxedQuadric):
     E: float
     within: Box | None = None
 
-    def __post_init__(self) -> None:
-        check_fields(self, A=check_positive, E=check_positive)
-        self.check_within()
-
     @property
     def surface(self) -> QuadricSurface:
         return QuadricSurface((self.A, -self.E, 0.0), constant=1.0)
@@ -604,10 +600,6 @@ class ParabolicCylinder(BoxedQuadric):
 
     G: float
     within: Box | None = None
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "G", check_positive("ParabolicCylinder", "G", self.G))
-        self.check_within()
 
     @property
     def surface(self) -> QuadricSurface:
