@@ -26,8 +26,8 @@ import numpy as np
 
 import conicoid as co
 from conicoid.parallel import processes
-from conicoid.parallel.scheduler import ScheduledTask, Scheduler
 from conicoid.parallel.shared_state import shared_scene, source_version
+from conicoid.parallel.workers import ScheduledTask, Scheduler
 
 TWO, TIMES = 2, 3
 SAMPLES = 8

@@ -27,8 +27,7 @@ _MODULES = {
     ".apps.measures.measure": "measure",
     ".apps.optics.refraction": "reflect refract",
     ".geometry.body": "Body",
-    ".geometry.bulk": "Spheres",
-    ".geometry.bulk_shapes": "Boxes Capsules Cones Cylinders Discs Ellipsoids Triangles",
+    ".geometry.bulk": "Boxes Capsules Cones Cylinders Discs Ellipsoids Spheres Triangles",
     ".geometry.conic": "Conic ConicSheet Stop",
     ".geometry.general_quadric": "Quadric",
     ".geometry.optical_elements": "CornerCube Doublet Lens LensGroup Mirror PentaPrism Prism",
@@ -42,8 +41,7 @@ _MODULES = {
     ".geometry.sheets": "CylinderPatch Disc Plane Polygon Triangle Wall",
     ".io.image": "Image",
     ".kernels.threads": "set_threads",
-    ".materials.background": "Environment Sky",
-    ".materials.light": "AmbientLight DirectionalLight PointLight SpotLight",
+    ".materials.light": "AmbientLight DirectionalLight Environment PointLight Sky SpotLight",
     ".materials.material": "Material",
     ".materials.presets": "blinn_phong fog glass glow lacquer matte metal mirror phong plastic",
     ".materials.texture": "Checker",
@@ -143,14 +141,14 @@ if TYPE_CHECKING:
     from .apps.measures.measure import measure as measure
     from .apps.optics.refraction import reflect as reflect, refract as refract
     from .geometry.body import Body as Body
-    from .geometry.bulk import Spheres as Spheres
-    from .geometry.bulk_shapes import (
+    from .geometry.bulk import (
         Boxes as Boxes,
         Capsules as Capsules,
         Cones as Cones,
         Cylinders as Cylinders,
         Discs as Discs,
         Ellipsoids as Ellipsoids,
+        Spheres as Spheres,
         Triangles as Triangles,
     )
     from .geometry.conic import Conic as Conic, ConicSheet as ConicSheet, Stop as Stop
@@ -213,11 +211,12 @@ if TYPE_CHECKING:
     )
     from .io.image import Image as Image
     from .kernels.threads import set_threads as set_threads
-    from .materials.background import Environment as Environment, Sky as Sky
     from .materials.light import (
         AmbientLight as AmbientLight,
         DirectionalLight as DirectionalLight,
+        Environment as Environment,
         PointLight as PointLight,
+        Sky as Sky,
         SpotLight as SpotLight,
     )
     from .materials.material import Material as Material

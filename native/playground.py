@@ -14,7 +14,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from conicoid.viewer.playground import first_scene, page, worker
+from conicoid.viewer.session import first_scene, playground_page, worker
 
 from .inspection import ROOT
 
@@ -58,7 +58,7 @@ def write(out: Path, wheel: Path, pyodide: str = ADDRESS) -> None:
             shutil.copyfile(file, out / "pyodide" / file.name)
         pyodide = "pyodide/"
     python = {"pyodide": pyodide.rstrip("/") + "/", "packages": PACKAGES, "wheel": wheel.name}
-    (out / "index.html").write_text(page(first_scene(), None, python=python), encoding="utf-8")
+    (out / "index.html").write_text(playground_page(first_scene(), None, python=python), encoding="utf-8")
     (out / "worker.js").write_text(worker(), encoding="utf-8")
 
 

@@ -186,7 +186,7 @@ def test_options_of_the_command_line_alone(words):
 
 def test_defaults_are_those_of_the_options():
     options = inspect.signature(render).parameters
-    for name, default in vars(RenderRequest(Path("p.png"))).items():
+    for name, default in RenderRequest(Path("p.png"))._asdict().items():
         if name in options and name not in ("output", "layers"):
             assert options[name].default == default, name
 

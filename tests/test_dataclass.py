@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import conicoid
-from conicoid._util.dataclass import dataclass
+from conicoid._util.records import dataclass
 
 from .messages import outcome
 
@@ -145,5 +145,5 @@ def test_the_package_uses_the_standards_decorator_only_for_slots_and_order():
     for path in folder.rglob("*.py"):
         text = path.read_text()
         if re.search(rf"^\s*{ours}", text, re.MULTILINE):
-            assert re.search(r"^from \.+_util\.dataclass import dataclass$", text, re.MULTILINE), path
+            assert re.search(r"^from \.+_util\.records import [(\w\s,]*\bdataclass\b", text, re.MULTILINE), path
         assert not re.search(r"@dataclasses\.dataclass\b(?!.*(slots|order)=True)", text), path

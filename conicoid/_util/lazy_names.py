@@ -1,4 +1,4 @@
-"""Public names of a package that are imported on first use, so that `import conicoid` stays quick."""
+"""Public names of a package that are imported on first use, so that `import conicoid` stays quick; and extras."""
 
 from __future__ import annotations
 
@@ -42,3 +42,11 @@ def _name_error(package: str, name: str, known: list[str]) -> AttributeError:
     if name.isidentifier() and not name.startswith("__") and find_spec(f"{package}.{name}") is not None:
         return AttributeError(f"module {package!r} has no attribute {name!r}", name=name)
     return unknown_package_name(package, name, known)
+
+
+def import_extra(module: str, need: str, extra: str) -> Any:
+    """Return a module of an extra. Raise ImportError with who needs it and the way to install it."""
+    try:
+        return importlib.import_module(module)
+    except ImportError:
+        raise ImportError(f"{need}: pip install 'conicoid[{extra}]'") from None

@@ -14,12 +14,11 @@ from .resources import (
     load,
     name_of,
     prepare,
-    refuse_overwriting,
     refuse_stdin,
     report_refused_files,
     write_output,
 )
-from .terminal import Bar, show_message, user_mistakes
+from .terminal import Bar, show_message
 
 IMPORT_EXAMPLES = (
     "Examples:\n\n  conicoid import geometry.xml -o scene.yaml\n\n"
@@ -69,32 +68,31 @@ def import_(
     glasses: GlassesOption = None,
 ) -> None:
     """Turn a file of another program into a scene; print remarks on it, and its materials."""
-    with user_mistakes():
-        if output != STDOUT and output.suffix.lower() not in (".yaml", ".yml", ".json"):
-            raise ValueError(f"{output}: scenes are saved as .yaml or .json")
-        check_folder(output)
-        from .._util.files import open_regular
-        from .._util.text import format_count
-        from ..io.importers import IMPORT_FORMATS, ImportOptions, detect_format
-        from ..io.scene_file import scene_file
+    if output != STDOUT and output.suffix.lower() not in (".yaml", ".yml", ".json"):
+        raise ValueError(f"{output}: scenes are saved as .yaml or .json")
+    check_folder(output)
+    from .._util.files import open_regular
+    from .._util.text import format_count
+    from ..io.importers import IMPORT_FORMATS, ImportOptions, detect_format
+    from ..io.scene_file import scene_file
 
-        refuse_stdin(file, "files of other programs")
-        with report_refused_files(), Bar("reading", "body") as bar:
-            importer = detect_format(file)
-            if importer is None:
-                open_regular(file).close()  # raises OSError for a missing file
-                raise ValueError(f"{file}: is of no known format: {', '.join(each.name for each in IMPORT_FORMATS)}")
-            imported = importer.read(
-                file,
-                ImportOptions(
-                    void, max_bodies, strict, only, depth, smooth, entities, root, glasses, _import_parts(file, bar)
-                ),
-            )
-        with write_output(output, ".yaml") as place, Bar("writing", "body") as bar:
-            scene_file.write_scene(imported, place, imported.material_names, bar)
-        for line in (*imported.notes, *imported.legend):
-            typer.echo(line, err=output == STDOUT)  # stdout may hold the scene
-        show_message(f"{name_of(output)}: {format_count(len(imported.bodies), 'body', 'bodies')}")
+    refuse_stdin(file, "files of other programs")
+    with report_refused_files(), Bar("reading", "body") as bar:
+        importer = detect_format(file)
+        if importer is None:
+            open_regular(file).close()  # raises OSError for a missing file
+            raise ValueError(f"{file}: is of no known format: {', '.join(each.name for each in IMPORT_FORMATS)}")
+        imported = importer.read(
+            file,
+            ImportOptions(
+                void, max_bodies, strict, only, depth, smooth, entities, root, glasses, _import_parts(file, bar)
+            ),
+        )
+    with write_output(output, ".yaml") as place, Bar("writing", "body") as bar:
+        scene_file.write_scene(imported, place, imported.material_names, bar)
+    for line in (*imported.notes, *imported.legend):
+        typer.echo(line, err=output == STDOUT)  # stdout may hold the scene
+    show_message(f"{name_of(output)}: {format_count(len(imported.bodies), 'body', 'bodies')}")
 
 
 def _import_parts(file: Path, bar: Bar) -> Any:
@@ -133,26 +131,24 @@ def export(
     ] = False,
 ) -> None:
     """Write a scene as one page that any current browser shows from a disk, or as a model of another program."""
-    with user_mistakes():
-        from ..io.export.exporters import EXPORT_FORMATS, ExportOptions, find_export_format
+    from ..io.export.exporters import EXPORT_FORMATS, ExportOptions, find_export_format
 
-        exporter = find_export_format(output)
-        if exporter is None and output.suffix.lower() not in _PAGES:
-            suffixes = ", ".join(suffix for each in EXPORT_FORMATS for suffix in each.suffixes)
-            raise ValueError(f"{output}: pages are saved as .html, models as {suffixes}")
-        if exporter is None and strict:
-            raise ValueError("export: --strict goes with models; for a page it would be ignored")
-        check_folder(output)
-        refuse_overwriting(output, scene)
-        loaded = load(scene, None)
-        if exporter is None:
-            _page(loaded, output, scene.stem)
-        else:
-            with Bar("writing", "body") as bar:
-                result = exporter.write(loaded, output, ExportOptions(strict, bar))
-            for line in result.notes:
-                typer.echo(line)
-        show_message(f"{output}: {output.stat().st_size / 1024:,.0f} KiB")
+    exporter = find_export_format(output)
+    if exporter is None and output.suffix.lower() not in _PAGES:
+        suffixes = ", ".join(suffix for each in EXPORT_FORMATS for suffix in each.suffixes)
+        raise ValueError(f"{output}: pages are saved as .html, models as {suffixes}")
+    if exporter is None and strict:
+        raise ValueError("export: --strict goes with models; for a page it would be ignored")
+    check_folder(output, scene)
+    loaded = load(scene, None)
+    if exporter is None:
+        _page(loaded, output, scene.stem)
+    else:
+        with Bar("writing", "body") as bar:
+            result = exporter.write(loaded, output, ExportOptions(strict, bar))
+        for line in result.notes:
+            typer.echo(line)
+    show_message(f"{output}: {output.stat().st_size / 1024:,.0f} KiB")
 
 
 def _page(scene: Any, output: Path, title: str) -> None:
@@ -184,23 +180,21 @@ def view(
     browser: Annotated[bool, typer.Option(help="Open the browser.")] = True,
 ) -> None:
     """Walk around in a scene in the browser, until Ctrl-C."""
-    with user_mistakes():
-        if (scene is None) != quadrics:
-            raise ValueError("view: give either a scene file or --quadrics")
-        from ..viewer.playground import quadrics_scene
-        from ..viewer.server import serve
-        from ..viewer.session import Session, stamp_of
+    if (scene is None) != quadrics:
+        raise ValueError("view: give either a scene file or --quadrics")
+    from ..viewer.server import serve
+    from ..viewer.session import Session, quadrics_scene, stamp_of
 
-        if scene is None:
-            session = Session(quadrics_scene(), "Nine quadrics", select=0)
-        else:
-            stamp = stamp_of(scene)  # before the file is read: a change meanwhile is then noticed
-            loaded = load(scene, None)
-            prepare(loaded)
-            session = Session(loaded, scene.stem, scene, stamp=stamp)
-        # Scenes that are too large for a browser fail here, not in the page
-        session.scene()
-        serve(session, port, browser, show_message)
+    if scene is None:
+        session = Session(quadrics_scene(), "Nine quadrics", select=0)
+    else:
+        stamp = stamp_of(scene)  # before the file is read: a change meanwhile is then noticed
+        loaded = load(scene, None)
+        prepare(loaded)
+        session = Session(loaded, scene.stem, scene, stamp=stamp)
+    # Scenes that are too large for a browser fail here, not in the page
+    session.scene()
+    serve(session, port, browser, show_message)
 
 
 def playground(
@@ -211,11 +205,10 @@ def playground(
     browser: Annotated[bool, typer.Option(help="Open the browser.")] = True,
 ) -> None:
     """Type a scene in the browser, and read the hits along a ray, until Ctrl-C."""
-    with user_mistakes():
-        from ..viewer.playground import Playground
-        from ..viewer.server import serve
+    from ..viewer.server import serve
+    from ..viewer.session import Playground
 
-        if scene is not None:  # mistakes in the file are reported here
-            load(scene, None)
-        session = Playground(scene)
-        serve(session, port, browser, show_message)
+    if scene is not None:  # mistakes in the file are reported here
+        load(scene, None)
+    session = Playground(scene)
+    serve(session, port, browser, show_message)

@@ -7,9 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
-from .._util.dataclass import dataclass
 from ..render.integrators import INTEGRATORS
 from ..render.options import MOST_SAMPLES, Filter, Tone
 from .resources import (
@@ -60,8 +59,7 @@ _ROWS = 16
 PROGRESSIVE = tuple(name for name, one in INTEGRATORS.items() if one.progressive)
 
 
-@dataclass(frozen=True)
-class RenderRequest:
+class RenderRequest(NamedTuple):
     """The options of a picture; the defaults are those of the command."""
 
     output: Path
@@ -98,7 +96,7 @@ class RenderRequest:
         elif self.output.suffix.lower() not in SUFFIXES:
             raise ValueError(f"{self.output}: pictures are saved as {', '.join(SUFFIXES)}")
         elif self.output.suffix.lower() == ".exr":
-            from ..materials.image_file import import_openexr
+            from ..materials.color import import_openexr
 
             import_openexr()
         check_folder(self.output)
@@ -218,7 +216,7 @@ def _render(scene: Path, output: Path, numbers: dict[str, int]) -> int:
     with user_mistakes():
         check_environment()
         from .._util.process import pause_gc
-        from ..render.job import check_options
+        from ..render.exposure import check_options
 
         threads = numbers.pop("threads", None)
         request = RenderRequest(output, **numbers)  # type: ignore[arg-type]

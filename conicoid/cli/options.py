@@ -10,6 +10,7 @@ from typer.core import TyperCommand, TyperGroup
 
 from ..render.integrators import INTEGRATORS
 from ..render.options import FILTERS, LAYERS, TONES
+from .terminal import user_mistakes
 
 
 class Commands(TyperGroup):
@@ -43,6 +44,11 @@ _LONGEST = 600
 
 class Command(TyperCommand):
     """A command that takes each option once: of two values, the first would be lost without a message."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command; mistakes of users become messages and exit codes."""
+        with user_mistakes():
+            return super().invoke(ctx)
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Parse arguments; refuse repeated options."""
@@ -98,12 +104,17 @@ Results = Annotated[
 ]
 
 
+def is_given(context: typer.Context, name: str) -> bool:
+    """Return whether an option is on the command line."""
+    source = context.get_parameter_source(name)
+    return source is not None and source.name != "DEFAULT"
+
+
 def only_with(context: typer.Context, other: str, is_set: bool, *names: str) -> None:
     """Raise ValueError for options that would be ignored, because they go with `other` alone."""
     for name in names:
         # An equal default is no mistake, so the source of the value decides
-        source = context.get_parameter_source(name)
-        if not is_set and source is not None and source.name != "DEFAULT":
+        if not is_set and is_given(context, name):
             option = "--" + name.replace("_", "-")
             raise ValueError(f"{context.info_name}: {option} goes with {other}; it would be ignored")
 

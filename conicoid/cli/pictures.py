@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -43,6 +42,7 @@ from .options import (
     ToneOption,
     Up,
     WorkersOption,
+    is_given,
     only_with,
 )
 from .resources import (
@@ -57,7 +57,7 @@ from .resources import (
     show_warnings,
     write_output,
 )
-from .terminal import Bar, show_message, user_mistakes
+from .terminal import Bar, show_message
 
 if TYPE_CHECKING:
     from ..render.camera import AnyCamera
@@ -130,32 +130,31 @@ def render(
     device: DeviceOption = None,
 ) -> None:  # fmt: skip
     """Make a picture of a scene. A scene without a camera or lights gets some that fit."""
-    with user_mistakes():
-        # With --noise the default of --samples is no limit
-        limit = None if noise is not None and not _is_given(context, "samples") else samples
-        request = RenderRequest(
-            output, width, height, limit, integrator, seed, depth, axes, labels, normals, filter=filter, noise=noise,
-            exposure=exposure, tone=tone, bits=bits, resume=resume, preview=preview,
-            executor=(workers, cluster, slurm), device=device,
-        )  # fmt: skip
-        request.check_output()
-        _check(context, samples, integrator, seed, depth)
-        only_with(context, "a view, not with --section", section is None, *_VIEW_OPTIONS)
-        only_with(context, "this process, not with workers", not any(request.executor), "device")
-        request.check_device()
-        names = _film(context, output, layers, bits, exposure, tone)
-        plane = None if section is None else _plane(context, section)
-        interval = None if shutter is None else _interval(context, "--shutter", shutter)
-        only_with(context, "a moment, not with --shutter", interval is None, "time")
-        if preview is not None:
-            only_with(context, f"--integrator {' or '.join(PROGRESSIVE)}", integrator in PROGRESSIVE, "preview")
-            check_folder(preview)
-        request = replace(request, layers=names, plane=plane, shutter=interval)
-        loaded = load(scene, threads, outside)
-        loaded = loaded if time is None else loaded.at(time)
-        with show_warnings():
-            camera = _camera(context, loaded, width / height, position, look_at, up, field_of_view, orthographic, fit)
-        draw(loaded, camera, request)
+    # With --noise the default of --samples is no limit
+    limit = None if noise is not None and not is_given(context, "samples") else samples
+    request = RenderRequest(
+        output, width, height, limit, integrator, seed, depth, axes, labels, normals, filter=filter, noise=noise,
+        exposure=exposure, tone=tone, bits=bits, resume=resume, preview=preview,
+        executor=(workers, cluster, slurm), device=device,
+    )  # fmt: skip
+    request.check_output()
+    _check(context, samples, integrator, seed, depth)
+    only_with(context, "a view, not with --section", section is None, *_VIEW_OPTIONS)
+    only_with(context, "this process, not with workers", not any(request.executor), "device")
+    request.check_device()
+    names = _film(context, output, layers, bits, exposure, tone)
+    plane = None if section is None else _plane(context, section)
+    interval = None if shutter is None else _numbers(context, "--shutter", shutter, 2, "two numbers, 0,0.5 say")
+    only_with(context, "a moment, not with --shutter", interval is None, "time")
+    if preview is not None:
+        only_with(context, f"--integrator {' or '.join(PROGRESSIVE)}", integrator in PROGRESSIVE, "preview")
+        check_folder(preview)
+    request = request._replace(layers=names, plane=plane, shutter=interval)
+    loaded = load(scene, threads, outside)
+    loaded = loaded if time is None else loaded.at(time)
+    with show_warnings():
+        camera = _camera(context, loaded, width / height, position, look_at, up, field_of_view, orthographic, fit)
+    draw(loaded, camera, request)
 
 
 def turntable(
@@ -191,30 +190,29 @@ def turntable(
     threads: Threads = None,
 ) -> None:  # fmt: skip
     """Turn a scene about once: the camera goes around the point that it looks at."""
-    with user_mistakes():
-        from .._util.validation import check_positive
-        from ..io.image_codecs import check_movie
-        from ..scene.movies import turntable as turn
+    from .._util.validation import check_positive
+    from ..io.image_codecs import check_movie
+    from ..scene.movies import turntable as turn
 
-        check_movie(output, width, height, frames, check_positive("turntable", "seconds", seconds))
-        check_folder(output)
-        _check(context, samples, integrator, seed, depth)
-        loaded = load(scene, threads)
-        with show_warnings():
-            camera = _camera(context, loaded, width / height, position, look_at, up, field_of_view, orthographic, False)
-        if fit:  # the turntable then fits a camera to the whole turn
-            loaded = loaded.replace(camera=None)
-        prepare(loaded)
-        executor_context = executor_of("turntable", workers, cluster, slurm)
-        with Bar("turning", "ray") as bar, executor_context as executor:
-            rendered = turn(
-                loaded, output, frames=frames, seconds=seconds, width=width, height=height, samples=samples,
-                integrator=integrator, seed=seed, depth=depth, camera=camera, axes=axes, labels=labels,
-                normals=normals, folder=folder, keep=keep, progress=count_rays(bar, width * height * samples * frames),
-                executor=executor,
-            )  # fmt: skip
-        reused = f", {frames - rendered} of them were there" if rendered < frames else ""
-        show_message(f"{output}: {frames} frames of {width} x {height} pixels{reused}")
+    check_movie(output, width, height, frames, check_positive("turntable", "seconds", seconds))
+    check_folder(output)
+    _check(context, samples, integrator, seed, depth)
+    loaded = load(scene, threads)
+    with show_warnings():
+        camera = _camera(context, loaded, width / height, position, look_at, up, field_of_view, orthographic, False)
+    if fit:  # the turntable then fits a camera to the whole turn
+        loaded = loaded.replace(camera=None)
+    prepare(loaded)
+    executor_context = executor_of("turntable", workers, cluster, slurm)
+    with Bar("turning", "ray") as bar, executor_context as executor:
+        rendered = turn(
+            loaded, output, frames=frames, seconds=seconds, width=width, height=height, samples=samples,
+            integrator=integrator, seed=seed, depth=depth, camera=camera, axes=axes, labels=labels,
+            normals=normals, folder=folder, keep=keep, progress=count_rays(bar, width * height * samples * frames),
+            executor=executor,
+        )  # fmt: skip
+    reused = f", {frames - rendered} of them were there" if rendered < frames else ""
+    show_message(f"{output}: {frames} frames of {width} x {height} pixels{reused}")
 
 
 def _film(
@@ -237,12 +235,6 @@ def _film(
     return check_layers(True if layers == "all" else [name.strip() for name in layers.split(",")])
 
 
-def _is_given(context: typer.Context, name: str) -> bool:
-    """Return whether an option is on the command line."""
-    source = context.get_parameter_source(name)
-    return source is not None and source.name != "DEFAULT"
-
-
 def _check(context: typer.Context, samples: int, integrator: str, seed: int, depth: int) -> None:
     """Raise ValueError for options of light or of the camera that do not go together."""
     check_light(context, samples, integrator, seed, depth)
@@ -256,7 +248,7 @@ def _check(context: typer.Context, samples: int, integrator: str, seed: int, dep
 
 def check_light(context: typer.Context, samples: int, integrator: str, seed: int, depth: int) -> None:
     """Raise ValueError for wrong options of light."""
-    from ..render.job import check_options
+    from ..render.exposure import check_options
 
     check_options(samples, integrator, seed, depth)
     deep = with_option("depth")
@@ -287,15 +279,6 @@ def _camera(
     return Camera(place, target, **more)
 
 
-def _interval(context: typer.Context, option: str, text: str) -> tuple[float, float]:
-    """Return two numbers with a comma between them."""
-    try:
-        first, last = (float(part) for part in text.split(","))
-    except ValueError:
-        raise ValueError(f"{context.info_name}: {option} must be two numbers, 0,0.5 say, got {text[:80]!r}") from None
-    return first, last
-
-
 def _plane(context: typer.Context, text: str) -> tuple[str, float]:
     """Return z=0 as an axis and a number."""
     axis, _, value = text.partition("=")
@@ -307,13 +290,20 @@ def _plane(context: typer.Context, text: str) -> tuple[str, float]:
     raise ValueError(f"{context.info_name}: --section must be x=NUMBER, y=NUMBER or z=NUMBER, got {text[:80]!r}")
 
 
+def _numbers(context: typer.Context, option: str, text: str, count: int, form: str) -> Any:
+    """Return a tuple of numbers with commas between them; `form` describes them in the message for any other text."""
+    try:
+        numbers = tuple(map(float, text.split(",")))
+    except ValueError:
+        numbers = ()
+    if len(numbers) != count:
+        raise ValueError(f"{context.info_name}: {option} must be {form}, got {text[:80]!r}")
+    return numbers
+
+
 def _point(context: typer.Context, option: str, text: str) -> tuple[float, ...]:
     """Return X,Y,Z as three numbers."""
-    try:
-        x, y, z = (float(part) for part in text.split(","))
-    except ValueError:
-        raise ValueError(f"{context.info_name}: {option} must be three numbers X,Y,Z, got {text[:80]!r}") from None
-    return x, y, z
+    return _numbers(context, option, text, 3, "three numbers X,Y,Z")
 
 
 # --- animate
@@ -359,24 +349,23 @@ def animate(
     threads: Threads = None,
 ) -> None:  # fmt: skip
     """Make a film of a scene that moves by keyframes."""
-    with user_mistakes():
-        from ..scene.movies import animate as film, frame_count
+    from ..scene.movies import animate as film, frame_count
 
-        check_folder(output)
-        check_light(context, samples, integrator, seed, depth)
-        loaded = load(scene, threads, outside)
-        count = frame_count(loaded, frames, seconds, start)
-        prepare(loaded)
-        executor_context = executor_of("animate", workers, cluster, slurm)
-        with show_warnings(), Bar("filming", "ray") as bar, executor_context as executor:
-            rendered = film(
-                loaded, output, frames=frames, seconds=seconds, start=start, shutter=shutter, times=times,
-                width=width, height=height, samples=samples, integrator=integrator, seed=seed, depth=depth,
-                axes=axes, labels=labels, normals=normals, folder=folder, keep=keep,
-                progress=count_rays(bar, width * height * samples * count), executor=executor,
-            )  # fmt: skip
-        reused = f", {count - rendered} of them were there" if rendered < count else ""
-        show_message(f"{output}: {count} frames of {width} x {height} pixels{reused}")
+    check_folder(output)
+    check_light(context, samples, integrator, seed, depth)
+    loaded = load(scene, threads, outside)
+    count = frame_count(loaded, frames, seconds, start)
+    prepare(loaded)
+    executor_context = executor_of("animate", workers, cluster, slurm)
+    with show_warnings(), Bar("filming", "ray") as bar, executor_context as executor:
+        rendered = film(
+            loaded, output, frames=frames, seconds=seconds, start=start, shutter=shutter, times=times,
+            width=width, height=height, samples=samples, integrator=integrator, seed=seed, depth=depth,
+            axes=axes, labels=labels, normals=normals, folder=folder, keep=keep,
+            progress=count_rays(bar, width * height * samples * count), executor=executor,
+        )  # fmt: skip
+    reused = f", {count - rendered} of them were there" if rendered < count else ""
+    show_message(f"{output}: {count} frames of {width} x {height} pixels{reused}")
 
 
 # --- slice
@@ -387,7 +376,6 @@ SLICE_EXAMPLES = (
     "  conicoid slice scene.yaml -o oblique.png --origin 0,0,0 --u 1,1,0 --v 0,0,1 --pixels 1200\n\n"
     "docs/slices.md describes the picture."
 )
-_AXES = ("x", "y", "z")
 
 
 def slice_scene(
@@ -421,33 +409,32 @@ def slice_scene(
     threads: Threads = None,
 ) -> None:  # fmt: skip
     """Draw a slice of a scene by a plane: bodies or materials in colours, walls as exact curves."""
-    with user_mistakes():
-        from .._util.text import check_choice
-        from ..render.options import BY, check_suffix
+    from .._util.text import check_choice
+    from ..render.options import BY, check_suffix
 
-        if output == STDOUT:
-            check_stdout("a slice")
+    if output == STDOUT:
+        check_stdout("a slice")
+    else:
+        check_suffix(output.suffix.lower(), output)
+    check_folder(output)
+    check_choice("slice", "--by", by, BY)
+    check_choice("slice", "--axis", axis, AXES)
+    corner = origin is not None
+    only_with(context, "an axis, not with --origin", not corner, "axis", "at")
+    only_with(context, "--origin", corner, "u", "v")
+    if corner and (u is None or v is None):
+        raise ValueError("slice: --origin goes with both --u and --v")
+    loaded = load(scene, threads)
+    prepare(loaded)
+    with Bar("slicing", "point") as bar:
+        if origin is None or u is None or v is None:
+            cut = loaded.slice(axis, at, pixels=pixels, progress=bar)
         else:
-            check_suffix(output.suffix.lower(), output)
-        check_folder(output)
-        check_choice("slice", "--by", by, BY)
-        check_choice("slice", "--axis", axis, _AXES)
-        corner = origin is not None
-        only_with(context, "an axis, not with --origin", not corner, "axis", "at")
-        only_with(context, "--origin", corner, "u", "v")
-        if corner and (u is None or v is None):
-            raise ValueError("slice: --origin goes with both --u and --v")
-        loaded = load(scene, threads)
-        prepare(loaded)
-        with Bar("slicing", "point") as bar:
-            if origin is None or u is None or v is None:
-                cut = loaded.slice(axis, at, pixels=pixels, progress=bar)
-            else:
-                corner_at, right, up = (
-                    _point(context, f"--{name}", text) for name, text in (("origin", origin), ("u", u), ("v", v))
-                )
-                cut = loaded.slice(origin=corner_at, u=right, v=up, pixels=pixels, progress=bar)
-        with write_output(output, ".svg") as file:
-            cut.save(file, by, outlines=outlines, legend=legend, problems=problems)
-        pieces = f", {len(cut.outlines)} outlines" if outlines else ""
-        show_message(f"{name_of(output)}: {cut.body.shape[1]} x {cut.body.shape[0]} pixels{pieces}")
+            corner_at, right, up = (
+                _point(context, f"--{name}", text) for name, text in (("origin", origin), ("u", u), ("v", v))
+            )
+            cut = loaded.slice(origin=corner_at, u=right, v=up, pixels=pixels, progress=bar)
+    with write_output(output, ".svg") as file:
+        cut.save(file, by, outlines=outlines, legend=legend, problems=problems)
+    pieces = f", {len(cut.outlines)} outlines" if outlines else ""
+    show_message(f"{name_of(output)}: {cut.body.shape[1]} x {cut.body.shape[0]} pixels{pieces}")

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from .._util.lazy_names import import_extra
 from .terminal import EXIT_USAGE, PATIENCE, Bar, show_message
 
 if TYPE_CHECKING:
@@ -81,8 +82,8 @@ def _progress(bar: Bar, message: Callable[[int], str]) -> Callable[[int, int], N
     return progress
 
 
-def check_folder(output: Path) -> None:
-    """Raise OSError for an output that cannot be written, before the work."""
+def check_folder(output: Path, *read: Path) -> None:
+    """Raise OSError for an output that cannot be written, ValueError for one of the files `read`; before the work."""
     if output == STDOUT:
         return
     if output.is_dir():
@@ -91,6 +92,7 @@ def check_folder(output: Path) -> None:
         raise OSError(22, "is not a regular file", str(output))
     if not output.parent.is_dir():
         raise FileNotFoundError(2, "no such folder", str(output.parent))
+    refuse_overwriting(output, *read)
 
 
 def check_stdout(what: str) -> None:
@@ -220,12 +222,9 @@ def executor_of(command: str, workers: int | None, cluster: str | None, slurm: i
 
 def _client(command: str, address: str) -> Any:
     """Return a client of a Dask scheduler."""
+    distributed = import_extra("distributed", "--cluster needs Dask", "cluster")
     try:
-        from distributed import Client
-    except ImportError:
-        raise ImportError("--cluster needs Dask: pip install 'conicoid[cluster]'") from None
-    try:
-        return Client(address, timeout=_PATIENCE)
+        return distributed.Client(address, timeout=_PATIENCE)
     except (OSError, ValueError, RuntimeError) as error:
         first = (str(error).splitlines() or [type(error).__name__])[0]
         raise ValueError(f"{command}: --cluster: no scheduler answers at {address[:80]!r} ({first})") from None

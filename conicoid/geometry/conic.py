@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from .._util.arrays import FloatArray, Vector, ignore_fp_errors, two_product, two_sum
-from .._util.dataclass import dataclass
+from .._util.records import dataclass
 from .._util.validation import check_fields, check_nonnegative, check_number, check_positive, format_value
 from ..numerics import bigfloat as ex
 from ..numerics.portable_math import hypot, is_finite

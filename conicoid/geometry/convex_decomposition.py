@@ -19,8 +19,8 @@ import numpy as np
 import numpy.typing as npt
 
 from .._util.arrays import FloatArray
-from .._util.dataclass import dataclass
-from ..numerics.rational import cross, dot3
+from .._util.records import dataclass
+from ..numerics.rational import cross, dot3, minus
 from .facets import (
     PROBES,
     SIGN_MARGIN,
@@ -30,7 +30,6 @@ from .facets import (
     Point,
     Probe,
     WindingNumbers,
-    minus,
     newell_normal,
     side_of_plane,
 )

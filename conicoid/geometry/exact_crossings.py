@@ -12,7 +12,7 @@ from functools import cmp_to_key
 from itertools import combinations
 from typing import Any, TypeAlias
 
-from .._util.dataclass import dataclass
+from .._util.records import dataclass
 from ..numerics import bigfloat as ex
 from ..numerics.rational import ZERO, IntegerQuadratic, Root, compare_roots, dot, exact_real_roots, is_certain, sign
 from .surface import PlaneSurface, QuadricSurface, Surface, expand_quadric

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._util.arrays import FloatArray, IndexArray, ignore_fp_errors
-from ..numerics.rational import cross, dot3
+from ..numerics.rational import cross, dot3, minus
 from .bounds.linear_program import integer_row
 
 Point = tuple[Any, Any, Any]
@@ -84,10 +84,6 @@ def _sum_crosses(corners: Sequence[Point]) -> Point:
             total[2] + a[0] * b[1] - a[1] * b[0],
         )
     return total
-
-
-def minus(a: Point, b: Point) -> Point:
-    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
 def side_of_plane(plane: FlatPlane, point: Point) -> int:

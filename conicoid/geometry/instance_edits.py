@@ -13,10 +13,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._util.arrays import unique_sorted
-from .._util.dataclass import dataclass
-from .body import Body
-from .bulk import Bulk
-from .instances import (
+from .._util.records import dataclass
+from .body import (
+    Body,
     Coordinates,
     InstanceBlock,
     InstanceList,
@@ -27,6 +26,7 @@ from .instances import (
     has_instances,
     instance_origin,
 )
+from .bulk import Bulk
 from .transform import IDENTITY_MOTION, Motion
 
 MIN_INSTANCES = 24

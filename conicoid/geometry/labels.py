@@ -13,12 +13,10 @@ import numpy as np
 import numpy.typing as npt
 
 from .._util.arrays import unique_sorted
-from .._util.dataclass import dataclass
-from .._util.value_objects import pickle_state
+from .._util.records import dataclass, pickle_state
 from ..materials.color import amount_rgb
-from .body import Body
+from .body import Body, InstanceList
 from .bulk import Bulk
-from .instances import InstanceList
 
 
 def count_bodies(body: Body) -> int:

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from .._util.arrays import Vector
-from .._util.dataclass import dataclass
+from .._util.records import dataclass
 from .._util.validation import (
     check_fields,
     check_nonnegative,

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._util.arrays import BoxEnds, FloatArray, IndexArray, Interval, Vector, unique_sorted
-from .._util.dataclass import dataclass
+from .._util.records import dataclass
 from .._util.validation import (
     as_integer,
     check_interval,
@@ -27,14 +27,14 @@ from .._util.validation import (
 )
 from ..numerics import bigfloat as ex
 from ..numerics.portable_math import count_nonzero
-from ..numerics.rational import dot3
+from ..numerics.rational import dot3, minus
 from .bounds.aabb import enclose_boxes
 from .bounds.intersection import BoundingSurfaces
 from .bounds.linear_program import farthest_point, half_spaces_bounds, integer_row, integer_support, round_fraction_up
 from .bounds.support import half_space_bounds, plane_through, plane_uv, raised_sums
 from .cell import UV, Any_, Cell, Face, Tree
 from .convex_decomposition import convex_parts
-from .facets import SIGN_MARGIN, Facet, FlatPlane, PlaneSide, fit_plane, minus, newell_normal, side_of_plane
+from .facets import SIGN_MARGIN, Facet, FlatPlane, PlaneSide, fit_plane, newell_normal, side_of_plane
 from .shape import PrimitiveSolid, Shape
 from .sheets import check_outline, check_simple
 from .surface import PlaneSurface

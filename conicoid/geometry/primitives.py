@@ -12,7 +12,7 @@ from operator import sub
 from typing import Any, ClassVar
 
 from .._util.arrays import BoxEnds, Vector, VectorLike
-from .._util.dataclass import dataclass
+from .._util.records import dataclass
 from .._util.validation import (
     check_angle_range,
     check_direction,

@@ -9,7 +9,7 @@ from itertools import product
 from typing import Any, Literal, NamedTuple
 
 from .._util.arrays import Interval, Vector, VectorLike
-from .._util.dataclass import dataclass
+from .._util.records import dataclass
 from .._util.validation import (
     check_degrees,
     check_fields,

@@ -21,7 +21,7 @@ from typing import Any, ClassVar, TypeAlias
 import numpy as np
 
 from .._util.arrays import FloatArray, Interval, Vector, VectorLike, ignore_fp_errors
-from .._util.dataclass import dataclass
+from .._util.records import dataclass
 from .._util.validation import check_fields, check_interval, check_positive, check_vector, format_value
 from ..numerics import bigfloat as ex
 from ..numerics.portable_math import (
@@ -485,6 +485,10 @@ class BoxedQuadric(PrimitiveSolid, abstract=True):
 
     within: Box | None
 
+    def __post_init__(self) -> None:
+        check_fields(self, **{name: check_positive for name in ("A", "E", "G") if name in vars(self)})
+        self.check_within()
+
     @ignore_fp_errors
     def check_within(self) -> None:
         """Raise ValueError for anything but None and a box that holds a part of the solid."""
@@ -583,10 +587,6 @@ class HyperbolicParaboloid(BoxedQuadric):
     E: float
     within: Box | None = None
 
-    def __post_init__(self) -> None:
-        check_fields(self, A=check_positive, E=check_positive)
-        self.check_within()
-
     @property
     def surface(self) -> QuadricSurface:
         return QuadricSurface((self.A, -self.E, 0.0), (0.0, 0.0, -0.5), 0.0)
@@ -607,10 +607,6 @@ class HyperbolicCylinder(BoxedQuadric):
     E: float
     within: Box | None = None
 
-    def __post_init__(self) -> None:
-        check_fields(self, A=check_positive, E=check_positive)
-        self.check_within()
-
     @property
     def surface(self) -> QuadricSurface:
         return QuadricSurface((self.A, -self.E, 0.0), constant=1.0)
@@ -629,10 +625,6 @@ class ParabolicCylinder(BoxedQuadric):
 
     G: float
     within: Box | None = None
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "G", check_positive("ParabolicCylinder", "G", self.G))
-        self.check_within()
 
     @property
     def surface(self) -> QuadricSurface:

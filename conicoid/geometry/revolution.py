@@ -14,7 +14,7 @@ from operator import methodcaller
 from typing import Any, NamedTuple
 
 from .._util.arrays import Interval, Vector, VectorLike
-from .._util.dataclass import dataclass
+from .._util.records import dataclass
 from .._util.validation import (
     check_angle_range,
     check_degrees,

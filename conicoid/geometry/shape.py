@@ -21,10 +21,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, NoReturn, Self, overlo
 import numpy as np
 
 from .._util.arrays import BoxEnds, FloatArray, Vector, VectorLike, ignore_fp_errors
-from .._util.dataclass import dataclass
+from .._util.records import dataclass, pickle_state, restore_state
 from .._util.text import unknown_attribute
 from .._util.validation import check_integer, describe_kind, format_value
-from .._util.value_objects import pickle_state, restore_state
 from ..materials.material import Material
 from ..materials.presets import as_material
 from .bounds.aabb import Bounds, intersect_boxes

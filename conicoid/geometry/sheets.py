@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from .._util.arrays import BoxEnds, Vector, VectorLike
-from .._util.dataclass import dataclass
+from .._util.records import dataclass
 from .._util.validation import (
     check_direction,
     check_fields,
@@ -29,6 +29,7 @@ from .._util.validation import (
 )
 from ..numerics import bigfloat as ex
 from ..numerics.portable_math import count_nonzero, hypot, portable_max
+from ..numerics.rational import minus
 from .bounds.aabb import intersect_boxes
 from .bounds.support import along_normal, half_space_bounds, plane_through, plane_uv, points_support, sum_up
 from .cell import (
@@ -148,7 +149,7 @@ class Polygon(PrimitiveSheet):
 
     def _uv(self) -> UV:
         points = [ex.exact_row(point) for point in self.vertices]
-        edges = (_minus(point, points[0]) for point in points[1:])
+        edges = (minus(point, points[0]) for point in points[1:])
         # The first corners may coincide
         edge = next(e for e in edges if any(e))
         across = ex.cross(ex.unit(newell_sum(points)), edge)
@@ -161,7 +162,7 @@ class Polygon(PrimitiveSheet):
 def newell_sum(points: Sequence[ex.Row]) -> ex.Row:
     """Return twice the area vector of a closed loop, the sum of p_i × p_(i+1) (Newell), exact."""
     # From one corner, so that loops far from the origin have short numbers
-    spokes = [_minus(point, points[0]) for point in points]
+    spokes = [minus(point, points[0]) for point in points]
     terms = [ex.cross(a, b) for a, b in itertools.pairwise(spokes[1:])]
     x, y, z = (ex.cancelling_sum([term[i] for term in terms]) for i in range(3))
     return x, y, z
@@ -177,7 +178,7 @@ def check_flat(owner: str, vertices: Sequence[Vector]) -> None:
         )
     unit, middle = ex.unit(normal), _middle(points)
     allowed = _FLATNESS * math.ulp(max(abs(c) for vertex in vertices for c in vertex))
-    deviations = [abs(float(ex.dot(unit, _minus(point, middle)))) for point in points]
+    deviations = [abs(float(ex.dot(unit, minus(point, middle)))) for point in points]
     worst = max(range(len(points)), key=deviations.__getitem__)
     if deviations[worst] > allowed:
         raise ValueError(
@@ -225,10 +226,6 @@ def _sum(points: Sequence[ex.Row]) -> ex.Row:
 def _middle(points: Sequence[ex.Row]) -> ex.Row:
     x, y, z = (total / len(points) for total in _sum(points))
     return x, y, z
-
-
-def _minus(a: ex.Row, b: ex.Row) -> ex.Row:
-    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
 CLEAR_AREA = 2.0**-45

@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Literal, TypeAlias, get_args
 import numpy as np
 
 from .._util.arrays import Vector
-from .._util.dataclass import dataclass
+from .._util.records import dataclass
 from .._util.text import check_choice, format_count
 from .._util.validation import (
     as_integer,

@@ -19,9 +19,8 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from .._util.arrays import FloatArray, Matrix4, Vector
-from .._util.dataclass import dataclass
+from .._util.records import dataclass, pickle_state
 from .._util.validation import LARGEST, check_degrees as as_degrees, check_matrix4, check_vector, format_value
-from .._util.value_objects import pickle_state
 from ..numerics import bigfloat as ex
 from ..numerics.portable_math import least_axis
 

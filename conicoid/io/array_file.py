@@ -20,10 +20,20 @@ from typing import IO, Any, Protocol
 import numpy as np
 
 from .._util.arrays import FloatArray
-from .._util.dataclass import dataclass
 from .._util.files import create_partial, open_regular, printable, refuse_devices, release_partial, replace_file
-from .data_files import MAX_DATA_BYTES, check_heading, match_columns, read_csv_chunks
-from .npz import ArrayHeader, ArrayRows, NpyFormatError, NpzArchive, read_npy_header
+from .._util.lazy_names import import_extra
+from .._util.records import dataclass
+from .npz import (
+    MAX_DATA_BYTES,
+    ArrayHeader,
+    ArrayRows,
+    NpyFormatError,
+    NpzArchive,
+    check_heading,
+    match_columns,
+    read_csv_chunks,
+    read_npy_header,
+)
 
 TABLE = ""
 """The name of the only array of a .npy file, of a .zarr folder that is an array, and of the columns of a table."""
@@ -187,11 +197,7 @@ _PARQUET_NUMBERS = {"double", "float", "halffloat", *(f"{u}int{n}" for u in ("",
 
 def parquet_module() -> Any:
     """Return `pyarrow.parquet`. Raise ImportError with the way to install it."""
-    try:
-        import pyarrow.parquet
-    except ImportError:
-        raise ImportError(".parquet files need pyarrow: pip install 'conicoid[parquet]'") from None
-    return pyarrow.parquet
+    return import_extra("pyarrow.parquet", ".parquet files need pyarrow", "parquet")
 
 
 class ParquetSource:
@@ -263,11 +269,7 @@ class ParquetSource:
 
 def zarr_module() -> Any:
     """Return `zarr`. Raise ImportError with the way to install it."""
-    try:
-        import zarr
-    except ImportError:
-        raise ImportError(".zarr folders need zarr: pip install 'conicoid[zarr]'") from None
-    return zarr
+    return import_extra("zarr", ".zarr folders need zarr", "zarr")
 
 
 class ZarrSource:

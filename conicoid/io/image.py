@@ -13,9 +13,10 @@ import numpy as np
 import numpy.typing as npt
 
 from .._util.arrays import ignore_fp_errors
+from .._util.lazy_names import import_extra
+from .._util.records import compare_by_value, restore_state
 from .._util.text import check_choice
 from .._util.validation import check_path as checked_path, format_value, is_masked, real_array
-from .._util.value_objects import compare_by_value, restore_state
 from ..materials.color import srgb_decode
 from ..render.color_mapping import COLORMAPS, apply_colormap, apply_tone, check_exposure, check_tone
 from ..render.film import Layers
@@ -325,10 +326,7 @@ def denoise(pixels: Any, layers: Mapping[str, Any]) -> Any:
         If pyoidn is not installed.
 
     """
-    try:
-        library: Any = importlib.import_module("pyoidn")
-    except ImportError:
-        raise ImportError("noise is taken out by pyoidn: pip install 'conicoid[denoise]'") from None
+    library = import_extra("pyoidn", "noise is taken out by pyoidn", "denoise")
     light = np.nan_to_num(np.maximum(pixels, 0.0), nan=0.0, posinf=0.0).astype(np.float32)
     guides: dict[str, Any] = {}
     if "albedo" in layers:

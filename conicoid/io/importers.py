@@ -18,8 +18,8 @@ from functools import cache
 from itertools import islice
 from typing import Any, NamedTuple
 
-from .._util.dataclass import dataclass
 from .._util.files import MAX_LISTED_PROBLEMS, open_regular, printable
+from .._util.records import dataclass
 from .._util.text import check_choice, format_count
 from .._util.validation import check_callback, check_flag, check_integer, check_path, format_value
 from ..geometry.body import Body

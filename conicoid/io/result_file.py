@@ -17,8 +17,8 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from .._util.dataclass import dataclass
 from .._util.files import SceneFileError, open_regular, printable
+from .._util.records import dataclass
 from .._util.validation import format_list, format_value
 from ..geometry.body import Body
 from ..geometry.labels import Labels

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from .._jit.decorators import allocator, helper, inline, kernel, record_shapes
 from .._util.arrays import FloatArray
-from .._util.dataclass import dataclass
+from .._util.records import dataclass
 from . import tables as table
 from .body.boolean import put_event, sort_events, sweep_events
 from .body.cell import CellSpans

@@ -24,9 +24,9 @@ import numpy as np
 import numpy.typing as npt
 
 from .._jit.machine_code import SHIPPED, shipped_kernel
-from .._util.dataclass import dataclass
 from .._util.environment import MOST_THREADS, read_threads
 from .._util.process import PATIENCE, is_main_thread, join_threads, start_thread
+from .._util.records import dataclass
 from .._util.validation import as_integer, format_value
 from .tables import HALT, STEPS, Geometry
 

@@ -20,7 +20,7 @@ _HOMES = {
     "WATER": ".material",
     "Wood": ".texture",
     "aluminium": ".presets",
-    "clear_sky": ".background",
+    "clear_sky": ".light",
     "conductor": ".presets",
     "copper": ".presets",
     "gold": ".presets",
@@ -32,7 +32,7 @@ _HOMES = {
 __all__ = sorted(_HOMES)  # pyright: ignore[reportUnsupportedDunderAll]
 
 if TYPE_CHECKING:
-    from .background import clear_sky as clear_sky
+    from .light import clear_sky as clear_sky
     from .material import AIR as AIR, GLASS as GLASS, VACUUM as VACUUM, WATER as WATER
     from .presets import (
         aluminium as aluminium,

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._util.arrays import ignore_fp_errors
-from .._util.dataclass import dataclass
+from .._util.records import dataclass
 from .._util.validation import check_fields, check_number, check_positive, format_value, real_array
 from .dispersion import Index, check_index, check_light, index_at
 

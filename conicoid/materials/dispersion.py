@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from .._util.dataclass import dataclass
+from .._util.records import dataclass
 from .._util.text import near_name
 from .._util.validation import check_number, format_value, is_complex, real_array
 

@@ -13,8 +13,7 @@ from .._util.validation import check_number, check_numbers, describe_kind
 from .coating import Coating
 from .color import Amount, Color, check_color, linear_rgb
 from .dispersion import Index
-from .material import GLASS, Material, MaterialMaker, record_maker, typical_roughness
-from .properties import NO_PROPERTIES
+from .material import GLASS, NO_PROPERTIES, Material, MaterialMaker, record_maker, typical_roughness
 from .texture import PATTERNS, Pattern, Texture
 
 # Surfaces for all pictures.

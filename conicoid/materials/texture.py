@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Literal, TypeAlias, get_args
 
 import numpy as np
 
-from .._util.dataclass import dataclass
+from .._util.records import dataclass
 from .._util.text import check_choice
 from .._util.validation import (
     as_integer,
@@ -23,8 +23,7 @@ from .._util.validation import (
     format_value,
     warn,
 )
-from .color import BYTE, Color, check_color, linear_rgb
-from .image_file import Pixels, image_array, read_pixels
+from .color import BYTE, Color, Pixels, check_color, image_array, linear_rgb, read_pixels
 
 Scale: TypeAlias = float | tuple[float, float] | tuple[float, float, float]
 

@@ -10,7 +10,7 @@ from functools import cached_property
 from math import gcd, inf, isqrt, nextafter
 from typing import Any, TypeAlias
 
-from .._util.dataclass import dataclass
+from .._util.records import dataclass
 
 FractionRow: TypeAlias = Sequence[Fraction]
 FractionMatrix: TypeAlias = Sequence[FractionRow]
@@ -29,6 +29,11 @@ def dot3(a: Sequence[Any], b: Sequence[Any]) -> Any:
 def cross(a: Sequence[Any], b: Sequence[Any]) -> tuple[Any, Any, Any]:
     """Return the cross product of three numbers, which keep their type."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def minus(a: Sequence[Any], b: Sequence[Any]) -> tuple[Any, Any, Any]:
+    """Return the difference of three numbers, which keep their type."""
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
 def matmul(a: FractionMatrix, b: FractionMatrix) -> list[list[Fraction]]:

@@ -20,8 +20,8 @@ from ..queries.line_integrals import trailing_axes
 from ..queries.scene_protocol import SceneLike
 from ..queries.spans import Crossings, Spans
 from ..queries.weights import BODY
-from .scheduler import worker_name
 from .shared_state import find_shared, shared_scene, source_version
+from .workers import worker_name
 
 _SCALARS: dict[str, Any] = dict(
     t=float, body=np.int32, face=np.int32, surface=np.int32, hit=bool, entering=bool, doubtful=bool,

@@ -20,14 +20,22 @@ from ..kernels.threads import Progress
 from ..queries.device import Device
 from ..queries.device_choice import device_of
 from ..queries.scene_protocol import SceneLike
-from ..render.exposure import Exposure, Preview, empty_sums, render_motion_blur, stills
+from ..render.exposure import (
+    Exposure,
+    FilmResult,
+    Preview,
+    RenderJob,
+    empty_sums,
+    lower_scene_light,
+    render_motion_blur,
+    stills,
+)
 from ..render.film import COUNT, SUMS, mean_pixels
 from ..render.integrators import INTEGRATORS
-from ..render.job import FilmResult, RenderJob, lower_scene_light
 from ..render.tiles import SIDE, SQUARE, tile_corner, tile_total, tiles_of_squares
 from .queries import workers_of
-from .scheduler import ChunkSize, ScheduledTask, prepare_first, run_tasks
 from .shared_state import SharedObject, shared_scene, source_version
+from .workers import ChunkSize, ScheduledTask, prepare_first, run_tasks
 
 _MAGIC = b"conicoid parts 2\n"
 _HEAD = struct.Struct("<QQQI")

@@ -14,8 +14,8 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from .._util.arrays import FloatArray
+from .._util.records import align_array, freeze_arrays
 from .._util.validation import describe_kind, is_dask_array, replace_default
-from .._util.value_objects import align_array, freeze_arrays
 from ..kernels.first_hits import HitBuffers
 from ..kernels.threads import Progress
 from ..queries import points as at_points, points as distances, ray_queries
@@ -28,9 +28,8 @@ from ..queries.rays import LazyRays, Rays, lines_of
 from ..queries.scene_protocol import SceneLike
 from ..queries.spans import Crossings, Spans, refuse_large_lengths
 from ..queries.voxel_columns import ColumnGrid, voxel_shares as columns_here
-from .scheduler import ChunkSize, ScheduledTask, prepare_first, run_tasks
 from .shared_state import SharedObject, shared_scene
-from .workers import Workers, as_workers, inline_workers
+from .workers import ChunkSize, ScheduledTask, Workers, as_workers, inline_workers, prepare_first, run_tasks
 
 RAY_BYTES = 48
 """Bytes of a ray that travels as numbers."""

@@ -50,9 +50,8 @@ from ..queries.scene_protocol import SceneLike
 from ..queries.spans import Crossings, Spans
 from ..queries.weights import BODY
 from .queries import RayRequest, answer_part, assemble, ray_chunks, ray_tasks, workers_of
-from .scheduler import ScheduledTask, run_tasks
 from .shared_state import SharedObject, shared_scene, source_version
-from .workers import Workers
+from .workers import ScheduledTask, Workers, run_tasks
 
 SUFFIXES = (".npz", ".csv", ".parquet", ".zarr")
 """Suffixes of files of hits, spans and crossings."""

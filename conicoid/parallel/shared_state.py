@@ -22,12 +22,12 @@ from typing import Any
 
 import numpy as np
 
-from .._util.dataclass import dataclass
 from .._util.files import open_regular, replace_file
 from .._util.process import fork_safe_lock
+from .._util.records import dataclass
 from .._util.version import __version__
+from ..geometry.body import InstanceList
 from ..geometry.bulk import Spheres
-from ..geometry.instances import InstanceList
 from ..geometry.labels import Labels
 from ..prepare.body_collector import BodyShapes
 from ..prepare.edits.buffer_pool import EditState

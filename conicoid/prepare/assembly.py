@@ -10,7 +10,7 @@ from dataclasses import field
 from fractions import Fraction
 from typing import Any, NamedTuple
 
-from .._util.dataclass import dataclass
+from .._util.records import dataclass
 from ..geometry.bounds.linear_program import are_ratios, integer_row
 from ..geometry.cell import All, Any_, Cell, Not, PolygonSheet, SurfaceSheet, Tree
 from ..geometry.surface import CENTER_TOLERANCE, UPRIGHT, PlaneSurface, QuadricSurface, Surface

@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 
 from .._util.arrays import unique_first_with_inverse, unique_sorted, unique_with_inverse
-from .._util.dataclass import dataclass
+from .._util.records import dataclass
 from ..geometry.bulk import Bulk
 from ..geometry.cell import Cell, Face, map_faces
 from ..geometry.shape import Boolean, Painted, Primitive, Shape

@@ -22,7 +22,7 @@ import numpy.typing as npt
 
 from .._jit.decorators import inline, kernel
 from .._util.arrays import dot_rows, unique_with_inverse
-from .._util.dataclass import dataclass
+from .._util.records import dataclass
 from ..geometry.surface import ORIGIN, UPRIGHT, Key, QuadricSurface, Surface
 from ..kernels.tables import PLANE, QUADRIC, SPHERE, Floats, Ints, Longs, Signs
 from ..kernels.threads import run_rows

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._util.arrays import cross_rows, dot_rows, row_lengths, unit_rows
-from .._util.dataclass import dataclass
+from .._util.records import dataclass
 from ..geometry.bounds.intersection import BoundsKind, are_balls_or_boxes, bound_ball_intersections
 from ..geometry.cell import Tree, bounding_faces
 from ..geometry.shape import Boolean, Complement, Difference, Intersection, Painted, PrimitiveSolid, Shape, Union

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._jit.decorators import inline, kernel, record_shapes
-from .._util.dataclass import dataclass
+from .._util.records import dataclass
 from ..kernels.programs import MODEL_ROW, rows_of_programs
 from ..kernels.surface.doubt import FAR, KAPPA, KAPPA_OF_BALLS, KAPPA_OF_PLANES, RELATIVE
 from ..kernels.tables import (

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from .._util.dataclass import dataclass
+from .._util.records import dataclass
 from ..geometry.bulk import Spheres
 from ..geometry.cell import (
     PLAIN_UV,

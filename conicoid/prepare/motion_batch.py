@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from .._util.dataclass import dataclass
+from .._util.records import dataclass
 from ..geometry.surface import PlaneSurface
 from ..geometry.transform import Affine, Motion, Rotate, Step, Translate
 from ..kernels.tables import PLANE_SIZE, Floats, Ints, Longs, Signs

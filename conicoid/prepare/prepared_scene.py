@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._jit.machine_code import SHIPPED, single_call
-from .._util.dataclass import dataclass
+from .._util.records import dataclass
 from ..geometry.body import Body
 from ..geometry.labels import Labels, body_labels
 from ..kernels.surface.exact_crossing import RoundingRest

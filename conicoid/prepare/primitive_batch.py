@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 import numpy as np
 
 from .._util.arrays import unique_sorted
-from .._util.dataclass import dataclass
+from .._util.records import dataclass
 from ..geometry.bulk import Bulk
 from ..geometry.cell import Any_, Cell, Face, Tree
 from ..geometry.facets import PlaneSide

@@ -15,7 +15,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from .._util.dataclass import dataclass
+from .._util.records import dataclass
 from ..geometry.shape import Shape
 from ..kernels.tables import Floats, Longs
 from ..numerics.tracing import Tape

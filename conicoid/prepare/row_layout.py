@@ -7,7 +7,7 @@ from dataclasses import field
 
 import numpy as np
 
-from .._util.dataclass import dataclass
+from .._util.records import dataclass
 from ..kernels.tables import BALL, CELL, PLANE, POLYGON, QUADRIC, REGION, SHEET, SPHERE, Ints, Longs, Signs
 from .coincidence import SurfaceTable
 from .pattern import BodyGroups, BodyPattern

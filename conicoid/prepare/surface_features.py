@@ -19,7 +19,7 @@ import numpy as np
 
 from .._jit.decorators import inline, kernel
 from .._util.arrays import unique_with_inverse
-from .._util.dataclass import dataclass
+from .._util.records import dataclass
 from ..kernels.numbers.double_double import (
     BoundedPair,
     bounded_pair,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from .._util.arrays import FloatArray, ignore_fp_errors
-from .._util.dataclass import dataclass
+from .._util.records import dataclass
 from .rays import lines_of
 from .result import extension
 from .weights import weights_of

@@ -16,7 +16,7 @@ import time
 import weakref
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -25,9 +25,7 @@ from ..kernels.bvh.culling_constants import SHORT_NODE
 from ..kernels.device import BY_KIND, EACH, ROW_COLUMNS, ROWS, SHARED, WIDTHS, ScratchSize, size_name
 from ..kernels.device_walk import place_count
 from ..kernels.tables import NODE_CHILDREN, Geometry, length
-
-if TYPE_CHECKING:
-    from ..prepare.prepared_scene import PreparedScene
+from ..prepare.prepared_scene import PreparedScene
 
 BLOCK = 128
 """Threads of a block; numbers of threads are multiples of it."""

@@ -9,18 +9,16 @@ from __future__ import annotations
 import ctypes
 import math
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from .._util.validation import describe_kind, is_on_card
 from ..kernels.ray import RayArrays
+from ..prepare.prepared_scene import PreparedScene
 from . import ray_queries
 from .device import CardMemory, Device
 from .rays import Rays
-
-if TYPE_CHECKING:
-    from ..prepare.prepared_scene import PreparedScene
 
 # DLPack: an array as a C structure in a capsule
 

@@ -10,16 +10,18 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
-from .._util.value_objects import freeze_arrays
+from .._util.records import freeze_arrays
 from ..kernels.body.hit import is_doubtful
 from ..kernels.crossings import CrossingColumns, SpanColumns
 from ..kernels.device import MARKED, ROW_COLUMNS, SUMMED
 from ..kernels.first_hits import HitBuffers
 from ..kernels.ray import RayArrays
+from ..kernels.threads import Progress
+from ..prepare.prepared_scene import PreparedScene
 from . import line_integrals, points as at_points, ray_queries
 from .device import _ROWS, Device
 from .device_arrays import (
@@ -39,10 +41,6 @@ from .exact.doubtful_rays import resolve_bodies, resolve_hits, resolve_rows
 from .hits import Hits, refuse_directions, spawned_shape
 from .rays import Rays
 from .spans import Crossings, RayLists, Spans
-
-if TYPE_CHECKING:
-    from ..kernels.threads import Progress
-    from ..prepare.prepared_scene import PreparedScene
 
 _CardHits: Any = HitBuffers
 _CardSpans: Any = SpanColumns

@@ -19,18 +19,25 @@ from ..kernels.body.media import AFTER, BEFORE
 from ..kernels.first_hits import HitBuffers
 from ..kernels.ray import DEAD, RayArrays
 from ..kernels.threads import run_rows
+from ..prepare.prepared_scene import PreparedScene
 from .derivatives import HitDerivatives
 from .hit_fields import faces_of, hit_points, local_points_of, normals_of, uvs_of
-from .rays import Rays, find_invalid_ray, lines_of, own_copy, points_array
-from .result import NO_SCENE, QueryResult, check_parts, extension, format_body, format_field, merge_labels
-
-if TYPE_CHECKING:
-    from ..prepare.prepared_scene import PreparedScene
+from .rays import Rays, find_invalid_ray, join_rays, lines_of, own_copy, points_array
+from .result import (
+    NO_SCENE,
+    QueryResult,
+    ShapedRecord,
+    check_parts,
+    common_scene_state,
+    extension,
+    format_body,
+    format_field,
+)
 
 _NO_RAYS = np.zeros(0, np.int64)
 
 
-class Hits(QueryResult, HitDerivatives):
+class Hits(ShapedRecord, QueryResult, HitDerivatives):
     """First hits of rays, shaped like the rays; one ray gives scalars. All arrays are read-only.
 
     Attributes
@@ -102,22 +109,6 @@ class Hits(QueryResult, HitDerivatives):
     def shape(self) -> tuple[int, ...]:
         """The leading shape, that of `t`."""
         return self.rays.shape
-
-    @property
-    def ndim(self) -> int:
-        """Number of axes of `t`; 0 for a single ray."""
-        return len(self.rays.shape)
-
-    @property
-    def size(self) -> int:
-        """Number of hits, including misses."""
-        return len(self._buffers.t)
-
-    def _shaped(self, array: Any, *last: int) -> Any:
-        """Return a flat array in the rays' shape, with more axes `last`, read-only; one ray gives a scalar."""
-        result = array.reshape((*self.rays.shape, *last))
-        result.flags.writeable = False
-        return result if last else result[()]
 
     @cached_property
     def t(self) -> FloatArray:
@@ -391,9 +382,6 @@ class Hits(QueryResult, HitDerivatives):
         """
         return _concatenate_hits(parts)
 
-    def __len__(self) -> int:
-        return len(self.rays)
-
     def __bool__(self) -> bool:
         if self.size != 1:
             count = self.size
@@ -508,12 +496,7 @@ _HIT_ROWS = ("point_error", "local_point", "normal", "uv", "before", "after")
 def _concatenate_hits(parts: Any) -> Hits:
     """Join hits (see `Hits.concatenate`). They keep their scene if all parts have the same one."""
     results = check_parts(Hits, parts)
-    if not results:
-        raise ValueError("Hits: parts must hold at least one Hits, got none")
-    try:
-        rays = Rays.concatenate(part.rays for part in results)
-    except ValueError as error:
-        raise ValueError(str(error).replace("Rays:", "Hits:", 1)) from None
+    rays = join_rays("Hits", [part.rays for part in results])
     found = HitBuffers(*(np.concatenate(columns) for columns in zip(*(part._buffers for part in results), strict=True)))
     firsts = np.cumsum([0, *(len(part._buffers.t) for part in results)])
     doubtful = np.concatenate([first + part._doubtful for first, part in zip(firsts, results, strict=False)])
@@ -525,11 +508,8 @@ def _concatenate_hits(parts: Any) -> Hits:
 
 def _concatenate_detached_hits(parts: Sequence[Hits], rays: Rays, found: HitBuffers, doubtful: Any) -> Hits:
     """Join detached hits. Raise ValueError if they belong to different scenes."""
-    for i, part in enumerate(parts):
-        if part._home != parts[0]._home:
-            raise ValueError(f"Hits: parts must be of one scene, got parts[0] and parts[{i}] of different ones")
     state: dict[str, Any] = {"rays": rays, "_buffers": found, "_doubtful": doubtful, "_home": parts[0]._home}
-    state["_labels"] = merge_labels([part._labels for part in parts], "Hits")
+    state |= common_scene_state(parts, "Hits")
     state["_faces"] = np.concatenate([part._faces for part in parts], axis=1)
     state["_points"] = np.concatenate([part._points for part in parts])
     state["_errors"] = np.concatenate([part._errors for part in parts])

@@ -21,7 +21,7 @@ from ..prepare.prepared_scene import PreparedScene
 from .device_choice import device_of
 from .overlaps import COUNT_BOTH, check_overlaps, is_silent
 from .ray_queries import _are_few, _packets, arrays_of, as_rays, rays_after_values
-from .rays import Rays
+from .rays import Rays, packet_progress
 from .spans import Spans, refuse_large_lengths, trace_lists
 from .weights import BODY, check_by, weights_of
 
@@ -128,7 +128,7 @@ def sum_along(
     if gpu is None or not _sum_on_card(gpu, scene, arrays, plan, total, marks, progress):
         chunk = chunk_of_rays(scene.geometry, packets, _PACKETS, count)
         work = KernelRange(sum_rays, (arrays, width, columns, plan.table), (total, counts, marks))
-        run_on(scene.geometry, work, packets, chunk, count, progress and _in_rays(progress, packets, count))
+        run_on(scene.geometry, work, packets, chunk, count, progress and packet_progress(progress, packets, count))
     for which, sums in plan.exact_sums(scene, marks, arrays.some, rays._home):
         total[which] = sums
     return total
@@ -157,8 +157,3 @@ def _sum_on_card(
 def marks_of(doubts: Any, crossed: Any) -> Any:
     """Return the marks of rays whose spans are in doubt, or overlap."""
     return np.where(doubts, np.int8(DOUBTFUL), np.where(crossed, np.int8(OVERLAPPING), np.int8(0)))
-
-
-def _in_rays(progress: Progress, packets: int, count: int) -> Progress:
-    """Return a callback for packets that calls another with rays."""
-    return lambda done, _: progress(count if done == packets else min(LANES * done, count), count)

@@ -20,18 +20,16 @@ from ..kernels.closest.nearest_walls import nearest_walls
 from ..kernels.closest.neighbourhood import MOST_IN_DOUBT
 from ..kernels.closest.safety import bounds_of_points
 from ..kernels.tables import Floats, Ints, Signs
-from ..kernels.threads import KernelRange, chunk_of_rays, chunk_size, run_on, run_rows
+from ..kernels.threads import KernelRange, Progress, chunk_of_rays, chunk_size, run_on, run_rows
 from ..prepare.prepared_scene import PreparedScene, exact_form
 from .device_choice import device_of
 from .exact.doubtful_rays import resolve_bodies
 from .exact.membership import locate_packets
 from .hit_fields import faces_of, normals_of
-from .rays import points_array
-from .result import NO_SCENE, QueryResult, check_parts, common_scene_state, format_body, format_field
+from .rays import packet_progress, packets_of, points_array
+from .result import NO_SCENE, QueryResult, ShapedRecord, check_parts, common_scene_state, format_body, format_field
 
 if TYPE_CHECKING:
-    from ..kernels.threads import Progress
-    from ..prepare.prepared_scene import PreparedScene
     from .device import Device
 
 
@@ -101,7 +99,6 @@ class BodiesAt:
 # Queries on arrays of points, in packets of 64
 
 _CHUNK = 64  # packets that a thread takes at a time
-_PACKET = 64  # points of a packet
 _LEAST = 16  # rows and columns of a picture, from which on its squares are packets
 BEFORE_FIRST = np.full(1, -1, np.int32)
 """The number before all bodies, so that `first_after` returns the first body."""
@@ -197,11 +194,6 @@ def width_of(shape: tuple[int, ...]) -> int:
     return shape[-1] if len(shape) > 1 and min(shape[-2:]) >= _LEAST else 0
 
 
-def packets_of(count: int, width: int) -> int:
-    """Return the number of packets: of squares in a picture of that width, or of 64 points in a row."""
-    return -(-width // 8) * -(-count // (8 * width)) if width else -(-count // _PACKET)
-
-
 def first_after(scene: PreparedScene, points: FloatArray, after: Any, width: int = 0, gpu: Device | None = None) -> Any:
     """Return the first body with a number above `after` that contains each of the points (n, 3), -1 for none.
 
@@ -272,7 +264,7 @@ class Nearest(NamedTuple):
         return cls(distance, lower, error, np.full((count, 3), np.nan), body, entry, place, np.ones(count, np.int8))
 
 
-class Distances(QueryResult):
+class Distances(ShapedRecord, QueryResult):
     """Distances of points from the nearest walls, shaped like the points; one point gives scalars. Read-only.
 
     `scene.distance` makes it. Without `exact=True` it holds bounds, and no nearest walls.
@@ -333,21 +325,6 @@ class Distances(QueryResult):
         """The leading shape, that of `distance`."""
         return self.points.shape[:-1]
 
-    @property
-    def ndim(self) -> int:
-        """Number of axes of `distance`; 0 for a single point."""
-        return len(self.shape)
-
-    @property
-    def size(self) -> int:
-        """Number of points."""
-        return len(self._nearest.distance)
-
-    def _shaped(self, array: Any, *last: int) -> Any:
-        result = array.reshape((*self.shape, *last))
-        result.flags.writeable = False
-        return result if last else result[()]
-
     @cached_property
     def distance(self) -> FloatArray:
         return self._shaped(self._nearest.distance)
@@ -397,11 +374,6 @@ class Distances(QueryResult):
     def normal(self) -> FloatArray:
         return self._shaped(self._normals, 3)
 
-    def __len__(self) -> int:
-        if not self.shape:
-            raise TypeError("Distances: those of a single point have no length")
-        return self.shape[0]
-
     def __getitem__(self, index: Any) -> Distances:
         """Return the distances that an index or mask over the points' shape selects."""
         rows = np.arange(self.size).reshape(self.shape)[index]
@@ -446,8 +418,6 @@ class Distances(QueryResult):
 def _concatenate_distances(parts: Any) -> Distances:
     """Join distances (see `Distances.concatenate`). They keep their scene if all parts have the same one."""
     given = check_parts(Distances, parts)
-    if not given:
-        raise ValueError("Distances: parts must hold at least one Distances, got none")
     shapes = [part.points.shape if part.shape else (1, 3) for part in given]
     if len({shape[1:] for shape in shapes}) > 1:
         raise ValueError(f"Distances: parts must have one shape but for the first axis, got {shapes[:4]}")
@@ -528,7 +498,7 @@ def distance_bounds(
             packets,
             chunk_size(packets, _BOUND_CHUNK),
             count,
-            _progress_in_points(progress, packets, count),
+            progress and packet_progress(progress, packets, count),
         )
     elif progress is not None:
         progress(count, count)
@@ -539,13 +509,6 @@ def distance_bounds(
     # No wall at any distance is exact; a bound says nothing about how far the wall may be
     found.error[:] = np.where(beyond & (reach == math.inf), 0.0, math.inf)
     return found
-
-
-def _progress_in_points(progress: Progress | None, packets: int, count: int) -> Progress | None:
-    """Return a callback that counts packets and reports points."""
-    if progress is None:
-        return None
-    return lambda done, _: progress(count if done == packets else min(count, 64 * done), count)
 
 
 def exact_distances(

@@ -34,7 +34,7 @@ from ..kernels.threads import KernelRange, chunk_of_rays, chunk_size, is_brief, 
 from ..prepare.prepared_scene import PreparedScene
 from .device_choice import device_of
 from .hits import Hits
-from .rays import LazyRays, Rays, checked_rays, uncopied_rays
+from .rays import LazyRays, Rays, checked_rays, packets_of, uncopied_rays
 from .result import QueryResult
 
 if TYPE_CHECKING:
@@ -174,9 +174,7 @@ def _packets(rays: Rays) -> tuple[int, int]:
     """Return the width of the picture that the rays make, or 0, and the number of packets of 64 rays."""
     shape, count = rays.shape, rays.origins.size // 3
     width = row_length(rays) if len(shape) == 1 else shape[-1] if len(shape) > 1 and min(shape[-2:]) >= 8 else 0
-    if width == 0:
-        return 0, -(-count // 64)
-    return width, -(-width // 8) * -(-count // (8 * width))
+    return width, packets_of(count, width)
 
 
 def _trace_packets(scene: PreparedScene, kernel: Callable[..., Any], arrays: RayArrays, width: int, *out: Any) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from .._jit.machine_code import empty_array, is_frozen
 from .._util.arrays import FloatArray, ignore_fp_errors
+from .._util.records import align_array
 from .._util.validation import (
     DOMAIN,
     check_npz_path,
@@ -21,13 +22,11 @@ from .._util.validation import (
     real_array,
     refuse_columns,
 )
-from .._util.value_objects import align_array
-from ..kernels.threads import KernelRange, run_chunks
-from .result import ArrayRecord, check_parts, extension
+from ..kernels.threads import KernelRange, Progress, run_chunks
+from .result import ShapedRecord, check_parts, extension
 
 if TYPE_CHECKING:
     from ..prepare.prepared_scene import PreparedScene
-
 
 # Arrays of rays
 
@@ -71,7 +70,7 @@ _NO_START = np.array([-1], np.int32)
 _NO_START.flags.writeable = False
 
 
-class Rays(ArrayRecord):
+class Rays(ShapedRecord):
     """Rays of any leading shape, read-only.
 
     Parameters
@@ -207,18 +206,7 @@ class Rays(ArrayRecord):
         ValueError
             If `parts` is empty, or if shapes differ in another axis than the first.
         """
-        rows = [part if part.shape else part[None] for part in check_parts(Rays, parts)]
-        if len({part.shape[1:] for part in rows}) != 1:
-            shapes = ", ".join(str(part.shape) for part in rows[:8]) or "none"
-            raise ValueError(f"Rays: parts must have shapes that differ in the first axis alone, got {shapes}")
-        starts = [np.broadcast_to(part._starts, (part.origins.size // 3,)) for part in rows]
-        origins, directions = (np.concatenate([p[k] for p in map(tuple, rows)]) for k in (0, 1))
-        homes = {part._home for part in rows if (part._starts >= 0).any()}
-        together = np.concatenate(starts)
-        # Numbers of surfaces mean nothing across scenes
-        if len(homes) > 1:
-            return cls._spawned(origins, directions, np.minimum(together, np.int32(-1)))
-        return cls._spawned(origins, directions, together, homes.pop() if homes else None)
+        return join_rays("Rays", check_parts(Rays, parts))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the rays as a .npz file that `co.Rays.load`, `conicoid trace` and NumPy read.
@@ -312,21 +300,6 @@ class Rays(ArrayRecord):
         """The leading shape."""
         return self.origins.shape[:-1]
 
-    @property
-    def ndim(self) -> int:
-        """Number of axes of `shape`; 0 for a single ray."""
-        return self.origins.ndim - 1
-
-    @property
-    def size(self) -> int:
-        """Number of rays."""
-        return self.origins.size // 3
-
-    def __len__(self) -> int:
-        if not self.shape:
-            raise TypeError("a single ray has no length")
-        return self.shape[0]
-
     def __iter__(self) -> Iterator[FloatArray]:
         return iter((self.origins, self.directions))
 
@@ -418,12 +391,38 @@ def _is_kept(array: Any, shape: tuple[int, ...]) -> bool:
     return array.shape == shape and array.dtype == np.float64 and array.flags.c_contiguous and is_frozen(array)
 
 
+def join_rays(owner: str, parts: Sequence[Rays]) -> Rays:
+    """Return `Rays.concatenate` of at least one part; messages name `owner`."""
+    rows = [part if part.shape else part[None] for part in parts]
+    if len({part.shape[1:] for part in rows}) > 1:
+        shapes = ", ".join(str(part.shape) for part in rows[:8])
+        raise ValueError(f"{owner}: parts must have shapes that differ in the first axis alone, got {shapes}")
+    starts = [np.broadcast_to(part._starts, (part.origins.size // 3,)) for part in rows]
+    origins, directions = (np.concatenate([p[k] for p in map(tuple, rows)]) for k in (0, 1))
+    homes = {part._home for part in rows if (part._starts >= 0).any()}
+    together = np.concatenate(starts)
+    # Numbers of surfaces mean nothing across scenes
+    if len(homes) > 1:
+        return Rays._spawned(origins, directions, np.minimum(together, np.int32(-1)))
+    return Rays._spawned(origins, directions, together, homes.pop() if homes else None)
+
+
+def packets_of(count: int, width: int) -> int:
+    """Return the number of packets: of squares in a picture of that width, or of 64 rays or points in a row."""
+    return -(-width // 8) * -(-count // (8 * width)) if width else -(-count // 64)
+
+
+def packet_progress(progress: Progress, packets: int, count: int) -> Progress:
+    """Return a callback for packets of 64 rays or points that calls another with rays or points."""
+    return lambda done, _: progress(count if done == packets else min(64 * done, count), count)
+
+
 # Rays computed or read in parts, each where it is traced
 
 _BLOCK = 1 << 12  # rays; their arrays (192 KiB) stay in the processor's cache while they are computed and checked
 
 
-class LazyRays(ArrayRecord):
+class LazyRays(ShapedRecord):
     """Rays of a camera, a scan or a file that are computed in parts, so that they take a few bytes until then.
 
     Every query accepts them in place of `Rays`; `to_rays()` returns them as `Rays`. Each ray has the same bits in
@@ -434,30 +433,9 @@ class LazyRays(ArrayRecord):
     """Whether the rays are computed, in blocks and by several threads, rather than read."""
 
     @property
-    def shape(self) -> tuple[int, ...]:
-        """The leading shape."""
-        raise NotImplementedError
-
-    @property
     def interval(self) -> tuple[float, float]:
         """The default t_min and t_max of queries."""
         return 0.0, math.inf
-
-    @property
-    def ndim(self) -> int:
-        """Number of axes of `shape`."""
-        return len(self.shape)
-
-    @property
-    def size(self) -> int:
-        """Number of rays."""
-        count = 1
-        for length in self.shape:
-            count *= length
-        return count
-
-    def __len__(self) -> int:
-        return self.shape[0]
 
     def to_rays(self) -> Rays:
         """Return all rays as `Rays`, 48 bytes each. These have no interval of their own: queries of them start at 0."""

@@ -6,15 +6,16 @@ Functions format one-ray results, join results for `concatenate`, and resolve na
 from __future__ import annotations
 
 import importlib
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, Self, TypeVar
 
 import numpy as np
 
+from .._util.records import restore_state
 from .._util.text import format_count, unknown_attribute
 from .._util.validation import describe_kind, format_value
-from .._util.value_objects import restore_state
 from ..geometry.labels import Labels
 
 if TYPE_CHECKING:
@@ -38,6 +39,38 @@ class ArrayRecord:
 
         def __getattr__(self, name: str) -> Any:
             raise unknown_attribute(self, name)
+
+
+class ShapedRecord(ArrayRecord):
+    """A record with an item for each ray or point, in their leading shape; () for a single one."""
+
+    __slots__ = ()
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The leading shape."""
+        raise NotImplementedError
+
+    @property
+    def ndim(self) -> int:
+        """Number of axes of `shape`; 0 for a single ray or point."""
+        return len(self.shape)
+
+    @property
+    def size(self) -> int:
+        """Number of rays or points."""
+        return math.prod(self.shape)
+
+    def __len__(self) -> int:
+        if not self.shape:
+            raise TypeError(f"{type(self).__name__}: that of a single ray or point has no length")
+        return self.shape[0]
+
+    def _shaped(self, array: Any, *last: int) -> Any:
+        """Return a flat array in the leading shape, with more axes `last`, read-only; a single item gives a scalar."""
+        result = array.reshape((*self.shape, *last))
+        result.flags.writeable = False
+        return result if last else result[()]
 
 
 # The base class of results: names and materials of their bodies, comparison, pickles, and results without a scene.
@@ -195,7 +228,7 @@ ResultType = TypeVar("ResultType")
 
 
 def check_parts(kind: type[ResultType], parts: Any) -> list[ResultType]:
-    """Return `parts` as a list. Raise TypeError if it is no list of results of class `kind`."""
+    """Return `parts` as a list. Raise TypeError for others than results of class `kind`, ValueError for none."""
     name = kind.__name__
     if isinstance(parts, kind) or not isinstance(parts, Iterable):
         raise TypeError(f"{name}: parts must be a list of {name}, got {describe_kind(parts)}")
@@ -203,6 +236,8 @@ def check_parts(kind: type[ResultType], parts: Any) -> list[ResultType]:
     for i, part in enumerate(results):
         if not isinstance(part, kind):
             raise TypeError(f"{name}: parts[{i}] must be {name}, got {describe_kind(part)}")
+    if not results:
+        raise ValueError(f"{name}: parts must hold at least one {name}, got none")
     return results
 
 

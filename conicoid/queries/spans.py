@@ -16,9 +16,9 @@ import numpy as np
 import numpy.typing as npt
 
 from .._util.arrays import FloatArray, ignore_fp_errors
+from .._util.records import freeze_arrays
 from .._util.text import MOST_ROWS, NameTuple, format_count, html_table
 from .._util.validation import check_npz_path, format_value, zero_negligible
-from .._util.value_objects import freeze_arrays
 from ..kernels.body.crossing_rows import (
     BODY as BODY_OF_ROW,
     ENTER,
@@ -47,13 +47,14 @@ from ..kernels.crossings import (
 )
 from ..kernels.ray import RayArrays
 from ..kernels.threads import KernelRange, chunk_of_rays, run_chunks, run_on, run_rows
+from ..prepare.prepared_scene import PreparedScene
 from .derivatives import SpanDerivatives
 from .exact.doubtful_rays import resolve_rows
 from .exact.error_bounds import bounds_of_t, refine_points
 from .exact.hit_sides import HitPlaces, sides_of
 from .hit_fields import hit_points, normals_of
 from .overlaps import REFUSE_OVERLAPS, check_overlaps, report_overlaps
-from .rays import Rays, lines_of
+from .rays import Rays, join_rays, lines_of
 from .result import (
     NO_SCENE,
     QueryResult,
@@ -67,7 +68,6 @@ from .result import (
 from .weights import BODY, DistinctMaterials, LineValues, Weights, check_by, weights_of
 
 if TYPE_CHECKING:
-    from ..prepare.prepared_scene import PreparedScene
     from .device import Device
 
 
@@ -592,12 +592,7 @@ def _concatenate_lists(kind: Any, parts: Any) -> Any:
     """Join spans or crossings (see `RayLists.concatenate`). They keep their scene if all parts have the same one."""
     name = kind.__name__
     results = check_parts(kind, parts)
-    if not results:
-        raise ValueError(f"{name}: parts must hold at least one {name}, got none")
-    try:
-        rays = Rays.concatenate(part._rays for part in results)
-    except ValueError as error:
-        raise ValueError(str(error).replace("Rays:", f"{name}:", 1)) from None
+    rays = join_rays(name, [part._rays for part in results])
     is_one = results[0]._scene is not NO_SCENE and all(part._scene is results[0]._scene for part in results)
     rows = results if is_one else [part.detached() for part in results]
     counts = np.concatenate([np.diff(part.offsets) for part in rows])

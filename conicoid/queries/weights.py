@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from .._util.arrays import FloatArray
-from .._util.dataclass import dataclass
+from .._util.records import dataclass
 from .._util.text import check_choice, describe_names
 from .._util.validation import format_value, real_array
-from ..materials.properties import Properties
+from ..materials.material import Properties
 
 LineValues: TypeAlias = "npt.ArrayLike | Mapping[str, npt.ArrayLike] | str"
 """Values of line integrals: an array by body, a mapping from names of materials, or the name of a property."""

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
 import numpy as np
 
 from .._util.arrays import BoxEnds, FloatArray, Vector, VectorLike, dot_rows, ignore_fp_errors, matmul_rows, row_lengths
-from .._util.dataclass import dataclass
+from .._util.records import dataclass
 from .._util.text import check_choice
 from .._util.validation import (
     LARGEST,

@@ -10,7 +10,7 @@ import numpy as np
 
 from .._jit.decorators import helper, inline, kernel, record_shapes
 from .._util.arrays import FloatArray
-from .._util.value_objects import compare_by_value
+from .._util.records import compare_by_value
 from ..kernels.numbers.elementary import cos_sin_turns
 from ..kernels.numbers.vectors import normalize, quotient, unit_vector
 from ..kernels.tables import Floats, Signs

@@ -18,6 +18,7 @@ from ..kernels.body.scratch import LEAF_COUNT, Scratch
 from ..kernels.device import PICTURE
 from ..kernels.programs import forget_program
 from ..kernels.tables import Floats, Geometry, Longs, Signs
+from ..prepare.prepared_scene import PreparedScene
 from ..queries.device import LANES
 from . import integrators
 from .camera_rays import CameraView
@@ -28,7 +29,6 @@ from .lights.light_tables import PathLight, WhittedLight
 from .tiles import SIDE, SQUARE, Film, luminance, sample_ray, tiles_of_squares
 
 if TYPE_CHECKING:
-    from ..prepare.prepared_scene import PreparedScene
     from ..queries.device import Device
 
 

@@ -31,11 +31,10 @@ from .._util.validation import (
 from ..geometry.tracks import last_time
 from ..io.image_codecs import check_movie, write_movie
 from ..numerics.portable_math import sin_cos_degrees
-from ..parallel.scheduler import ScheduledTask, prepare_first, run_tasks
 from ..parallel.shared_state import SharedObject, shared_scene
-from ..parallel.workers import Workers, as_workers
+from ..parallel.workers import ScheduledTask, Workers, as_workers, prepare_first, run_tasks
 from ..render.camera import AnyCamera, as_camera, fit_camera, snap_to_domain
-from ..render.job import check_options, lower_scene_light, lower_scene_shading
+from ..render.exposure import check_options, lower_scene_light, lower_scene_shading
 from ..render.options import check_size
 from .scene import Scene, as_scene
 

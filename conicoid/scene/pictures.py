@@ -15,9 +15,8 @@ from ..materials.color import amount_rgb
 from ..materials.light import AmbientLight, as_lights
 from ..materials.material import Material
 from ..queries.device_choice import device_of
-from ..render.exposure import compute_layers, render, render_motion_blur
+from ..render.exposure import FilmResult, RenderJob, compute_layers, make_job, render, render_motion_blur
 from ..render.film import SUM_LAYERS, check_layers, image_error
-from ..render.job import FilmResult, RenderJob, make_job
 
 if TYPE_CHECKING:
     from ..queries.device import Device

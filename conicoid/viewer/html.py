@@ -30,8 +30,7 @@ from ..kernels.tables import Tables
 from ..materials.color import srgb_encode
 from ..queries.exact.doubtful_rays import new_rank_scratch
 from ..scene.scene import Scene, as_scene
-from .picks import name_of
-from .scene_data import expand_tables, pack_scene
+from .scene_data import expand_tables, name_of, pack_scene
 
 _LONGEST_STAMP = 1 << 16
 ENGINE_FILE = "engine.wasm"

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 
-from .picks import MISTAKES
+from .scene_data import MISTAKES
 from .session import Session
 
 _MOST_BYTES = 1 << 16

@@ -14,8 +14,7 @@ from typing import Any
 from .._util.validation import check_integer
 from ..scene.scene import Scene
 from .html import as_url, asset, markup, page, preview_of, script, shaders
-from .picks import MISTAKES, explain_pick, pick
-from .scene_data import pack_scene
+from .scene_data import MISTAKES, explain_pick, pack_scene, pick
 
 MOST_BYTES = 2 << 20
 """The largest page in the file of a notebook, beside the widget; a larger scene leaves its small picture there."""
@@ -93,7 +92,7 @@ def answer(scene: Scene, message: Any) -> dict[str, Any] | None:
     """Return the answer of the kernel to a message of the page, {id, answer} or {id, error}; None for other messages.
 
     A page sends {ask, id, request}: `hello` tests whether there is a kernel at all; `pick` and `why` are those of
-    picks.py.
+    scene_data.py.
     """
     if not isinstance(message, dict) or message.get("ask") not in ("hello", *_REQUESTS):
         return None

@@ -18,9 +18,9 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.parallel import processes as own_processes, scheduler as task, shared_state as recipe
-from conicoid.parallel.scheduler import ChunkSize
+from conicoid.parallel import processes as own_processes, shared_state as recipe, workers as task
 from conicoid.parallel.shared_state import source_version
+from conicoid.parallel.workers import ChunkSize
 
 from . import subject
 

@@ -7,7 +7,7 @@ import time
 import pytest
 
 import conicoid as co
-from conicoid.parallel.scheduler import ScheduledTask, Scheduler
+from conicoid.parallel.workers import ScheduledTask, Scheduler
 
 from ..samples import sampled
 from . import subject, tasks

@@ -14,7 +14,7 @@ import conicoid as co
 from conicoid.geometry.bulk import Bulk
 from conicoid.geometry.registry import REGISTRY
 from conicoid.io.scene_file.fields import ShapeType, argument_fields
-from conicoid.io.scene_file.value_types import (
+from conicoid.io.scene_file.nodes import (
     BoolType,
     ChoiceType,
     FixedListType,

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 
 import conicoid as co
-from conicoid._util.value_objects import pickle_state
+from conicoid._util.records import pickle_state
 from conicoid.io.scene_file import body_patterns, scene_file, scene_file as scene_reader, shape_reader, yaml_parser
 from conicoid.io.scene_file.body_patterns import PatternDocument, PatternItem
 from conicoid.io.scene_file.nodes import Node, ScalarNode, SequenceNode

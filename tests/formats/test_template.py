@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid._util.value_objects import pickle_state
+from conicoid._util.records import pickle_state
 from conicoid.io.scene_file import shape_reader, template
 from conicoid.io.scene_file.scene_file import parse_scene
 from conicoid.io.scene_file.schema import scene_schema

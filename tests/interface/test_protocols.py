@@ -187,7 +187,7 @@ def test_rays_one_after_the_other():
     assert co.Rays.concatenate([table, table]).shape == (4, 3)
     for wrong, kind, message in (
         ([plain, table], ValueError, r"parts must have shapes .* got \(6,\), \(2, 3\)"),
-        ([], ValueError, "parts must have shapes .* got none"),
+        ([], ValueError, "parts must hold at least one Rays, got none"),
         ([plain, ORIGINS], TypeError, r"parts\[1\] must be Rays, got ndarray"),
         (plain, TypeError, "parts must be a list of Rays, got Rays"),
         (3, TypeError, "parts must be a list of Rays, got int"),
@@ -200,7 +200,7 @@ REFUSED = [
     # truth of a single hit
     (lambda: bool(both("first_hit")[0]), ValueError, r"truth value of 6 hits is ambiguous; use hits.hit.any"),
     (lambda: bool(SCENE.first_hit(np.zeros((0, 3)), (0, 0, 1))), ValueError, "truth value of 0 hits"),
-    (lambda: list(SCENE.first_hit((0, 0, -5), (0, 0, 1))), TypeError, "single ray has no length"),
+    (lambda: list(SCENE.first_hit((0, 0, -5), (0, 0, 1))), TypeError, "single ray or point has no length"),
     # a scene saves itself
     (lambda: SCENE.save(3), TypeError, "save: path must be a text or a Path, got 3"),
     # render names its options

@@ -7,9 +7,9 @@ import conicoid as co
 from conicoid.queries import device_choice, nvidia_driver
 from conicoid.render import device_pictures
 from conicoid.render.camera_rays import lower_view
+from conicoid.render.exposure import lower_scene_light, make_job
 from conicoid.render.integrators import INTEGRATORS, whitted
 from conicoid.render.integrators.samples import Settings
-from conicoid.render.job import lower_scene_light, make_job
 from native import ptx
 
 from ..emulation import Card, device_kernels, ptx_of

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 import conicoid as co
-from conicoid.geometry.quadric_classification import KINDS
+from conicoid.geometry.general_quadric import KINDS
 from conicoid.numerics import rational
 
 from ..samples import deep, sampled

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.materials.background import as_background
 from conicoid.materials.color import amount_rgb, check_amount, check_color, linear_rgb, srgb_decode, srgb_encode
-from conicoid.materials.light import as_lights
+from conicoid.materials.light import as_background, as_lights
 from conicoid.materials.presets import CONSTRUCTORS
 
 # --- Materials, textures, lights and backgrounds: errors name the wrong field

@@ -10,7 +10,7 @@ from fractions import Fraction
 import flint
 import pytest
 
-from conicoid.geometry.quadric_classification import Symmetric, eigen_decomposition
+from conicoid.geometry.general_quadric import Symmetric, eigen_decomposition
 from conicoid.numerics import bigfloat as ex, bigfloat as sines
 from conicoid.numerics.bigfloat import (
     BITS,

@@ -13,8 +13,8 @@ import pytest
 from hypothesis import given, strategies as st
 
 import conicoid as co
+from conicoid.materials.material import Properties
 from conicoid.materials.presets import CONSTRUCTORS
-from conicoid.materials.properties import Properties
 
 from ..formats.test_broken_files import VALIDATOR
 

@@ -18,8 +18,7 @@ from conicoid.kernels.first_hits import HitBuffers
 from conicoid.queries.exact.error_bounds import errors_of_t
 from conicoid.queries.exact.ranks import Ranks
 from conicoid.viewer import html, html as engine
-from conicoid.viewer.picks import pick
-from conicoid.viewer.scene_data import pack_scene
+from conicoid.viewer.scene_data import pack_scene, pick
 
 from ..reference.routes import in_doubt
 from ..samples import deep

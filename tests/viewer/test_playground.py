@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.viewer.picks import pick
-from conicoid.viewer.playground import Playground, TextScenes, examples, in_page, page, scene_of
+from conicoid.viewer.scene_data import pick
+from conicoid.viewer.session import Playground, TextScenes, examples, in_page, playground_page, scene_of
 
 from .browser import Page, needs_browser, serve
 from .test_engine import bits
@@ -144,7 +144,9 @@ def test_the_playground_begins_with_a_file_and_the_files_it_names(tmp_path):
 
 
 def test_a_page_with_python_names_its_address():
-    text = page(scene_of(BALL), None, python={"pyodide": "pyodide/", "packages": ["numpy"], "wheel": "x.whl"})
+    text = playground_page(
+        scene_of(BALL), None, python={"pyodide": "pyodide/", "packages": ["numpy"], "wheel": "x.whl"}
+    )
     assert "worker-src 'self'" in text
     assert '"wheel":"x.whl"' in text
     assert "{{" not in text.partition("<script")[0]

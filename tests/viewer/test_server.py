@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.viewer.picks import pick
+from conicoid.viewer.scene_data import pick
 from conicoid.viewer.server import Server
 from conicoid.viewer.session import Session, stamp_of
 

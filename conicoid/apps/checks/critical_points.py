@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..._util.arrays import FloatArray, IndexArray, cross_rows, unit_rows
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from .perturbation import LocalCell, LocalShape, MotionFields
 
 _LINES = 48

@@ -7,8 +7,7 @@ from html import escape
 from typing import TYPE_CHECKING
 
 from ..._util.arrays import FloatArray
-from ..._util.dataclass import dataclass
-from ..._util.value_objects import compare_by_value
+from ..._util.records import compare_by_value, dataclass
 
 if TYPE_CHECKING:
     from ...queries.scene_protocol import SceneLike

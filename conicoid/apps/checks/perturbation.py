@@ -17,7 +17,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from ..._util.arrays import FloatArray
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ...geometry.bounds.support import plane_through
 from ...geometry.cell import Cell, PolygonSheet, cells_of_tree
 from ...geometry.general_quadric import Quadric

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from ..._jit.decorators import kernel
 from ..._util.arrays import FloatArray, ignore_fp_errors
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ...kernels.body.crossing_rows import grow_rows
 from ...kernels.crossings import row_owners
 from ...kernels.tables import Flags, Floats, Ints, Longs

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..._util.arrays import FloatArray, unique_sorted
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ..._util.text import format_count
 from ...kernels.crossings import row_owners
 from ...queries.result import extension

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._util.arrays import FloatArray, ignore_fp_errors
-from ..._util.dataclass import dataclass
+from ..._util.records import compare_by_value, dataclass
 from ..._util.validation import (
     check_flag,
     check_integer,
@@ -31,7 +31,6 @@ from ..._util.validation import (
     warn_of_radians,
     zero_negligible,
 )
-from ..._util.value_objects import compare_by_value
 from ...kernels.tables import Signs
 from ...kernels.threads import KernelRange
 from ...numerics.portable_math import sin_cos_degrees

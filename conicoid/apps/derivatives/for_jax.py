@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .adapters import AdapterFunctions
+from .autodiff import AdapterFunctions
 from .parameters import Parameters
 
 try:

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..._jit.decorators import kernel
 from ..._util.arrays import FloatArray
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ...geometry.bulk import Bulk, Spheres
 from ...kernels.body.uv import rows_of_maps
 from ...kernels.tables import Ints, Longs

@@ -13,11 +13,12 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ..._util.arrays import FloatArray, unique_sorted
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ...geometry.surface import PlaneSurface, QuadricSurface, Surface, expand_quadric
 from ...kernels.programs import cells_of_leaves, leaves_of_programs
 from ...kernels.tables import BALL, CELL, PLANE, POLYGON, REGION, SHEET, SPHERE, Tables
 from ...numerics import bigfloat as ex
+from ...numerics.rational import dot3
 from ...queries.derivatives import Curvature
 from ...queries.hits import Hits
 
@@ -198,13 +199,13 @@ def curvature(hits: Hits) -> Curvature:
 
 def _principal(form: Columns, g: Columns, side: FloatArray) -> tuple[Columns, tuple[Columns, Columns]]:
     """Return ((k1, k2), their directions) from forms, half gradients g, and the side (+1 or -1) of the body."""
-    size = np.sqrt(_dot(g, g))
+    size = np.sqrt(dot3(g, g))
     n = [component / size for component in g]
     u, v = _across(n)
     au, av = _times(form, u), _times(form, v)
     scale = side / size
     # The shape operator in the basis (u, v) is [[a, b], [b, c]], with the eigenvalues middle ± radius.
-    a, b, c = scale * _dot(u, au), scale * _dot(u, av), scale * _dot(v, av)
+    a, b, c = scale * dot3(u, au), scale * dot3(u, av), scale * dot3(v, av)
     middle, half = (a + c) / 2, (a - c) / 2
     radius = np.hypot(half, b)
     # The eigenvector of the larger eigenvalue: (half + radius, b) or (b, radius - half), whichever does not cancel.
@@ -235,7 +236,3 @@ def _times(form: Columns, v: Columns) -> Columns:
     xx, yy, zz, xy, xz, yz = form[:6]
     x, y, z = v
     return [xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z]
-
-
-def _dot(a: Columns, b: Columns) -> Any:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

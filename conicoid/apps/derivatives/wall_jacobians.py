@@ -17,7 +17,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from ..._util.arrays import FloatArray
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ...geometry.bounds.support import plane_through, plane_uv
 from ...geometry.bulk import Bulk
 from ...geometry.cell import UV, Face, PolygonSheet, faces_of_tree, transform_uv

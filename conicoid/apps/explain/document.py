@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import field
 from typing import TypeAlias
 
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from ..._util.dataclass import dataclass
 from ..._util.files import write_text
+from ..._util.records import dataclass
 from ..._util.validation import check_path as checked_path, format_value
 from ...geometry.entries import as_index, find_entry
-from ...geometry.quadric_classification import Classification
+from ...geometry.general_quadric import Classification
 from ...kernels.faces import cell_faces, numbers_of, plane_faces, sides_of
 from ...kernels.programs import cells_of_leaves, leaves_of_programs, row_of_leaf
 from ...kernels.surface.exact_crossing import CROSSES

@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 
 from ..._util.arrays import FloatArray
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ..._util.validation import check_integer, check_path as checked_path
-from ...geometry.quadric_classification import PLANE, SPHERE
+from ...geometry.general_quadric import PLANE, SPHERE
 from ...prepare.prepared_scene import PreparedScene
 from ..section.drawing import svg_path
 from ..section.outline import Outline, OutlineCutter, WindowBodies

@@ -10,8 +10,8 @@ from functools import cached_property
 from math import gcd
 from typing import TypeAlias
 
-from ..._util.dataclass import dataclass
-from ...geometry.quadric_classification import Classification, classify, classify_surface
+from ..._util.records import dataclass
+from ...geometry.general_quadric import Classification, classify, classify_surface
 from ...geometry.surface import PlaneSurface, QuadricSurface
 from ...kernels.tables import SPHERE
 from ...numerics import bigfloat as ex

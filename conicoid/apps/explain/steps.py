@@ -14,9 +14,9 @@ from functools import cached_property
 from typing import Any
 
 from ..._util.arrays import Vector
-from ..._util.dataclass import dataclass
 from ..._util.files import printable
-from ...geometry.quadric_classification import PLANE
+from ..._util.records import dataclass
+from ...geometry.general_quadric import PLANE
 from ...numerics.rational import dot
 from ...queries.hits import Hits
 from ...queries.scene_protocol import SceneLike

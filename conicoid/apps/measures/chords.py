@@ -17,15 +17,14 @@ import numpy as np
 
 from ..._jit.decorators import inline, kernel
 from ..._util.arrays import FloatArray, ignore_fp_errors
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ..._util.validation import SMALLEST
 from ...geometry.shape import Shape
 from ...kernels.surface.records import normal_at
 from ...kernels.tables import Flags, Floats, Geometry, Ints, Longs
 from ...kernels.threads import run_calls, run_rows
-from ...parallel.scheduler import ScheduledTask, prepare_first, run_tasks
 from ...parallel.shared_state import SharedObject, shared_scene
-from ...parallel.workers import Workers, as_workers
+from ...parallel.workers import ScheduledTask, Workers, as_workers, prepare_first, run_tasks
 from ...queries.result import extension
 from ...queries.scene_protocol import SceneLike
 from .hull import FittedBox, Rectangles, Shadow, directions_for, hull_of

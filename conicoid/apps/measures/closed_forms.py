@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..._util.arrays import FloatArray
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ...geometry.bounds.support import real_roots
 from ...geometry.primitives import Box, Cone, Cylinder, Sphere, Tube
 from ...geometry.prismatoids import (

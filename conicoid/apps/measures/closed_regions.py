@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from ..._util.arrays import FloatArray
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ...geometry.body import Body
 from ...geometry.bounds.support import real_roots
 from ...geometry.shape import Shape

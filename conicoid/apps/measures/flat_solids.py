@@ -19,13 +19,13 @@ import numpy.typing as npt
 from ..._util.arrays import BoxEnds, FloatArray
 from ...geometry.cell import Cell
 from ...geometry.convex_decomposition import exact_face
-from ...geometry.facets import FlatPlane, minus
+from ...geometry.facets import FlatPlane
 from ...geometry.polyhedron import Extrusion, Mesh, Polyhedron
 from ...geometry.primitives import Box
 from ...geometry.shape import Boolean, Complement, Difference, Shape, Solid, Union
 from ...geometry.surface import PlaneSurface
 from ...geometry.transform import IDENTITY_MOTION, Motion
-from ...numerics.rational import cross, dot3
+from ...numerics.rational import cross, dot3, minus
 from .closed_forms import Moments
 from .hull import moved_parts
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from ..._jit.decorators import kernel
 from ..._util.arrays import BoxEnds, FloatArray
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ...geometry.polyhedron import Polyhedron
 from ...geometry.shape import Boolean, ClippedSheet, Primitive, Shape
 from ...geometry.transform import IDENTITY_MOTION, Motion, Transform

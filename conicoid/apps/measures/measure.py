@@ -14,14 +14,12 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 
 from ..._util.arrays import FloatArray, ignore_fp_errors
-from ..._util.dataclass import dataclass
+from ..._util.records import compare_by_value, dataclass
 from ..._util.text import NameTuple, describe_names, html_table
 from ..._util.validation import check_callback, check_integer, describe_kind, format_value
-from ..._util.value_objects import compare_by_value
-from ...geometry.body import Body
+from ...geometry.body import Body, InstanceList, instance_origin, transform_offsets
 from ...geometry.bulk import Bulk
 from ...geometry.entries import find_body
-from ...geometry.instances import InstanceList, instance_origin, transform_offsets
 from ...geometry.primitives import Sphere
 from ...geometry.shape import Boolean, Complement, Shape, Union
 from ...geometry.transform import IDENTITY_MOTION

@@ -18,14 +18,14 @@ _HOMES: dict[str, str] = {
     "Trace": ".ray_trace",
     "follow": ".ray_trace",
     "RayPaths": ".ray_trace",
-    "focal_length": ".cardinal",
-    "cardinal_points": ".cardinal",
-    "CardinalPoints": ".cardinal",
-    "spot": ".spot_diagram",
-    "Spot": ".spot_diagram",
-    "ray_fan": ".spot_diagram",
-    "RayFan": ".spot_diagram",
-    "beam": ".spot_diagram",
+    "focal_length": ".ray_trace",
+    "cardinal_points": ".ray_trace",
+    "CardinalPoints": ".ray_trace",
+    "spot": ".drawing",
+    "Spot": ".drawing",
+    "ray_fan": ".drawing",
+    "RayFan": ".drawing",
+    "beam": ".drawing",
     "layout": ".drawing",
     "Layout": ".drawing",
     "OptilandBackend": ".optiland_backend",
@@ -68,17 +68,27 @@ if TYPE_CHECKING:
         index_at as index_at,
     )
     from .agf import load_agf as load_agf
-    from .cardinal import (
-        CardinalPoints as CardinalPoints,
-        cardinal_points as cardinal_points,
-        focal_length as focal_length,
+    from .drawing import (
+        Layout as Layout,
+        RayFan as RayFan,
+        Spot as Spot,
+        beam as beam,
+        layout as layout,
+        ray_fan as ray_fan,
+        spot as spot,
     )
-    from .drawing import Layout as Layout, layout as layout
     from .light_paths import Balance as Balance, Paths as Paths, trace_paths as trace_paths
     from .optiland_backend import OptilandBackend as OptilandBackend, optiland_component as optiland_component
     from .prescriptions import Prescription as Prescription, Row as Row, prescription as prescription
-    from .ray_trace import RayPaths as RayPaths, Trace as Trace, follow as follow, trace as trace
-    from .spot_diagram import RayFan as RayFan, Spot as Spot, beam as beam, ray_fan as ray_fan, spot as spot
+    from .ray_trace import (
+        CardinalPoints as CardinalPoints,
+        RayPaths as RayPaths,
+        Trace as Trace,
+        cardinal_points as cardinal_points,
+        focal_length as focal_length,
+        follow as follow,
+        trace as trace,
+    )
     from .zmx import load_zmx as load_zmx, read_zmx as read_zmx
 else:  # type checkers would accept any name otherwise
     __getattr__, __dir__ = lazy_names(__name__, _HOMES)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ...kernels import tables as table
 from ...kernels.body.media import AFTER, BEFORE, BLOCKER, CLEAR, OPAQUE
 from ...materials.coating import Coating, Fresnel, fresnel

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._util.arrays import ignore_fp_errors
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ..._util.text import format_count
 from ..._util.validation import check_flag, check_integer, check_nonnegative, check_positive, describe_kind, real_array
 from ...geometry.body import Body

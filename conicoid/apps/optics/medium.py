@@ -6,7 +6,7 @@ import importlib
 from collections.abc import Callable
 from typing import Any
 
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ..._util.validation import check_number, check_positive, describe_kind, format_value
 from ...materials.dispersion import LINE_C, LINE_D, LINE_F, Dispersion, check_light
 from ...materials.material import Material

@@ -12,7 +12,7 @@ from dataclasses import field, fields
 from functools import cached_property
 from typing import Any, TypeAlias
 
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ..._util.text import check_choice, html_table
 from ..._util.validation import (
     check_fields,

@@ -14,8 +14,8 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
-from ..._util.dataclass import dataclass
 from ..._util.files import Problem, SceneFileError, read_regular
+from ..._util.records import dataclass
 from ..._util.text import format_count
 from ..._util.validation import check_path as checked_path, describe_kind, format_value
 from ...io.importers import ImportOptions, ImportResult, select_bodies

@@ -16,10 +16,10 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ...geometry.exact_crossings import IntegerForm
 from ...kernels.tables import PLANE, SPHERE
-from ...numerics.rational import is_certain
+from ...numerics.rational import dot3, is_certain, minus
 from ...prepare.prepared_scene import PreparedScene
 from .curve import Curve, Ellipse, Graph, Hyperbola, Pair, StraightLine
 from .window import Window
@@ -452,29 +452,29 @@ def _plane_conic(numbers: list[int], plane: _IntegerPlane, unit: int) -> tuple[l
     """Return the conic of normal·(x - anchor) + above."""
     middle, u, v = plane
     normal, above, anchor = numbers[:3], numbers[3], numbers[4:]
-    constant = _dot(normal, _minus(middle, anchor)) + above * unit
-    return [0, 0, 0, _dot(normal, u), _dot(normal, v), 2 * constant], 2 * unit**2
+    constant = dot3(normal, minus(middle, anchor)) + above * unit
+    return [0, 0, 0, dot3(normal, u), dot3(normal, v), 2 * constant], 2 * unit**2
 
 
 def _sphere_conic(numbers: list[int], plane: _IntegerPlane, unit: int) -> tuple[list[int], int]:
     """Return the conic of |x - center|² - radius²."""
     middle, u, v = plane
-    offset, radius = _minus(middle, numbers[:3]), numbers[3]
-    constant = _dot(offset, offset) - radius * radius
-    return [_dot(u, u), _dot(u, v), _dot(v, v), _dot(u, offset), _dot(v, offset), constant], unit**2
+    offset, radius = minus(middle, numbers[:3]), numbers[3]
+    constant = dot3(offset, offset) - radius * radius
+    return [dot3(u, u), dot3(u, v), dot3(v, v), dot3(u, offset), dot3(v, offset), constant], unit**2
 
 
 def _quadric_conic(numbers: list[int], plane: _IntegerPlane, unit: int) -> tuple[list[int], int]:
     """Return the conic of Σ s y² + 2 b y - k with y = W (x - anchor)."""
     middle, u, v = plane
-    offset = _minus(middle, numbers[:3])
+    offset = minus(middle, numbers[:3])
     rows = [numbers[3 + 3 * k : 6 + 3 * k] for k in range(3)]
     squares, linear, constant = numbers[12:15], [x * unit**2 for x in numbers[15:18]], numbers[18] * unit**4
-    p, q, r = ([_dot(row, part) for row in rows] for part in (u, v, offset))
+    p, q, r = ([dot3(row, part) for row in rows] for part in (u, v, offset))
     of_p, of_q, of_r = ([s * x for s, x in zip(squares, part, strict=True)] for part in (p, q, r))
     values = [
-        _dot(of_p, p), _dot(of_p, q), _dot(of_q, q), _dot(of_p, r) + _dot(linear, p), _dot(of_q, r) + _dot(linear, q),
-        _dot(of_r, r) + 2 * _dot(linear, r) - constant,
+        dot3(of_p, p), dot3(of_p, q), dot3(of_q, q), dot3(of_p, r) + dot3(linear, p), dot3(of_q, r) + dot3(linear, q),
+        dot3(of_r, r) + 2 * dot3(linear, r) - constant,
     ]  # fmt: skip
     return values, unit**5
 
@@ -484,11 +484,3 @@ def _binary(values: list[float]) -> tuple[list[int], int]:
     ratios = [value.as_integer_ratio() for value in values]
     common = max(below for _, below in ratios)
     return [above * (common // below) for above, below in ratios], common
-
-
-def _minus(a: list[int], b: list[int]) -> list[int]:
-    return [x - y for x, y in zip(a, b, strict=True)]
-
-
-def _dot(a: list[int], b: list[int]) -> int:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

@@ -15,7 +15,7 @@ from typing import Any, ClassVar, TypeAlias
 import numpy as np
 
 from ..._util.arrays import FloatArray
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 
 Floats6: TypeAlias = tuple[float, float, float, float, float, float]
 Pair: TypeAlias = tuple[float, float]

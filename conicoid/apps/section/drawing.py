@@ -14,8 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._util.arrays import FloatArray
-from ..._util.dataclass import dataclass
 from ..._util.files import printable
+from ..._util.records import dataclass
 from ..._util.text import format_count
 from ...io.image import Image
 from ...io.image_codecs import png_bytes, srgb_bytes

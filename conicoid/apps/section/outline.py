@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._util.arrays import FloatArray
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ..._util.validation import as_integer, format_value
 from ...kernels.faces import cell_faces, plane_faces, sides_of
 from ...kernels.programs import cells_of_leaves, gates_of_program, leaves_of_program, row_of_leaf

@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from ..._util.arrays import BoxEnds, FloatArray, ignore_fp_errors
 from ..._util.files import replace_file, resolve_output
+from ..._util.lazy_names import import_extra
 from ..._util.text import NameTuple, check_choice
 from ..._util.validation import (
     as_integer,
@@ -83,22 +84,16 @@ def _write_zarr(path: Any, voxels: Voxels) -> None:
 
 def _write_vti(path: Any, voxels: Voxels) -> None:
     """Write image data with the arrays as cell data; pyevtk appends the suffix itself."""
-    try:
-        from pyevtk.hl import imageToVTK
-    except ImportError:
-        raise ImportError(".vti files need pyevtk: pip install 'conicoid[vtk]'") from None
+    vtk = import_extra("pyevtk.hl", ".vti files need pyevtk", "vtk")
     cells = {name: np.asfortranarray(array) for name, array in ids_by_name(voxels).items()}
     low, step = (tuple(map(float, part)) for part in (voxels.low, voxels.spacing))
     with replace_file(path) as file:
-        imageToVTK(os.fspath(file.with_suffix("")), origin=low, spacing=step, cellData=cells)
+        vtk.imageToVTK(os.fspath(file.with_suffix("")), origin=low, spacing=step, cellData=cells)
 
 
 def _write_nrrd(path: Any, voxels: Voxels) -> None:
     """Write one array: body numbers, or fractions with the names along the first axis."""
-    try:
-        import nrrd
-    except ImportError:
-        raise ImportError(".nrrd files need pynrrd: pip install 'conicoid[nrrd]'") from None
+    nrrd = import_extra("nrrd", ".nrrd files need pynrrd", "nrrd")
     whole = voxels.body if voxels.fractions is None else voxels.fractions
     center, step = voxels.low + voxels.spacing / 2, np.diag(voxels.spacing)
     # NRRD places an array by the centre of its first voxel.

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..._util.arrays import BoxEnds, FloatArray
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ..._util.validation import as_integer, check_number, check_vector, format_value
 
 AXES = ("x", "y", "z")

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ..._util.arrays import BoxEnds, FloatArray
+from ..._util.records import equal_values
 from ..._util.text import unknown_attribute
-from ..._util.value_objects import equal_values
 
 
 class _BoundsEnds(NamedTuple):

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._util.arrays import BoxEnds, FloatArray, dot_rows
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ..cell import Tree, bounding_faces
 from ..surface import PlaneSurface, QuadricSurface, Surface
 from ..transform import Motion

@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..._util.arrays import BoxEnds, FloatArray, cross_rows, dot_rows, matmul_rows, row_lengths, unit_rows
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ...numerics import bigfloat as ex
 from ..surface import UPRIGHT, PlaneSurface, QuadricSurface
 from .support import round_up

@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ..._util.arrays import Matrix4, Vector
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ...geometry.cell import Any_, Cell, Face, Not, Tree
 from ...geometry.polyhedron import Extrusion, Mesh, Polyhedron
 from ...geometry.primitives import Box, Cone, Cylinder, HalfSpace, Sphere, axis_length

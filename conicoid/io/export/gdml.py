@@ -16,13 +16,13 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from ..._util.dataclass import dataclass
 from ..._util.files import printable
+from ..._util.records import dataclass
 from ..._util.text import format_count
 from ...geometry.body import Body
 from ...geometry.shape import Boolean, Difference, PrimitiveSolid, Solid
 from ...materials.material import Material
-from ..gdml.materials import GAS_DENSITY
+from ..gdml.values import GAS_DENSITY
 from ..importers import palette_color as color_of_number
 from ..openmc.region_expression import Region
 from ..scene_file.scene_file import WritableScene

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from typing import TypeAlias
 
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ...geometry.transform import AxisFrame, Motion, Rotate, Scale, Step, Transform, Translate
 from ...numerics import bigfloat as ex
 from ..gdml.values import operand_rotation, placement_rotation

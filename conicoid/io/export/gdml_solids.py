@@ -12,7 +12,7 @@ from fractions import Fraction
 from functools import lru_cache
 
 from ..._util.arrays import VectorLike
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ...geometry.polyhedron import Polyhedron
 from ...geometry.shape import Solid
 from ...numerics import bigfloat as ex

@@ -15,8 +15,8 @@ from itertools import count, pairwise
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
-from ..._util.dataclass import dataclass
 from ..._util.files import printable
+from ..._util.records import dataclass
 from ..._util.text import format_count
 from ...geometry.general_quadric import Quadric
 from ...geometry.shape import Boolean, Complement, Difference, Intersection, Solid, Union

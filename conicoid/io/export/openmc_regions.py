@@ -11,7 +11,7 @@ from dataclasses import field
 from fractions import Fraction
 from typing import TypeAlias
 
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ...geometry.cell import All, Cell, Not, Tree
 from ...geometry.general_quadric import Quadric
 from ...geometry.shape import Boolean, PrimitiveSolid, Solid

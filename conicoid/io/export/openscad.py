@@ -10,8 +10,8 @@ from collections.abc import Iterator
 from fractions import Fraction
 from typing import Any
 
-from ..._util.dataclass import dataclass
 from ..._util.files import printable
+from ..._util.records import dataclass
 from ..._util.text import format_count
 from ..._util.validation import SMALLEST
 from ...geometry.shape import Solid

@@ -11,7 +11,7 @@ from fractions import Fraction
 from typing import Literal, TypeAlias
 
 from ..._util.arrays import Matrix4, Vector
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ...geometry.transform import Step, Transform, Translate
 
 PieceBooleanKind: TypeAlias = Literal["union", "intersection", "difference"]

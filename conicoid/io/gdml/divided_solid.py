@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from fractions import Fraction
 from itertools import pairwise
 
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ..importers import OmittedPart
 from ..openmc.placement import ORIGIN, Point
 from ..xml_tree import XmlElement

@@ -18,13 +18,12 @@ from math import gcd
 import numpy as np
 
 from ...geometry.bounds.linear_program import integer_row
-from ...geometry.facets import minus
 from ...geometry.general_quadric import Quadric
 from ...geometry.polyhedron import Mesh, Polyhedron
 from ...geometry.primitives import Box
 from ...geometry.shape import Difference, Intersection, Solid, Union
 from ...numerics.portable_math import sin_cos_degrees
-from ...numerics.rational import cross, dot3 as dot
+from ...numerics.rational import cross, dot3 as dot, minus
 from ..importers import OmittedPart
 from ..openmc.placement import Point, shift_point
 from ..xml_tree import XmlElement

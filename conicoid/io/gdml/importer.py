@@ -16,10 +16,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import field
 from typing import Any
 
-from ..._util.dataclass import dataclass
 from ..._util.files import MAX_PROBLEMS, Problem, SceneFileError, resolve_part
+from ..._util.records import dataclass
 from ..._util.text import format_count
-from ...geometry.instances import Shift
+from ...geometry.body import Shift
 from ...geometry.shape import Difference, Solid
 from ...materials.material import Material
 from ..importers import BodyLimits, ImportOptions, ImportResult, LegendEntry, OmittedPart, limit_notes, select_bodies
@@ -27,11 +27,22 @@ from ..openmc.placement import NO_ROTATION, ORIGIN
 from ..openmc.universe_block import BlockBodies, BlockPiece, PlacePath, UniverseBlock, flatten_block
 from ..scene_file.nodes import shorten
 from ..xml_tree import XmlElement, read_xml
-from .materials import GAS_DENSITY, GdmlMaterial, MaterialTable, read_materials
 from .solid_template import GdmlPlacement, PlacedTemplate, is_rigid, place_solid
 from .solids import SolidTable, read_solids
 from .structure import LogicalVolume, StructureReader
-from .values import GdmlError, GdmlReader, local_tag, look_up, read_defines, read_reference, strip_pointer
+from .values import (
+    GAS_DENSITY,
+    GdmlError,
+    GdmlMaterial,
+    GdmlReader,
+    MaterialTable,
+    local_tag,
+    look_up,
+    read_defines,
+    read_materials,
+    read_reference,
+    strip_pointer,
+)
 
 
 @dataclass(eq=False)

@@ -13,7 +13,7 @@ from dataclasses import field
 from fractions import Fraction
 from functools import partial
 
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ...geometry.general_quadric import Quadric
 from ...geometry.primitives import Box, HalfSpace, Sphere
 from ...geometry.quadrics import Ellipsoid

@@ -15,8 +15,8 @@ from functools import cached_property
 from itertools import pairwise
 from typing import Literal
 
-from ..._util.dataclass import dataclass
-from ...geometry.instances import Shift
+from ..._util.records import dataclass
+from ...geometry.body import Shift
 from ...geometry.polyhedron import Polyhedron
 from ...geometry.primitives import Box, Sphere
 from ...geometry.quadrics import Ellipsoid

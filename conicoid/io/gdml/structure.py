@@ -13,26 +13,29 @@ from dataclasses import field, replace
 from fractions import Fraction
 from itertools import chain
 
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ..importers import OmittedPart
 from ..openmc.placement import NO_ROTATION, ORIGIN, CellRotation, Point
 from ..scene_file.nodes import shorten
 from ..xml_tree import XmlElement
 from .divided_solid import DIVISIBLE_KINDS, ROUNDING, DividedSolid, DivisionSlice, axis_shift
 from .expressions import PI, to_degrees
-from .materials import GdmlMaterial, MaterialTable, find_material, read_color_hint
 from .solid_template import SolidTemplate, combine_templates
 from .solids import SolidTable, read_template
 from .values import (
     UNIT_SCALE,
     GdmlError,
+    GdmlMaterial,
     GdmlReader,
     GdmlValues,
+    MaterialTable,
     compose_rotations,
+    find_material,
     local_tag,
     look_up,
     operand_rotation,
     placement_rotation,
+    read_color_hint,
     read_motion,
     read_placement,
     read_reference,

@@ -17,10 +17,10 @@ from dataclasses import field, replace
 from fractions import Fraction
 from types import MappingProxyType
 
-from ..._util.dataclass import dataclass
 from ..._util.files import Problem, SceneFileError, read_bounded, resolve_part
+from ..._util.records import dataclass
 from ..._util.text import suggest_name
-from ...materials.properties import Properties
+from ...materials.material import Properties
 from ..openmc.values import OpenmcMaterial
 from ..scene_file.nodes import is_beyond_float64, shorten
 from ..xml_tree import XmlElement

@@ -13,8 +13,8 @@ from contextlib import contextmanager
 from dataclasses import field, replace
 from itertools import pairwise
 
-from ..._util.dataclass import dataclass
 from ..._util.files import MAX_PROBLEMS, Problem, SceneFileError, printable
+from ..._util.records import dataclass
 from ..importers import ImportOptions, ImportResult, OmittedPart, limit_notes, select_bodies
 from ..openmc import geometry
 from ..openmc.expansion import UniverseExpansion

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import field
 from fractions import Fraction
 
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ..._util.text import suggest_name
 from ...numerics.portable_math import portable_sqrt
 from ...numerics.rational import cross, dot3
@@ -26,6 +26,7 @@ from ..openmc.surfaces import (
     OpenmcSurface,
     RoundSurface,
     Surface,
+    check_positive,
     round_quadric,
 )
 from ..scene_file.nodes import shorten
@@ -89,13 +90,6 @@ def build_bounds(kind: str, numbers: Numbers) -> SurfaceBounds:
     return make(numbers)
 
 
-def check_positive(what: str, value: Fraction) -> Fraction:
-    """Return a value above 0. Raise ValueError for others; `what` names it."""
-    if value <= 0:
-        raise ValueError(f"the {what} must be > 0, got {float(value):g}")
-    return value
-
-
 def _single_bound(surface: Surface) -> SurfaceBounds:
     return SurfaceBounds((surface,))
 
@@ -124,7 +118,7 @@ def _axis_plane(axis: int) -> Callable[[Numbers], SurfaceBounds]:
 
 
 def _sphere(center: Numbers, radius: Fraction) -> SurfaceBounds:
-    return _single_bound(RoundSurface(None, to_point(center), check_positive("radius", radius)))
+    return _single_bound(RoundSurface(None, to_point(center), check_positive("the radius", radius)))
 
 
 def _axis_sphere(axis: int) -> Callable[[Numbers], SurfaceBounds]:
@@ -138,7 +132,7 @@ def _cylinder(axis: int) -> Callable[[Numbers], SurfaceBounds]:
         # "c/x y z r" lists the two coordinates across the axis, "cx r" none
         center = [*numbers[:-1]] or [_ZERO, _ZERO]
         center.insert(axis, _ZERO)
-        return _single_bound(RoundSurface(axis, to_point(center), check_positive("radius", numbers[-1])))
+        return _single_bound(RoundSurface(axis, to_point(center), check_positive("the radius", numbers[-1])))
 
     return make
 
@@ -149,7 +143,7 @@ def _cone(axis: int, on_axis: bool) -> Callable[[Numbers], SurfaceBounds]:
     def make(numbers: Numbers) -> SurfaceBounds:
         count = 2 if on_axis else 4
         apex = scale_vector(IDENTITY[axis], numbers[0]) if on_axis else to_point(numbers[:3])
-        square = check_positive("square of the slope", numbers[count - 1])
+        square = check_positive("the square of the slope", numbers[count - 1])
         nappe = numbers[count] if len(numbers) > count else _ZERO
         if nappe not in (-1, 0, 1):
             raise ValueError(f"the nappe of a cone must be 1 or -1, got {float(nappe):g}")
@@ -210,7 +204,7 @@ def _line_through_points(axis: int, pairs: list[tuple[Fraction, Fraction]]) -> S
     """Return the cylinder or the nappe of a cone through two points."""
     (s, p), (t, q) = pairs
     if p == q:
-        return _single_bound(RoundSurface(axis, ORIGIN, check_positive("radius", p)))
+        return _single_bound(RoundSurface(axis, ORIGIN, check_positive("the radius", p)))
     slope = (q - p) / (t - s)  # the apex is where the line through both points meets the axis
     return cone_nappe(axis, scale_vector(IDENTITY[axis], s - p / slope), slope * slope, 1 if slope > 0 else -1)
 
@@ -403,7 +397,7 @@ def _rcc(numbers: Numbers) -> SurfaceBounds:
     """Return a cylinder from base, height vector and radius."""
     base, height = _vectors(numbers)
     return SurfaceBounds(
-        (_cylinder_about(base, height, check_positive("radius", numbers[6])), *_end_planes(height, base)), True
+        (_cylinder_about(base, height, check_positive("the radius", numbers[6])), *_end_planes(height, base)), True
     )
 
 
@@ -449,7 +443,7 @@ def _rec(numbers: Numbers) -> SurfaceBounds:
     if len(numbers) == 12:
         other = 1 / dot3(minor, minor) ** 2
     else:
-        other = 1 / (dot3(minor, minor) * check_positive("radius", numbers[9]) ** 2)
+        other = 1 / (dot3(minor, minor) * check_positive("the radius", numbers[9]) ** 2)
     matrix = add_rows(scale_rows(outer_product(major), 1 / dot3(major, major) ** 2), outer_product(minor), other)
     return SurfaceBounds(
         (

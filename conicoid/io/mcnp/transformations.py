@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from functools import cached_property
 
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ...numerics.portable_math import portable_sqrt, sin_cos_degrees
 from ...numerics.rational import cross, dot3
 from ..openmc.placement import (

@@ -14,7 +14,7 @@ from fractions import Fraction
 from functools import cached_property
 from itertools import product
 
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ...numerics.rational import cross, dot3
 from ..openmc.geometry import UniverseCell
 from ..openmc.lattices import Index, Lattice, LatticeElement, LatticePrism

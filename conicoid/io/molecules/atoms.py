@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._util.arrays import FloatArray, ignore_fp_errors
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ..._util.text import format_count
 from ..._util.validation import DOMAIN, describe_kind, format_value, is_outside_domain, real_array
 from ...numerics.portable_math import sin_cos_degrees

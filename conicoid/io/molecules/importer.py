@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from ..._util.files import Problem, SceneFileError, open_regular
+from ..._util.lazy_names import import_extra
 from ..._util.text import format_count
 from ..importers import DETECTION_BYTES, ImportOptions, ImportResult, LegendEntry, is_cif, is_pdb, is_xyz
 from .atoms import (
@@ -69,11 +70,7 @@ def _read_lines(path: Path, encoding: str) -> Iterator[str]:
 
 def read_cif(path: Path) -> Atoms:
     """Return the atoms of a CIF or mmCIF. Raise ImportError without gemmi, SceneFileError with gemmi's message."""
-    try:
-        import gemmi
-    except ImportError:
-        advice = 'is read by gemmi: pip install "conicoid[molecules]"'
-        raise ImportError(f"{path}: a CIF or mmCIF {advice}") from None
+    gemmi = import_extra("gemmi", f"{path}: a CIF or mmCIF is read by gemmi", "molecules")
     if path.stat().st_size > MAX_CIF_BYTES:  # gemmi would read all of it before it looked at any
         raise SceneFileError(path, [Problem(0, 0, "molecule", f"is larger than {MAX_CIF_BYTES >> 20:,} MiB")])
     try:

@@ -13,10 +13,9 @@ from typing import Any, Literal, TypeAlias, get_args
 import numpy as np
 
 from ..._util.arrays import FloatArray
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ...geometry.body import Body
-from ...geometry.bulk import Spheres
-from ...geometry.bulk_shapes import Capsules, Cylinders
+from ...geometry.bulk import Capsules, Cylinders, Spheres
 from ...materials.material import Material, rename_material
 from ...materials.presets import as_material, lacquer
 from .atoms import ELEMENT_COLORS, SYMBOLS, VAN_DER_WAALS_RADII, Atoms

@@ -12,8 +12,8 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import field
 
-from ..._util.dataclass import dataclass
 from ..._util.files import MAX_PROBLEMS, Problem, SceneFileError
+from ..._util.records import dataclass
 from ..._util.text import format_count
 from ...geometry.shape import Solid, Union
 from ...geometry.transform import Motion

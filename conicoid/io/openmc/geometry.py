@@ -16,12 +16,12 @@ from functools import cached_property
 from typing import TypeVar
 
 from ..._util.arrays import BoxEnds
-from ..._util.dataclass import dataclass
 from ..._util.files import Problem, SceneFileError
+from ..._util.records import dataclass
 from ..._util.text import format_bytes, format_count
 from ...geometry.bounds.aabb import enclose_boxes
 from ...geometry.shape import Solid
-from ...materials.properties import Properties
+from ...materials.material import Properties
 from ..xml_tree import XmlElement
 from .lattices import Lattice
 from .placement import NO_ROTATION, CellRotation, Point

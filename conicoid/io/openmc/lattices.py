@@ -18,7 +18,7 @@ from fractions import Fraction
 from functools import cached_property
 from itertools import product
 
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ..xml_tree import XmlElement
 from .placement import ORIGIN, Extent, Point, UniversePlacement, add_points
 from .region import PartUnion, SurfaceSide

@@ -16,7 +16,7 @@ from itertools import combinations
 from typing import Any, TypeAlias
 
 from ..._util.arrays import Matrix4, Vector
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ...geometry.transform import IDENTITY_MOTION, Motion
 from ...numerics.rational import cross
 

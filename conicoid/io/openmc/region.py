@@ -23,7 +23,7 @@ from fractions import Fraction
 from functools import cached_property, reduce
 from typing import Any, NamedTuple, TypeAlias
 
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ...geometry.general_quadric import Quadric
 from ...geometry.polyhedron import Polyhedron
 from ...geometry.primitives import Box, HalfSpace

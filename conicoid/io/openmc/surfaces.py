@@ -16,7 +16,7 @@ from fractions import Fraction
 from functools import cached_property
 
 from ..._util.arrays import Vector
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ...geometry.general_quadric import Quadric
 from ...geometry.primitives import HalfSpace, Sphere
 from ...geometry.quadrics import EllipticCone, EllipticCylinder
@@ -591,7 +591,7 @@ def _cone(axis: int) -> Callable[[Coefficients], Surface]:
 
     def make(numbers: Coefficients) -> Surface:
         x, y, z, square = numbers
-        return ConeSurface(axis, (x, y, z), _positive("R²", square))
+        return ConeSurface(axis, (x, y, z), check_positive("coeffs: the R²", square))
 
     return make
 
@@ -629,9 +629,10 @@ def round_quadric(numbers: Sequence[Fraction], shift: Point) -> RoundSurface | C
     return RoundSurface(axis, (x, y, z), radius) if radius and radius**2 == radius_squared else None
 
 
-def _positive(what: str, value: Fraction) -> Fraction:
+def check_positive(what: str, value: Fraction) -> Fraction:
+    """Return a value above 0. Raise ValueError for others; `what` names it."""
     if value <= 0:
-        raise ValueError(f"coeffs: the {what} must be > 0, got {float(value):g}")
+        raise ValueError(f"{what} must be > 0, got {float(value):g}")
     return value
 
 

@@ -15,10 +15,10 @@ from fractions import Fraction
 from functools import partial
 from typing import Any, TypeVar
 
-from ..._util.dataclass import dataclass
 from ..._util.files import Problem
+from ..._util.records import dataclass
 from ..._util.text import suggest_name
-from ...materials.properties import Properties
+from ...materials.material import Properties
 from ..scene_file.nodes import is_beyond_float64, shorten
 from ..xml_tree import XmlElement
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from ..._util.arrays import BoxEnds
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ..._util.text import format_count
 from ...geometry.body import Body
 from ...geometry.shape import Difference, Intersection, Solid, Union

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ...geometry.polyhedron import Extrusion, Mesh, Polyhedron
 from ...geometry.primitives import Box, Cone, Cylinder, Sphere
 from ...geometry.revolution import Revolution

@@ -17,8 +17,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from ..._util.dataclass import dataclass
 from ..._util.files import Problem, SceneFileError, read_bounded
+from ..._util.records import dataclass
 from ..._util.validation import format_value
 from ..importers import OmittedPart
 from ..scene_file.nodes import shorten

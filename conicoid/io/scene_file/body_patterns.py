@@ -25,16 +25,25 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from ..._util.dataclass import dataclass
+from ..._util.records import construct_many, dataclass
 from ..._util.validation import SuppressedWarning, raise_warnings
-from ..._util.value_objects import construct_many
 from ...geometry.body import Body
 from . import yaml_parser
 from .fields import MaterialType
-from .nodes import DECIMAL, MappingNode, Node, ScalarNode, SequenceNode, is_text
+from .nodes import (
+    BAD,
+    DECIMAL,
+    MappingNode,
+    Node,
+    NodeReader,
+    ScalarNode,
+    SequenceNode,
+    TextType,
+    TooManyProblems,
+    is_text,
+)
 from .shape_reader import STEP_COMPOSED, PartBudget, ShapeReader
 from .template import Template, build_batch
-from .value_types import BAD, NodeReader, TextType, TooManyProblems
 from .yaml_parser import YamlDocument, YamlError, join_surrogates
 
 _LEAST, _PATTERN_COUNT, _GROUP = 20, 3, 8

@@ -17,33 +17,37 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 import numpy as np
 
 from ..._util.arrays import Matrix4
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ...geometry.registry import REGISTRY
 from ...geometry.shape import REGISTERED, Shape
 from ...geometry.tracks import TRACKS
-from ...materials.background import Background, as_background
 from ...materials.color import near_color
-from ...materials.light import LIGHTS
+from ...materials.light import LIGHTS, Background, as_background
 from ...materials.material import Material
 from ...materials.presets import CONSTRUCTORS, matte
 from ...materials.texture import ImagePath
-from ..data_files import resolve_data_file
-from .nodes import MappingNode, Node, ScalarNode, SequenceNode, describe_node, is_text
-from .value_types import (
+from ..npz import resolve_data_file
+from .nodes import (
     BAD,
     BoolType,
     ChoiceType,
     FixedListType,
     IntegerType,
     ListType,
+    MappingNode,
     MappingType,
+    Node,
     NodeReader,
     NumberType,
     OptionalType,
+    ScalarNode,
     Schema,
+    SequenceNode,
     TextType,
     UnionType,
     ValueType,
+    describe_node,
+    is_text,
 )
 
 REQUIRED = inspect.Parameter.empty

@@ -15,18 +15,16 @@ from pathlib import Path
 from typing import Any, Protocol, TypeAlias
 
 from ..._util.arrays import FloatArray
-from ..._util.dataclass import dataclass
 from ..._util.files import Problem, SceneFileError, resolve_links, write_text
 from ..._util.process import pause_gc
+from ..._util.records import construct_many, dataclass
 from ..._util.text import describe_names
-from ..._util.value_objects import construct_many
-from ...geometry.body import Body, check_materials
+from ...geometry.body import Body, InstanceList, check_materials
 from ...geometry.entries import LENGTH_UNITS
-from ...geometry.instances import InstanceList
 from ...geometry.shape import Shape, Solid
 from ...geometry.tracks import BodyTrack, LightTrack
 from ...materials.material import Material, rename_material
-from ..data_files import array_file_name, save_array_once
+from ..npz import array_file_name, save_array_once
 from . import yaml_parser, yaml_parser as scene_text
 from .body_patterns import DocumentItem, GroupBody, PatternDocument, PatternItem, build_groups, parse_patterned_document
 from .fields import (
@@ -40,10 +38,25 @@ from .fields import (
     light_type,
     material_type,
 )
-from .nodes import MappingNode, Node, ScalarNode, SequenceNode, describe_node, is_empty_node, is_null, is_text, shorten
+from .nodes import (
+    BAD,
+    BadValue,
+    IntegerType,
+    MappingNode,
+    Node,
+    NodeReader,
+    ScalarNode,
+    SequenceNode,
+    TextType,
+    TooManyProblems,
+    describe_node,
+    is_empty_node,
+    is_null,
+    is_text,
+    shorten,
+)
 from .shape_reader import MAX_PARTS, PARTS_PHRASE, PartBudget, ShapeReader, count_parts, part_limit, read_index
 from .template import Template, read_columns, read_shapes
-from .value_types import BAD, BadValue, IntegerType, NodeReader, TextType, TooManyProblems
 from .writer import ShapeWriter, body_data, dump_json, dump_yaml
 from .yaml_parser import YamlError
 

@@ -18,9 +18,9 @@ from .fields import (
     material_type,
     tagged_schema,
 )
+from .nodes import FixedListType, ListType, NumberType, Schema
 from .shape_reader import AXIS_TYPE, INDEX_SCHEMA, VECTOR_TYPE, array_type, operand_field
 from .template import COLUMN_TYPE
-from .value_types import FixedListType, ListType, NumberType, Schema
 
 # One entry for each kind of step in a `move` list.
 STEP_SCHEMAS: dict[str, Schema] = {

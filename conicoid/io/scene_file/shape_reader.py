@@ -23,26 +23,31 @@ from ...geometry.bulk import Bulk
 from ...geometry.registry import REGISTRY
 from ...geometry.shape import Difference, Intersection, Shape, Sheet
 from ...geometry.transform import AXES, IDENTITY_MOTION, Motion, apply_about
-from ..data_files import read_array, read_rows, resolve_data_file
-from ..npz import NpzArchive
+from ..npz import NpzArchive, read_array, read_rows, resolve_data_file
 from .fields import ArgumentsType, ShapeType, argument_fields
-from .nodes import HasPosition, MappingNode, Node, ScalarNode, SequenceNode, is_text, shorten
-from .value_types import (
+from .nodes import (
     BAD,
     BadValue,
     BoolType,
     ChoiceType,
     FixedListType,
+    HasPosition,
     IntegerType,
     ListType,
+    MappingNode,
+    Node,
     NodeReader,
     NumberType,
     OptionalType,
+    ScalarNode,
     Schema,
+    SequenceNode,
     TextType,
     TooManyProblems,
     UnionType,
     ValueType,
+    is_text,
+    shorten,
 )
 
 # Limits on the number of parts.

@@ -18,8 +18,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._util.arrays import FloatArray, Matrix4, Vector
+from ..._util.records import construct_many, pickle_state
 from ..._util.validation import SuppressedWarning, is_outside_domain, looks_like_radians, raise_warnings, real_array
-from ..._util.value_objects import construct_many, pickle_state
 from ...geometry.bulk import Bulk
 from ...geometry.registry import REGISTRY
 from ...geometry.shape import Shape
@@ -37,7 +37,24 @@ from ...geometry.transform import (
     Translate,
 )
 from .fields import argument_fields
-from .nodes import MappingNode, Node, ScalarNode, SequenceNode, parse_float, shorten
+from .nodes import (
+    BAD,
+    BadValue,
+    FixedListType,
+    ListType,
+    MappingNode,
+    Node,
+    NodeReader,
+    NumberType,
+    OptionalType,
+    ScalarNode,
+    SequenceNode,
+    TextType,
+    UnionType,
+    ValueType,
+    parse_float,
+    shorten,
+)
 from .shape_reader import (
     AXIS_TYPE,
     MAX_PARTS,
@@ -48,18 +65,6 @@ from .shape_reader import (
     build_boolean,
     operand_field,
     read_bulk_arrays,
-)
-from .value_types import (
-    BAD,
-    BadValue,
-    FixedListType,
-    ListType,
-    NodeReader,
-    NumberType,
-    OptionalType,
-    TextType,
-    UnionType,
-    ValueType,
 )
 from .writer import format_number
 

@@ -25,14 +25,13 @@ from ...geometry.body import Body
 from ...geometry.bulk import Bulk
 from ...geometry.shape import Shape
 from ...geometry.transform import Rotate, Scale, Transform, Translate
-from ...materials.background import Environment
-from ...materials.image_file import Pixels
-from ...materials.material import Material, constructor_call
-from ...materials.properties import Properties
+from ...materials.color import Pixels
+from ...materials.light import Environment
+from ...materials.material import Material, Properties, constructor_call
 from ...materials.texture import ImagePath, ImageTexture
 from .fields import argument_fields
+from .nodes import ListType
 from .shape_reader import operand_field, operand_shapes
-from .value_types import ListType
 
 # From data to text.
 

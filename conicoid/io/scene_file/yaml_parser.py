@@ -16,8 +16,8 @@ from typing import Any
 
 import yaml  # type: ignore[import-untyped]
 
-from ..._util.dataclass import dataclass
 from ..._util.files import Problem, SceneFileError, check_name, read_regular, unreadable_error
+from ..._util.records import dataclass
 from .nodes import MappingNode, Node, ScalarNode, SequenceNode, shorten
 
 # The text before it is parsed.

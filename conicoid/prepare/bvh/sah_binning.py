@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from ..._jit.decorators import helper, inline, instructions, kernel, record_shapes
 from ..._jit.machine_code import SHIPPED
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ...kernels.tables import Floats, Ints
 from ...kernels.threads import KernelRange, run_calls, run_chunks
 

@@ -18,7 +18,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from ..._util.arrays import is_member_sorted, unique_sorted
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ...kernels.bvh.walk import ROUND, ROWS, WHO
 from ...kernels.tables import Floats, Geometry, Ints, Tables
 from ..edits.buffer_pool import TableRows, UneditableError

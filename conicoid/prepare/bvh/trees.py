@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from ..._util.arrays import row_lengths
-from ..._util.dataclass import dataclass
-from ...geometry.instances import InstanceBlock
+from ..._util.records import dataclass
+from ...geometry.body import InstanceBlock
 from ...kernels.bvh.walk import FEW, ROWS
 from ...kernels.programs import leaves_of_programs
 from ...kernels.tables import (

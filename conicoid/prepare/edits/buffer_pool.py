@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ...kernels.tables import (
     CELL_GROUPS,
     EXTENT,

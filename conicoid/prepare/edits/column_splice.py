@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ...kernels.tables import PLANE, QUADRIC, SPHERE, Ints, Longs, Signs, Tables
 from ..row_layout import (
     BALL_FRAMES,

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._util.arrays import unique_sorted, unique_with_inverse
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ...kernels.programs import cells_of_leaves, leaves_of_program
 from ...kernels.surface.doubt import KAPPA
 from ...kernels.tables import BALL, CELL, PLANE, QUADRIC, REGION, SPHERE, Floats, Longs, Tables

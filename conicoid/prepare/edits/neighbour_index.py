@@ -15,7 +15,7 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ...kernels.tables import QUADRIC, SPHERE, Floats, Ints, Longs, Tables
 from ..surface_features import (
     CLOSENESS,

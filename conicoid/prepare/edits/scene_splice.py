@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ...geometry.body import Body
 from ...kernels.tables import Floats, Ints, Longs
 from ..row_layout import AXES_OF_ROWS, BALLS, ENTRIES, FACES, SPHERES, SURFACES, RowLayout

@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 
 from ..._util.arrays import unique_sorted
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ...kernels.tables import SPHERE, Ints, Longs, Signs
 from ..body_collector import ExactBodySurfaces
 from ..row_layout import PLANES, QUADRICS, SPHERES, SURFACES, RowLayout

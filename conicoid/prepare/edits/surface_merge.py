@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..._util.arrays import is_member_sorted, unique_sorted
-from ..._util.dataclass import dataclass
+from ..._util.records import dataclass
 from ...kernels.tables import PLANE, QUADRIC, SPHERE, Floats, Ints, Longs, Signs
 from ..body_collector import ExactBodySurfaces
 from ..coincidence import RawSurfaces, SurfaceSubset, merge_surfaces

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..._util.dataclass import dataclass
 from ..._util.process import fork_safe_lock
+from ..._util.records import dataclass
 from ...kernels.numbers.quad_double import LEAST
 from ...kernels.tables import Floats, Ints, Longs, Signs
 from ...kernels.threads import KernelRange, run_chunks

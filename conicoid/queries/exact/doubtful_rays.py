@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -49,7 +49,7 @@ from ...kernels.tables import POLYGON, Floats, Geometry, Ints, is_halted, length
 from ...kernels.threads import run_on
 from ...numerics.rational import ZERO, sign
 from ...prepare.mmap_arrays import mapped_zeros
-from ...prepare.prepared_scene import exact_form
+from ...prepare.prepared_scene import PreparedScene, exact_form
 from .membership import located_by_ranks, surfaces_near
 from .ranks import (
     CROSSINGS,
@@ -73,9 +73,6 @@ from .ranks import (
     t_of,
 )
 from .tie_orders import find_ties, first_of_ranks, hangs_on_tie, wall_of_tie
-
-if TYPE_CHECKING:
-    from ...prepare.prepared_scene import PreparedScene
 
 TIED = 2
 """`Doubtful.undecided` of a ray that is decided and hangs on a tie."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from math import inf, nextafter
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -24,12 +24,8 @@ from ...kernels.surface.exact_crossing import RoundingRest, curved_terms, is_pla
 from ...kernels.tables import Floats, Geometry, Ints, Longs, Signs, whole
 from ...kernels.threads import run_rows
 from ...numerics.rational import Root, exact_real_roots
-from ...prepare.prepared_scene import exact_form
+from ...prepare.prepared_scene import PreparedScene, exact_form
 from ..hit_fields import is_far
-
-if TYPE_CHECKING:
-    from ...prepare.prepared_scene import PreparedScene
-
 
 _MORE = 1.0 + 2.0**-40
 """A factor that covers the rounding errors of the bound's own computation."""

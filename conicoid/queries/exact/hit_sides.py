@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from ...kernels.body.scratch import Scratch, new_scratch
 from ...kernels.ray import Ray, RayArrays, load_ray, scale_ray
 from ...kernels.tables import Floats, Geometry, Ints, Signs, is_halted, whole
 from ...kernels.threads import KernelRange, chunk_size, run_on
+from ...prepare.prepared_scene import PreparedScene
 from .doubtful_rays import (
     limits_of_hits,
     new_rank_scratch,
@@ -34,9 +35,6 @@ from .ranks import (
     ray_of_ranks,
     t_of,
 )
-
-if TYPE_CHECKING:
-    from ...prepare.prepared_scene import PreparedScene
 
 _SIDE_CHUNK = 4096  # hits that a thread takes at a time, at most
 _FEW = 256  # doubtful hits that a thread takes at a time, at least

@@ -6,11 +6,10 @@ docs/dev/add-an-integrator.md shows all that a file needs.
 
 from __future__ import annotations
 
-from ..._util.dataclass import dataclass
+from typing import NamedTuple
 
 
-@dataclass(frozen=True)
-class Integrator:
+class Integrator(NamedTuple):
     """An integrator as data, before anything is compiled."""
 
     name: str

@@ -14,8 +14,8 @@ from ..._util.arrays import Vector
 from ...kernels.body.uv import turns
 from ...kernels.numbers.elementary import acos, cos_sin_turns
 from ...kernels.tables import Floats
-from ...materials.background import DEFAULT_BACKGROUND, Background, Environment, Sky
 from ...materials.color import Color, linear_rgb
+from ...materials.light import DEFAULT_BACKGROUND, Background, Environment, Sky
 from ...numerics.portable_math import sin_cos_degrees
 from ..sampling import Direction
 

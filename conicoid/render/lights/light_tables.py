@@ -21,9 +21,16 @@ from ...geometry.sheets import Disc, Polygon, Triangle
 from ...kernels.numbers.elementary import acos
 from ...kernels.numbers.vectors import dot
 from ...kernels.tables import Floats, Ints
-from ...materials.background import Background, Environment as Image
 from ...materials.color import amount_rgb
-from ...materials.light import AmbientLight, DirectionalLight, Light, PointLight, SpotLight
+from ...materials.light import (
+    AmbientLight,
+    Background,
+    DirectionalLight,
+    Environment as Image,
+    Light,
+    PointLight,
+    SpotLight,
+)
 from ...materials.material import Material
 from ...numerics.portable_math import hypot
 from ..bsdf.albedo_tables import AlbedoTables

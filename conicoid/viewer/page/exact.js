@@ -1,4 +1,4 @@
-// What the exact engine in the page says about a ray: the answer of conicoid/viewer/picks.py, to the bit.
+// What the exact engine in the page says about a ray: the answer of conicoid/viewer/scene_data.py, to the bit.
 import { Engine, bitsOf, inflated, ofBits, whole } from "./engine.js";
 import { decoded } from "./tables.js";
 import { add, dot } from "./vectors.js";
@@ -138,7 +138,7 @@ export class Exact {
     return error <= MUCH * Math.abs(t) || error <= MUCH * (Math.abs(t) + o / d) ? error : null;
   }
 
-  // As `pick` of conicoid/viewer/picks.py
+  // As `pick` of conicoid/viewer/scene_data.py
   pick(ray, { hidden, section }) {
     this.take(ray);
     const kept = interval(section, ray), crossings = this.crossings(hidden, kept), [spans, all] = this.spans(hidden, kept);

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.geometry.quadric_classification import COEFFICIENT_NAMES
+from conicoid.geometry.general_quadric import COEFFICIENT_NAMES
 from conicoid.prepare.batch_lowering import BatchLowering
 from conicoid.prepare.csg_plan import csg_plan
 from conicoid.prepare.lower_shape import compute_shape
