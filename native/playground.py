@@ -14,7 +14,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from conicoid.viewer.session import first_scene, playground_page, worker
+from conicoid.viewer.playground import first_scene, playground_page, worker
 
 from .inspection import ROOT
 

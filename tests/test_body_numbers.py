@@ -7,7 +7,7 @@ import pytest
 
 import conicoid as co
 from conicoid.cli.report import list_bodies, totals
-from conicoid.geometry.body import ShiftTable
+from conicoid.geometry.instances import ShiftTable
 
 RED, GREEN = co.matte("red"), co.matte("green")
 CENTERS = [(0.0, 0.0, 0.0), (3.0, 0.0, 0.0), (6.0, 0.0, 0.0)]

@@ -182,8 +182,9 @@ def view(
     """Walk around in a scene in the browser, until Ctrl-C."""
     if (scene is None) != quadrics:
         raise ValueError("view: give either a scene file or --quadrics")
+    from ..viewer.playground import quadrics_scene
     from ..viewer.server import serve
-    from ..viewer.session import Session, quadrics_scene, stamp_of
+    from ..viewer.session import Session, stamp_of
 
     if scene is None:
         session = Session(quadrics_scene(), "Nine quadrics", select=0)
@@ -205,8 +206,8 @@ def playground(
     browser: Annotated[bool, typer.Option(help="Open the browser.")] = True,
 ) -> None:
     """Type a scene in the browser, and read the hits along a ray, until Ctrl-C."""
+    from ..viewer.playground import Playground
     from ..viewer.server import serve
-    from ..viewer.session import Playground
 
     if scene is not None:  # mistakes in the file are reported here
         load(scene, None)

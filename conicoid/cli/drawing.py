@@ -96,7 +96,7 @@ class RenderRequest(NamedTuple):
         elif self.output.suffix.lower() not in SUFFIXES:
             raise ValueError(f"{self.output}: pictures are saved as {', '.join(SUFFIXES)}")
         elif self.output.suffix.lower() == ".exr":
-            from ..materials.color import import_openexr
+            from ..materials.image_file import import_openexr
 
             import_openexr()
         check_folder(self.output)

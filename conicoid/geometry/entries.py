@@ -13,9 +13,10 @@ import numpy as np
 from .._util.arrays import FloatArray
 from .._util.text import check_choice, describe_names
 from .._util.validation import describe_kind, format_value
-from .body import Body, InstanceList, bodies_table
+from .body import Body, bodies_table
 from .bulk import Bulk, Spheres
 from .instance_edits import EditedInstances, InstanceOrigins, collect_instances
+from .instances import InstanceList
 from .shape import Boolean, Shape, Solid
 
 _MOST_SUGGESTIONS = 1000

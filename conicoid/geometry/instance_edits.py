@@ -14,8 +14,9 @@ import numpy as np
 
 from .._util.arrays import unique_sorted
 from .._util.records import dataclass
-from .body import (
-    Body,
+from .body import Body
+from .bulk import Bulk
+from .instances import (
     Coordinates,
     InstanceBlock,
     InstanceList,
@@ -26,7 +27,6 @@ from .body import (
     has_instances,
     instance_origin,
 )
-from .bulk import Bulk
 from .transform import IDENTITY_MOTION, Motion
 
 MIN_INSTANCES = 24

@@ -15,8 +15,9 @@ import numpy.typing as npt
 from .._util.arrays import unique_sorted
 from .._util.records import dataclass, pickle_state
 from ..materials.color import amount_rgb
-from .body import Body, InstanceList
+from .body import Body
 from .bulk import Bulk
+from .instances import InstanceList
 
 
 def count_bodies(body: Body) -> int:

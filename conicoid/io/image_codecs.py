@@ -24,7 +24,8 @@ import numpy.typing as npt
 from .._util.arrays import FloatArray
 from .._util.files import replace_file
 from ..kernels.tables import Floats
-from ..materials.color import import_openexr, srgb_encode
+from ..materials.color import srgb_encode
+from ..materials.image_file import import_openexr
 
 if TYPE_CHECKING:
     from rich.text import Text

@@ -27,19 +27,8 @@ from .._util.validation import (
     optional,
     warn,
 )
-from .color import (
-    BRIGHT,
-    BYTE,
-    Amount,
-    Color,
-    check_amount,
-    check_color,
-    image_array,
-    linear_rgb,
-    look_like_bytes,
-    read_pixels,
-    srgb_decode,
-)
+from .color import BRIGHT, BYTE, Amount, Color, check_amount, check_color, linear_rgb, look_like_bytes, srgb_decode
+from .image_file import image_array, read_pixels
 from .texture import ImagePath
 
 Falloff: TypeAlias = Literal["none", "inverse_square"]

@@ -23,7 +23,8 @@ from .._util.validation import (
     format_value,
     warn,
 )
-from .color import BYTE, Color, Pixels, check_color, image_array, linear_rgb, read_pixels
+from .color import BYTE, Color, check_color, linear_rgb
+from .image_file import Pixels, image_array, read_pixels
 
 Scale: TypeAlias = float | tuple[float, float] | tuple[float, float, float]
 

@@ -26,8 +26,8 @@ from .._util.files import open_regular, replace_file
 from .._util.process import fork_safe_lock
 from .._util.records import dataclass
 from .._util.version import __version__
-from ..geometry.body import InstanceList
 from ..geometry.bulk import Spheres
+from ..geometry.instances import InstanceList
 from ..geometry.labels import Labels
 from ..prepare.body_collector import BodyShapes
 from ..prepare.edits.buffer_pool import EditState

@@ -18,8 +18,9 @@ import numpy as np
 from .._jit.decorators import kernel
 from .._util.arrays import FloatArray, unique_first_with_inverse, unique_sorted
 from .._util.records import dataclass
-from ..geometry.body import Body, InstanceList
+from ..geometry.body import Body
 from ..geometry.bulk import Bulk, Spheres
+from ..geometry.instances import InstanceList
 from ..geometry.shape import PrimitiveSolid, Shape
 from ..geometry.surface import Key, Surface
 from ..geometry.transform import IDENTITY_MOTION, Motion, Step

@@ -17,7 +17,7 @@ import numpy as np
 from .._jit.decorators import kernel
 from .._util.arrays import unique_sorted, unique_with_inverse
 from .._util.records import dataclass
-from ..geometry.body import Coordinates, InstanceList, Ints, Shift, ShiftTable, round_sums
+from ..geometry.instances import Coordinates, InstanceList, Ints, Shift, ShiftTable, round_sums
 from ..geometry.shape import Solid
 from ..geometry.surface import CENTER_TOLERANCE, ORIGIN, PlaneSurface, QuadricSurface
 from ..geometry.transform import Motion

@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 
 from .._util.records import dataclass
-from ..geometry.body import Body, InstanceList
+from ..geometry.body import Body
+from ..geometry.instances import InstanceList
 from ..geometry.shape import Shape
 from ..kernels.tables import Floats, Geometry, Ints, Longs, Tables, unpack_tables
 from ..materials.material import Material

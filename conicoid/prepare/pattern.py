@@ -19,7 +19,7 @@ import numpy as np
 from .._jit.decorators import kernel
 from .._util.arrays import unique_with_inverse
 from .._util.records import dataclass
-from ..geometry.body import InstanceList, Ints as InstancesInts, ShiftTable, round_sums, transform_offsets
+from ..geometry.instances import InstanceList, Ints as InstancesInts, ShiftTable, round_sums, transform_offsets
 from ..geometry.shape import Shape
 from ..geometry.transform import Step
 from ..kernels.tables import (

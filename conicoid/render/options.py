@@ -28,7 +28,7 @@ def check_suffix(suffix: str, path: Any) -> None:
             f"Slice: slices are saved as {', '.join((*CURVES, *PIXELS))}, got {format_value(os.fspath(path))}"
         )
     if suffix == ".exr":
-        from ..materials.color import import_openexr
+        from ..materials.image_file import import_openexr
 
         import_openexr()
 

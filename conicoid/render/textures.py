@@ -15,7 +15,8 @@ from .._jit.decorators import helper, inline
 from ..kernels.body.uv import uv_at
 from ..kernels.numbers.elementary import acos
 from ..kernels.tables import Geometry
-from ..materials.color import Pixels, linear_rgb
+from ..materials.color import linear_rgb
+from ..materials.image_file import Pixels
 from ..materials.texture import (
     Along,
     Brick,

@@ -35,7 +35,7 @@ from .._util.validation import (
     is_dask_array,
     is_on_card,
 )
-from ..geometry.body import Body, InstanceList
+from ..geometry.body import Body
 from ..geometry.bounds.aabb import Bounds, enclose_rows
 from ..geometry.entries import (
     Bodies,
@@ -57,6 +57,7 @@ from ..geometry.entries import (
     replace_entry,
     share_equal_bodies,
 )
+from ..geometry.instances import InstanceList
 from ..geometry.labels import count_bodies, distinct_materials, first_numbers, single_body
 from ..geometry.shape import Shape, Solid
 from ..materials.light import Background, Light, as_background, as_lights

@@ -10,9 +10,9 @@ import numpy as np
 from .._jit.machine_code import SHIPPED
 from ..apps.checks.check import check
 from ..apps.measures.measure import FEWEST_RAYS, measure
-from ..geometry.body import InstanceBlock, InstanceList, Shift, ShiftTable
 from ..geometry.bulk import Spheres
 from ..geometry.general_quadric import Quadric
+from ..geometry.instances import InstanceBlock, InstanceList, Shift, ShiftTable
 from ..geometry.polyhedron import MANY_FACES, Polyhedron
 from ..geometry.primitives import Box, Cylinder, HalfSpace, Sphere
 from ..geometry.shape import Intersection, Solid

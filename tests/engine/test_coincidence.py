@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.geometry.body import InstanceList, Shift, ShiftTable
+from conicoid.geometry.instances import InstanceList, Shift, ShiftTable
 from conicoid.geometry.transform import Rotate, Translate
 from conicoid.kernels.tables import PLANE, QUADRIC
 from conicoid.prepare import body_collector, coincidence, lowering, surface_names

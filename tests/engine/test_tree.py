@@ -7,7 +7,7 @@ import pytest
 
 import conicoid as co
 from benchmarks.comparison.scenes import core_xml
-from conicoid.geometry.body import InstanceList
+from conicoid.geometry.instances import InstanceList
 from conicoid.io.openmc.universe_block import BlockBodies
 
 from ..samples import deep

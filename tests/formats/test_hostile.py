@@ -19,9 +19,9 @@ from conicoid.io.scene_file import yaml_parser
 from conicoid.io.scene_file.scene_file import read_scene
 from conicoid.io.scene_file.writer import dump_json
 from conicoid.materials import color as image_file
-from conicoid.materials.color import read_pixels
+from conicoid.materials.image_file import read_pixels
 from conicoid.parallel.pictures import Checkpoint
-from conicoid.viewer.session import Playground
+from conicoid.viewer.playground import Playground
 
 MB = 1 << 20
 SECONDS = 20  # far more than any of them takes, for slow machines

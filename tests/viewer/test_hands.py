@@ -7,7 +7,8 @@ import pytest
 from PIL import Image
 
 import conicoid as co
-from conicoid.viewer.session import Session, quadrics_scene
+from conicoid.viewer.playground import quadrics_scene
+from conicoid.viewer.session import Session
 
 from .browser import NARROW, WIDE, Page, needs_browser, open_exported, serve
 

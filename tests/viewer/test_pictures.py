@@ -9,7 +9,7 @@ import pytest
 
 import conicoid as co
 from conicoid.materials.color import srgb_encode
-from conicoid.viewer.session import quadrics_scene
+from conicoid.viewer.playground import quadrics_scene
 
 from .browser import NARROW, needs_browser, open_exported
 

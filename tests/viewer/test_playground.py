@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import conicoid as co
+from conicoid.viewer.playground import Playground, TextScenes, examples, in_page, playground_page, scene_of
 from conicoid.viewer.scene_data import pick
-from conicoid.viewer.session import Playground, TextScenes, examples, in_page, playground_page, scene_of
 
 from .browser import Page, needs_browser, serve
 from .test_engine import bits

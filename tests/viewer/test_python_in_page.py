@@ -57,7 +57,7 @@ def test_every_bit_is_the_desktops(browser, address):
 
 
 def test_mistakes_are_those_of_the_desktop(browser, address):
-    from conicoid.viewer.session import TextScenes
+    from conicoid.viewer.playground import TextScenes
 
     with Page(browser, address, WIDE) as found:
         got = found.ask(f"playground.brain.ask('typed', {json.dumps({'text': WRONG})})")

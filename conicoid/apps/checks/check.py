@@ -14,7 +14,8 @@ import numpy as np
 from ..._util.arrays import FloatArray, IndexArray, ignore_fp_errors
 from ..._util.records import dataclass
 from ..._util.validation import check_callback, check_integer
-from ...geometry.body import Body, InstanceList
+from ...geometry.body import Body
+from ...geometry.instances import InstanceList
 from ...geometry.shape import Shape
 from ...kernels.tables import BALL, PLANE, POLYGON, SHEET, Tables
 from ...queries.result import extension

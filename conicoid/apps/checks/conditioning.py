@@ -18,8 +18,8 @@ import numpy.typing as npt
 
 from ..._util.arrays import FloatArray, Vector
 from ..._util.records import dataclass
-from ...geometry.body import InstanceList, transform_offsets
 from ...geometry.bulk import Bulk, Spheres
+from ...geometry.instances import InstanceList, transform_offsets
 from ...geometry.primitives import Cylinder, Sphere
 from ...geometry.shape import Boolean, ClippedSheet, Shape
 from ...geometry.sheets import Polygon, Triangle, newell_sum

@@ -20,8 +20,9 @@ import numpy.typing as npt
 from ..._util.arrays import FloatArray, ignore_fp_errors
 from ..._util.text import describe_names
 from ..._util.validation import describe_kind, format_value, real_array
-from ...geometry.body import Body, InstanceList
+from ...geometry.body import Body
 from ...geometry.bulk import Bulk, Spheres
+from ...geometry.instances import InstanceList
 from ...geometry.quadrics import Ellipsoid
 from ...geometry.revolution import Revolution
 from ...geometry.shape import Shape

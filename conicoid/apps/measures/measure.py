@@ -17,9 +17,10 @@ from ..._util.arrays import FloatArray, ignore_fp_errors
 from ..._util.records import compare_by_value, dataclass
 from ..._util.text import NameTuple, describe_names, html_table
 from ..._util.validation import check_callback, check_integer, describe_kind, format_value
-from ...geometry.body import Body, InstanceList, instance_origin, transform_offsets
+from ...geometry.body import Body
 from ...geometry.bulk import Bulk
 from ...geometry.entries import find_body
+from ...geometry.instances import InstanceList, instance_origin, transform_offsets
 from ...geometry.primitives import Sphere
 from ...geometry.shape import Boolean, Complement, Shape, Union
 from ...geometry.transform import IDENTITY_MOTION

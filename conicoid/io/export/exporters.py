@@ -22,8 +22,8 @@ from ..._util.files import MAX_LISTED_PROBLEMS, printable, write_text
 from ..._util.records import dataclass
 from ..._util.text import format_count
 from ..._util.validation import check_callback, check_flag
-from ...geometry.body import InstanceList
 from ...geometry.entries import LENGTH_UNITS
+from ...geometry.instances import InstanceList
 from ...geometry.labels import count_bodies, is_clear, single_body
 from ...geometry.shape import Solid
 from ...materials.color import amount_rgb, linear_rgb, srgb_encode

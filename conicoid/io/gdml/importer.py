@@ -19,7 +19,7 @@ from typing import Any
 from ..._util.files import MAX_PROBLEMS, Problem, SceneFileError, resolve_part
 from ..._util.records import dataclass
 from ..._util.text import format_count
-from ...geometry.body import Shift
+from ...geometry.instances import Shift
 from ...geometry.shape import Difference, Solid
 from ...materials.material import Material
 from ..importers import BodyLimits, ImportOptions, ImportResult, LegendEntry, OmittedPart, limit_notes, select_bodies

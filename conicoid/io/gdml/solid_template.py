@@ -16,7 +16,7 @@ from itertools import pairwise
 from typing import Literal
 
 from ..._util.records import dataclass
-from ...geometry.body import Shift
+from ...geometry.instances import Shift
 from ...geometry.polyhedron import Polyhedron
 from ...geometry.primitives import Box, Sphere
 from ...geometry.quadrics import Ellipsoid

@@ -27,7 +27,7 @@ import numpy.typing as npt
 
 from ..._util.arrays import matmul_rows, unique_sorted
 from ..._util.records import dataclass
-from ...geometry.body import Coordinates, InstanceBlock, InstanceList, Ints, Shift, ShiftTable
+from ...geometry.instances import Coordinates, InstanceBlock, InstanceList, Ints, Shift, ShiftTable
 from ...geometry.shape import Solid
 from ...geometry.transform import IDENTITY_MOTION, Motion
 from ...materials.material import Material

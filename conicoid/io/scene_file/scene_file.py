@@ -19,8 +19,9 @@ from ..._util.files import Problem, SceneFileError, resolve_links, write_text
 from ..._util.process import pause_gc
 from ..._util.records import construct_many, dataclass
 from ..._util.text import describe_names
-from ...geometry.body import Body, InstanceList, check_materials
+from ...geometry.body import Body, check_materials
 from ...geometry.entries import LENGTH_UNITS
+from ...geometry.instances import InstanceList
 from ...geometry.shape import Shape, Solid
 from ...geometry.tracks import BodyTrack, LightTrack
 from ...materials.material import Material, rename_material

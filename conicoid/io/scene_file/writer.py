@@ -25,7 +25,7 @@ from ...geometry.body import Body
 from ...geometry.bulk import Bulk
 from ...geometry.shape import Shape
 from ...geometry.transform import Rotate, Scale, Transform, Translate
-from ...materials.color import Pixels
+from ...materials.image_file import Pixels
 from ...materials.light import Environment
 from ...materials.material import Material, Properties, constructor_call
 from ...materials.texture import ImagePath, ImageTexture

@@ -17,7 +17,7 @@ import numpy as np
 from ..._jit.decorators import helper, inline, kernel, record_shapes
 from ..._util.arrays import row_lengths
 from ..._util.records import dataclass
-from ...geometry.body import InstanceBlock
+from ...geometry.instances import InstanceBlock
 from ...kernels.bvh.culling_constants import ORIGIN_SLACK, WALL
 from ...kernels.bvh.walk import leaf_range
 from ...kernels.tables import BALL, CELL, POLYGON, REGION, SHEET, Floats, Ints, Longs, Signs

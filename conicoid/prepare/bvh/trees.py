@@ -11,7 +11,7 @@ import numpy as np
 
 from ..._util.arrays import row_lengths
 from ..._util.records import dataclass
-from ...geometry.body import InstanceBlock
+from ...geometry.instances import InstanceBlock
 from ...kernels.bvh.walk import FEW, ROWS
 from ...kernels.programs import leaves_of_programs
 from ...kernels.tables import (

@@ -21,8 +21,8 @@ from typing import Any
 import numpy as np
 
 from ..._util.records import dataclass
-from ...geometry.body import InstanceList, transform_offsets
 from ...geometry.instance_edits import InstanceOrigins
+from ...geometry.instances import InstanceList, transform_offsets
 from ...geometry.shape import Shape
 from ...kernels.bvh.walk import FEW
 from ...kernels.faces import cell_faces, plane_faces

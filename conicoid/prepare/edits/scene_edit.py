@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from ...geometry.body import Body, InstanceList
+from ...geometry.body import Body
 from ...geometry.instance_edits import exchanged_entries, have_same_shapes
+from ...geometry.instances import InstanceList
 from ...kernels.tables import LEAF_ITEMS, LINE, Floats, Geometry, Tables, put_sizes, room_for, unpack_tables
 from ..body_collector import BodyShapes, ExactBodySurfaces
 from ..bvh.leaf_items import put_items

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.geometry.body import InstanceList
+from conicoid.geometry.instances import InstanceList
 from conicoid.io.gdml.solids import SOLID_READERS
 
 from ...samples import sampled

@@ -10,9 +10,9 @@ import conicoid as co
 from benchmarks.comparison.scenes import core_xml
 from conicoid._util.arrays import Vector
 from conicoid.geometry import instance_edits as repeated_edited
-from conicoid.geometry.body import InstanceList
 from conicoid.geometry.cell import NOTHING, Tree
 from conicoid.geometry.instance_edits import EditedInstances
+from conicoid.geometry.instances import InstanceList
 from conicoid.geometry.shape import PrimitiveSolid
 from conicoid.prepare import prepared_scene
 

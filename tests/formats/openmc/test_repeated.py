@@ -8,7 +8,7 @@ import pytest
 
 import conicoid as co
 from benchmarks.comparison.scenes import core_xml
-from conicoid.geometry.body import InstanceList
+from conicoid.geometry.instances import InstanceList
 from conicoid.prepare.lowering import lower
 
 from ...samples import marked
