@@ -269,7 +269,7 @@ class FlatSolid(PrimitiveSolid, abstract=True):
         return [(numbers[_name(plane)], piece) for piece, plane in pieces if plane is not None]
 
     def moved_planes(self, other: FlatSolid) -> dict[int, FlatPlane] | None:
-        """Return the planes, by number, of which `other` has moved a corner; None if a piece then leaves its plane.
+        """Return the planes, by number, with a corner that `other` has moved; None if a piece then leaves its plane.
 
         `other` is the same solid with other numbers; its parts are not needed.
         """
