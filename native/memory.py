@@ -228,21 +228,22 @@ class Memory:
         if record is None or record.content != self._content(dispatcher):
             return False
         known, libraries = references(dispatcher.py_func), []
-        for link in record.links:
-            try:
-                called, wanted = known[link.name], pickle.loads(link.arguments)
-            except (ImportError, AttributeError):  # its class has moved
-                return False
+        try:
+            descriptor, signature = pickle.loads(record.descriptor), pickle.loads(record.signature)
+            arguments_of = [pickle.loads(link.arguments) for link in record.links]
+        except (ImportError, AttributeError):  # a class in them has moved
+            return False
+        for link, wanted in zip(record.links, arguments_of, strict=True):
+            called = known[link.name]
             called.compile(wanted)
             result = called.overloads[wanted]
             if (result.fndesc.llvm_func_name, described(result.fndesc.restype)) != (link.symbol, link.result):
                 return False
             libraries.append(result.library)
         library = _library(record.code, libraries + [self._foreign(code) for code in record.foreign])
-        descriptor, target = pickle.loads(record.descriptor), dispatcher.targetctx
+        target = dispatcher.targetctx
         entry = target.get_executable(library, descriptor, environment.Environment.from_fndesc(descriptor))
         target.insert_user_function(entry, descriptor, [library])
-        signature = pickle.loads(record.signature)
         dispatcher.add_overload(
             compiler.compile_result(
                 target_context=target, typing_context=target.typing_context, library=library, entry_point=entry,

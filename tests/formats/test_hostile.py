@@ -18,7 +18,7 @@ from conicoid.io.molecules.atoms import bonds_by_distance
 from conicoid.io.scene_file import yaml_parser
 from conicoid.io.scene_file.scene_file import read_scene
 from conicoid.io.scene_file.writer import dump_json
-from conicoid.materials import color as image_file
+from conicoid.materials import image_file
 from conicoid.materials.image_file import read_pixels
 from conicoid.parallel.pictures import Checkpoint
 from conicoid.viewer.playground import Playground
