@@ -10,7 +10,7 @@ import pytest
 
 import conicoid as co
 from conicoid.apps.checks.probe_rays import ProbeTargets
-from conicoid.apps.checks.undefined_regions import undefined_regions
+from conicoid.apps.checks.undefined_regions import UndefinedRegions, undefined_regions
 
 from ..command_line import run
 from ..formats.openmc.models import EXAMPLE_FILES, geometry_file, load_model
@@ -246,3 +246,12 @@ def test_regions_that_touch_in_an_edge_are_apart():
 def test_findings_of_other_kinds_have_no_standard_error():
     found = co.check(co.Scene([co.Sphere(), co.Sphere(1, (0.5, 0, 0))]), rays=3000)
     assert [finding.size_error for finding in found] == [0.0] * len(found) != []
+
+
+def test_points_belong_to_the_nearest_of_few_places() -> None:
+    """Two regions may have one place each, which is fewer than are looked at."""
+    regions = UndefinedRegions([[], []], np.array([(0.0, 0, 0), (1.0, 0, 0)]), np.array([0, 1]))
+    points = np.array([(0.2, 0, 0), (0.9, 0, 0)])
+    for sees, expected in ((True, [0, 1]), (False, [0, 1])):
+        found = regions.of_points(points, [0, 1], lambda one, _, sees=sees: np.full(len(one), sees))
+        assert found.tolist() == expected

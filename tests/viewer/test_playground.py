@@ -1,5 +1,6 @@
 """The playground: it reads the text, every answer is the engine's to the bit, and mistakes have their places."""
 
+import importlib
 import json
 import math
 import re
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 
 import conicoid as co
-from conicoid.viewer.playground import Playground, TextScenes, examples, in_page, playground_page, scene_of
+from conicoid.viewer.playground import Playground, TextScenes, examples, in_page, playground_page, scene_of, worker
 from conicoid.viewer.scene_data import pick
 
 from .browser import Page, needs_browser, serve
@@ -272,3 +273,10 @@ def test_it_fits_a_phone_and_the_keyboard(browser, playground_server):
         order = ["example", "link", "scene", "CANVAS", "fit", "origin", "direction", "ask"]
         assert [name for name in names if name in order] == order
         assert found.errors == []
+
+
+def test_the_worker_asks_a_function_that_is_there() -> None:
+    """Python in the page needs Pyodide; its first line does not."""
+    line = re.search(r"from ([\w.]+) import (\w+)", worker())
+    assert line is not None
+    assert getattr(importlib.import_module(line[1]), line[2]) is in_page

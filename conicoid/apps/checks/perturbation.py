@@ -372,17 +372,20 @@ class OwnForms:
             for (k, _), form in zip(part, forms, strict=True)
         }
         for single in number_changes(solid, replace_unchecked):
-            for change in (single, column_change(solid, single, replace_unchecked)):
+            change: NumberChange[Any] | None = single
+            planes = solid.moved_planes(single.result)
+            if planes is None:  # a face leaves its plane; all equal numbers of the column may keep it flat
+                change = column_change(solid, single, replace_unchecked)
                 planes = None if change is None else solid.moved_planes(change.result)
-                if change is not None and planes is not None:
-                    moved = {
-                        k: _difference(form_of(plane_through(plane.normal, plane.offset, solid._near)), own[k])
-                        for k, plane in planes.items()
-                        if k in own
-                    }
-                    sides = [{place: moved[k] for place, (k, _) in enumerate(part) if k in moved} for part in parts]
-                    found.append((change, sides))
-                    break
+            if change is None or planes is None:
+                continue
+            moved = {
+                k: _difference(form_of(plane_through(plane.normal, plane.offset, solid._near)), own[k])
+                for k, plane in planes.items()
+                if k in own
+            }
+            sides = [{place: moved[k] for place, (k, _) in enumerate(part) if k in moved} for part in parts]
+            found.append((change, sides))
         return found
 
 

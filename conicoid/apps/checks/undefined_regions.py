@@ -106,12 +106,13 @@ class UndefinedRegions:
 
 
 def _nearest(squares: FloatArray) -> Any:
-    """Return the columns (n, _LOOKS) of the least numbers of each row, the least first, and the first of equal ones."""
-    limits = np.partition(squares, _LOOKS - 1, axis=1)[:, _LOOKS - 1]
+    """Return the columns of the `_LOOKS` least numbers of each row, the least first, and the first of equal ones."""
+    count = min(_LOOKS, squares.shape[1])
+    limits = np.partition(squares, count - 1, axis=1)[:, count - 1]
     row, column = np.nonzero(squares <= limits[:, None])
     order = np.lexsort((squares[row, column], row))
     begins = np.searchsorted(row, np.arange(len(squares)))
-    return column[order][begins[:, None] + np.arange(_LOOKS)]
+    return column[order][begins[:, None] + np.arange(count)]
 
 
 Free = Callable[[FloatArray, FloatArray], Any]

@@ -15,7 +15,7 @@ async function start({ pyodide, packages, wheel }) {
   const answer = await fetch(new URL(wheel, self.location.href));
   if (!answer.ok) throw new Error(`${wheel}: ${answer.status}`);
   python.unpackArchive(await answer.arrayBuffer(), "wheel");
-  const ask = python.runPython("from conicoid.viewer.session import in_page\nin_page()");
+  const ask = python.runPython("from conicoid.viewer.playground import in_page\nin_page()");
   postMessage({ progress: null });
   return ask;
 }
